@@ -1,0 +1,66 @@
+"""What can go wrong, in the user's words: diagnostics, and the exceptions that carry them.
+
+Every exception knows the exit code that the command line answers with.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Literal
+
+EXIT_COMPLETE = 0
+EXIT_USAGE = 2
+EXIT_INVALID = 3
+EXIT_INFEASIBLE = 4
+EXIT_INCOMPLETE = 5
+EXIT_BUG = 70
+
+
+@dataclass(frozen=True)
+class Diagnostic:
+    """One finding about a problem file.
+
+    `line` and `column` count from 1 (0: unknown); `path` is the dotted place in the data, such as
+    ``threads.nav.period``; `hint` names the closest valid name or the allowed values.
+    """
+
+    message: str
+    path: str = ""
+    file: str = ""
+    line: int = 0
+    column: int = 0
+    hint: str = ""
+    severity: Literal["error", "warning"] = "error"
+
+    def __str__(self) -> str:
+        place = ":".join([self.file] + [str(n) for n in (self.line, self.column) if n])
+        words = [part for part in (place, self.path) if part]
+        if self.severity == "warning":
+            words.append("warning")
+        text = ": ".join([*words, self.message])
+        return f"{text} ({self.hint})" if self.hint else text
+
+
+class DseError(Exception):
+    """Base of all errors that are the user's to mend; `exit_code` is the process's answer."""
+
+    exit_code = EXIT_USAGE
+
+
+class UsageError(DseError):
+    """The call is wrong: an unknown option value, an expression that does not parse, an incomplete design."""
+
+
+class ProblemError(DseError):
+    """The problem file is wrong; holds every diagnostic found, in file order."""
+
+    exit_code = EXIT_INVALID
+
+    def __init__(self, diagnostics: Sequence[Diagnostic]) -> None:
+        self.diagnostics = tuple(diagnostics)
+        super().__init__("\n".join(str(item) for item in self.diagnostics))
+
+
+class RefereeError(AssertionError):
+    """The solver's figures and the analysis disagree: a bug of ours, never the user's."""

@@ -1,0 +1,225 @@
+"""The problem as the user wrote it: a strict, frozen schema with quantities already read.
+
+`Alternatives[T]` is the decision language: one value or a non-empty list of values in the file, always a tuple here.
+The JSON Schema of `dse schema` is generated from these classes.
+"""
+
+from __future__ import annotations
+
+from typing import Annotated, Any, Literal, TypeAlias
+
+from pydantic import BaseModel, BeforeValidator, ConfigDict, Discriminator, Field, Tag, WithJsonSchema
+
+from dse.spec.fields import (
+    Alternatives,
+    Bandwidth,
+    Count,
+    DataRate,
+    DataSize,
+    Duration,
+    Line,
+    Money,
+    Name,
+    Period,
+    Power,
+    Rate,
+    TimeRange,
+    Total,
+)
+
+Protocol: TypeAlias = Literal["periodic", "aperiodic", "sporadic", "hybrid"]
+Category: TypeAlias = Literal["thread", "device", "abstract"]
+Port: TypeAlias = Literal["event_data", "event", "data", "feature"]
+
+class Model(BaseModel):
+    """Base of every part of a problem file: unknown keys are errors, nothing is coerced, nothing changes."""
+
+    model_config = ConfigDict(strict=True, frozen=True, extra="forbid", populate_by_name=True)
+
+
+class Priced(Model):
+    """What adds to the system's totals: money in cents with its currency, power in mW, and declared totals."""
+
+    price: Alternatives[Money] | None = None
+    power: Alternatives[Power] | None = None
+    totals: dict[Name, Alternatives[Total]] = {}
+    source: Line | None = None
+
+
+class ProcessorType(Priced):
+    """A computer that can fill a processor slot."""
+
+    cores: Alternatives[Count] = (1,)
+
+
+class TransmissionTime(Model):
+    """AADL's Transmission_Time: `fixed` per message and `per_byte`, each a time range in ns."""
+
+    fixed: Alternatives[TimeRange] = ((0, 0),)
+    per_byte: Alternatives[TimeRange] = ((0, 0),)
+
+
+def _which_transmission(value: Any) -> str:
+    if isinstance(value, dict) and value and not set(value) & {"fixed", "per_byte"}:
+        return "by processor type"
+    return "one"
+
+
+def _which_range(value: Any) -> str:
+    return "by processor type" if isinstance(value, dict) else "one"
+
+
+TransmissionTimes: TypeAlias = Annotated[
+    Annotated[TransmissionTime, Tag("one")]
+    | Annotated[dict[Name, TransmissionTime], Tag("by processor type")],
+    Discriminator(_which_transmission),
+]
+TimeRanges: TypeAlias = Annotated[
+    Annotated[Alternatives[TimeRange], Tag("one")]
+    | Annotated[dict[Name, Alternatives[TimeRange]], Tag("by processor type")],
+    Discriminator(_which_range),
+]
+
+
+class BusType(Priced):
+    """A bus or virtual bus; `overhead` is in bytes per message, `bandwidth` in bit/s."""
+
+    virtual: bool = False
+    bandwidth: Alternatives[Bandwidth] | None = None
+    transmission_time: TransmissionTimes | None = None
+    latency: TimeRanges | None = None
+    overhead: Alternatives[DataSize] = (0,)
+
+
+class DeviceType(Priced):
+    """The figures of a device; times in ns."""
+
+    category: Category | None = None
+    period: Alternatives[Period] | None = None
+    dispatch_protocol: Alternatives[Protocol] | None = None
+    compute_execution_time: TimeRanges | None = None
+    latency: Alternatives[TimeRange] | None = None
+    deadline: Alternatives[Duration] | None = None
+    response_time: TimeRanges | None = None
+    queue_size: Alternatives[Annotated[int, Field(ge=0)]] | None = None
+
+
+class ThreadType(DeviceType):
+    """The figures of a thread; times in ns."""
+
+    callback_execution_time: TimeRanges | None = None
+
+
+class Device(DeviceType):
+    """A device of the architecture."""
+
+    type: Alternatives[Name] | None = None
+
+
+class Thread(ThreadType):
+    """A thread (or abstract component) of the architecture."""
+
+    type: Alternatives[Name] | None = None
+    processor: Alternatives[Name] | None = None
+    process: Alternatives[Name] | None = None
+    dispatch_trigger: tuple[Name, ...] | None = None
+
+
+class Processor(Model):
+    """A processor slot."""
+
+    type: Alternatives[Name]
+    optional: bool = False
+    source: Line | None = None
+
+
+class Bus(Processor):
+    """A bus slot; `bus` is what carries a virtual bus."""
+
+    bus: Alternatives[Name] | None = None
+
+
+class Connection(Model):
+    """A connection; sizes in bytes, rates exact fractions of Hz and B/s."""
+
+    from_: Name | None = Field(default=None, alias="from")
+    to: Name | None = None
+    data_size: Alternatives[DataSize] | None = None
+    bus: Alternatives[Name] | None = None
+    rate: Alternatives[Rate] | None = None
+    data_rate: Alternatives[DataRate] | None = None
+    port: Port = "event_data"
+    queue_size: Alternatives[Annotated[int, Field(ge=0)]] | None = None
+    latency: Alternatives[TimeRange] | None = None
+    source: Line | None = None
+
+
+class Flow(Model):
+    """An end-to-end flow: components in order, connections where they must be named."""
+
+    path: Annotated[tuple[Name, ...], Field(min_length=1)]
+    latency: TimeRange | None = None
+    source: Line | None = None
+
+
+def _rule_text(value: Any) -> Any:
+    """``{require: X}`` and ``{forbid: X}`` mean the same as the text ``require X`` and ``forbid X``."""
+    if isinstance(value, dict) and len(value) == 1:
+        [(verb, text)] = value.items()
+        if verb in ("require", "forbid") and isinstance(text, str):
+            return f"{verb} {text}"
+    return value
+
+
+RuleText: TypeAlias = Annotated[
+    Line,
+    BeforeValidator(_rule_text),
+    WithJsonSchema(
+        {
+            "anyOf": [
+                {"type": "string"},
+                {
+                    "type": "object",
+                    "properties": {"require": {"type": "string"}, "forbid": {"type": "string"}},
+                    "minProperties": 1,
+                    "maxProperties": 1,
+                    "additionalProperties": False,
+                },
+            ]
+        }
+    ),
+]
+
+
+class Catalogue(Model):
+    """What an included file may hold."""
+
+    source: Line | None = None
+    description: str | None = None
+    assumptions: tuple[str, ...] = ()
+    include: Alternatives[Line] | None = None
+    processor_types: dict[Name, ProcessorType] = {}
+    bus_types: dict[Name, BusType] = {}
+    device_types: dict[Name, DeviceType] = {}
+    thread_types: dict[Name, ThreadType] = {}
+    totals: dict[Name, Line] = {}
+    processors: dict[Name, Processor] = {}
+    buses: dict[Name, Bus] = {}
+    devices: dict[Name, Device] = {}
+    threads: dict[Name, Thread] = {}
+    connections: dict[Name, Connection] = {}
+    flows: dict[Name, Flow] = {}
+    metrics: dict[Name, Line] = {}
+
+
+class Spec(Catalogue):
+    """A whole problem file."""
+
+    dse: Literal[1]
+    name: Line
+    profile: Literal["dse", "osate-2.2", "osate-2.19"] = "dse"
+    worst_case: Literal["execution_time", "deadline"] = "execution_time"
+    requirements: tuple[Line, ...] = ()
+    rules: tuple[RuleText, ...] = ()
+    objectives: tuple[Line, ...] = ()
+    baseline: dict[Name, dict[Name, str | int]] = {}
