@@ -10,6 +10,7 @@ from typing import Annotated, Any, Literal, TypeAlias
 
 from pydantic import BaseModel, BeforeValidator, ConfigDict, Discriminator, Field, Tag, WithJsonSchema
 
+from dse import units
 from dse.spec.fields import (
     Alternatives,
     Bandwidth,
@@ -17,14 +18,19 @@ from dse.spec.fields import (
     DataRate,
     DataSize,
     Duration,
+    Items,
     Line,
     Money,
     Name,
     Period,
     Power,
+    QueueSize,
     Rate,
+    Setting,
+    SomeItems,
     TimeRange,
     Total,
+    Version,
 )
 
 Protocol: TypeAlias = Literal["periodic", "aperiodic", "sporadic", "hybrid"]
@@ -52,31 +58,36 @@ class ProcessorType(Priced):
     cores: Alternatives[Count] = (1,)
 
 
+INSTANTLY = units.TimeRange(0, 0)
+# Tags of unions appear in the locations of errors: the blanks around them keep them apart from names in the file.
+ONE, BY_PROCESSOR_TYPE = " one ", " by processor type "
+
+
 class TransmissionTime(Model):
     """AADL's Transmission_Time: `fixed` per message and `per_byte`, each a time range in ns."""
 
-    fixed: Alternatives[TimeRange] = ((0, 0),)
-    per_byte: Alternatives[TimeRange] = ((0, 0),)
+    fixed: Alternatives[TimeRange] = (INSTANTLY,)
+    per_byte: Alternatives[TimeRange] = (INSTANTLY,)
 
 
 def _which_transmission(value: Any) -> str:
     if isinstance(value, dict) and value and not set(value) & {"fixed", "per_byte"}:
-        return "by processor type"
-    return "one"
+        return BY_PROCESSOR_TYPE
+    return ONE
 
 
 def _which_range(value: Any) -> str:
-    return "by processor type" if isinstance(value, dict) else "one"
+    return BY_PROCESSOR_TYPE if isinstance(value, dict) else ONE
 
 
 TransmissionTimes: TypeAlias = Annotated[
-    Annotated[TransmissionTime, Tag("one")]
-    | Annotated[dict[Name, TransmissionTime], Tag("by processor type")],
+    Annotated[TransmissionTime, Tag(ONE)]
+    | Annotated[dict[Name, TransmissionTime], Tag(BY_PROCESSOR_TYPE)],
     Discriminator(_which_transmission),
 ]
 TimeRanges: TypeAlias = Annotated[
-    Annotated[Alternatives[TimeRange], Tag("one")]
-    | Annotated[dict[Name, Alternatives[TimeRange]], Tag("by processor type")],
+    Annotated[Alternatives[TimeRange], Tag(ONE)]
+    | Annotated[dict[Name, Alternatives[TimeRange]], Tag(BY_PROCESSOR_TYPE)],
     Discriminator(_which_range),
 ]
 
@@ -101,7 +112,7 @@ class DeviceType(Priced):
     latency: Alternatives[TimeRange] | None = None
     deadline: Alternatives[Duration] | None = None
     response_time: TimeRanges | None = None
-    queue_size: Alternatives[Annotated[int, Field(ge=0)]] | None = None
+    queue_size: Alternatives[QueueSize] | None = None
 
 
 class ThreadType(DeviceType):
@@ -122,7 +133,7 @@ class Thread(ThreadType):
     type: Alternatives[Name] | None = None
     processor: Alternatives[Name] | None = None
     process: Alternatives[Name] | None = None
-    dispatch_trigger: tuple[Name, ...] | None = None
+    dispatch_trigger: Items[Name] | None = None
 
 
 class Processor(Model):
@@ -149,7 +160,7 @@ class Connection(Model):
     rate: Alternatives[Rate] | None = None
     data_rate: Alternatives[DataRate] | None = None
     port: Port = "event_data"
-    queue_size: Alternatives[Annotated[int, Field(ge=0)]] | None = None
+    queue_size: Alternatives[QueueSize] | None = None
     latency: Alternatives[TimeRange] | None = None
     source: Line | None = None
 
@@ -157,7 +168,7 @@ class Connection(Model):
 class Flow(Model):
     """An end-to-end flow: components in order, connections where they must be named."""
 
-    path: Annotated[tuple[Name, ...], Field(min_length=1)]
+    path: SomeItems[Name]
     latency: TimeRange | None = None
     source: Line | None = None
 
@@ -196,7 +207,7 @@ class Catalogue(Model):
 
     source: Line | None = None
     description: str | None = None
-    assumptions: tuple[str, ...] = ()
+    assumptions: Items[str] = ()
     include: Alternatives[Line] | None = None
     processor_types: dict[Name, ProcessorType] = {}
     bus_types: dict[Name, BusType] = {}
@@ -215,11 +226,11 @@ class Catalogue(Model):
 class Spec(Catalogue):
     """A whole problem file."""
 
-    dse: Literal[1]
+    dse: Version
     name: Line
     profile: Literal["dse", "osate-2.2", "osate-2.19"] = "dse"
     worst_case: Literal["execution_time", "deadline"] = "execution_time"
-    requirements: tuple[Line, ...] = ()
-    rules: tuple[RuleText, ...] = ()
-    objectives: tuple[Line, ...] = ()
-    baseline: dict[Name, dict[Name, str | int]] = {}
+    requirements: Items[Line] = ()
+    rules: Items[RuleText] = ()
+    objectives: Items[Line] = ()
+    baseline: dict[Name, dict[Name, Setting]] = {}

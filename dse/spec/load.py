@@ -1,0 +1,294 @@
+"""Problem files to a `Spec`: reads includes, validates every file, merges them, reports all findings at once."""
+
+from __future__ import annotations
+
+import hashlib
+import re
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, field
+from difflib import get_close_matches
+from pathlib import Path
+from typing import Any, Literal, get_args
+
+from pydantic import ValidationError
+from pydantic_core import ErrorDetails
+
+from dse.errors import Diagnostic, ProblemError
+from dse.spec.fields import describe
+from dse.spec.model import Catalogue, Model, Spec, TransmissionTime
+from dse.spec.reader import Node, PathPart, decode_text, read_bytes, read_yaml
+
+SECTIONS = tuple(name for name, info in Catalogue.model_fields.items() if str(info.annotation).startswith("dict["))
+MAX_FILES = 200
+MAX_FINDINGS = 200
+
+
+@dataclass(frozen=True)
+class Source:
+    """One file of a problem: its name in diagnostics and its tree."""
+
+    file: str
+    node: Node
+
+    def diagnostic(
+        self,
+        path: Sequence[PathPart],
+        message: str,
+        hint: str = "",
+        severity: Literal["error", "warning"] = "error",
+        *,
+        at_key: bool = False,
+    ) -> Diagnostic:
+        """A finding about a place in this file."""
+        line, column = self.node.locate(path, at_key=at_key)
+        return Diagnostic(message, dotted(self.node.known(path)), self.file, line, column, hint, severity)
+
+
+@dataclass(frozen=True)
+class LoadedSpec:
+    """A problem with its includes merged in, and where it was read.
+
+    `sha256` is that of the main file; `includes` has each included file, as found from the main file's folder, and its
+    hash.
+    """
+
+    spec: Spec
+    path: Path
+    sha256: str
+    includes: tuple[tuple[str, str], ...] = ()
+    sources: tuple[Source, ...] = field(default=(), repr=False, compare=False)
+
+    def diagnostic(
+        self,
+        path: Sequence[PathPart],
+        message: str,
+        hint: str = "",
+        severity: Literal["error", "warning"] = "error",
+        *,
+        at_key: bool = False,
+    ) -> Diagnostic:
+        """A finding about a place such as ``("threads", "nav", "period")``, in the file that has most of that path."""
+        source = max(self.sources, key=lambda candidate: len(candidate.node.known(path)))
+        return source.diagnostic(path, message, hint, severity, at_key=at_key)
+
+
+def dotted(path: Sequence[PathPart]) -> str:
+    """``threads.nav.period``, ``requirements[2]``."""
+    text = "".join(f"[{part}]" if isinstance(part, int) else f".{part}" for part in path)
+    return text.removeprefix(".")
+
+
+def load_spec(path: Path) -> LoadedSpec:
+    """Read a problem file with everything it includes.
+
+    Raises
+    ------
+    ProblemError
+        All findings in all files, main file first, then in the order of inclusion, by line.
+    """
+    loader = _Loader(path)
+    loader.read(path, str(path), Spec, ())
+    return loader.result()
+
+
+def parse_spec(text: str, file: str = "<text>") -> LoadedSpec:
+    """Read a problem from text that includes no files; `file` is its name in diagnostics.
+
+    Raises
+    ------
+    ProblemError
+        All findings, by line.
+    """
+    loader = _Loader(Path(file))
+    loader.take(text, file, Spec, hashlib.sha256(text.encode("utf-8", "replace")).hexdigest())
+    if loader.parts and loader.parts[0].source.node.known(["include"]):
+        loader.findings.append(loader.parts[0].source.diagnostic(["include"], "a text cannot include files"))
+    return loader.result()
+
+
+@dataclass(frozen=True)
+class _Part:
+    """One file that was read; `model` is None when it has errors."""
+
+    source: Source
+    sha256: str
+    model: Catalogue | None
+
+
+class _Loader:
+    """Collects the files of one problem and the findings about them."""
+
+    def __init__(self, main: Path) -> None:
+        self.main = main
+        self.parts: list[_Part] = []
+        self.findings: list[Diagnostic] = []
+        self._files: list[str] = []
+        self._seen: set[Path] = set()
+
+    def read(self, path: Path, file: str, model: type[Catalogue], including: tuple[Path, ...]) -> None:
+        """Read one file and what it includes; `including` are the files on the way here."""
+        self._seen.add(path.resolve())
+        self._files.append(file)
+        try:
+            data = read_bytes(path, file)
+            text = decode_text(data, file)
+        except ProblemError as error:
+            self.findings += error.diagnostics
+            return
+        source = self.take(text, file, model, hashlib.sha256(data).hexdigest())
+        if source is not None:
+            for place, target in _includes(source.node):
+                self._include(source, place, path.parent / target, (*including, path.resolve()))
+
+    def take(self, text: str, file: str, model: type[Catalogue], sha256: str) -> Source | None:
+        """Validate one text; its tree, or None when it has no tree."""
+        if file not in self._files:
+            self._files.append(file)
+        try:
+            source = Source(file, read_yaml(text, file))
+        except ProblemError as error:
+            self.findings += error.diagnostics
+            return None
+        valid: Catalogue | None = None
+        try:
+            valid = model.model_validate(source.node.to_data())
+        except ValidationError as error:
+            items = error.errors(include_url=False)
+            self.findings += [_translate(item, source, model) for item in items[:MAX_FINDINGS]]
+            if len(items) > MAX_FINDINGS:
+                message = f"{len(items)} errors, of which {MAX_FINDINGS} are shown"
+                self.findings.append(Diagnostic(message, file=file))
+        self.parts.append(_Part(source, sha256, valid))
+        return source
+
+    def _include(self, source: Source, place: Sequence[PathPart], target: Path, including: tuple[Path, ...]) -> None:
+        try:
+            resolved, there = target.resolve(), target.is_file()
+        except (OSError, ValueError):
+            resolved, there = target, False
+        if resolved in including:
+            self.findings.append(source.diagnostic(place, f'"{target.name}" includes itself'))
+        elif not there:
+            hint = "the path is relative to this file"
+            self.findings.append(source.diagnostic(place, f"no such file: {str(target)!r}"[:300], hint))
+        elif len(self._seen) >= MAX_FILES:
+            self.findings.append(source.diagnostic(place, f"more than {MAX_FILES} files"))
+        elif resolved not in self._seen:
+            self.read(target, str(target), Catalogue, including)
+
+    def result(self) -> LoadedSpec:
+        """The merged problem; raises when there are findings."""
+        self._check_repeated_names()
+        if self.findings:
+            order = {file: at for at, file in enumerate(self._files)}
+            raise ProblemError(sorted(self.findings, key=lambda item: (order[item.file], item.line, item.column)))
+        main, *others = self.parts
+        assert isinstance(main.model, Spec)
+        spec = main.model.model_copy(update=self._merged()) if others else main.model
+        folder = str(self.main.parent)
+        names = [part.source.file.removeprefix(f"{folder}/") if folder != "." else part.source.file for part in others]
+        includes = tuple(zip(names, (part.sha256 for part in others), strict=True))
+        return LoadedSpec(spec, self.main, main.sha256, includes, tuple(part.source for part in self.parts))
+
+    def _merged(self) -> dict[str, Any]:
+        models = [part.model for part in self.parts if part.model is not None]
+        merged: dict[str, Any] = {
+            section: {name: value for model in models for name, value in getattr(model, section).items()}
+            for section in SECTIONS
+        }
+        merged["assumptions"] = tuple(text for model in models for text in model.assumptions)
+        return merged
+
+    def _check_repeated_names(self) -> None:
+        for section in SECTIONS:
+            first: dict[str, Source] = {}
+            for part in self.parts:
+                for name in _names(part.source.node, section):
+                    other = first.setdefault(name, part.source)
+                    if other is not part.source:
+                        line, column = other.node.locate((section, name), at_key=True)
+                        message = f'"{name}" is defined twice, first in {other.file}:{line}:{column}'
+                        self.findings.append(part.source.diagnostic((section, name), message, at_key=True))
+
+
+def _names(node: Node, section: str) -> list[str]:
+    entry = node.value.get(section) if isinstance(node.value, dict) else None
+    return list(entry.node.value) if entry and isinstance(entry.node.value, dict) else []
+
+
+def _includes(node: Node) -> Iterator[tuple[tuple[PathPart, ...], str]]:
+    """Place and text of each path that `include` names, also in a file that has errors elsewhere."""
+    entry = node.value.get("include") if isinstance(node.value, dict) else None
+    if entry is None:
+        return
+    if isinstance(entry.node.value, str):
+        yield ("include",), entry.node.value
+    elif isinstance(entry.node.value, tuple):
+        for at, item in enumerate(entry.node.value):
+            if isinstance(item.value, str):
+                yield ("include", at), item.value
+
+
+# --- pydantic's findings in plain words ---------------------------------------------------------------------------
+
+
+def _translate(item: ErrorDetails, source: Source, root: type[Model]) -> Diagnostic:
+    path, kind = list(item["loc"]), item["type"]
+    if path and path[-1] == "[key]":
+        return source.diagnostic(path[:-1], *_words(item), at_key=True)
+    if kind == "extra_forbidden":
+        return source.diagnostic(path, *_unknown_key(path, root), at_key=True)
+    if kind == "missing":
+        return source.diagnostic(path[:-1], f"missing key `{path[-1]}`", at_key=True)
+    return source.diagnostic(path, *_words(item))
+
+
+def _words(item: ErrorDetails) -> tuple[str, str]:
+    """Message and hint."""
+    context, got = item.get("ctx", {}), describe(item["input"])
+    match item["type"]:
+        case "dse":
+            return str(context["message"]), str(context["hint"])
+        case "model_type" | "model_attributes_type" | "dict_type":
+            return f"expected a mapping, got {got}", ""
+        case "literal_error":
+            return _literal(str(context["expected"]), item["input"])
+        case "bool_type":
+            return f"expected true or false, got {got}", ""
+        case "string_type":
+            return f"expected text, got {got}", ""
+        case "too_short":
+            return "expected at least one entry, got an empty list", ""
+    return item["msg"], ""
+
+
+def _literal(expected: str, value: Any) -> tuple[str, str]:
+    allowed = re.findall(r"'([^']*)'", expected) or [expected]
+    words = f"expected {allowed[0]}" if len(allowed) == 1 else f"expected one of {', '.join(allowed)}"
+    return f"{words}, got {describe(value)}", suggestion(value, allowed)
+
+
+def suggestion(value: Any, allowed: Sequence[str]) -> str:
+    """``did you mean "x"?`` for the closest of the allowed texts, or ""."""
+    close = get_close_matches(value, allowed, 1, 0.6) if isinstance(value, str) and len(value) < 200 else []
+    return f'did you mean "{close[0]}"?' if close else ""
+
+
+def _unknown_key(path: Sequence[PathPart], root: type[Model]) -> tuple[str, str]:
+    key = str(path[-1])
+    if len(path) == 1 and root is Catalogue and key in Spec.model_fields:
+        return "this key has no place in an included file", ""
+    fields = _model_at(path[:-1], root).model_fields
+    allowed = [info.alias or name for name, info in fields.items()]
+    return "unknown key", suggestion(key, allowed) or f"allowed: {', '.join(allowed)}"
+
+
+def _model_at(path: Sequence[PathPart], root: type[Model]) -> type[Model]:
+    """The class of the mapping at a place."""
+    if not path:
+        return root
+    if len(path) > 2:
+        return TransmissionTime
+    model = get_args(Catalogue.model_fields[str(path[0])].annotation)[1]
+    assert isinstance(model, type) and issubclass(model, Model)
+    return model
