@@ -31,6 +31,7 @@ from dse.spec.fields import (
     TimeRange,
     Total,
     Version,
+    field_error,
 )
 
 Protocol: TypeAlias = Literal["periodic", "aperiodic", "sporadic", "hybrid"]
@@ -179,6 +180,8 @@ def _rule_text(value: Any) -> Any:
         [(verb, text)] = value.items()
         if verb in ("require", "forbid") and isinstance(text, str):
             return f"{verb} {text}"
+    if isinstance(value, dict):
+        raise field_error("expected a rule, got a mapping", 'write "require CONDITION" or "forbid CONDITION"')
     return value
 
 

@@ -165,6 +165,8 @@ def _syntax_error(error: yaml.YAMLError, file: str) -> Diagnostic:
     problem = (error.problem or str(error)).strip()
     hint = next((hint for part, hint in _HINTS if part in problem), "")
     context = f" {error.context}" if error.context else ""
+    if error.context_mark and mark and error.context_mark.line != mark.line:
+        context += f" that begins in line {error.context_mark.line + 1}"
     line, column = (mark.line + 1, mark.column + 1) if mark else (0, 0)
     return Diagnostic(f"not YAML: {problem}{context}", file=file, line=line, column=column, hint=hint)
 

@@ -1,0 +1,118 @@
+"""One defect per file, and the exact message beside it; hostile inputs are generated."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from dse.errors import EXIT_INVALID, ProblemError
+from dse.spec.load import load_spec, parse_spec
+from dse.spec.reader import MAX_BYTES
+
+FOLDER = Path(__file__).parents[1] / "bad_inputs"
+VALID = (FOLDER / "valid.yaml").read_text(encoding="utf-8")
+FILES = sorted(path for path in FOLDER.glob("*.yaml") if path.stem != "valid")
+
+
+def messages(path: Path) -> list[str]:
+    """The diagnostics of a file that must be refused, with its folder taken out of them."""
+    with pytest.raises(ProblemError) as caught:
+        load_spec(path)
+    assert caught.value.exit_code == EXIT_INVALID
+    return str(caught.value).replace(f"{path.parent}/", "").splitlines()
+
+
+@pytest.mark.parametrize("path", FILES, ids=lambda path: path.stem)
+def test_message(path: Path) -> None:
+    assert messages(path) == path.with_suffix(".expected").read_text(encoding="utf-8").splitlines()
+
+
+def test_every_bad_input_has_its_message_and_the_base_is_valid() -> None:
+    assert {path.stem for path in FILES} == {path.stem for path in FOLDER.glob("*.expected")}
+    load_spec(FOLDER / "valid.yaml")
+
+
+@pytest.mark.parametrize("path", sorted((FOLDER / "semantic").glob("*.yaml")), ids=lambda path: path.stem)
+def test_semantic_defects_are_structurally_sound(path: Path) -> None:
+    load_spec(path)
+
+
+def test_windows_line_ends_and_byte_order_mark_are_welcome(tmp_path: Path) -> None:
+    path = tmp_path / "problem.yaml"
+    path.write_bytes(b"\xef\xbb\xbf" + VALID.replace("\n", "\r\n").encode())
+    assert load_spec(path).spec == parse_spec(VALID).spec
+
+
+def test_missing_file_and_directory(tmp_path: Path) -> None:
+    assert messages(tmp_path / "nothing.yaml") == ["nothing.yaml: no such file"]
+    (tmp_path / "folder").mkdir()
+    assert messages(tmp_path / "folder") == ["folder: expected a file, this is a directory"]
+
+
+def test_file_that_may_not_be_read(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    path = tmp_path / "secret.yaml"
+    path.write_text(VALID)
+
+    def refuse(self: Path, mode: str) -> None:
+        raise PermissionError(13, "Permission denied")
+
+    monkeypatch.setattr(Path, "open", refuse)
+    assert messages(path) == ["secret.yaml: cannot be read: Permission denied"]
+
+
+def test_huge_file_is_not_read(tmp_path: Path) -> None:
+    path = tmp_path / "huge.yaml"
+    with path.open("wb") as stream:
+        stream.truncate(50 * 10**6)
+    assert messages(path) == ["huge.yaml: the file is larger than 8 MB"]
+    path.write_bytes(b"x" * (MAX_BYTES + 1))
+    assert messages(path) == ["huge.yaml: the file is larger than 8 MB"]
+
+
+def test_nonsense_of_allowed_size(tmp_path: Path) -> None:
+    path = tmp_path / "nonsense.yaml"
+    path.write_bytes(bytes(range(32, 127)) * 10_000)
+    assert len(messages(path)) == 1
+    path.write_bytes(bytes(range(256)) * 100)
+    assert len(messages(path)) == 1
+
+
+def test_alias_bomb(tmp_path: Path) -> None:
+    levels = ["a0: &a0 [x, x, x, x, x, x, x, x, x, x]"]
+    levels += [f"a{n}: &a{n} [{', '.join([f'*a{n - 1}'] * 10)}]" for n in range(1, 12)]
+    path = tmp_path / "bomb.yaml"
+    path.write_text("\n".join(levels))
+    [message] = messages(path)
+    assert message.endswith("more than 500000 values, aliases counted as often as they are used")
+
+
+@pytest.mark.parametrize("text", ["[" * 1_000_000, "{a: " * 250_000, "- " * 500_000, "? " * 500_000])
+def test_deep_nesting(text: str) -> None:
+    with pytest.raises(ProblemError, match="nested deeper than 64 levels"):
+        parse_spec(text)
+
+
+def test_deep_nesting_by_aliases() -> None:
+    text = "a0: &a0 [x]\n" + "".join(f"a{n}: &a{n} [*a{n - 1}]\n" for n in range(1, 100))
+    with pytest.raises(ProblemError, match="nested deeper than 64 levels"):
+        parse_spec(text)
+
+
+def test_many_findings_are_cut_short() -> None:
+    with pytest.raises(ProblemError) as caught:
+        parse_spec(VALID + "".join(f"unknown_{n}: 1\n" for n in range(2000)))
+    assert len(caught.value.diagnostics) == 201
+    assert caught.value.diagnostics[0].message == "2000 errors, of which 200 are shown"
+
+
+def test_nuls() -> None:
+    with pytest.raises(ProblemError, match="<text>:1:1: control character U\\+0000 in the text"):
+        parse_spec("\0" * 1000)
+
+
+def test_long_texts_are_shortened_in_messages() -> None:
+    for line in ("x" * 10**6 + ": 1\n", f"profile: {'y' * 10**6}\n", f"devices: {{g: {{period: {'9' * 10**5} s}}}}\n"):
+        with pytest.raises(ProblemError) as caught:
+            parse_spec(f"dse: 1\nname: x\n{line}")
+        assert len(str(caught.value)) < 1000

@@ -1,0 +1,150 @@
+"""The JSON Schema and the loader say the same."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import jsonschema
+import pytest
+import yaml
+
+from dse.errors import ProblemError
+from dse.spec import model
+from dse.spec.load import parse_spec
+from dse.spec.reader import read_yaml
+from dse.spec.schema import json_schema
+
+FOLDER = Path(__file__).parents[1] / "bad_inputs"
+VALID = (FOLDER / "valid.yaml").read_text(encoding="utf-8")
+SCHEMA = json_schema()
+VALIDATOR = jsonschema.Draft202012Validator(SCHEMA)
+
+# What a JSON Schema cannot say: exact conversion, order of a range, equality after parsing, other files.
+BEYOND_SCHEMA = {
+    "period_not_whole_ns",
+    "period_zero",
+    "period_absurd_exponent",
+    "option_given_twice",
+    "range_reversed",
+    "bandwidth_zero",
+}
+
+
+def accepted(text: str) -> bool:
+    try:
+        parse_spec(text)
+    except ProblemError:
+        return False
+    return True
+
+
+def schema_accepts(data: Any) -> bool:
+    return bool(VALIDATOR.is_valid(data))
+
+
+def test_it_is_a_schema() -> None:
+    jsonschema.Draft202012Validator.check_schema(SCHEMA)
+    assert SCHEMA["$schema"].endswith("2020-12/schema") and SCHEMA["title"] and SCHEMA["description"]
+
+
+@pytest.mark.parametrize("name", sorted(set(SCHEMA["$defs"]) | {"Spec"}))
+def test_every_field_appears(name: str) -> None:
+    part = SCHEMA if name == "Spec" else SCHEMA["$defs"][name]
+    fields = getattr(model, name).model_fields
+    assert set(part["properties"]) == {info.alias or field for field, info in fields.items()}
+    assert part["additionalProperties"] is False and part["description"]
+
+
+def test_every_class_appears() -> None:
+    used = {"Priced", "Model", "Catalogue", "Spec"}
+    classes = {name for name, item in vars(model).items() if isinstance(item, type) and issubclass(item, model.Model)}
+    assert classes - used == set(SCHEMA["$defs"])
+
+
+def test_every_quantity_has_examples_that_fit_its_pattern() -> None:
+    patterns = []
+
+    def visit(part: Any) -> None:
+        if isinstance(part, list):
+            for item in part:
+                visit(item)
+        elif isinstance(part, dict):
+            if "examples" in part:
+                patterns.append(part)
+            for item in part.values():
+                visit(item)
+
+    visit(SCHEMA)
+    assert len({part["pattern"] for part in patterns}) >= 8
+    for part in patterns:
+        for example in part["examples"]:
+            jsonschema.validate(example, part)
+
+
+def test_valid_documents() -> None:
+    assert schema_accepts(yaml.safe_load(VALID))
+    for path in sorted((FOLDER / "semantic").glob("*.yaml")):
+        assert schema_accepts(read_yaml(path.read_text(encoding="utf-8"), path.name).to_data()), path.name
+
+
+@pytest.mark.parametrize("path", sorted(FOLDER.glob("*.yaml")), ids=lambda path: path.stem)
+def test_bad_inputs(path: Path) -> None:
+    try:
+        data = read_yaml(path.read_text(encoding="utf-8"), path.name).to_data()
+    except (ProblemError, UnicodeDecodeError):
+        return
+    beyond = path.stem in BEYOND_SCHEMA or path.stem == "valid" or path.stem.startswith("include_")
+    if path.stem == "include_number":
+        beyond = False
+    assert schema_accepts(data) is beyond
+
+
+EDITS: tuple[tuple[str, Any, bool], ...] = (
+    ("threads.nav.period", "10 ms", True),
+    ("threads.nav.period", "10ms", True),
+    ("threads.nav.period", "1e1 ms", True),
+    ("threads.nav.period", "50/3 us", False),
+    ("threads.nav.period", "10 µs", True),
+    ("threads.nav.compute_execution_time", "1 .. 3 ms", True),
+    ("threads.nav.compute_execution_time", "1ms..3ms", True),
+    ("threads.nav.compute_execution_time", [], False),
+    ("threads.nav.compute_execution_time", {"RT101": ["1 ms", "2 ms"]}, True),
+    ("threads.nav.compute_execution_time", {"RT101": 5}, False),
+    ("threads.nav.price", "-1 EUR", False),
+    ("threads.nav.totals", {"mass": "90 g"}, True),
+    ("threads.nav.totals", {"mass": "g"}, False),
+    ("threads.nav.queue_size", 0, True),
+    ("threads.nav.queue_size", True, False),
+    ("threads.nav.queue_size", 1.5, False),
+    ("threads.nav.period", None, True),
+    ("bus_types.can_125k.transmission_time", {"RT101": {"fixed": "1 us"}}, True),
+    ("bus_types.can_125k.transmission_time", {}, True),
+    ("bus_types.can_125k.transmission_time", "1 us", False),
+    ("bus_types.can_125k.virtual", "yes", False),
+    ("processors.computer.type", "none", False),
+    ("processors.computer.type", [], False),
+    ("connections.position.from", "", False),
+    ("rules", [{"forbid": "x"}], True),
+    ("rules", [{"forbid": "x", "require": "y"}], False),
+    ("baseline", {"nav": {"queue_size": 3}}, True),
+    ("baseline", {"nav": {"queue_size": 3.5}}, False),
+    ("assumptions", ["a"], True),
+    ("assumptions", "a", False),
+    ("description", "a\nb", True),
+    ("name", "a\nb", False),
+    ("include", [], False),
+)
+
+
+@pytest.mark.parametrize(("place", "value", "valid"), EDITS)
+def test_edits_are_judged_alike(place: str, value: Any, valid: bool) -> None:
+    data = yaml.safe_load(VALID)
+    *folders, last = place.split(".")
+    part = data
+    for folder in folders:
+        part = part[folder]
+    part[last] = value
+    assert accepted(yaml.safe_dump(data, allow_unicode=True)) is valid
+    if value != "50/3 us":
+        assert schema_accepts(data) is valid
