@@ -1,0 +1,46 @@
+"""Who runs what and what carries what in a design."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from dse.analysis.views import View
+from dse.space.trees import NotOffered, PerProcessorType, Tree, at
+from dse.space.types import EMPTY, Connection, Space
+
+
+def bus_stack(space: Space, connection: Connection, view: View) -> tuple[int, ...]:
+    """The bus that the connection is bound to and whatever carries that; empty when unbound or inside one process."""
+    stack = []
+    bus = at(connection.bus, view)
+    while bus is not None:
+        stack.append(bus)
+        bus = at(space.buses[bus].carrier, view)
+    return tuple(stack)
+
+
+def machine_type(space: Space, connection: Connection, view: View) -> str:
+    """The type of the processor that runs the connection's middleware: the sending thread's, else the receiving one's."""
+    for end in (connection.source, connection.target):
+        processor = at(space.components[end].processor, view) if end is not None else None
+        if processor is not None:
+            slot = space.processors[processor]
+            name = slot.types[view[slot.type_decision]]
+            if name == EMPTY:
+                raise NotOffered
+            return name
+    raise NotOffered
+
+
+def bus_figure(space: Space, tree: Tree, connection: Connection, view: View) -> Any:
+    """A bus's figure for one connection: per processor type it is that of the machine which runs it."""
+    leaf = at(tree, view)
+    if isinstance(leaf, PerProcessorType):
+        return at(leaf.by_type[machine_type(space, connection, view)], view)
+    return leaf
+
+
+def message_bytes(space: Space, connection: Connection, stack: tuple[int, ...], view: View) -> int:
+    """Data size plus the protocol overhead of every bus and virtual bus that carries it, in bytes."""
+    size = at(connection.size_bytes, view) or 0
+    return int(size) + sum(at(space.buses[bus].overhead_bytes, view) for bus in stack)

@@ -1,0 +1,79 @@
+"""The referee: every figure of one design, computed by the analysis alone."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+from dse.analysis.limits import Limit, Verdict, build_limit, judge
+from dse.analysis.measures import Measure, all_metrics, build_measure
+from dse.analysis.rates import rate_hz
+from dse.analysis.validity import Rulebook, canonical
+from dse.analysis.views import CyclicActivation, View
+from dse.space.trees import NotOffered
+from dse.space.types import Design, Space
+
+
+@dataclass(frozen=True)
+class Evaluation:
+    """What a design amounts to.
+
+    `objectives` and `metrics` are integers in the counting units of the evaluator's measures, in the order of the problem;
+    `breaches` says why the design is not valid, `verdicts` how it meets each requirement.
+    """
+
+    design: Design
+    objectives: tuple[int, ...]
+    breaches: tuple[str, ...]
+    verdicts: tuple[Verdict, ...]
+
+    @property
+    def is_feasible(self) -> bool:
+        """Valid, and every requirement holds."""
+        return not self.breaches and all(verdict.holds for verdict in self.verdicts)
+
+
+class Evaluator:
+    """The measures and limits of a space, built once; evaluates designs without a solver."""
+
+    def __init__(self, space: Space) -> None:
+        self.space = space
+        self.rulebook = Rulebook(space)
+        self.objectives: tuple[Measure, ...] = tuple(build_measure(space, item.metric) for item in space.objectives)
+        self.limits: tuple[Limit, ...] = tuple(build_limit(space, item) for item in space.requirements)
+
+    @cached_property
+    def metrics(self) -> tuple[Measure, ...]:
+        """Every metric that a result lists."""
+        return tuple(build_measure(self.space, metric) for metric in all_metrics(self.space))
+
+    def evaluate(self, design: Design) -> Evaluation:
+        """Objectives, validity and verdicts of a design (options by decision; unused decisions may hold anything)."""
+        found = self.invalid(design)
+        if found:
+            return Evaluation(design, (), tuple(found), ())
+        view = View(design)
+        objectives = tuple(measure.integer(view) for measure in self.objectives)
+        verdicts = tuple(judge(limit, view) for limit in self.limits)
+        return Evaluation(canonical(self.space, design), objectives, (), verdicts)
+
+    def invalid(self, design: Design) -> list[str]:
+        """Why the design is none, in words."""
+        try:
+            found = self.rulebook.breaches(design)
+        except NotOffered:
+            return ["a chosen option is not offered"]
+        view = View(design)
+        try:
+            for number in range(len(self.space.components)):
+                rate_hz(self.space, ("activation", number), view)
+        except CyclicActivation:
+            found.append("event-triggered threads dispatch each other in a circle")
+        except NotOffered:
+            found.append("a chosen option is not offered")
+        return found
+
+    def metric_values(self, design: Design) -> dict[str, int]:
+        """Every metric of a valid design, in its counting unit."""
+        view = View(design)
+        return {measure.metric.name: measure.integer(view) for measure in self.metrics}

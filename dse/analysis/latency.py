@@ -1,0 +1,185 @@
+"""End-to-end flow latency: the contributor table, row by row (semantics, section 3).
+
+Minimum and maximum of a flow are sums of contributions; the rules in which the profiles differ stand side by side here.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+from dse.analysis.binding import bus_figure, bus_stack, message_bytes
+from dse.analysis.rates import is_event_triggered, is_periodic
+from dse.analysis.views import View
+from dse.space.trees import at
+from dse.space.types import Component, Flow, Space, Step
+
+NO_LATENCY = {"dse": "no latency", "osate-2.2": "no latency", "osate-2.19": "no sampling/queuing latency"}
+
+
+@dataclass(frozen=True, slots=True)
+class Row:
+    """One contribution to a flow's latency, in ns; `category` and `contributor` as OSATE prints them."""
+
+    category: str
+    contributor: str
+    min_ns: int
+    min_method: str
+    max_ns: int
+    max_method: str
+
+
+def flow_rows(space: Space, flow: Flow, view: View) -> tuple[Row, ...]:
+    """The contributor table of `flow`; its totals are the sums of its columns."""
+    return tuple(row for step in flow.steps for row in step_rows(space, step, view))
+
+
+def step_rows(space: Space, step: Step, view: View) -> tuple[Row, ...]:
+    """The rows of one element of a flow.
+
+    The flow starts at its first component without that component's own period (the *reduced* reaction time).
+    """
+    if step.kind == "connection":
+        return (_connection_row(space, step.index, view),)
+    component = space.components[step.index]
+    rows = []
+    if at(component.protocol, view) == "hybrid" and step.via is not None:
+        callback = at(component.callback_ns, view)
+        if callback is not None:
+            method = "processing time"
+            rows.append(Row(component.category, component.name, callback[0], method, callback[1], method))
+    for row in (_sampling_row(space, step, component, view), _queuing_row(space, step, component, view)):
+        if row is not None:
+            rows.append(row)
+    if not rows and step.via is not None and space.profile == "osate-2.19":
+        label = NO_LATENCY[space.profile]
+        rows.append(Row(component.category, component.name, 0, label, 0, label))
+    rows.append(_processing_row(space, component, view))
+    return tuple(rows)
+
+
+def _connection_row(space: Space, number: int, view: View) -> Row:
+    """Transmission: over every carrier, fixed + per byte * size (Transmission_Time); a bus's latency only without one."""
+    connection = space.connections[number]
+    stack = bus_stack(space, connection, view)
+    size = message_bytes(space, connection, stack, view)
+    total, given = [0, 0], False
+    for bus in (space.buses[index] for index in stack):
+        fixed = bus_figure(space, bus.fixed_ns, connection, view)
+        if fixed is not None:
+            per_byte = bus_figure(space, bus.per_byte_ns, connection, view)
+            times: Any = [fixed[end] + per_byte[end] * size for end in (0, 1)]
+        else:
+            times = bus_figure(space, bus.latency_ns, connection, view)
+        if times is not None:
+            given = True
+            total = [total[0] + times[0], total[1] + times[1]]
+    method = "no latency" if space.profile == "osate-2.2" else "transmission time"
+    own = at(connection.latency_ns, view)
+    if not given and own is not None:
+        total, method = list(own), "specified"
+    elif not given:
+        method = "no latency"
+    return Row("connection", connection.name, total[0], method, total[1], method)
+
+
+def _sampling_row(space: Space, step: Step, component: Component, view: View) -> Row | None:
+    """Sampling delay: 0 .. period of a periodic component that is not the first of the flow."""
+    periodic = is_periodic(component, view)
+    if step.via is None:
+        # OSATE 2.2 prints the row for every device and abstract component, periodic or not (CHECKS, section 6)
+        if periodic or (space.profile == "osate-2.2" and component.category in ("device", "abstract")):
+            return Row(component.category, component.name, 0, "first sampling", 0, "first sampling")
+        return None
+    if periodic:
+        if space.profile == "osate-2.19" and space.connections[step.via].port not in ("data", "feature"):
+            return None
+        period = at(component.period_ns, view)
+        if space.profile == "osate-2.19":
+            period = _harmonic_period(space, step, period, view)
+        return Row(component.category, component.name, 0, "sampling", period, "sampling")
+    if space.profile == "osate-2.2" and component.category in ("device", "abstract"):
+        return Row(component.category, component.name, 0, "sampling", 0, "sampling")
+    return None
+
+
+def _harmonic_period(space: Space, step: Step, period: int, view: View) -> int:
+    """OSATE since 2.3: the sender's period if it divides the receiver's, else the receiver's."""
+    if step.sender is None:
+        return period
+    sender = space.components[step.sender]
+    if not is_periodic(sender, view):
+        return period
+    sending: int = at(sender.period_ns, view)
+    return sending if period % sending == 0 else period
+
+
+def _queuing_row(space: Space, step: Step, component: Component, view: View) -> Row | None:
+    """Queuing delay: 0 .. queue size * delay per queued item, by the profile's rules."""
+    if step.via is None:
+        return None
+    wire = space.connections[step.via]
+    size = at(wire.queue_size, view)
+    if size is None:
+        size = at(component.queue_size, view)
+    explicit = at(component.protocol, view)
+    each = _worst_ns(space, component, view)[0]
+    if space.profile == "dse":
+        if size is None or not is_event_triggered(component, view):
+            return None
+    elif space.profile == "osate-2.2":
+        if size is None:
+            if wire.port not in ("event", "event_data"):
+                return None
+            size = 0 if explicit in ("periodic", "sporadic") else 1
+    else:
+        not_periodic = explicit in ("aperiodic", "sporadic", "hybrid")
+        if size is None:
+            if not (wire.port == "data" and not_periodic):
+                return None
+            size = 1
+        if explicit in ("periodic", "sporadic"):
+            each = at(component.period_ns, view)
+    return Row(component.category, component.name, 0, "queued", size * each, "queued")
+
+
+def _processing_row(space: Space, component: Component, view: View) -> Row:
+    best, best_method = _best_ns(space, component, view)
+    worst, worst_method = _worst_ns(space, component, view)
+    return Row(component.category, component.name, best, best_method, worst, worst_method)
+
+
+def _best_ns(space: Space, component: Component, view: View) -> tuple[int, str]:
+    """Best processing: best execution time, else specified; OSATE 2.19 looks at the response time first."""
+    response = at(component.response_ns, view)
+    if space.profile == "osate-2.19" and response is not None:
+        return response[0], "response time"
+    execution = at(component.execution_ns, view)
+    if execution is not None:
+        return execution[0], "processing time"
+    latency = at(component.latency_ns, view)
+    return (latency[0], "specified") if latency is not None else (0, "no latency")
+
+
+def _worst_ns(space: Space, component: Component, view: View) -> tuple[int, str]:
+    """Worst processing, by profile and by the worst-case setting (semantics, section 3, table of profiles)."""
+    by_deadline = space.worst_case == "deadline"
+    deadline = at(component.deadline_ns, view)
+    execution = at(component.execution_ns, view)
+    response = at(component.response_ns, view)
+    latency = at(component.latency_ns, view)
+    candidates: list[tuple[Any, str]]
+    if space.profile == "dse":
+        candidates = [(response and response[1], "response time"), (execution and execution[1], "processing time")]
+    elif space.profile == "osate-2.2":
+        candidates = [(deadline, "deadline")] if by_deadline else [(execution and execution[1], "processing time")]
+    else:
+        candidates = [(response and response[1], "response time")]
+        if not by_deadline or deadline is None:
+            candidates.append((execution and execution[1], "processing time"))
+        if by_deadline:
+            candidates.append((deadline, "deadline"))
+    candidates.append((latency and latency[1], "specified"))
+    if space.profile == "osate-2.19" and is_periodic(component, view):
+        candidates.append((at(component.period_ns, view), "deadline"))
+    return next(((value, method) for value, method in candidates if value is not None), (0, "no latency"))

@@ -1,0 +1,97 @@
+"""Requirements as comparisons of exact sums: metric against limit, with the capacity of what is limited.
+
+A ratio limits the utilisation of a processor by limit * cores, and each thread alone by the limit of one core (semantics,
+section 4); it limits the load of a bus by limit * bandwidth (section 5).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from fractions import Fraction
+
+from dse.analysis.measures import PPM, Measure, Term, build_measure, display_unit
+from dse.analysis.views import View
+from dse.space.questions import metric_dimension
+from dse.space.trees import at
+from dse.space.types import Requirement, Space
+from dse.units import DIMENSIONLESS
+
+HOLDS: dict[str, Callable[[Fraction, Fraction], bool]] = {
+    "<=": lambda value, limit: value <= limit,
+    "<": lambda value, limit: value < limit,
+    ">=": lambda value, limit: value >= limit,
+    ">": lambda value, limit: value > limit,
+    "==": lambda value, limit: value == limit,
+    "!=": lambda value, limit: value != limit,
+}
+
+
+@dataclass(frozen=True)
+class Limit:
+    """A requirement ready to evaluate: the sum of `measure` against `bound`, both in the measure's unit.
+
+    `each` is the limit that every single term of the measure must keep too (a thread cannot use more than one core), or None.
+    """
+
+    requirement: Requirement
+    measure: Measure
+    bound: Callable[[View], Fraction]
+    each: Fraction | None = None
+
+
+@dataclass(frozen=True)
+class Verdict:
+    """How a design meets a requirement: `value` and `limit` in `unit`; `slack` is negative when it is broken.
+
+    `worst_term` names the thread that alone breaks the limit of one core, if one does.
+    """
+
+    requirement: Requirement
+    value: Fraction
+    limit: Fraction
+    unit: str
+    holds: bool
+    worst_term: str = ""
+
+    @property
+    def slack(self) -> Fraction:
+        """How far the value may still move towards the limit, in `unit`."""
+        return self.limit - self.value if self.requirement.operator in ("<=", "<") else self.value - self.limit
+
+
+def build_limit(space: Space, requirement: Requirement) -> Limit:
+    """The limit of a resolved requirement."""
+    metric, quantity = requirement.metric, requirement.limit
+    measure = build_measure(space, metric)
+    if metric.kind == "utilisation":
+        slot, per_core = space.processors[metric.index or 0], quantity.value * PPM
+        each = per_core if requirement.operator in ("<=", "<") else None
+        return Limit(requirement, measure, lambda view: per_core * at(slot.cores, view), each)
+    if metric.kind == "load" and quantity.dimension == DIMENSIONLESS:
+        bus, share = space.buses[metric.index or 0], quantity.value / 8
+        return Limit(requirement, measure, lambda view: share * (at(bus.bandwidth_bps, view) or 0))
+    dimension = metric_dimension(space, metric)
+    bound = quantity.value * (display_unit(dimension)[1] if dimension is not None else 1)
+    return Limit(requirement, measure, lambda view: bound)
+
+
+def thread_loads(terms: tuple[Term, ...]) -> dict[str, list[Term]]:
+    """Utilisation terms by thread: a hybrid thread's callback and timer together."""
+    grouped: dict[str, list[Term]] = {}
+    for term in terms:
+        grouped.setdefault(term.component, []).append(term)
+    return grouped
+
+
+def judge(limit: Limit, view: View) -> Verdict:
+    """The verdict on a design."""
+    requirement, measure = limit.requirement, limit.measure
+    value, bound = measure.value(view), limit.bound(view)
+    compare = HOLDS[requirement.operator]
+    holds, worst = compare(value, bound), ""
+    if limit.each is not None:
+        for name, terms in thread_loads(measure.terms).items():
+            if not compare(sum((term.value(view) for term in terms), Fraction(0)), limit.each):
+                holds, worst = False, worst or name
+    return Verdict(requirement, value, bound, measure.unit, holds, worst)

@@ -1,0 +1,284 @@
+"""Metrics as sums of terms: CPU utilisation, bus load, latency, price, power, declared totals, derived metrics.
+
+A `Measure` is a sum of `Term`s; evaluating a design adds their values, the search tabulates them, and a report prints them: there is
+one formula for all three. Values are exact; `Measure.integer` counts them in units of 1 / `scale`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+from fractions import Fraction
+from math import ceil, lcm
+
+from dse.analysis.binding import bus_stack, message_bytes
+from dse.analysis.latency import step_rows
+from dse.analysis.rates import RateKey, rate_hz, source_rates_hz
+from dse.analysis.views import View
+from dse.space.questions import metric_dimension
+from dse.space.trees import Tree, at, leaves
+from dse.space.types import Connection, Derived, Figures, Flow, Metric, Slot, Space, Step
+from dse.units import DATA, DATA_RATE, DIMENSIONLESS, FREQUENCY, LENGTH, MONEY, POWER, TIME, Dimension
+
+PPM = 10**6
+SCALE_LIMIT = 10**7
+"""The finest unit in which a metric is counted; finer common denominators are rounded up term by term."""
+
+DISPLAY: dict[Dimension, tuple[str, Fraction]] = {
+    TIME: ("ns", Fraction(10**9)),
+    LENGTH: ("nm", Fraction(10**9)),
+    DATA: ("B", Fraction(1)),
+    DATA_RATE: ("B/s", Fraction(1)),
+    FREQUENCY: ("Hz", Fraction(1)),
+    MONEY: ("ct", Fraction(1)),
+    POWER: ("mW", Fraction(1000)),
+    DIMENSIONLESS: ("ppm", Fraction(PPM)),
+}
+
+
+@dataclass(frozen=True)
+class Term:
+    """One summand, with the thread or connection that it belongs to.
+
+    Where it is a coefficient times a rate, both parts are there too, for the search's sake.
+    """
+
+    label: str
+    value: Callable[[View], Fraction]
+    coefficient: Callable[[View], Fraction] | None = None
+    rate: RateKey | None = None
+    component: str = ""
+
+
+@dataclass(frozen=True)
+class Measure:
+    """A metric of a space: `value` in `unit`, `integer` in units of 1 / `scale` (exact unless `rounded`)."""
+
+    metric: Metric
+    unit: str
+    terms: tuple[Term, ...]
+    scale: int = 1
+    rounded: bool = False
+
+    def value(self, view: View) -> Fraction:
+        """The exact value in `unit`."""
+        return sum((term.value(view) for term in self.terms), Fraction(0))
+
+    def integer(self, view: View) -> int:
+        """The value in units of 1 / `scale`; when `rounded`, each term is rounded up (demand)."""
+        if self.rounded:
+            return sum(ceil(term.value(view) * self.scale) for term in self.terms)
+        total = self.value(view) * self.scale
+        assert total.denominator == 1, f"{self.metric.name}: {total} is no integer"
+        return int(total)
+
+    @property
+    def counting_unit(self) -> str:
+        """The unit of `integer`: ``ppm``, or ``1/3 ppm``."""
+        return self.unit if self.scale == 1 else f"1/{self.scale} {self.unit}"
+
+
+def build_measure(space: Space, metric: Metric) -> Measure:
+    """The measure of a resolved metric."""
+    if metric.kind in ("latency", "min latency", "jitter"):
+        flow = space.flows[metric.index or 0]
+        return Measure(metric, "ns", tuple(_latency_terms(space, flow, metric.kind)))
+    if metric.kind == "utilisation":
+        return _scaled(metric, "ppm", *_with_rates(space, utilisation_terms(space, metric.index or 0)))
+    if metric.kind == "load":
+        return _scaled(metric, "B/s", *_with_rates(space, load_terms(space, metric.index or 0)))
+    if metric.kind == "derived":
+        return _derived(space, metric, space.derived[metric.index or 0])
+    unit = {"price": "ct", "power": "mW"}.get(metric.kind, space.totals.get(metric.key, ""))
+    trees = list(_figure_trees(space, metric))
+    scale = lcm(*(Fraction(leaf).denominator for _, tree in trees for leaf in leaves(tree) if leaf is not None))
+    return _scaled(metric, unit, tuple(_figure_term(label, tree) for label, tree in trees), scale)
+
+
+def _scaled(metric: Metric, unit: str, terms: tuple[Term, ...], scale: int) -> Measure:
+    if scale > SCALE_LIMIT:
+        return Measure(metric, unit, terms, SCALE_LIMIT, rounded=True)
+    return Measure(metric, unit, terms, scale)
+
+
+def _latency_terms(space: Space, flow: Flow, kind: str) -> Iterator[Term]:
+    """Sums over the rows of each element: maxima, minima, or maximum minus minimum (jitter)."""
+    for step in flow.steps:
+        names = space.components if step.kind == "component" else space.connections
+
+        def value(view: View, step: Step = step) -> Fraction:
+            rows = step_rows(space, step, view)
+            most = sum(row.max_ns for row in rows) if kind != "min latency" else 0
+            least = sum(row.min_ns for row in rows) if kind != "latency" else 0
+            return Fraction(least if kind == "min latency" else most - least)
+
+        yield Term(names[step.index].name, value)
+
+
+def utilisation_terms(space: Space, processor: int) -> tuple[Term, ...]:
+    """Utilisation of a processor in ppm of one core: worst execution time on its type * activation rate, per thread.
+
+    A hybrid thread's callback works at its input rate, its timer at 1 / period (semantics, section 4).
+    """
+    terms = []
+    for number, component in enumerate(space.components):
+        if component.processor is None or processor not in set(leaves(component.processor)):
+            continue
+        if component.execution_ns is not None:
+            terms.append(_work_term(space, processor, number, "activation"))
+        if component.callback_ns is not None and "hybrid" in set(leaves(component.protocol)):
+            terms.append(_work_term(space, processor, number, "input"))
+    return tuple(terms)
+
+
+def _work_term(space: Space, processor: int, number: int, kind: str) -> Term:
+    component = space.components[number]
+    key: RateKey = ("input", number) if kind == "input" else ("activation", number)
+    tree = component.callback_ns if kind == "input" else component.execution_ns
+
+    def coefficient(view: View) -> Fraction:
+        """Worst execution time in microseconds: times a rate in Hz, that is ppm."""
+        if at(component.processor, view) != processor:
+            return Fraction(0)
+        if kind == "input" and at(component.protocol, view) != "hybrid":
+            return Fraction(0)
+        worst = at(tree, view)
+        return Fraction(worst[1], 1000) if worst is not None else Fraction(0)
+
+    label = component.name if kind == "activation" else f"{component.name} (callback)"
+    return _product(space, label, coefficient, key, component.name)
+
+
+def _product(space: Space, label: str, coefficient: Callable[[View], Fraction], key: RateKey, of: str) -> Term:
+    def value(view: View) -> Fraction:
+        factor = coefficient(view)
+        return factor * rate_hz(space, key, view) if factor else factor
+
+    return Term(label, value, coefficient, key, of)
+
+
+def load_terms(space: Space, bus: int) -> tuple[Term, ...]:
+    """Load of a bus in B/s: (data size + overhead bytes) * rate, or the stated data rate, per connection (section 5)."""
+    terms = []
+    for number, connection in enumerate(space.connections):
+        if bus not in reachable_buses(space, connection):
+            continue
+        terms.append(_load_term(space, bus, number, connection))
+    return tuple(terms)
+
+
+def reachable_buses(space: Space, connection: Connection) -> frozenset[int]:
+    """Every bus that may carry the connection, directly or under a virtual bus."""
+    found = {leaf for leaf in leaves(connection.bus) if leaf is not None}
+    while more := {leaf for bus in found for leaf in leaves(space.buses[bus].carrier) if leaf is not None} - found:
+        found |= more
+    return frozenset(found)
+
+
+def _load_term(space: Space, bus: int, number: int, connection: Connection) -> Term:
+    if connection.data_rate is not None:
+
+        def stated(view: View) -> Fraction:
+            carried = bus in bus_stack(space, connection, view)
+            return Fraction(at(connection.data_rate, view)) if carried else Fraction(0)
+
+        return Term(connection.name, stated, component=connection.name)
+
+    def coefficient(view: View) -> Fraction:
+        stack = bus_stack(space, connection, view)
+        return Fraction(message_bytes(space, connection, stack, view) if bus in stack else 0)
+
+    return _product(space, connection.name, coefficient, ("delivery", number), connection.name)
+
+
+def _with_rates(space: Space, terms: tuple[Term, ...]) -> tuple[tuple[Term, ...], int]:
+    """The terms with the common denominator of all values that they can sum to."""
+    sources = source_rates_hz(space)
+    scale = 1
+    for term in terms:
+        if term.rate is None:
+            connection = next(item for item in space.connections if item.name == term.label)
+            scale = lcm(scale, *(Fraction(leaf).denominator for leaf in leaves(connection.data_rate)))
+            continue
+        parts = {(coefficient * rate).denominator for coefficient in _coefficients(space, term) for rate in sources[term.rate]}
+        scale = lcm(scale, *parts)
+    return terms, scale
+
+
+def _coefficients(space: Space, term: Term) -> set[Fraction]:
+    """Every coefficient that the term may have, or a superset with the same denominators."""
+    assert term.rate is not None
+    kind, number = term.rate
+    if kind == "delivery":
+        connection = space.connections[number]
+        carriers = reachable_buses(space, connection)
+        if any(leaf for bus in carriers for leaf in leaves(space.buses[bus].overhead_bytes)):
+            return {Fraction(1)}
+        return {Fraction(leaf) for leaf in leaves(connection.size_bytes) if leaf is not None}
+    component = space.components[number]
+    tree = component.callback_ns if kind == "input" else component.execution_ns
+    return {Fraction(leaf[1], 1000) for leaf in leaves(tree) if leaf is not None}
+
+
+def _figure_trees(space: Space, metric: Metric) -> Iterator[tuple[str, Tree]]:
+    """The figures that a price, power or total sums: of every slot and component, or of the one that `of` names."""
+    items: Sequence[Slot | object] = (*space.processors, *space.buses, *space.components)
+    for item in items:
+        name: str = item.name  # type: ignore[attr-defined]
+        figures: Figures = item.figures  # type: ignore[attr-defined]
+        if metric.of and metric.of != name:
+            continue
+        tree = {"price": figures.price_ct, "power": figures.power_mw}.get(metric.kind)
+        if metric.kind == "total":
+            tree = figures.totals.get(metric.key)
+        if tree is not None:
+            yield name, tree
+
+
+def _figure_term(label: str, tree: Tree) -> Term:
+    return Term(label, lambda view: Fraction(at(tree, view) or 0))
+
+
+def _derived(space: Space, metric: Metric, derived: Derived) -> Measure:
+    """A sum of metrics, each times an exact constant."""
+    dimension = metric_dimension(space, metric)
+    unit, factor = display_unit(dimension) if dimension is not None else (space.totals[derived.terms[0][1].key], Fraction(1))
+    terms: list[Term] = []
+    scale = 1
+    for coefficient, inner_metric in derived.terms:
+        inner = build_measure(space, inner_metric)
+        inner_dimension = metric_dimension(space, inner_metric)
+        inner_factor = display_unit(inner_dimension)[1] if inner_dimension is not None else Fraction(1)
+        times = coefficient.value * factor / inner_factor
+        terms += [_times(term, times) for term in inner.terms]
+        scale = lcm(scale, inner.scale * times.denominator) if not inner.rounded else SCALE_LIMIT + 1
+    return _scaled(metric, unit, tuple(terms), scale)
+
+
+def _times(term: Term, factor: Fraction) -> Term:
+    coefficient = term.coefficient
+    scaled = (lambda view: coefficient(view) * factor) if coefficient is not None else None
+    return Term(term.label, lambda view: term.value(view) * factor, scaled, term.rate, term.component)
+
+
+def display_unit(dimension: Dimension) -> tuple[str, Fraction]:
+    """The unit in which results count a dimension, and how many of it make one coherent unit."""
+    if dimension in DISPLAY:
+        return DISPLAY[dimension]
+    bases = ("s", "m", "B", "ct", "W")
+    return " ".join(f"{base}^{power}" for base, power in zip(bases, dimension, strict=True) if power), Fraction(1)
+
+
+def all_metrics(space: Space) -> tuple[Metric, ...]:
+    """Every metric that a result lists: flows, processors, buses, system totals, derived metrics."""
+    metrics = []
+    for number, flow in enumerate(space.flows):
+        metrics += [Metric(f"{kind} of {flow.name}", kind, number) for kind in ("latency", "min latency", "jitter")]
+    metrics += [Metric(f"utilisation of {slot.name}", "utilisation", n) for n, slot in enumerate(space.processors)]
+    metrics += [Metric(f"load of {bus.name}", "load", n) for n, bus in enumerate(space.buses)]
+    metrics += [Metric("price", "price", None, "price"), Metric("power", "power", None, "power")]
+    metrics += [Metric(name, "total", None, name) for name in space.totals]
+    metrics += [Metric(item.name, "derived", number) for number, item in enumerate(space.derived)]
+    return tuple(metrics)
+
+

@@ -1,0 +1,121 @@
+"""Activation rates: how often threads and devices run, and messages leave (semantics, section 2)."""
+
+from __future__ import annotations
+
+from fractions import Fraction
+from typing import Literal, TypeAlias
+
+from dse.analysis.views import CyclicActivation, View
+from dse.space.trees import at, leaves
+from dse.space.types import Component, Space
+
+NS_PER_S = 10**9
+RateKey: TypeAlias = tuple[Literal["activation", "input", "delivery"], int]
+_PENDING = object()
+
+
+def is_event_triggered(component: Component, view: View) -> bool:
+    """Aperiodic, sporadic, or neither protocol nor period stated."""
+    protocol = at(component.protocol, view)
+    if protocol in ("aperiodic", "sporadic"):
+        return True
+    return protocol is None and at(component.period_ns, view) is None
+
+
+def is_periodic(component: Component, view: View) -> bool:
+    """Has a period and is not explicitly sporadic or aperiodic; a hybrid component's timer is periodic."""
+    return not is_event_triggered(component, view)
+
+
+def rate_hz(space: Space, key: RateKey, view: View) -> Fraction:
+    """The rate that `key` names, in Hz: of a component's activation or input, or of a connection's deliveries.
+
+    * activation: 1 / period; event-triggered: the sum of the rates at which trigger connections deliver; sporadic: at most 1 / period
+    * input: that sum, also for a hybrid component, whose callback runs at it
+    * delivery: the rate that the connection states, its data rate over its data size, or the activation rate of its source
+
+    Raises
+    ------
+    CyclicActivation
+        when event-triggered components dispatch each other in a circle.
+    """
+    known = view.memo.get(key)
+    if known is _PENDING:
+        raise CyclicActivation
+    if known is not None:
+        return Fraction(known)
+    view.memo[key] = _PENDING
+    kind, number = key
+    if kind == "activation":
+        rate = _activation_hz(space, number, view)
+    elif kind == "input":
+        rate = sum((rate_hz(space, ("delivery", wire), view) for wire in space.components[number].triggers), Fraction(0))
+    else:
+        rate = _delivery_hz(space, number, view)
+    view.memo[key] = rate
+    return rate
+
+
+def _activation_hz(space: Space, number: int, view: View) -> Fraction:
+    component = space.components[number]
+    if not is_event_triggered(component, view):
+        return Fraction(NS_PER_S, at(component.period_ns, view))
+    arriving = rate_hz(space, ("input", number), view)
+    if at(component.protocol, view) == "sporadic":
+        return min(arriving, Fraction(NS_PER_S, at(component.period_ns, view)))
+    return arriving
+
+
+def _delivery_hz(space: Space, number: int, view: View) -> Fraction:
+    connection = space.connections[number]
+    stated = at(connection.rate_hz, view)
+    if stated is not None:
+        return Fraction(stated)
+    data_rate = at(connection.data_rate, view)
+    if data_rate is not None:
+        size = at(connection.size_bytes, view)
+        return Fraction(data_rate) / size if size else Fraction(0)
+    if connection.source is None:
+        return Fraction(0)
+    return rate_hz(space, ("activation", connection.source), view)
+
+
+def source_rates_hz(space: Space) -> dict[RateKey, frozenset[Fraction]]:
+    """For each rate the source rates that it is a sum of multiples of, over all designs; for common denominators."""
+    found: dict[RateKey, frozenset[Fraction]] = {}
+    changed = True
+    while changed:
+        changed = False
+        for key in _all_keys(space):
+            rates = _direct_sources(space, key, found)
+            if rates != found.get(key):
+                found[key] = rates
+                changed = True
+    return found
+
+
+def _all_keys(space: Space) -> list[RateKey]:
+    keys: list[RateKey] = [("delivery", number) for number in range(len(space.connections))]
+    for number in range(len(space.components)):
+        keys += [("input", number), ("activation", number)]
+    return keys
+
+
+def _direct_sources(
+    space: Space, key: RateKey, found: dict[RateKey, frozenset[Fraction]]
+) -> frozenset[Fraction]:
+    kind, number = key
+    empty: frozenset[Fraction] = frozenset()
+    if kind == "input":
+        triggers = space.components[number].triggers
+        return empty.union(*(found.get(("delivery", wire), empty) for wire in triggers))
+    if kind == "activation":
+        periods = [leaf for leaf in leaves(space.components[number].period_ns) if leaf is not None]
+        return found.get(("input", number), empty) | {Fraction(NS_PER_S, period) for period in periods}
+    connection = space.connections[number]
+    if connection.rate_hz is not None:
+        return frozenset(Fraction(leaf) for leaf in leaves(connection.rate_hz))
+    if connection.data_rate is not None:
+        sizes = {leaf for leaf in leaves(connection.size_bytes) if leaf}
+        return frozenset(Fraction(leaf) / size for leaf in leaves(connection.data_rate) for size in sizes)
+    return found.get(("activation", connection.source), empty) if connection.source is not None else empty

@@ -1,0 +1,220 @@
+"""Which combinations of options are designs at all: structure, bindings and the user's rules.
+
+`conditions` gives predicates on designs that each consult few decisions, `covers` the slots that must not be filled in vain. Evaluation
+and search read the same list.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from typing import Any
+
+from dse.analysis.binding import bus_stack
+from dse.analysis.limits import HOLDS
+from dse.analysis.measures import reachable_buses
+from dse.analysis.views import View
+from dse.space.trees import NOT_OFFERED, Choice, NotOffered, Tree, at, consulted, leaves
+from dse.space.types import (
+    EMPTY,
+    INACTIVE,
+    Atom,
+    Decision,
+    Design,
+    MultipleTest,
+    PairTest,
+    ResolvedCondition,
+    Rule,
+    Slot,
+    Space,
+    UsedTest,
+    ValueTest,
+)
+from dse.spec.expressions import And, Not, Or
+
+
+@dataclass(frozen=True)
+class Predicate:
+    """Something that must hold in every design, with the words to say so."""
+
+    text: str
+    holds: Callable[[View], bool]
+
+
+@dataclass(frozen=True)
+class Cover:
+    """An optional slot must be empty unless one of its users is bound to it."""
+
+    slot: Slot
+    users: tuple[Callable[[View], bool], ...]
+
+
+def is_met(decision: Decision, index: int, view: View) -> bool:
+    """Whether the design uses the decision."""
+    return index in consulted(decision.home, view)[0]
+
+
+def has_conditional_home(decision: Decision, index: int) -> bool:
+    """Whether the decision can be inactive: its home tree does not begin with it."""
+    return not (isinstance(decision.home, Choice) and decision.home.decision == index)
+
+
+def canonical(space: Space, design: Design) -> Design:
+    """The design with every decision that it does not use marked inactive; equal designs become identical."""
+    view = View(design)
+    return tuple(
+        option if is_met(space.decisions[index], index, view) else INACTIVE for index, option in enumerate(design)
+    )
+
+
+def structural_predicates(space: Space) -> Iterator[Predicate]:
+    """What the architecture itself demands of every design."""
+    for decision in space.decisions:
+        if _mentions_not_offered(decision.home):
+            yield Predicate(f"{decision.name} is offered", lambda view, home=decision.home: _is_offered(home, view))
+    yield from _filled_slots(space)
+    yield from _shared_processes(space)
+
+
+def _mentions_not_offered(tree: Tree) -> bool:
+    if isinstance(tree, Choice):
+        return any(_mentions_not_offered(branch) for branch in tree.branches)
+    return tree is NOT_OFFERED
+
+
+def _is_offered(home: Tree, view: View) -> bool:
+    return consulted(home, view)[1] is not NOT_OFFERED
+
+
+def _filled_slots(space: Space) -> Iterator[Predicate]:
+    """Nothing is bound to an empty slot."""
+    for slot, users in slot_users(space):
+        if not slot.optional:
+            continue
+        empty = slot.types.index(EMPTY)
+        for name, uses in users:
+            yield Predicate(
+                f"{name} is not bound to the empty slot {slot.name}",
+                lambda view, uses=uses, slot=slot, empty=empty: not (
+                    view[slot.type_decision] == empty and uses(view)
+                ),
+            )
+
+
+def covers(space: Space) -> tuple[Cover, ...]:
+    """The optional slots with everything that may be bound to them."""
+    return tuple(
+        Cover(slot, tuple(uses for _, uses in users)) for slot, users in slot_users(space) if slot.optional
+    )
+
+
+def slot_users(space: Space) -> Iterator[tuple[Slot, list[tuple[str, Callable[[View], bool]]]]]:
+    """For each slot the names of what may be bound to it, with a predicate that tells whether it is."""
+    for number, slot in enumerate(space.processors):
+        threads = [item for item in space.components if number in set(leaves(item.processor))]
+        yield slot, [(item.name, _runs_on(item.processor, number)) for item in threads]
+    for number, bus in enumerate(space.buses):
+        wires = [item for item in space.connections if number in reachable_buses(space, item)]
+        yield bus, [(item.name, _is_carried(space, item, number)) for item in wires]
+
+
+def _runs_on(processor: Tree, number: int) -> Callable[[View], bool]:
+    return lambda view: at(processor, view) == number
+
+
+def _is_carried(space: Space, connection: Any, number: int) -> Callable[[View], bool]:
+    return lambda view: number in bus_stack(space, connection, view)
+
+
+def _shared_processes(space: Space) -> Iterator[Predicate]:
+    """Threads of one process run on one processor."""
+    threads = [item for item in space.components if item.process is not None and item.processor is not None]
+    for position, one in enumerate(threads):
+        for other in threads[position + 1 :]:
+            if not set(leaves(one.process)) & set(leaves(other.process)):
+                continue
+            if one.processor == other.processor and not isinstance(one.processor, Choice):
+                continue
+
+            def together(view: View, one: Any = one, other: Any = other) -> bool:
+                process = at(one.process, view)
+                if process is None or process != at(other.process, view):
+                    return True
+                return bool(at(one.processor, view) == at(other.processor, view))
+
+            yield Predicate(f"{one.name} and {other.name} run on one processor if they share a process", together)
+
+
+def truth(condition: ResolvedCondition, view: View) -> bool | None:
+    """Kleene's three-valued truth: None is unknown, because a figure is inactive in the design."""
+    if isinstance(condition, Not):
+        value = truth(condition.operand, view)  # type: ignore[arg-type]
+        return None if value is None else not value
+    if isinstance(condition, And | Or):
+        decisive = isinstance(condition, Or)
+        values = [truth(item, view) for item in condition.operands]  # type: ignore[arg-type]
+        if decisive in values:
+            return decisive
+        return None if None in values else not decisive
+    return atom_truth(condition, view)
+
+
+def atom_truth(atom: Atom, view: View) -> bool | None:
+    """The truth of a single test."""
+    if isinstance(atom, UsedTest):
+        return any(_value(tree, view) in names for tree, names in atom.types)
+    if isinstance(atom, ValueTest):
+        value = _value(atom.tree, view)
+        if value is None:
+            return None
+        return value in atom.value if atom.operator == "in" else HOLDS[atom.operator](value, atom.value)
+    left, right = _value(atom.left, view), _value(atom.right, view)
+    if left is None or right is None:
+        return None
+    if isinstance(atom, MultipleTest):
+        return bool(left % right == 0)
+    assert isinstance(atom, PairTest)
+    return HOLDS[atom.operator](left, right)
+
+
+def _value(tree: Tree, view: View) -> Any:
+    """The figure, or None where it is inactive or not offered."""
+    try:
+        return at(tree, view)
+    except NotOffered:
+        return None
+
+
+def is_broken(rule: Rule, view: View) -> bool:
+    """``require`` is broken only by what is false, ``forbid`` only by what is true."""
+    return truth(rule.condition, view) is (rule.verb == "forbid")
+
+
+class Rulebook:
+    """Everything that makes a combination of options a design, gathered once for a space."""
+
+    def __init__(self, space: Space) -> None:
+        self.space = space
+        self.predicates = tuple(structural_predicates(space))
+        self.covers = covers(space)
+
+    def breaches(self, design: Design) -> list[str]:
+        """Why the design is not valid, in words; empty when it is.
+
+        Raises
+        ------
+        NotOffered
+            when the bindings cannot even be followed.
+        """
+        view = View(design)
+        found = [item.text for item in self.predicates if not item.holds(view)]
+        for cover in self.covers:
+            filled = cover.slot.types[view[cover.slot.type_decision]] != EMPTY
+            if filled and not any(uses(view) for uses in cover.users):
+                found.append(f"nothing is bound to the optional slot {cover.slot.name}: it is empty")
+        found += [rule.text for rule in self.space.rules if is_broken(rule, view)]
+        for decision, option in self.space.fixed.items():
+            if design[decision] not in (option, INACTIVE):
+                item = self.space.decisions[decision]
+                found.append(f"{item.name} is fixed at {item.options[option]}")
+        return found

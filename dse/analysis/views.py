@@ -1,0 +1,96 @@
+"""Designs as formulas see them, and the table of a formula over the decisions that it consults.
+
+A formula is a function of a `View`. Evaluating it on a whole design gives its value; `tabulate` evaluates it on partial designs,
+branching whenever it asks for a decision that is still open. The result is a list of disjoint, exhaustive cases: the search takes
+its coefficients from there, so that no formula is written twice.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any, Generic, TypeVar
+
+from dse.space.trees import NotOffered
+from dse.space.types import Space
+
+T = TypeVar("T")
+
+
+class View:
+    """A design with a memo for intermediate results of formulas."""
+
+    __slots__ = ("design", "memo")
+
+    def __init__(self, design: Sequence[int]) -> None:
+        self.design: Any = design
+        self.memo: dict[Any, Any] = {}
+
+    def __getitem__(self, decision: int) -> int:
+        return int(self.design[decision])
+
+
+class Undecided(Exception):
+    """A formula asked for `decision`, which the partial design leaves open."""
+
+    def __init__(self, decision: int) -> None:
+        self.decision = decision
+
+
+class CyclicActivation(Exception):
+    """Event-triggered components dispatch each other in a circle: the design has no rates."""
+
+
+class PartialView(View):
+    """A partial design: asking for an open decision raises `Undecided`."""
+
+    __slots__ = ()
+
+    def __init__(self, design: Mapping[int, int]) -> None:
+        self.design = design
+        self.memo = {}
+
+    def __getitem__(self, decision: int) -> int:
+        option = self.design.get(decision)
+        if option is None:
+            raise Undecided(decision)
+        return int(option)
+
+
+@dataclass(frozen=True, slots=True)
+class Case(Generic[T]):
+    """Where every decision of `conditions` takes the option beside it, the formula has `value`."""
+
+    conditions: tuple[tuple[int, int], ...]
+    value: T
+
+
+def tabulate(space: Space, formula: Callable[[View], T], limit: int) -> list[Case[T]] | None:
+    """The cases of `formula` over all designs; None when there are more than `limit`.
+
+    Cases in which the design cannot be valid (an option that is not offered, a cycle of event-triggered components) are left
+    out: the constraints that forbid them stand elsewhere.
+    """
+    cases: list[Case[T]] = []
+    stack: list[dict[int, int]] = [{}]
+    while stack:
+        partial = stack.pop()
+        try:
+            value = formula(PartialView(partial))
+        except Undecided as question:
+            options = allowed_options(space, question.decision)
+            stack.extend({**partial, question.decision: option} for option in reversed(options))
+            if len(cases) + len(stack) > limit:
+                return None
+        except (NotOffered, CyclicActivation):
+            continue
+        else:
+            cases.append(Case(tuple(partial.items()), value))
+    return cases
+
+
+def allowed_options(space: Space, decision: int) -> Sequence[int]:
+    """The options that ``--fix`` leaves a decision."""
+    if decision in space.fixed:
+        return (space.fixed[decision],)
+    return range(len(space.decisions[decision].options))

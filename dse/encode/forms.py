@@ -1,0 +1,147 @@
+"""Literals and linear forms over a CP-SAT model: what the constraint families are written in."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass, field
+from fractions import Fraction
+from math import gcd
+from typing import Any, TypeVar
+
+from ortools.sat.python import cp_model
+
+from dse.analysis.views import Case, View, tabulate
+from dse.space.types import Space
+
+T = TypeVar("T")
+
+EXACT_LIMIT = 2**53
+"""Sums beyond this would be rounded by the solver's floating-point parts."""
+CASE_LIMIT = 400
+"""A formula with more cases than this is not tabulated where there is another way."""
+HARD_CASE_LIMIT = 200_000
+
+
+@dataclass
+class Form:
+    """constant + sum of coefficient * variable, with bounds known term by term: ``low <= form <= high``."""
+
+    constant: int = 0
+    coefficients: dict[int, int] = field(default_factory=dict)
+    low: int = 0
+    high: int = 0
+
+    def add(self, other: Form, times: int = 1) -> None:
+        """Add another form in place."""
+        self.constant += times * other.constant
+        for variable, coefficient in other.coefficients.items():
+            self.coefficients[variable] = self.coefficients.get(variable, 0) + times * coefficient
+        ends = (times * other.low, times * other.high)
+        self.low += min(ends)
+        self.high += max(ends)
+
+    def shared_divisor(self) -> int:
+        """The greatest common divisor of the coefficients; 1 for a constant."""
+        return gcd(*self.coefficients.values()) or 1
+
+
+class Board:
+    """A CP-SAT model under construction, the literal of every option, and every derived literal made once."""
+
+    def __init__(self, space: Space) -> None:
+        self.space = space
+        self.model = cp_model.CpModel()
+        self.options: list[list[cp_model.IntVar]] = []
+        self.inactive: list[cp_model.IntVar | None] = []
+        self._all_of: dict[frozenset[int], Any] = {}
+        self._cases: dict[tuple[tuple[tuple[int, int], ...], ...], None] = {}
+        self.true = self.model.new_constant(1)
+
+    def all_of(self, literals: Iterable[Any]) -> Any:
+        """A literal that is true exactly when all of the given ones are."""
+        parts = {literal.index: literal for literal in literals if literal.index != self.true.index}
+        if any(-index - 1 in parts for index in parts) or -self.true.index - 1 in parts:
+            return self.true.negated()
+        if not parts:
+            return self.true
+        if len(parts) == 1:
+            return next(iter(parts.values()))
+        key = frozenset(parts)
+        if key not in self._all_of:
+            made = self.model.new_bool_var("")
+            for part in parts.values():
+                self.model.add_implication(made, part)
+            self.model.add_bool_or([made, *(part.negated() for part in parts.values())])
+            self._all_of[key] = made
+        return self._all_of[key]
+
+    def any_of(self, literals: Iterable[Any]) -> Any:
+        """A literal that is true exactly when one of the given ones is."""
+        return self.all_of(literal.negated() for literal in literals).negated()
+
+    def case_literal(self, case: Case[Any]) -> Any:
+        """The literal of a case: all its options are chosen."""
+        return self.all_of(self.options[decision][option] for decision, option in case.conditions)
+
+    def forbid(self, literals: Sequence[Any]) -> None:
+        """Not all of the literals together."""
+        self.model.add_bool_or([literal.negated() for literal in literals])
+
+    def table(self, formula: Callable[[View], T], limit: int = HARD_CASE_LIMIT) -> list[tuple[Any, T]] | None:
+        """The cases of a formula as (literal, value), exactly one of which is true; None beyond `limit` cases."""
+        cases = tabulate(self.space, formula, limit)
+        if cases is None:
+            if limit >= HARD_CASE_LIMIT:
+                raise OverflowError("a figure depends on more combinations of options than can be tabulated")
+            return None
+        pairs = [(self.case_literal(case), case.value) for case in cases]
+        key = tuple(case.conditions for case in cases)
+        if key not in self._cases:
+            self._cases[key] = None
+            self.model.add_exactly_one([literal for literal, _ in pairs])
+        return pairs
+
+    def holds(self, formula: Callable[[View], bool]) -> Any:
+        """The literal of a predicate."""
+        pairs = self.table(formula) or []
+        return self.any_of(literal for literal, value in pairs if value)
+
+    def form(self, pairs: Iterable[tuple[Any, int]]) -> Form:
+        """The linear form of a table of integers."""
+        listed = list(pairs)
+        if not listed:
+            return Form()
+        base = min(value for _, value in listed)
+        form = Form(base, {}, base, max(value for _, value in listed))
+        for literal, value in listed:
+            self._add_literal(form, literal, value - base)
+        return form
+
+    def _add_literal(self, form: Form, literal: Any, coefficient: int) -> None:
+        if coefficient == 0:
+            return
+        if literal.index == self.true.index:
+            form.constant += coefficient
+        elif literal.index < 0:
+            form.constant += coefficient
+            index = -literal.index - 1
+            form.coefficients[index] = form.coefficients.get(index, 0) - coefficient
+        else:
+            form.coefficients[literal.index] = form.coefficients.get(literal.index, 0) + coefficient
+
+    def expression(self, form: Form) -> Any:
+        """The form as a solver expression; raises OverflowError where exact arithmetic would be lost."""
+        if max(abs(form.low), abs(form.high)) >= EXACT_LIMIT:
+            raise OverflowError(f"a sum may reach {max(abs(form.low), abs(form.high))}, beyond exact arithmetic")
+        variables = [self.model.get_int_var_from_proto_index(index) for index in form.coefficients]
+        return cp_model.LinearExpr.weighted_sum(variables, list(form.coefficients.values())) + form.constant
+
+
+def floor_int(value: Fraction) -> int:
+    """The greatest integer not above `value`."""
+    return value.numerator // value.denominator
+
+
+def ceil_int(value: Fraction) -> int:
+    """The least integer not below `value`."""
+    return -(-value.numerator // value.denominator)

@@ -1,0 +1,140 @@
+"""The design space as a CP-SAT model; reads like a contents page.
+
+Every coefficient comes from tabulating the analysis' own functions, so that a design in the model has the figures that
+`dse.analysis` gives it. Where a common denominator is too fine to count in (`Measure.rounded`), constraints are relaxed to the safe
+side, which loses no design, and the referee refuses what exact comparison refuses.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from ortools.sat.python import cp_model
+
+from dse.analysis.evaluate import Evaluator
+from dse.analysis.validity import Rulebook, has_conditional_home
+from dse.analysis.views import View
+from dse.encode.forms import Board
+from dse.encode.rates import RateVariables, add_acyclic_activation
+from dse.encode.requirements import add_limit
+from dse.encode.rules import add_rule
+from dse.encode.sums import measure_form
+from dse.space.trees import Choice
+from dse.space.types import EMPTY, INACTIVE, Design, Space
+
+
+@dataclass(frozen=True)
+class EncodedObjective:
+    """An objective in the model: value = offset + step * variable, the variable from 0 to `size`; maximised ones are negated."""
+
+    variable: cp_model.IntVar
+    offset: int
+    step: int
+    size: int
+
+
+@dataclass(frozen=True)
+class EncodedSpace:
+    """The model, the literal of each option of each decision, and the objectives (all to be minimised)."""
+
+    model: cp_model.CpModel
+    options: Sequence[Sequence[cp_model.IntVar]]
+    inactive: Sequence[cp_model.IntVar | None]
+    objectives: tuple[EncodedObjective, ...]
+
+    def design(self, value: Mapping[Any, int] | Any) -> Design:
+        """The design of a solution; `value` gives the value of a literal."""
+        result = []
+        for literals in self.options:
+            chosen = [option for option, literal in enumerate(literals) if value(literal)]
+            result.append(chosen[0] if chosen else INACTIVE)
+        return tuple(result)
+
+
+def encode(evaluator: Evaluator) -> EncodedSpace:
+    """The whole model of a space.
+
+    Raises
+    ------
+    OverflowError
+        when a sum would leave the range of exact arithmetic, naming what it is a sum of.
+    """
+    space = evaluator.space
+    board = Board(space)
+    add_decisions(board)
+    add_activity(board)
+    add_validity(board, evaluator.rulebook)
+    add_acyclic_activation(board)
+    rates = RateVariables(board)
+    for rule in space.rules:
+        add_rule(board, rule)
+    for limit in evaluator.limits:
+        add_limit(board, rates, limit)
+    objectives = tuple(_add_objective(board, rates, evaluator, number) for number in range(len(space.objectives)))
+    problem = board.model.validate()
+    assert not problem, problem
+    return EncodedSpace(board.model, board.options, board.inactive, objectives)
+
+
+def add_decisions(board: Board) -> None:
+    """Each decision takes exactly one of its options, or is inactive: sum(x[d, o]) + inactive[d] = 1."""
+    for index, decision in enumerate(board.space.decisions):
+        conditional = has_conditional_home(decision, index)
+        if len(decision.options) == 1 and not conditional:
+            board.options.append([board.true])
+            board.inactive.append(None)
+            continue
+        literals = [board.model.new_bool_var(f"{decision.name}={option}") for option in decision.options]
+        inactive = board.model.new_bool_var(f"{decision.name} inactive") if conditional else None
+        board.model.add_exactly_one([*literals, inactive] if inactive is not None else literals)
+        for option, literal in enumerate(literals):
+            if index in board.space.fixed and board.space.fixed[index] != option:
+                board.model.add_bool_and([literal.negated()])
+        board.options.append(literals)
+        board.inactive.append(inactive)
+
+
+def add_activity(board: Board) -> None:
+    """A decision is inactive exactly when the walk through its home tree does not meet it."""
+    for index, decision in enumerate(board.space.decisions):
+        inactive = board.inactive[index]
+        if inactive is None:
+            continue
+
+        def meets(view: View, index: int = index, tree: Any = decision.home) -> bool:
+            while isinstance(tree, Choice):
+                if tree.decision == index:
+                    return True
+                tree = tree.branches[view[tree.decision]]
+            return False
+
+        for literal, met in board.table(meets) or []:
+            board.model.add_implication(literal, inactive.negated() if met else inactive)
+
+
+def add_validity(board: Board, rulebook: Rulebook) -> None:
+    """Structural predicates forbid the cases in which they fail; a filled optional slot has at least one user."""
+    for predicate in rulebook.predicates:
+        for literal, holds in board.table(predicate.holds) or []:
+            if not holds:
+                board.forbid([literal])
+    for cover in rulebook.covers:
+        empty = board.options[cover.slot.type_decision][cover.slot.types.index(EMPTY)]
+        board.model.add_bool_or([empty, *(board.holds(uses) for uses in cover.users)])
+
+
+def _add_objective(board: Board, rates: RateVariables, evaluator: Evaluator, number: int) -> EncodedObjective:
+    """objective = offset + step * variable, where step divides every coefficient (lossless)."""
+    measure = evaluator.objectives[number]
+    sign = 1 if board.space.objectives[number].sense == "minimise" else -1
+    form = measure_form(board, rates, measure)
+    step = form.shared_divisor()
+    ends = sorted((sign * form.low, sign * form.high))
+    base = sign * form.constant
+    offset = ends[0] + (base - ends[0]) % step
+    size = max(0, (ends[1] - offset) // step)
+    variable = board.model.new_int_var(0, size, measure.metric.name)
+    board.model.add(sign * board.expression(form) == offset + step * variable)
+    return EncodedObjective(variable, offset, step, size)

@@ -1,0 +1,42 @@
+"""Rules between decisions as clauses."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from dse.analysis.validity import atom_truth, is_broken
+from dse.encode.forms import Board
+from dse.space.types import ResolvedCondition, Rule
+from dse.spec.expressions import And, Not, Or
+
+DIRECT_CASES = 256
+
+
+def add_rule(board: Board, rule: Rule) -> None:
+    """Forbid the cases in which the rule is broken; large rules go through a literal for each part."""
+    cases = board.table(lambda view: is_broken(rule, view), DIRECT_CASES)
+    if cases is not None:
+        for literal, broken in cases:
+            if broken:
+                board.forbid([literal])
+        return
+    true, false = _kleene(board, rule.condition)
+    board.forbid([true if rule.verb == "forbid" else false])
+
+
+def _kleene(board: Board, condition: ResolvedCondition) -> tuple[Any, Any]:
+    """The literals "certainly true" and "certainly false" of a condition in Kleene's logic."""
+    if isinstance(condition, Not):
+        true, false = _kleene(board, condition.operand)  # type: ignore[arg-type]
+        return false, true
+    if isinstance(condition, And | Or):
+        parts = [_kleene(board, item) for item in condition.operands]  # type: ignore[arg-type]
+        trues, falses = [part[0] for part in parts], [part[1] for part in parts]
+        if isinstance(condition, And):
+            return board.all_of(trues), board.any_of(falses)
+        return board.any_of(trues), board.all_of(falses)
+    table = board.table(lambda view: atom_truth(condition, view)) or []
+    return (
+        board.any_of(literal for literal, value in table if value is True),
+        board.any_of(literal for literal, value in table if value is False),
+    )

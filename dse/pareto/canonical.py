@@ -1,0 +1,95 @@
+"""The canonical design of a point: the first, in the order of decisions and options of the file, of all that have it."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from ortools.sat.python import cp_model
+
+from dse.encode.forms import EXACT_LIMIT
+from dse.pareto.subproblem import Found, Solver
+from dse.space.types import Design
+
+
+def canonical_design(solver: Solver, point: tuple[int, ...], known: Design) -> Design | None:
+    """The lexicographically smallest design with the counted objectives `point`; inactive comes before every option.
+
+    Options are minimised as the digits of a number, several decisions to a call as far as the number stays exact. None when stopped.
+    """
+    encoded = solver.encoded
+    restore: list[int] = []
+    design = known
+    try:
+        for digits in _chunks(solver):
+            model = encoded.model
+            for objective, value in zip(encoded.objectives, point, strict=True):
+                domain = model.proto.variables[objective.variable.index].domain
+                domain.clear()
+                domain.extend([value, value])
+            model.clear_objective()
+            model.minimize(sum(_digit(solver, index) * weight for index, weight in digits))
+            solver.hint(design)
+            answer = solver.ask()
+            if not isinstance(answer, Found):
+                return None
+            design = answer.design
+            restore += _fix(solver, design, [index for index, _ in digits])
+    finally:
+        for variable in restore:
+            domain = encoded.model.proto.variables[variable].domain
+            domain.clear()
+            domain.extend([0, 1])
+    return design
+
+
+def _open(solver: Solver) -> list[int]:
+    return [index for index, literals in enumerate(solver.encoded.options) if len(literals) > 1]
+
+
+def _base(solver: Solver, index: int) -> int:
+    return len(solver.encoded.options[index]) + (solver.encoded.inactive[index] is not None)
+
+
+def _chunks(solver: Solver) -> list[list[tuple[int, int]]]:
+    """The open decisions in order, cut into groups whose digits make an exact number; with their place values."""
+    groups: list[list[int]] = [[]]
+    size = 1
+    for index in _open(solver):
+        if size * _base(solver, index) >= EXACT_LIMIT >> 4:
+            groups.append([])
+            size = 1
+        groups[-1].append(index)
+        size *= _base(solver, index)
+    chunks = []
+    for group in groups:
+        weight, digits = 1, []
+        for index in reversed(group):
+            digits.append((index, weight))
+            weight *= _base(solver, index)
+        if digits:
+            chunks.append(digits[::-1])
+    return chunks
+
+
+def _digit(solver: Solver, index: int) -> Any:
+    """The option's number as an expression: 0 for inactive where that is possible."""
+    literals = solver.encoded.options[index]
+    shift = solver.encoded.inactive[index] is not None
+    return cp_model.LinearExpr.weighted_sum(list(literals), [number + shift for number in range(len(literals))])
+
+
+def _fix(solver: Solver, design: Design, indices: list[int]) -> list[int]:
+    """Fix decisions at the design's options; returns the variables to set free again."""
+    fixed = []
+    for index in indices:
+        inactive = solver.encoded.inactive[index]
+        pairs = [(literal, number == design[index]) for number, literal in enumerate(solver.encoded.options[index])]
+        if inactive is not None:
+            pairs.append((inactive, design[index] < 0))
+        for literal, value in pairs:
+            domain = solver.encoded.model.proto.variables[literal.index].domain
+            if list(domain) == [0, 1]:
+                domain.clear()
+                domain.extend([int(value), int(value)])
+                fixed.append(literal.index)
+    return fixed

@@ -1,0 +1,170 @@
+"""One solver call: is there a design in this part of the objective space, and which is the best one?
+
+Every question the search asks goes through `Solver.minimise`, which answers with a design, a refutation, or neither.
+"""
+
+from __future__ import annotations
+
+import threading
+import time
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from ortools.sat.python import cp_model
+
+from dse.encode.forms import EXACT_LIMIT
+from dse.encode.model import EncodedSpace
+from dse.space.types import Design
+
+LIGHT_DETERMINISTIC_TIME = 2.0
+"""How much work the light settings may do before a call is tried again with CP-SAT's own defaults."""
+
+
+@dataclass(frozen=True)
+class Found:
+    """An optimal solution: the counted objectives (steps above each offset) and the design."""
+
+    point: tuple[int, ...]
+    design: Design
+
+
+@dataclass(frozen=True)
+class NoSuchDesign:
+    """The solver proved that there is no design in the region."""
+
+
+@dataclass(frozen=True)
+class Unfinished:
+    """The solver was stopped before it could tell; says nothing about the region."""
+
+
+Answer = Found | NoSuchDesign | Unfinished
+
+
+class Solver:
+    """A model with its search settings, a deadline and a stop switch.
+
+    `calls` counts the questions asked. Same model, same seed, same answers: one worker and limits in deterministic time.
+    """
+
+    def __init__(self, encoded: EncodedSpace, *, seed: int = 0, workers: int = 1, deadline: float | None = None) -> None:
+        self.encoded = encoded
+        self.seed = seed
+        self.workers = workers
+        self.deadline = deadline
+        self.calls = 0
+        self.stopped = False
+        self._running: cp_model.CpSolver | None = None
+
+    def stop(self) -> None:
+        """End the running call and refuse further ones."""
+        self.stopped = True
+        if self._running is not None:
+            self._running.stop_search()
+
+    def minimise(
+        self, weights: Sequence[int], upper: Sequence[int], lower: Sequence[int] | None = None, hint: Design | None = None
+    ) -> Answer:
+        """A design with counted objectives in [lower, upper] that minimises their weighted sum.
+
+        `weights` must not be negative; the sum of weight * upper must stay below 2**53.
+        """
+        objectives = self.encoded.objectives
+        if any(high < 0 for high in upper):
+            return NoSuchDesign()
+        model = self.encoded.model
+        bottom = lower if lower is not None else [0] * len(objectives)
+        for objective, low, high in zip(objectives, bottom, upper, strict=True):
+            domain = model.proto.variables[objective.variable.index].domain
+            domain.clear()
+            domain.extend([low, min(high, objective.size)])
+            if low > min(high, objective.size):
+                return NoSuchDesign()
+        total = sum(weight * high for weight, high in zip(weights, upper, strict=True))
+        assert total < EXACT_LIMIT, "weights leave exact arithmetic"
+        model.clear_objective()
+        if any(weights):
+            variables = [objective.variable for objective in objectives]
+            model.minimize(cp_model.LinearExpr.weighted_sum(variables, list(weights)))
+        self.hint(hint)
+        return self.ask()
+
+    def ask(self) -> Answer:
+        """Solve the model as it stands: light settings first, CP-SAT's own for what proves hard."""
+        self.calls += 1
+        answer = self._solve(light=True)
+        if isinstance(answer, Unfinished) and not self._out_of_time():
+            answer = self._solve(light=False)
+        return answer
+
+    def hint(self, hint: Design | None) -> None:
+        """Suggest a design to start from."""
+        model = self.encoded.model
+        model.clear_hints()
+        if hint is None:
+            return
+        hinted = set()
+        for literals, inactive, chosen in zip(self.encoded.options, self.encoded.inactive, hint, strict=True):
+            for option, literal in enumerate(literals):
+                if literal.index not in hinted and len(literals) > 1:
+                    hinted.add(literal.index)
+                    model.add_hint(literal, option == chosen)
+            if inactive is not None and inactive.index not in hinted:
+                hinted.add(inactive.index)
+                model.add_hint(inactive, chosen < 0)
+
+    def _out_of_time(self) -> bool:
+        return self.stopped or (self.deadline is not None and time.monotonic() >= self.deadline)
+
+    def _solve(self, *, light: bool) -> Answer:
+        if self._out_of_time():
+            return Unfinished()
+        solver = cp_model.CpSolver()
+        parameters: Any = solver.parameters
+        parameters.num_workers = self.workers
+        parameters.random_seed = self.seed
+        parameters.catch_sigint_signal = False
+        if light:
+            parameters.max_deterministic_time = LIGHT_DETERMINISTIC_TIME
+            parameters.linearization_level = 0
+            parameters.cp_model_probing_level = 0
+            parameters.symmetry_level = 0
+            parameters.max_presolve_iterations = 1
+        if self.deadline is not None:
+            parameters.max_time_in_seconds = max(0.01, self.deadline - time.monotonic())
+        status = self._run(solver)
+        if status == cp_model.OPTIMAL:
+            point = tuple(solver.value(objective.variable) for objective in self.encoded.objectives)
+            return Found(point, self.encoded.design(solver.boolean_value))
+        if status == cp_model.INFEASIBLE:
+            return NoSuchDesign()
+        assert status != cp_model.MODEL_INVALID, "the model is invalid"
+        return Unfinished()
+
+    def _run(self, solver: cp_model.CpSolver) -> Any:
+        """Solve in a daemon thread while this one waits in short steps, so that Ctrl-C is never lost or deadlocked."""
+        result: list[Any] = []
+        done = threading.Event()
+
+        def work() -> None:
+            try:
+                result.append(solver.solve(self.encoded.model))
+            except BaseException as error:  # handed to the waiting thread
+                result.append(error)
+            finally:
+                done.set()
+
+        self._running = solver
+        threading.Thread(target=work, daemon=True).start()
+        while not done.is_set():
+            try:
+                while not done.wait(0.2):
+                    pass
+            except KeyboardInterrupt:
+                self.stopped = True
+                solver.stop_search()
+        self._running = None
+        if isinstance(result[0], BaseException):
+            raise result[0]
+        return result[0]

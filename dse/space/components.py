@@ -1,0 +1,215 @@
+"""Threads, devices and connections: their figures, where they run and what carries them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
+from typing import Any
+
+from dse.space.figures import FieldReader, Ledger, Owner, Path, by_machine, closest
+from dse.space.slots import decision_of, known_types, read_figures, read_named
+from dse.space.trees import Choice, PerProcessorType, Tree, graft, leaves
+from dse.space.types import EMPTY, Bus, Component, Connection, Processor
+from dse.spec.model import Spec
+from dse.units import format_data_rate, format_duration, format_rate, format_size, format_time_range
+
+PERIODIC_PROTOCOLS = ("periodic", "sporadic", "hybrid")
+
+
+def _typed_owner(ledger: Ledger, spec: Spec, section: str, name: str) -> Owner:
+    """The owner of a thread's or device's fields, with its type decision if it names several types."""
+    given, path = getattr(spec, section)[name], (section, name)
+    catalogue = f"{section[:-1]}_types"
+    owner = Owner(name, path, given, type_path=(catalogue,))
+    if given.type:
+        owner.types = known_types(ledger, path, f"{section[:-1]} type", given.type, getattr(spec, catalogue))
+        names = tuple(type_name for type_name, _ in owner.types)
+        tree: Tree = names[0] if names else None
+        if len(names) > 1:
+            owner.type_decision = ledger.decide(name, "type", "type", names, str)
+            tree = Choice(owner.type_decision, names)
+            ledger.settle(owner.type_decision, tree)
+        ledger.refer(f"{name}.type", "type", tree, {item: item for item in names})
+    return owner
+
+
+def build_component(ledger: Ledger, spec: Spec, processors: Sequence[Processor], section: Any, name: str) -> Component:
+    given, path = getattr(spec, section)[name], (section, name)
+    owner = _typed_owner(ledger, spec, section, name)
+    processor: Tree = None
+    process: Tree = None
+    if section == "threads":
+        index = {slot.name: number for number, slot in enumerate(processors)}
+        if given.processor:
+            processor = read_named(ledger, name, "processor", (*path, "processor"), given.processor, index)
+        process = FieldReader(ledger, _without_types(owner), "process", "process", str).read(lambda model: model.process)
+    _check_processor_types(ledger, spec, owner)
+    machine = by_machine(ledger, processors, processor)
+
+    def read(field_name: str, kind: str, write: Callable[[Any], str]) -> Tree:
+        reader = FieldReader(ledger, owner, field_name, kind, write, machine)
+        return reader.read(lambda model: getattr(model, field_name, None))
+
+    protocol = read("dispatch_protocol", "protocol", str)
+    period = read("period", "duration", format_duration)
+    period = _period_in_use(ledger, path, name, protocol, period)
+    categories = [given.category, *(model.category for _, model in owner.types)]
+    category = next((item for item in categories if item), section[:-1])
+    return Component(
+        name=name,
+        section=section,
+        category=category,
+        processor=processor,
+        process=process,
+        protocol=protocol,
+        period_ns=period,
+        execution_ns=read("compute_execution_time", "time range", format_time_range),
+        callback_ns=read("callback_execution_time", "time range", format_time_range),
+        latency_ns=read("latency", "time range", format_time_range),
+        deadline_ns=read("deadline", "duration", format_duration),
+        response_ns=read("response_time", "time range", format_time_range),
+        queue_size=read("queue_size", "count", str),
+        figures=read_figures(ledger, owner, spec.totals),
+    )
+
+
+def _without_types(owner: Owner) -> Owner:
+    """The owner without its types: for fields that a type cannot have."""
+    return Owner(owner.name, owner.path, owner.own)
+
+
+def _check_processor_types(ledger: Ledger, spec: Spec, owner: Owner) -> None:
+    places = [(owner.path, owner.own)] + [((*owner.type_path, name), model) for name, model in owner.types]
+    for path, model in places:
+        for field_name in ("compute_execution_time", "callback_execution_time", "response_time"):
+            given = getattr(model, field_name, None)
+            for key in given if isinstance(given, Mapping) else ():
+                if key not in spec.processor_types:
+                    ledger.unknown((*path, field_name, key), "processor type", key, spec.processor_types)
+
+
+def _period_in_use(ledger: Ledger, path: Path, name: str, protocol: Tree, period: Tree) -> Tree:
+    """The period as far as the protocol has one; a protocol that needs a period must find one."""
+    for leaf in leaves(protocol):
+        if leaf in PERIODIC_PROTOCOLS and any(value is None for value in leaves(period)):
+            ledger.error((*path, "dispatch_protocol"), f"{leaf} needs a `period`")
+            break
+    tree = graft(protocol, lambda item: None if item == "aperiodic" else period)
+    decision = decision_of(ledger, f"{name}.period")
+    ledger.settle(decision, tree)
+    reference = ledger.references.get(f"{name}.period")
+    if reference is not None:
+        ledger.references[reference.name] = replace(reference, tree=tree)
+    return tree
+
+
+def build_connection(
+    ledger: Ledger, spec: Spec, buses: Sequence[Bus], components: Sequence[Component], name: str
+) -> Connection:
+    given, path = spec.connections[name], ("connections", name)
+    index = {item.name: number for number, item in enumerate(components)}
+    ends: list[int | None] = []
+    for key, end in (("from", given.from_), ("to", given.to)):
+        if end is not None and end not in index:
+            ledger.unknown((*path, key), "thread or device", end, index)
+        ends.append(index.get(end) if end is not None else None)
+    if given.from_ is None and given.to is None:
+        ledger.error(path, "a connection needs `from` or `to`")
+    if given.rate is not None and given.data_rate is not None:
+        ledger.error((*path, "data_rate"), "give `rate` or `data_rate`, not both")
+    bus_index = {bus.name: number for number, bus in enumerate(buses)}
+    owner = Owner(name, path, given)
+
+    def read(field_name: str, kind: str, write: Callable[[Any], str]) -> Tree:
+        return FieldReader(ledger, owner, field_name, kind, write).read(lambda model: getattr(model, field_name))
+
+    size = read("data_size", "data size", format_size)
+    bus = _connection_bus(ledger, spec, name, bus_index)
+    if bus is not None and given.data_size is None and given.data_rate is None:
+        ledger.error(path, "a connection over a bus needs `data_size` or `data_rate`")
+    bus = _unless_local(bus, [components[end].process if end is not None else None for end in ends])
+    ledger.settle(decision_of(ledger, f"{name}.bus"), bus)
+    reference = ledger.references.get(f"{name}.bus")
+    if reference is not None:
+        ledger.references[reference.name] = replace(reference, tree=bus)
+    return Connection(
+        name=name,
+        source=ends[0],
+        target=ends[1],
+        size_bytes=size,
+        bus=bus,
+        rate_hz=read("rate", "rate", format_rate),
+        data_rate=read("data_rate", "data rate", format_data_rate),
+        port=given.port,
+        queue_size=read("queue_size", "count", str),
+        latency_ns=read("latency", "time range", format_time_range),
+    )
+
+
+def _connection_bus(ledger: Ledger, spec: Spec, name: str, index: Mapping[str, int]) -> Tree:
+    given, path = spec.connections[name].bus, ("connections", name, "bus")
+    if not given:
+        return None
+    for bus in given:
+        if bus not in index and bus in spec.bus_types:
+            ledger.error(path, f"{bus!r} is a type of physical bus: name a slot under `buses`", closest(bus, index))
+            return None
+    return read_named(ledger, name, "bus", path, given, index)
+
+
+def _unless_local(bus: Tree, processes: Sequence[Tree]) -> Tree:
+    """The bus tree, None where both ends are in one process."""
+    sender, receiver = processes
+    if bus is None or sender is None or receiver is None:
+        return bus
+    return graft(sender, lambda one: graft(receiver, lambda other: None if one == other else bus))
+
+
+def check_machines(
+    ledger: Ledger,
+    processors: Sequence[Processor],
+    buses: Sequence[Bus],
+    components: Sequence[Component],
+    connections: Sequence[Connection],
+) -> None:
+    """Every virtual bus with figures per processor type finds a figure on every machine that may run it."""
+    for connection in connections:
+        machines = machine_tree(components, connection)
+        stack = {leaf for leaf in leaves(connection.bus) if leaf is not None}
+        while more := {leaf for item in stack for leaf in leaves(buses[item].carrier) if leaf is not None} - stack:
+            stack |= more
+        for bus in (buses[item] for item in sorted(stack)):
+            tables = [
+                leaf for tree in (bus.fixed_ns, bus.latency_ns) for leaf in leaves(tree)
+                if isinstance(leaf, PerProcessorType)
+            ]  # fmt: skip
+            for table in tables:
+                _check_machine(ledger, processors, connection, bus, table, machines)
+
+
+def _check_machine(
+    ledger: Ledger,
+    processors: Sequence[Processor],
+    connection: Connection,
+    bus: Bus,
+    table: PerProcessorType,
+    machines: Tree,
+) -> None:
+    path = ("connections", connection.name, "bus")
+    for leaf in set(leaves(machines)):
+        if leaf is None:
+            ledger.error(path, f"{bus.name!r} has figures per processor type, but neither end runs on a processor")
+            continue
+        slot = processors[leaf]
+        for name in slot.types:
+            if name != EMPTY and name not in table.by_type:
+                ledger.error(path, f"{bus.name!r} has no figure for processor type {name!r}, which {slot.name!r} may have")
+
+
+def machine_tree(components: Sequence[Component], connection: Connection) -> Tree:
+    """The processor that runs a connection's middleware: the sending thread's, else the receiving one's."""
+    source = components[connection.source].processor if connection.source is not None else None
+    target = components[connection.target].processor if connection.target is not None else None
+    return source if source is not None else target
+
+

@@ -1,0 +1,182 @@
+"""From the alternatives in the problem file to decisions and trees of figures."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from difflib import get_close_matches
+from typing import Any, TypeAlias
+
+from dse.errors import Diagnostic
+from dse.space.trees import NOT_OFFERED, Choice, PerProcessorType, Tree, graft
+from dse.space.types import EMPTY, Decision, Processor, Reference
+from dse.spec.load import LoadedSpec
+
+Path: TypeAlias = tuple[str | int, ...]
+Alternatives: TypeAlias = tuple[Any, ...]
+ByProcessorType: TypeAlias = Mapping[str, Alternatives]
+
+
+@dataclass
+class Owner:
+    """The component or slot whose fields are being read: its own fields, or those of the types it may have."""
+
+    name: str
+    path: Path
+    own: Any
+    types: Sequence[tuple[str, Any]] = ()
+    type_path: Path = ()
+    type_decision: int | None = None
+
+
+@dataclass
+class Ledger:
+    """What building a space collects: decisions, what rules may refer to, and every mistake found."""
+
+    loaded: LoadedSpec
+    decisions: list[Decision] = field(default_factory=list)
+    references: dict[str, Reference] = field(default_factory=dict)
+    diagnostics: list[Diagnostic] = field(default_factory=list)
+
+    def error(self, path: Path, message: str, hint: str = "") -> None:
+        """Note a mistake at `path` of the problem file."""
+        self.diagnostics.append(self.loaded.diagnostic(path, message, hint))
+
+    def origin(self, path: Path) -> str:
+        """Where `path` stands in the problem file, as ``file:line``."""
+        place = self.loaded.diagnostic(path, "")
+        return f"{place.file}:{place.line}"
+
+    def unknown(self, path: Path, what: str, name: str, known: Iterable[str]) -> None:
+        """Note a name that is not known, with the closest one that is."""
+        self.error(path, f"unknown {what} {name!r}", closest(name, known))
+
+    def decide(self, component: str, field_name: str, kind: str, values: Alternatives, write: Callable[[Any], str]) -> int:
+        """Add a decision and return its index; the caller sets its home when the tree is known."""
+        options = tuple(write(value) for value in values)
+        name = f"{component}.{field_name}"
+        self.decisions.append(Decision(name, component, field_name, kind, options, values))
+        return len(self.decisions) - 1
+
+    def settle(self, decision: int | None, home: Tree) -> None:
+        """State in which tree `decision` is met when it is active."""
+        if decision is not None:
+            self.decisions[decision] = replace(self.decisions[decision], home=home)
+
+    def refer(self, name: str, kind: str, tree: Tree, texts: Mapping[Any, str]) -> None:
+        """Make `name` known to rules, the baseline and ``--fix``."""
+        if texts:
+            self.references[name] = Reference(name, kind, tree, texts)
+
+
+def closest(name: str, known: Iterable[str]) -> str:
+    """A hint with the closest known name, or with all of them where they are few."""
+    names = [str(item) for item in known]
+    match = get_close_matches(name, names, n=1)
+    if match:
+        return f'did you mean "{match[0]}"?'
+    return "known: " + ", ".join(names) if 0 < len(names) <= 8 else ""
+
+
+def type_choice(decision: int | None, branches: Sequence[Tree]) -> Tree:
+    """A choice by type; with a single type there is nothing to choose."""
+    if decision is None or len(branches) == 1:
+        return branches[0]
+    return Choice(decision, tuple(branches))
+
+
+def _tuples(given: Alternatives | ByProcessorType | None) -> list[Alternatives]:
+    if given is None:
+        return []
+    return list(given.values()) if isinstance(given, Mapping) else [given]
+
+
+@dataclass(frozen=True)
+class FieldReader:
+    """Reads one field of one owner into a tree; `by_type` turns per-processor-type figures into a subtree."""
+
+    ledger: Ledger
+    owner: Owner
+    field_name: str
+    kind: str
+    write: Callable[[Any], str]
+    by_type: Callable[[Mapping[str, Tree], Path], Tree] | None = None
+
+    def read(self, given_by: Callable[[Any], Alternatives | ByProcessorType | None]) -> Tree:
+        """The tree of the field; alternatives anywhere in it become one decision of the owner."""
+        owner = self.owner
+        own = given_by(owner.own) if owner.own is not None else None
+        given = [own] if own is not None or not owner.types else [given_by(model) for _, model in owner.types]
+        union = tuple(dict.fromkeys(value for item in given for options in _tuples(item) for value in options))
+        is_decision = any(len(options) > 1 for item in given for options in _tuples(item))
+        decision = (
+            self.ledger.decide(owner.name, self.field_name, self.kind, union, self.write) if is_decision else None
+        )
+        paths = (
+            [(*owner.path, self.field_name)]
+            if len(given) == 1 and (own is not None or not owner.types)
+            else [(*owner.type_path, name, self.field_name) for name, _ in owner.types]
+        )
+        branches = [self._tree(item, path, union, decision) for item, path in zip(given, paths, strict=True)]
+        tree = type_choice(owner.type_decision if len(branches) > 1 else None, branches)
+        self.ledger.settle(decision, graft(tree, lambda leaf: self._met(leaf, decision, union)))
+        texts = {value: self.write(value) for value in union}
+        self.ledger.refer(f"{owner.name}.{self.field_name}", self.kind, tree, texts)
+        return tree
+
+    def _tree(self, given: Any, path: Path, union: Alternatives, decision: int | None) -> Tree:
+        if given is None:
+            return None
+        if isinstance(given, Mapping):
+            subtrees = {name: self._leaf(options, union, decision) for name, options in given.items()}
+            if self.by_type is None:
+                self.ledger.error(path, "no figures per processor type here")
+                return None
+            return self.by_type(subtrees, path)
+        return self._leaf(given, union, decision)
+
+    @staticmethod
+    def _met(leaf: Any, decision: int | None, union: Alternatives) -> Tree:
+        """Alternatives per processor type of a virtual bus are decided wherever its type is chosen."""
+        if decision is not None and isinstance(leaf, PerProcessorType):
+            return Choice(decision, union)
+        return leaf
+
+    @staticmethod
+    def _leaf(options: Alternatives, union: Alternatives, decision: int | None) -> Tree:
+        if decision is None:
+            return options[0]
+        return Choice(decision, tuple(value if value in options else NOT_OFFERED for value in union))
+
+
+def by_machine(
+    ledger: Ledger, processors: Sequence[Processor], processor: Tree
+) -> Callable[[Mapping[str, Tree], Path], Tree]:
+    """Figures per processor type for a thread that runs on `processor` (a tree of processor indices or None)."""
+
+    def make(subtrees: Mapping[str, Tree], path: Path) -> Tree:
+        missing: dict[str, str] = {}
+
+        def on(index: int | None) -> Tree:
+            if index is None:
+                return None
+            slot = processors[index]
+            for name in slot.types:
+                if name != EMPTY and name not in subtrees:
+                    missing.setdefault(name, slot.name)
+            figures = [NOT_OFFERED if name == EMPTY else subtrees.get(name) for name in slot.types]
+            return type_choice(slot.type_decision, figures)
+
+        tree = graft(processor, on)
+        if processor is None:
+            ledger.error(path, "figures per processor type need a `processor`")
+        for name, slot_name in missing.items():
+            ledger.error(path, f"no figure for processor type {name!r}, which {slot_name!r} may have")
+        return tree
+
+    return make
+
+
+def per_processor_type(subtrees: Mapping[str, Tree], path: Path) -> Tree:
+    """Figures per processor type of a virtual bus: who runs it is known for each connection only."""
+    return PerProcessorType(dict(subtrees))

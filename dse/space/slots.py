@@ -1,0 +1,208 @@
+"""Processor and bus slots: their types, and the figures that follow from them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any
+
+from dse.space.figures import FieldReader, Ledger, Owner, Path, per_processor_type, type_choice
+from dse.space.trees import Choice, Tree, graft, leaves
+from dse.space.types import EMPTY, Bus, Figures, Processor
+from dse.spec.model import Spec
+from dse.units import format_bandwidth, format_money, format_power, format_size, format_time_range, format_total
+
+
+def known_types(
+    ledger: Ledger, path: Path, what: str, names: Sequence[str], catalogue: Mapping[str, Any]
+) -> list[tuple[str, Any]]:
+    for name in names:
+        if name not in catalogue:
+            ledger.unknown((*path, "type"), what, name, catalogue)
+    return [(name, catalogue[name]) for name in names if name in catalogue]
+
+
+def read_figures(ledger: Ledger, owner: Owner, totals: Mapping[str, str]) -> Figures:
+    """Price, power and declared totals of an owner."""
+    readers = {
+        "price": FieldReader(ledger, owner, "price", "money", format_money),
+        "power": FieldReader(ledger, owner, "power", "power", format_power),
+    }
+    price = readers["price"].read(lambda model: model.price)
+    power = readers["power"].read(lambda model: model.power)
+    more = {}
+    for key in totals:
+        reader = FieldReader(ledger, owner, f"totals.{key}", "total", format_total)
+        tree = reader.read(lambda model, key=key: model.totals.get(key))  # type: ignore[misc]
+        if tree is not None:
+            more[key] = graft(tree, lambda total: None if total is None else total.value)
+    return Figures(graft(price, lambda money: None if money is None else money.cents), power, more)
+
+
+def _slot(ledger: Ledger, path: Path, name: str, types: Sequence[tuple[str, Any]], optional: bool) -> tuple[Any, Owner]:
+    """The type decision of a slot and an owner whose fields follow from it; an empty slot has no figures."""
+    names = tuple(type_name for type_name, _ in types)
+    options = (EMPTY, *names) if optional else names
+    decision = ledger.decide(name, "type", "type", options, str)
+    home = Choice(decision, options)
+    ledger.settle(decision, home)
+    ledger.refer(f"{name}.type", "type", home, {option: option for option in options})
+    nothing = [(EMPTY, _Nothing())] if optional else []
+    catalogue: Path = (f"{'processor' if path[0] == 'processors' else 'bus'}_types",)
+    return (options, decision), Owner(name, path, None, [*nothing, *types], catalogue, decision)
+
+
+class _Nothing:
+    """The figures of an empty slot: none."""
+
+    totals: Mapping[str, Any] = {}
+
+    def __getattr__(self, name: str) -> None:
+        return None
+
+
+def build_processor(ledger: Ledger, spec: Spec, name: str) -> Processor:
+    given, path = spec.processors[name], ("processors", name)
+    types = known_types(ledger, path, "processor type", given.type, spec.processor_types)
+    if not types:
+        types = [("?", _Nothing())]
+    (options, decision), owner = _slot(ledger, path, name, types, given.optional)
+    cores = FieldReader(ledger, owner, "cores", "count", str).read(lambda model: model.cores)
+    figures = read_figures(ledger, owner, spec.totals)
+    return Processor(name, options, decision, given.optional, figures, graft(cores, lambda count: count or 0))
+
+
+def build_buses(ledger: Ledger, spec: Spec) -> tuple[Bus, ...]:
+    """The bus slots, then the virtual bus types that are used directly, in the order of first use."""
+    used = [name for item in spec.connections.values() for name in item.bus or ()]
+    used += [name for item in spec.buses.values() for name in item.bus or ()]
+    direct = [
+        name
+        for name in dict.fromkeys(used)
+        if name not in spec.buses and name in spec.bus_types and spec.bus_types[name].virtual
+    ]
+    names = [*spec.buses, *direct]
+    index = {name: number for number, name in enumerate(names)}
+    buses = tuple(_bus(ledger, spec, name, index) for name in names)
+    _check_carriers(ledger, buses)
+    return buses
+
+
+def _bus(ledger: Ledger, spec: Spec, name: str, index: Mapping[str, int]) -> Bus:
+    given = spec.buses.get(name)
+    path: Path = ("buses", name) if given else ("bus_types", name)
+    optional = given.optional if given else False
+    types = (
+        known_types(ledger, path, "bus type", given.type, spec.bus_types) if given else [(name, spec.bus_types[name])]
+    )
+    if len({model.virtual for _, model in types}) > 1:
+        ledger.error((*path, "type"), "a slot takes either buses or virtual buses, not both")
+    virtual = bool(types) and types[0][1].virtual
+    (options, decision), owner = _slot(ledger, ("buses", name), name, types or [("?", _Nothing())], optional)
+    read = _bus_reader(ledger, owner)
+    bandwidth = read("bandwidth", "bandwidth", format_bandwidth, lambda model: model.bandwidth)
+    _check_bus_types(ledger, spec, types)
+    fixed, per_byte = (_transmission_part(ledger, owner, part) for part in ("fixed", "per_byte"))
+    latency = read("latency", "time range", format_time_range, lambda model: model.latency)
+    overhead = read("overhead", "data size", format_size, lambda model: model.overhead)
+    carrier = None
+    if given and given.bus:
+        if not virtual:
+            ledger.error((*path, "bus"), "only a virtual bus is carried by another bus")
+        carrier = read_named(ledger, name, "bus", (*path, "bus"), given.bus, index)
+        carrier = type_choice(decision, [None if option == EMPTY else carrier for option in options])
+        ledger.settle(decision_of(ledger, f"{name}.bus"), carrier)
+    figures = read_figures(ledger, owner, spec.totals)
+    overhead = graft(overhead, lambda size: size or 0)
+    return Bus(
+        name=name,
+        types=options,
+        type_decision=decision,
+        optional=optional,
+        figures=figures,
+        virtual=virtual,
+        bandwidth_bps=bandwidth,
+        fixed_ns=fixed,
+        per_byte_ns=per_byte,
+        latency_ns=latency,
+        overhead_bytes=overhead,
+        carrier=carrier,
+    )
+
+
+def _bus_reader(ledger: Ledger, owner: Owner) -> Callable[..., Tree]:
+    def read(name: str, kind: str, write: Callable[[Any], str], given_by: Callable[[Any], Any]) -> Tree:
+        return FieldReader(ledger, owner, name, kind, write, per_processor_type).read(given_by)
+
+    return read
+
+
+
+def _transmission_part(ledger: Ledger, owner: Owner, part: str) -> Tree:
+    """One part of the transmission time: leaves are time ranges, `PerProcessorType`, or None where a type has none."""
+
+    def given_by(model: Any) -> Any:
+        times = model.transmission_time
+        if isinstance(times, Mapping):
+            return {key: getattr(value, part) for key, value in times.items()}
+        return None if times is None else getattr(times, part)
+
+    reader = FieldReader(ledger, owner, f"transmission_time.{part}", "time range", format_time_range, per_processor_type)
+    return reader.read(given_by)
+
+
+def _check_bus_types(ledger: Ledger, spec: Spec, types: Sequence[tuple[str, Any]]) -> None:
+    """Figures per processor type belong to virtual buses and name known processor types."""
+    for type_name, model in types:
+        for field_name in ("transmission_time", "latency"):
+            given = getattr(model, field_name)
+            if not isinstance(given, Mapping):
+                continue
+            path = ("bus_types", type_name, field_name)
+            if not model.virtual:
+                ledger.error(path, "only a virtual bus has figures per processor type")
+            for processor_type in given:
+                if processor_type not in spec.processor_types:
+                    ledger.unknown((*path, processor_type), "processor type", processor_type, spec.processor_types)
+
+
+def _check_carriers(ledger: Ledger, buses: Sequence[Bus]) -> None:
+    """A virtual bus must not carry itself, directly or through others."""
+    for start, bus in enumerate(buses):
+        seen, frontier = set(), {start}
+        while frontier:
+            frontier = {leaf for item in frontier for leaf in leaves(buses[item].carrier) if leaf is not None} - seen
+            seen |= frontier
+        if start in seen:
+            ledger.error(("buses", bus.name, "bus"), f"{bus.name!r} would carry itself")
+
+
+def decision_of(ledger: Ledger, name: str) -> int | None:
+    for number, decision in enumerate(ledger.decisions):
+        if decision.name == name:
+            return number
+    return None
+
+
+def read_named(
+    ledger: Ledger, owner: str, field_name: str, path: Path, names: Sequence[str], index: Mapping[str, int]
+) -> Tree:
+    """A tree of indices for a field that names processors or buses."""
+    what = "processor" if field_name == "processor" else "bus"
+    known = tuple(name for name in names if name in index)
+    for name in names:
+        if name not in index:
+            ledger.unknown(path, what, name, index)
+    if not known:
+        return None
+    texts = {index[name]: name for name in known}
+    numbers = tuple(texts)
+    if len(numbers) == 1:
+        tree: Tree = numbers[0]
+    else:
+        decision = ledger.decide(owner, field_name, what, numbers, lambda number: texts[number])
+        tree = Choice(decision, numbers)
+        ledger.settle(decision, tree)
+    ledger.refer(f"{owner}.{field_name}", what, tree, texts)
+    return tree
+
+

@@ -1,0 +1,96 @@
+"""Values that depend on decisions.
+
+A figure of the architecture is either a plain value or a `Choice`: a node that a decision answers, with one subtree for
+each option. Reading a figure (`at`) walks from the root to a leaf and so consults exactly the decisions that matter; the
+search's tables are built by watching which ones those are (see `dse.analysis.cases`).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass
+from typing import Any, Final, Protocol, TypeAlias
+
+
+class DesignView(Protocol):
+    """What a formula needs of a design: the chosen option of each decision it asks for."""
+
+    def __getitem__(self, decision: int, /) -> int: ...
+
+
+class _NotOffered:
+    """Leaf of an option that the chosen type does not offer."""
+
+    def __repr__(self) -> str:
+        return "NOT_OFFERED"
+
+
+NOT_OFFERED: Final = _NotOffered()
+
+
+class NotOffered(Exception):
+    """A formula asked for a figure that the chosen type does not offer: the design is not valid."""
+
+
+@dataclass(frozen=True, slots=True)
+class Choice:
+    """`branches[k]` is the subtree when `decision` takes its option k."""
+
+    decision: int
+    branches: tuple[Any, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class PerProcessorType:
+    """A leaf of a virtual bus: one subtree per type of the processor that runs it."""
+
+    by_type: Mapping[str, Any]
+
+
+Tree: TypeAlias = Any  # a Choice, or a leaf of any type
+
+
+def at(tree: Tree, design: DesignView) -> Any:
+    """The leaf of `tree` in `design`.
+
+    Raises
+    ------
+    NotOffered
+        when the leaf is an option that is not offered there.
+    """
+    while isinstance(tree, Choice):
+        tree = tree.branches[design[tree.decision]]
+    if tree is NOT_OFFERED:
+        raise NotOffered
+    return tree
+
+
+def graft(tree: Tree, make: Callable[[Any], Tree]) -> Tree:
+    """`tree` with every leaf replaced by the subtree that `make` gives for it."""
+    if isinstance(tree, Choice):
+        branches = tuple(graft(branch, make) for branch in tree.branches)
+        first = branches[0]
+        if not isinstance(first, Choice) and all(branch is first for branch in branches):
+            return first
+        return Choice(tree.decision, branches)
+    if tree is NOT_OFFERED:
+        return NOT_OFFERED
+    return make(tree)
+
+
+def leaves(tree: Tree) -> Iterator[Any]:
+    """Every leaf that can be reached, left to right, without those that are not offered; may repeat."""
+    if isinstance(tree, Choice):
+        for branch in tree.branches:
+            yield from leaves(branch)
+    elif tree is not NOT_OFFERED:
+        yield tree
+
+
+def consulted(tree: Tree, design: DesignView) -> tuple[list[int], Any]:
+    """The decisions on the way to the leaf in `design`, and the leaf."""
+    met = []
+    while isinstance(tree, Choice):
+        met.append(tree.decision)
+        tree = tree.branches[design[tree.decision]]
+    return met, tree

@@ -1,0 +1,289 @@
+"""The space of designs: integers, ids and tuples, ready for analysis and search.
+
+Components are referred to by their index in the tuples of `Space`; times are integer nanoseconds, sizes bytes, bandwidths
+bit/s, rates exact fractions of Hz, prices cents, powers mW. Fields called trees hold a value or a `Choice` over decisions.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from fractions import Fraction
+from typing import Any, Literal, TypeAlias
+
+from dse.space.trees import Tree
+from dse.spec.expressions import And, Not, Operator, Or
+from dse.units import Quantity
+
+EMPTY = "none"
+INACTIVE = -1
+
+Design: TypeAlias = tuple[int, ...]
+"""The option of each decision, by index; `INACTIVE` where the design does not use the decision."""
+
+
+@dataclass(frozen=True)
+class Decision:
+    """One decision: `options` are canonical texts, `values` what formulas and rules compute with.
+
+    `home` is the tree whose walk uses the decision: where the walk does not meet it, the decision is inactive.
+    """
+
+    name: str
+    component: str
+    field: str
+    kind: str
+    options: tuple[str, ...]
+    values: tuple[Any, ...]
+    home: Tree = None
+
+    @property
+    def is_open(self) -> bool:
+        """Whether there is anything to decide."""
+        return len(self.options) > 1
+
+
+@dataclass(frozen=True)
+class Figures:
+    """Additive figures: trees of integers (cents, mW) or None, and of exact fractions for declared totals."""
+
+    price_ct: Tree = None
+    power_mw: Tree = None
+    totals: Mapping[str, Tree] = field(default_factory=dict)
+
+
+@dataclass(frozen=True)
+class Slot:
+    """A processor or bus slot: `types[k]` is the type's name for option k of decision `type_decision`."""
+
+    name: str
+    types: tuple[str, ...]
+    type_decision: int
+    optional: bool
+    figures: Figures
+
+
+@dataclass(frozen=True)
+class Processor(Slot):
+    """A processor slot; an empty one has 0 cores."""
+
+    cores: Tree
+
+
+@dataclass(frozen=True)
+class Bus(Slot):
+    """A bus slot. Leaves of `fixed_ns`, `per_byte_ns` and `latency_ns` are time ranges, `PerProcessorType` or None.
+
+    Both parts of the transmission time are None where there is none; `carrier` leaves are bus indices or None.
+    """
+
+    virtual: bool
+    bandwidth_bps: Tree
+    fixed_ns: Tree
+    per_byte_ns: Tree
+    latency_ns: Tree
+    overhead_bytes: Tree
+    carrier: Tree
+
+
+@dataclass(frozen=True)
+class Component:
+    """A thread, device or abstract component. Leaves are None where the user gave nothing.
+
+    `period_ns` is None in designs whose protocol has no period; `protocol` None where none is stated.
+    `triggers` are the connections that dispatch it when it is event-triggered; `incoming` all that end in it.
+    """
+
+    name: str
+    section: Literal["devices", "threads"]
+    category: str
+    processor: Tree
+    process: Tree
+    protocol: Tree
+    period_ns: Tree
+    execution_ns: Tree
+    callback_ns: Tree
+    latency_ns: Tree
+    deadline_ns: Tree
+    response_ns: Tree
+    queue_size: Tree
+    figures: Figures
+    incoming: tuple[int, ...] = ()
+    triggers: tuple[int, ...] = ()
+
+
+@dataclass(frozen=True)
+class Connection:
+    """A connection; `source` and `target` index components (None: system boundary).
+
+    `bus` leaves are bus indices, or None where the connection is unbound or inside one process.
+    """
+
+    name: str
+    source: int | None
+    target: int | None
+    size_bytes: Tree
+    bus: Tree
+    rate_hz: Tree
+    data_rate: Tree
+    port: str
+    queue_size: Tree
+    latency_ns: Tree
+
+
+@dataclass(frozen=True)
+class Step:
+    """One element of a flow: a component reached over connection `via` (None for the first), or a connection."""
+
+    kind: Literal["component", "connection"]
+    index: int
+    via: int | None = None
+    sender: int | None = None
+
+
+@dataclass(frozen=True)
+class Flow:
+    """An end-to-end flow; `required_ns` is AADL's stated latency range, if any."""
+
+    name: str
+    steps: tuple[Step, ...]
+    required_ns: tuple[int, int] | None
+
+
+@dataclass(frozen=True)
+class Metric:
+    """A resolved metric: `kind` and the index (or component name) it is of.
+
+    `kind` is ``latency``, ``min latency``, ``jitter`` (of a flow), ``utilisation`` (of a processor), ``load`` (of a bus), ``price``,
+    ``power``, ``total`` (`key` names it; `of` a component, or all) or ``derived``.
+    """
+
+    name: str
+    kind: str
+    index: int | None = None
+    key: str = ""
+    of: str = ""
+
+
+@dataclass(frozen=True)
+class ValueTest:
+    """A figure compared with a value, or (``in``) with several; unknown where the figure is inactive."""
+
+    tree: Tree
+    operator: str
+    value: Any
+
+
+@dataclass(frozen=True)
+class PairTest:
+    """Two figures compared; unknown where either is inactive."""
+
+    left: Tree
+    operator: str
+    right: Tree
+
+
+@dataclass(frozen=True)
+class MultipleTest:
+    """Whether the left period is an integer multiple of the right one; unknown where either is inactive."""
+
+    left: Tree
+    right: Tree
+
+
+@dataclass(frozen=True)
+class UsedTest:
+    """Whether any of the type figures has one of the names beside it."""
+
+    types: tuple[tuple[Tree, tuple[str, ...]], ...]
+
+
+Atom: TypeAlias = ValueTest | PairTest | MultipleTest | UsedTest
+ResolvedCondition: TypeAlias = Atom | Not | And | Or
+
+
+@dataclass(frozen=True)
+class Requirement:
+    """``metric operator limit``; a ratio limits utilisation or load by the capacity of the processor or bus.
+
+    `text` is the user's own, `origin` its place in the file (or the command line).
+    """
+
+    text: str
+    metric: Metric
+    operator: Operator
+    limit: Quantity
+    origin: str = ""
+
+
+@dataclass(frozen=True)
+class Rule:
+    """A rule between decisions, in the user's words and as a tree of tests."""
+
+    text: str
+    verb: Literal["require", "forbid"]
+    condition: ResolvedCondition
+    origin: str = ""
+
+
+@dataclass(frozen=True)
+class Objective:
+    """What to minimise or maximise."""
+
+    text: str
+    sense: Literal["minimise", "maximise"]
+    metric: Metric
+
+
+@dataclass(frozen=True)
+class Derived:
+    """A derived metric: terms of (coefficient in coherent units, metric)."""
+
+    name: str
+    text: str
+    terms: tuple[tuple[Quantity, Metric], ...]
+
+
+@dataclass(frozen=True)
+class Reference:
+    """What a rule can speak about: a tree of values of one kind."""
+
+    name: str
+    kind: str
+    tree: Tree
+    texts: Mapping[Any, str]
+
+
+@dataclass(frozen=True)
+class Space:
+    """A problem, ready to analyse and to search. See the module docstring for units."""
+
+    name: str
+    profile: str
+    worst_case: str
+    decisions: tuple[Decision, ...]
+    processors: tuple[Processor, ...]
+    buses: tuple[Bus, ...]
+    components: tuple[Component, ...]
+    connections: tuple[Connection, ...]
+    flows: tuple[Flow, ...]
+    totals: Mapping[str, str]
+    derived: tuple[Derived, ...]
+    requirements: tuple[Requirement, ...]
+    rules: tuple[Rule, ...]
+    objectives: tuple[Objective, ...]
+    references: Mapping[str, Reference]
+    currency: str
+    baseline: Mapping[int, int]
+    fixed: Mapping[int, int] = field(default_factory=dict)
+    assumptions: tuple[str, ...] = ()
+
+    def decision_index(self, name: str) -> int | None:
+        """The index of the decision called `name`, or None."""
+        for index, decision in enumerate(self.decisions):
+            if decision.name == name:
+                return index
+        return None
+
+
+RateHz: TypeAlias = Fraction

@@ -1,0 +1,312 @@
+"""A brute-force evaluator of problem files: an independent reading of `docs/problem-file.md` (profile ``dse`` only).
+
+It favours plain arithmetic over speed and imports nothing from `dse`.
+
+Where the documents leave something open, this is how they are read here:
+
+ 1. Decisions are the lists with two or more entries that the design can reach, and ``type`` of every optional slot
+    (its types, then ``none``).
+ 2. Alternatives inside types and inside entries of per-processor-type maps form one decision of the component that
+    uses them. Its options are all texts that some reachable type or entry offers, in file order; an entry with a
+    single value offers just that value (and the decision then has that value, it is not inactive). Where the chosen
+    type does not state the field at all, the decision is inactive.
+ 3. Active decisions: ``type``, ``processor``, ``process``, ``dispatch_protocol`` whenever stated; ``period`` unless
+    the protocol is aperiodic (or none is stated, and there is none); ``callback_execution_time`` for hybrid only;
+    ``queue_size`` for event-triggered (aperiodic, sporadic) components only, that of a connection when its receiver
+    is one; ``latency`` of a component only without a compute_execution_time; ``deadline`` never;
+    ``compute_execution_time``, ``response_time``, ``price``, ``power`` always; of a slot, everything while it is
+    not empty, but ``bus`` only while something is bound to it and ``latency`` only without a transmission time; of a connection, ``bus`` unless it is inside one
+    process, ``data_size`` when something carries it or it has a data_rate, ``latency`` unless it is inside a process
+    or something that carries it gives a transmission time or a latency, ``rate`` and ``data_rate`` always.
+ 4. A carrier counts as bound to (so an optional one may not be empty) only when its virtual bus carries a connection.
+ 5. A response_time replaces the worst execution time in the processing row and in the queue, never in utilisation.
+ 6. A hybrid component has no queue row. Its callback row precedes its sampling row; there is none when the flow
+    starts at it.
+ 7. The first component of a flow has no sampling row even when the path begins with a connection.
+ 8. An explicit queue of an event-triggered component counts at the start of a flow too (that of the component).
+ 9. The machine of a virtual bus is the processor of the sending thread, else of the receiving thread; a design in
+    which a map has no entry for that machine's type, or a thread none for its processor's type, is invalid.
+10. Every member of a stack gives its transmission time, or its latency when it has none; they are added up. The size
+    of all of them includes the overheads of the whole stack.
+11. A stated data_rate is the load as it stands: overheads are not added to it. With a data_size the connection
+    delivers data_rate / data_size messages, without one it delivers at the rate of its sender.
+12. Data rates keep whole bits per second, rounded up; sizes whole bytes, rounded up; ``per_byte`` whole nanoseconds.
+13. A component that nothing triggers, and a boundary without a rate, have rate 0.
+14. A design with any cycle of event-triggered components is invalid, also when a sporadic one or a source is in it. A
+    connection that states its rate breaks the cycle; so does a periodic or hybrid component.
+15. ``utilisation`` with ``>=``, ``>`` or ``==`` compares the sum with limit * cores; only ``<=`` and ``<`` look at
+    each thread. An empty slot has utilisation 0 of 1 core.
+16. A share of the bandwidth, required of every bus, concerns only those with a bandwidth.
+17. A virtual bus type used directly costs its price once when a connection uses it.
+18. Rules may also name fixed fields; they compare quantities when both sides are quantities of one kind, else texts. A
+    type is used when some slot or component has it (or a connection, directly); an empty slot's type is ``none`` and
+    known. ``implies`` and ``requires`` bind weaker than ``or``.
+19. Lists inside a ``transmission_time`` or ``totals`` mapping are not supported here.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from fractions import Fraction
+from typing import Any
+
+from . import grammar, quantities
+from .problem import NONE, Problem, as_list, load_file, load_text
+from .quantities import DATA_RATE, MONEY, NS_PER_S, POWER, RATIO, TIME, Dimension
+from .reading import COMPARE, InvalidDesign, Reading
+
+__all__ = ["Design", "InvalidDesign", "Problem", "canonical", "decisions", "designs", "dominates", "evaluate", "front",
+           "load_file", "load_text", "non_dominated", "violations"]
+
+Design = dict[str, str | None]
+
+
+def decisions(problem: Problem) -> dict[str, list[str]]:
+    """Every decision with its options, components and options in file order."""
+    return dict(problem.decisions)
+
+
+def designs(problem: Problem) -> Iterator[Design]:
+    """Every design that obeys the rules, once each: inactive decisions are None. Requirements are not looked at."""
+    return (dict(reading.design) for reading in _readings(problem))
+
+
+def _readings(problem: Problem) -> Iterator[Reading]:
+    order = _decision_order(problem)
+    names = list(problem.decisions)
+    partial: Design = {}
+    reading = Reading(problem, partial, complete=False)
+
+    def extend(depth: int) -> Iterator[Reading]:
+        if depth == len(order):
+            complete = Reading(problem, {decision: partial[decision] for decision in names})
+            try:
+                complete.check()
+            except InvalidDesign:
+                return
+            yield complete
+            return
+        name, field, decision = order[depth]
+        try:
+            options = _admissible(reading, name, field)
+        except InvalidDesign:
+            return
+        for option in options:
+            partial[decision] = option
+            if field != "processor" or _processes_agree(reading):
+                yield from extend(depth + 1)
+            del partial[decision]
+
+    yield from extend(0)
+
+
+def _processes_agree(reading: Reading) -> bool:
+    """False as soon as the threads bound so far break up a process."""
+    homes: dict[str, str] = {}
+    for thread, body in reading.problem.sections["threads"].items():
+        slots = as_list(body.get("processor"))
+        slot = slots[0] if len(slots) == 1 else reading.design.get(f"{thread}.processor")
+        if slot is not None and "process" in body and homes.setdefault(reading.get(thread, "process"), slot) != slot:
+            return False
+    return True
+
+
+def _decision_order(problem: Problem) -> list[tuple[str, str, str]]:
+    """Decisions in an order in which each one's activity and options follow from those before it."""
+    def stage(name: str, field: str) -> tuple[int, int]:
+        section = problem.section_of[name]
+        if section in ("devices", "threads") and field in ("type", "process"):
+            return (0, 0)
+        if field == "processor":
+            return (1, 0)
+        if field == "bus":
+            return (2, 0) if section == "connections" else (3, problem.virtual_slots.index(name))
+        if field == "type":
+            return (4, 0)
+        return (5, 0) if field == "dispatch_protocol" else (6, 0)
+
+    split = [(*decision.rsplit(".", 1), decision) for decision in problem.decisions]
+    return sorted(split, key=lambda item: stage(item[0], item[1]))
+
+
+def _admissible(reading: Reading, name: str, field: str) -> list[str | None]:
+    """The options that may extend a partial design; [None] for an inactive decision."""
+    if not reading.is_active(name, field):
+        return [None]
+    options = reading.offered(name, field)
+    if NONE in reading.problem.types(name) and field == "type":
+        return [option for option in options if (option != NONE) == (name in reading.bound())]
+    return options
+
+
+def canonical(problem: Problem, design: Mapping[str, str | None]) -> Design:
+    """The design with inactive decisions set to None; raises InvalidDesign when it is none."""
+    result: Design = {decision: None for decision in problem.decisions}
+    reading = Reading(problem, result, complete=False)
+    for name, field, decision in _decision_order(problem):
+        options = _admissible(reading, name, field)
+        if options != [None]:
+            if design.get(decision) not in options:
+                raise InvalidDesign(f"{decision}: {design.get(decision)} is not one of {options}")
+            result[decision] = design[decision]
+    Reading(problem, result).check()
+    return result
+
+
+def evaluate(problem: Problem, design: Mapping[str, str | None]) -> dict[str, Any]:
+    """Every figure of a design, exact; raises InvalidDesign when it is none.
+
+    Returns
+    -------
+    dict
+        ``flows``: name -> ``min``, ``max``, ``jitter`` (ns, int) and ``rows`` (component, method, min, max);
+        ``utilisation``: processor -> cores (Fraction of one core); ``shares``: processor -> thread -> the same;
+        ``cores``; ``rates`` (1/s); ``load``: bus -> B/s; ``load_share``: bus -> share of the bandwidth or None;
+        ``price`` (ct), ``power`` (mW) and ``totals``: ``system`` and ``components``; ``metrics``: derived ones in
+        ns, nm, B, ct, mW (data rates in B/s); ``violations``: texts; ``objectives``: tuple, maximised ones negated.
+    """
+    reading = Reading(problem, design)
+    reading.check()
+    return _figures(problem, reading)
+
+
+def _figures(problem: Problem, reading: Reading) -> dict[str, Any]:
+    figures: dict[str, Any] = {"flows": {}}
+    for flow in problem.paths:
+        rows = reading.flow_rows(flow)
+        best, worst = sum(row[2] for row in rows), sum(row[3] for row in rows)
+        figures["flows"][flow] = {"min": best, "max": worst, "jitter": worst - best, "rows": rows}
+    figures["shares"] = reading.shares()
+    figures["utilisation"] = {slot: sum(parts.values(), Fraction(0)) for slot, parts in figures["shares"].items()}
+    figures["cores"] = {slot: int(reading.get(slot, "cores") or 1) for slot in problem.sections["processors"]}
+    figures["rates"] = {name: reading.rate(name) for section in ("devices", "threads")
+                        for name in problem.sections[section]}
+    figures["load"] = reading.loads()
+    bandwidths = {bus: reading.bus_field(bus, "bandwidth") for bus in problem.buses}
+    figures["load_share"] = {bus: None if text is None else figures["load"][bus] / quantities.bandwidth(text)
+                             for bus, text in bandwidths.items()}
+    for figure in ("price", "power"):
+        figures[figure] = _amounts(reading, figure)
+    figures["totals"] = {figure: _amounts(reading, figure) for figure in problem.totals}
+    figures["metrics"] = {name: quantities.per_second(*_metric(problem, figures, name, None))
+                          for name in problem.metrics}
+    figures["violations"] = violations(problem, figures)
+    figures["objectives"] = tuple(
+        objective.sign * quantities.per_second(*_metric(problem, figures, objective.metric.name, objective.metric.of))
+        for objective in problem.objectives)
+    return figures
+
+
+def _amounts(reading: Reading, figure: str) -> dict[str, Any]:
+    components = reading.amounts(figure)
+    return {"system": sum(components.values(), Fraction(0)), "components": components}
+
+
+def _metric(problem: Problem, figures: Mapping[str, Any], name: str, of: str | None) -> tuple[Fraction, Dimension]:
+    """A metric in coherent units, and its dimension."""
+    if name in problem.metrics:
+        return _derived(problem, figures, name)
+    if name in ("price", "power") or name in problem.totals:
+        amounts = figures[name] if name in ("price", "power") else figures["totals"][name]
+        dimension = {"price": MONEY, "power": POWER}.get(name) or ((problem.totals.get(name, ""), 1),)
+        return (amounts["system"] if of is None else amounts["components"][of]), dimension
+    of = of if of is not None else _only(problem, name)
+    if name == "utilisation":
+        return figures["utilisation"][of], RATIO
+    if name == "load":
+        return figures["load"][of] / NS_PER_S, DATA_RATE
+    key = {"latency": "max", "min latency": "min", "jitter": "jitter"}[name]
+    return Fraction(figures["flows"][of][key]), TIME
+
+
+def _subjects(problem: Problem, metric: str) -> list[str]:
+    """The flows, processors or buses that a metric without a name is about."""
+    if metric == "utilisation":
+        return list(problem.sections["processors"])
+    return problem.buses if metric == "load" else list(problem.paths)
+
+
+def _only(problem: Problem, metric: str) -> str:
+    subjects = _subjects(problem, metric)
+    if len(subjects) != 1:
+        raise ValueError(f"{metric} of what? one of {subjects}")
+    return subjects[0]
+
+
+def _derived(problem: Problem, figures: Mapping[str, Any], name: str) -> tuple[Fraction, Dimension]:
+    total, dimension = Fraction(0), None
+    for sign, metric, constants in problem.metrics[name]:
+        value, unit = _metric(problem, figures, metric.name, metric.of)
+        for exponent, constant in constants:
+            unit = quantities.multiply(unit, constant.dimension, exponent)
+        if dimension not in (None, unit):
+            raise ValueError(f"{name} adds up different dimensions")
+        total, dimension = total + sign * value * grammar.value_of(constants), unit
+    assert dimension is not None, name
+    return total, dimension
+
+
+def violations(problem: Problem, figures: Mapping[str, Any]) -> list[str]:
+    """The requirements that the figures of a design break, as texts."""
+    broken = []
+    for requirement in problem.requirements:
+        name, of = requirement.metric.name, requirement.metric.of
+        whole = name not in ("latency", "min latency", "jitter", "utilisation", "load")
+        subjects = [of] if of is not None or whole else _subjects(problem, name)
+        if not all(_satisfied(problem, figures, requirement, subject) for subject in subjects):
+            broken.append(requirement.text)
+    for flow, body in problem.sections["flows"].items():
+        limit = body.get("latency")
+        if limit is not None and figures["flows"][flow]["max"] > quantities.time_range(limit)[1]:
+            broken.append(f"latency of {flow} <= {limit.rpartition('..')[2].strip()}")
+    return broken
+
+
+def _satisfied(problem: Problem, figures: Mapping[str, Any], requirement: grammar.Requirement,
+               subject: str | None) -> bool:
+    compare, metric = COMPARE[requirement.operator], requirement.metric.name
+    limit = quantities.quantity(requirement.limit)
+    if metric in problem.totals and metric not in problem.metrics:
+        unit = problem.totals[metric]
+        limit = quantities.Quantity(quantities.figure(requirement.limit, unit), ((unit, 1),))
+    if limit is None:
+        raise ValueError(f"cannot read the limit of {requirement.text!r}")
+    if metric == "load" and limit.dimension == RATIO:
+        share = figures["load_share"][subject]
+        return share is None or compare(share, limit.value)
+    value, dimension = _metric(problem, figures, metric, subject)
+    if dimension != limit.dimension:
+        raise ValueError(f"{requirement.text!r} compares different dimensions")
+    if metric != "utilisation":
+        return compare(value, limit.value)
+    alone = figures["shares"][subject].values() if requirement.operator in ("<=", "<") else ()
+    return compare(value, limit.value * figures["cores"][subject]) and all(compare(s, limit.value) for s in alone)
+
+
+def dominates(left: tuple[Any, ...], right: tuple[Any, ...]) -> bool:
+    """Whether `left` is nowhere larger and somewhere smaller."""
+    return left != right and all(a <= b for a, b in zip(left, right, strict=True))
+
+
+def non_dominated(vectors: set[tuple[Fraction, ...]]) -> set[tuple[Fraction, ...]]:
+    """The minimal vectors; compares the ranks of values, which are cheap integers."""
+    levels = [{value: i for i, value in enumerate(sorted(set(column)))} for column in zip(*vectors, strict=True)]
+    ranked = sorted((tuple(level[v] for level, v in zip(levels, vector, strict=True)), vector) for vector in vectors)
+    kept: list[tuple[tuple[int, ...], tuple[Fraction, ...]]] = []
+    for ranks, vector in ranked:
+        if not any(dominates(other, ranks) for other, _ in kept):
+            kept.append((ranks, vector))
+    return {vector for _, vector in kept}
+
+
+def front(problem: Problem) -> dict[tuple[Fraction, ...], list[Design]]:
+    """The Pareto front by exhaustion: each non-dominated objective vector with all designs that have it.
+
+    Units: ns, cores (1 = one core), B/s, ct, mW, totals as declared; maximised objectives are negated.
+    """
+    reached: dict[tuple[Fraction, ...], list[Design]] = {}
+    for reading in _readings(problem):
+        figures = _figures(problem, reading)
+        if not figures["violations"]:
+            reached.setdefault(figures["objectives"], []).append(dict(reading.design))
+    return {vector: reached[vector] for vector in sorted(non_dominated(set(reached)))}

@@ -1,0 +1,185 @@
+"""A problem file as plain dictionaries of texts: its catalogues, components, decisions and paths."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from functools import cached_property
+from pathlib import Path
+from typing import Any
+
+import yaml
+
+from . import grammar
+
+SECTIONS = ("processors", "buses", "devices", "threads", "connections")
+CATALOGUES = {"processors": "processor_types", "buses": "bus_types", "devices": "device_types",
+              "threads": "thread_types"}
+_TASK_FIELDS = ("dispatch_protocol", "period", "compute_execution_time", "callback_execution_time", "latency",
+                "deadline", "response_time", "queue_size", "price", "power")
+FIELDS = {
+    "processors": ("type", "cores", "price", "power"),
+    "buses": ("type", "bus", "bandwidth", "overhead", "latency", "price", "power"),
+    "devices": ("type", *_TASK_FIELDS),
+    "threads": ("type", "process", "processor", *_TASK_FIELDS),
+    "connections": ("data_size", "bus", "rate", "data_rate", "port", "queue_size", "latency"),
+}
+NONE = "none"
+
+
+class Problem:
+    """A problem file as plain dictionaries of texts, includes merged in."""
+
+    def __init__(self, document: Mapping[str, Any]) -> None:
+        self.document = document
+        self.sections: dict[str, dict[str, dict[str, Any]]] = {}
+        for key in (*SECTIONS, *CATALOGUES.values(), "flows"):
+            self.sections[key] = {name: body or {} for name, body in (document.get(key) or {}).items()}
+        self.section_of = {name: section for section in SECTIONS for name in self.sections[section]}
+        self.totals: dict[str, str] = document.get("totals") or {}
+        self.requirements = [grammar.requirement(text) for text in document.get("requirements") or []]
+        self.objectives = [grammar.objective(text) for text in document.get("objectives") or []]
+        self.rules = [grammar.rule(text) for text in document.get("rules") or []]
+        self.metrics = {name: grammar.derived(text) for name, text in (document.get("metrics") or {}).items()}
+
+    def component(self, name: str) -> dict[str, Any]:
+        """The entry of a component, without what its type gives."""
+        return self.sections[self.section_of[name]][name]
+
+    def types(self, name: str) -> list[str]:
+        """The types that a component may have, ``none`` last for an optional slot."""
+        return self._types[name]
+
+    @cached_property
+    def _types(self) -> dict[str, list[str]]:
+        return {name: [*as_list(body.get("type")), *([NONE] if body.get("optional") == "true" else [])]
+                for section in SECTIONS for name, body in self.sections[section].items()}
+
+    @cached_property
+    def fixed(self) -> dict[tuple[str, str], list[Any]]:
+        """What a field offers, as a list, where no decision has a say in it."""
+        found = {}
+        for name, section in self.section_of.items():
+            for field in FIELDS[section]:
+                types = self.types(name)
+                if field == "type":
+                    found[name, field] = types
+                elif field in self.component(name) or len(types) < 2:
+                    raw = self.stated(name, field, types[0] if types else None)
+                    if not isinstance(raw, dict):
+                        found[name, field] = as_list(raw)
+        return found
+
+    def stated(self, name: str, field: str, type_name: str | None) -> Any:
+        """What the component, else its type, says about a field."""
+        own = self.component(name)
+        if field in own or type_name in (None, NONE):
+            return own.get(field)
+        return self.sections[CATALOGUES[self.section_of[name]]][type_name].get(field)
+
+    @cached_property
+    def incoming(self) -> dict[str, list[str]]:
+        """The connections that end at each component."""
+        found: dict[str, list[str]] = {name: [] for name in self.section_of}
+        for name, connection in self.sections["connections"].items():
+            if "to" in connection:
+                found[connection["to"]].append(name)
+        return found
+
+    @cached_property
+    def paths(self) -> dict[str, list[str]]:
+        """The path of every flow, its connections filled in."""
+        return {name: self._complete(flow["path"]) for name, flow in self.sections["flows"].items()}
+
+    def _complete(self, path: list[str]) -> list[str]:
+        connections, full = self.sections["connections"], path[:1]
+        for before, after in zip(path, path[1:], strict=False):
+            if before not in connections and after not in connections:
+                (between,) = (name for name, ends in connections.items()
+                              if ends.get("from") == before and ends.get("to") == after)
+                full.append(between)
+            full.append(after)
+        return full
+
+    @cached_property
+    def buses(self) -> list[str]:
+        """The entries of ``buses``, then the virtual bus types that are used directly."""
+        entries = list(self.sections["buses"])
+        for body in (*self.sections["buses"].values(), *self.sections["connections"].values()):
+            entries += [bus for bus in as_list(body.get("bus")) if bus not in entries]
+        return entries
+
+    @cached_property
+    def decisions(self) -> dict[str, list[str]]:
+        """Every decision and its options, in file order."""
+        found = {}
+        for section in SECTIONS:
+            for name in self.sections[section]:
+                for field in FIELDS[section]:
+                    options = self._options(name, field)
+                    if len(options) > 1:
+                        found[f"{name}.{field}"] = options
+        return found
+
+    def _options(self, name: str, field: str) -> list[str]:
+        if field == "type":
+            return self.types(name)
+        types = [t for t in self.types(name) if t != NONE] or [None]
+        leaves = [leaf for t in types for leaf in self._leaves(name, self.stated(name, field, t))]
+        if not any(isinstance(leaf, list) and len(leaf) > 1 for leaf in leaves):
+            return []
+        return list(dict.fromkeys(option for leaf in leaves for option in as_list(leaf)))
+
+    def _leaves(self, name: str, raw: Any) -> list[Any]:
+        """The values or lists that a stated field can come down to."""
+        if not isinstance(raw, dict):
+            return [] if raw is None else [raw]
+        slots = as_list(self.component(name).get("processor"))
+        reachable = {t for slot in slots for t in self.types(slot)}
+        return [leaf for key, leaf in raw.items() if key in reachable]
+
+    @cached_property
+    def virtual_slots(self) -> list[str]:
+        """Virtual buses that name carriers, each before those that may carry it."""
+        order: list[str] = []
+
+        def visit(name: str) -> None:
+            if name not in order:
+                for other, body in self.sections["buses"].items():
+                    if name in as_list(body.get("bus")):
+                        visit(other)
+                order.append(name)
+
+        for name, body in self.sections["buses"].items():
+            if "bus" in body:
+                visit(name)
+        return [name for name in order if "bus" in self.component(name)]
+
+
+def as_list(raw: Any) -> list[Any]:
+    """A list as it is, one value as a list, None as nothing."""
+    return [] if raw is None else raw if isinstance(raw, list) else [raw]
+
+
+def load_text(text: str, folder: Path | None = None) -> Problem:
+    """Reads a problem from YAML text; includes are looked up in `folder`."""
+    return Problem(_with_includes(text, folder))
+
+
+def load_file(path: str | Path) -> Problem:
+    """Reads a problem file with everything that it includes."""
+    return load_text(Path(path).read_text(encoding="utf-8"), Path(path).parent)
+
+
+def _with_includes(text: str, folder: Path | None) -> dict[str, Any]:
+    document: dict[str, Any] = yaml.load(text, Loader=yaml.BaseLoader) or {}  # every scalar stays text
+    for name in as_list(document.pop("include", None)):
+        if folder is None:
+            raise ValueError("an include needs a folder")
+        included = _with_includes((folder / name).read_text(encoding="utf-8"), (folder / name).parent)
+        for key, entries in included.items():
+            if isinstance(entries, dict):
+                merged = document.setdefault(key, {}) or {}
+                if twice := merged.keys() & entries.keys():
+                    raise ValueError(f"{key} {sorted(twice)} are defined twice")
+                document[key] = {**entries, **merged}
+    return document

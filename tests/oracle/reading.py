@@ -1,0 +1,448 @@
+"""One design of a problem: what its fields come down to, its rates, its latencies and its loads."""
+
+from __future__ import annotations
+
+import operator
+from collections.abc import Callable, Mapping
+from fractions import Fraction
+from typing import Any
+
+from . import quantities
+from .problem import FIELDS, NONE, Problem, as_list
+from .quantities import NS_PER_S, TIME
+
+PER_PROCESSOR_TYPE = ("compute_execution_time", "callback_execution_time", "response_time")
+EVENT_TRIGGERED = ("aperiodic", "sporadic")
+COMPARE: dict[str, Callable[[Any, Any], bool]] = {
+    "<=": operator.le, "<": operator.lt, ">=": operator.ge, ">": operator.gt, "==": operator.eq, "!=": operator.ne}
+
+
+class InvalidDesign(Exception):
+    """The combination of options is no design; the message says why."""
+
+
+class Reading:
+    """One design, possibly still partial: what every field comes down to and what follows from it."""
+
+    def __init__(self, problem: Problem, design: Mapping[str, str | None], complete: bool = True) -> None:
+        self.problem, self.design, self.complete = problem, design, complete
+        self._values: dict[tuple[str, str], Any] = {}
+        self._stacks: dict[str, list[str]] = {}
+        self._rates: dict[str, Fraction | None] = {}
+
+    # Fields
+
+    def type_of(self, name: str) -> str | None:
+        types = self.problem.types(name)
+        if not types:
+            return None
+        return types[0] if len(types) == 1 else self._choice(name, "type", types)
+
+    def offered(self, name: str, field: str) -> list[Any]:
+        """The options of a field under the chosen type and processor; empty where it is not stated."""
+        fixed = self.problem.fixed.get((name, field))
+        if fixed is not None:
+            return fixed
+        own = self.problem.component(name)
+        raw = own[field] if field in own else self.problem.stated(name, field, self.type_of(name))
+        if isinstance(raw, dict) and field in PER_PROCESSOR_TYPE:
+            raw = self._entry(name, field, raw, self.processor_of(name))
+        return as_list(raw)
+
+    def _entry(self, name: str, field: str, per_type: Mapping[str, Any], slot: str | None) -> Any:
+        key = self.type_of(slot) if slot is not None else None
+        if key not in per_type:
+            raise InvalidDesign(f"{name}.{field} has no figure for processor type {key}")
+        return per_type[key]
+
+    def get(self, name: str, field: str) -> Any:
+        """The value of a field in this design, or None where it is not stated."""
+        if (name, field) in self._values:
+            return self._values[name, field]
+        options = self.offered(name, field)
+        value = self._choice(name, field, options) if len(options) > 1 else options[0] if options else None
+        if self.complete:
+            self._values[name, field] = value
+        return value
+
+    def _choice(self, name: str, field: str, options: list[Any]) -> Any:
+        choice = self.design.get(f"{name}.{field}")
+        if choice is None:
+            raise InvalidDesign(f"{name}.{field} is open")
+        if choice not in options:
+            raise InvalidDesign(f"{name}.{field}: {choice} is not offered here")
+        return choice
+
+    def is_active(self, name: str, field: str) -> bool:
+        """Whether the design uses this field (reading 3)."""
+        section = self.problem.section_of[name]
+        if field == "type":
+            return bool(self.problem.types(name))
+        if section in ("processors", "buses"):
+            if field == "bus":
+                return "bus" in self.problem.component(name) and name in self.carrying()
+            if field == "latency" and self.bus_field(name, "transmission_time") is not None:
+                return False
+            return self.type_of(name) != NONE and bool(self.offered(name, field))
+        if not self.offered(name, field):
+            return False
+        if section == "connections":
+            return self._is_connection_active(name, field)
+        if field == "period":
+            return self.protocol(name) != "aperiodic"
+        if field == "callback_execution_time":
+            return self.protocol(name) == "hybrid"
+        if field == "queue_size":
+            return self.protocol(name) in EVENT_TRIGGERED
+        if field == "latency":
+            return not self.offered(name, "compute_execution_time")
+        return field != "deadline"
+
+    def _is_connection_active(self, name: str, field: str) -> bool:
+        if field == "bus":
+            return not self.is_local(name)
+        if field == "data_size":
+            return bool(self.stack(name)) or "data_rate" in self.problem.component(name)
+        if field == "queue_size":
+            receiver = self.problem.component(name).get("to")
+            return receiver is not None and self.protocol(receiver) in EVENT_TRIGGERED
+        if field == "latency":
+            gives = any(self.bus_field(bus, key) is not None for bus in self.stack(name)
+                        for key in ("transmission_time", "latency"))
+            return not self.is_local(name) and not gives
+        return True
+
+    # Bindings
+
+    def processor_of(self, thread: str | None) -> str | None:
+        if thread is None or self.problem.section_of[thread] != "threads":
+            return None
+        return self.get(thread, "processor")
+
+    def is_local(self, connection: str) -> bool:
+        """Whether both ends are threads of one process."""
+        ends = self.problem.component(connection)
+        processes = [self._process(ends.get("from")), self._process(ends.get("to"))]
+        return processes[0] is not None and processes[0] == processes[1]
+
+    def _process(self, name: str | None) -> str | None:
+        return self.get(name, "process") if name is not None and self.problem.section_of[name] == "threads" else None
+
+    def stack(self, connection: str) -> list[str]:
+        """The buses that carry a connection, from the one that it is bound to down to the wire."""
+        if connection in self._stacks:
+            return self._stacks[connection]
+        members: list[str] = []
+        bus = None if self.is_local(connection) else self.get(connection, "bus")
+        while bus is not None:
+            if bus in members:
+                raise InvalidDesign(f"{bus} carries itself")
+            members.append(bus)
+            has_carrier = bus in self.problem.sections["buses"] and "bus" in self.problem.component(bus)
+            bus = self.get(bus, "bus") if has_carrier else None
+        if self.complete:
+            self._stacks[connection] = members
+        return members
+
+    def carrying(self) -> set[str]:
+        """The buses that carry a connection, as far as the bindings are decided."""
+        found: set[str] = set()
+        for connection in self.problem.sections["connections"]:
+            if not self.is_local(connection):
+                found.update(as_list(self.get(connection, "bus")))
+        for name in self.problem.virtual_slots:
+            if name in found and (len(self.offered(name, "bus")) == 1 or self.design.get(f"{name}.bus") is not None):
+                found.add(self.get(name, "bus"))
+        return found
+
+    def bus_field(self, bus: str, field: str) -> Any:
+        """A figure of a bus, or of a virtual bus type that is used directly; None for an empty slot."""
+        if bus not in self.problem.sections["buses"]:
+            return self.problem.sections["bus_types"][bus].get(field)
+        if self.type_of(bus) == NONE:
+            return None
+        if field == "transmission_time":
+            return self.problem.stated(bus, field, self.type_of(bus))
+        return self.get(bus, field)
+
+    def machine(self, connection: str) -> str | None:
+        """The processor slot that runs the middleware of a connection."""
+        ends = self.problem.component(connection)
+        return self.processor_of(ends.get("from")) or self.processor_of(ends.get("to"))
+
+    # Rates
+
+    def protocol(self, name: str) -> str:
+        stated = self.get(name, "dispatch_protocol")
+        if stated is not None:
+            return stated
+        return "periodic" if self.offered(name, "period") else "aperiodic"
+
+    def period_ns(self, name: str) -> int | None:
+        text = self.get(name, "period")
+        return None if text is None else quantities.period(text)
+
+    def timer_rate(self, name: str) -> Fraction:
+        period = self.period_ns(name)
+        if period is None:
+            raise ValueError(f"{name} needs a period")
+        return Fraction(NS_PER_S, period)
+
+    def input_rate(self, name: str) -> Fraction:
+        """Activations per second by the trigger connections."""
+        body = self.problem.component(name)
+        triggers = body.get("dispatch_trigger")
+        if triggers is None:
+            triggers = [c for c in self.problem.incoming[name] if self.get(c, "port") != "data"]
+        return sum((self.delivered_rate(c) for c in as_list(triggers)), Fraction(0))
+
+    def rate(self, name: str) -> Fraction:
+        """Activations per second, which are also the messages per second that leave (of a hybrid: its timer's)."""
+        if self._rates.get(name) is not None:
+            return self._rates[name]
+        protocol = self.protocol(name)
+        if protocol in ("periodic", "hybrid"):
+            self._rates[name] = self.timer_rate(name)
+            return self._rates[name]
+        if name in self._rates:
+            raise InvalidDesign(f"{name} is in a cycle of event-triggered components")
+        self._rates[name] = None
+        rate = self.input_rate(name)
+        if protocol == "sporadic" and self.offered(name, "period"):
+            rate = min(rate, self.timer_rate(name))
+        self._rates[name] = rate
+        return rate
+
+    def delivered_rate(self, connection: str) -> Fraction:
+        """Messages per second that a connection delivers."""
+        stated = self.get(connection, "rate")
+        if stated is not None:
+            return quantities.rate(stated)
+        data_rate = self.get(connection, "data_rate")
+        if data_rate is not None and self.offered(connection, "data_size"):
+            return quantities.data_rate(data_rate) / quantities.size(self.get(connection, "data_size"))
+        sender = self.problem.component(connection).get("from")
+        return Fraction(0) if sender is None else self.rate(sender)
+
+    # Latency
+
+    def processing(self, name: str) -> tuple[int, int]:
+        """Best and worst processing time of a component."""
+        stated = self.get(name, "compute_execution_time") or self.get(name, "latency")
+        best, worst = quantities.time_range(stated) if stated is not None else (0, 0)
+        response = self.get(name, "response_time")
+        return (best, quantities.time_range(response)[1]) if response is not None else (best, worst)
+
+    def component_rows(self, name: str, arrival: str | None, first: bool) -> list[tuple[str, str, int, int]]:
+        """The contributions of a component of a flow: (component, method, min, max)."""
+        rows, protocol = [], self.protocol(name)
+        best, worst = self.processing(name)
+        if protocol == "hybrid" and arrival is not None:
+            callback = self.get(name, "callback_execution_time")
+            if callback is not None:
+                rows.append((name, "processing time", *quantities.time_range(callback)))
+        if protocol in ("periodic", "hybrid"):
+            period = self.period_ns(name)
+            assert period is not None, name
+            rows.append((name, "first sampling", 0, 0) if first else (name, "sampling", 0, period))
+        else:
+            queue = self.get(arrival, "queue_size") if arrival is not None else None
+            queue = self.get(name, "queue_size") if queue is None else queue
+            if queue is not None:
+                rows.append((name, "queued", 0, int(queue) * worst))
+        specified = not self.offered(name, "compute_execution_time")
+        rows.append((name, "specified" if specified else "processing time", best, worst))
+        return rows
+
+    def message_bytes(self, connection: str) -> int:
+        """Data size and the overheads of all buses that carry the connection."""
+        size = self.get(connection, "data_size")
+        overheads = [self.bus_field(bus, "overhead") for bus in self.stack(connection)]
+        return sum(quantities.size(text) for text in (size, *overheads) if text is not None)
+
+    def connection_rows(self, connection: str) -> list[tuple[str, str, int, int]]:
+        """The contributions of a connection of a flow."""
+        rows = []
+        for bus in self.stack(connection):
+            times = self.bus_field(bus, "transmission_time")
+            if times is not None:
+                rows.append((connection, f"transmission on {bus}", *self._transmission(connection, times)))
+                continue
+            latency = self.bus_field(bus, "latency")
+            if isinstance(latency, dict):
+                latency = self._entry(bus, "latency", latency, self.machine(connection))
+            if latency is not None:
+                rows.append((connection, f"latency of {bus}", *quantities.time_range(latency)))
+        if not rows and not self.is_local(connection):
+            own = self.get(connection, "latency")
+            if own is not None:
+                rows.append((connection, "latency", *quantities.time_range(own)))
+        return rows or [(connection, "no latency", 0, 0)]
+
+    def _transmission(self, connection: str, times: Mapping[str, Any]) -> tuple[int, int]:
+        if not times.keys() <= {"fixed", "per_byte"}:
+            times = self._entry(connection, "transmission_time", times, self.machine(connection))
+        fixed = quantities.time_range(times.get("fixed", "0 ns"))
+        per_byte = quantities.time_range(times.get("per_byte", "0 ns"))
+        size = self.message_bytes(connection)
+        return fixed[0] + per_byte[0] * size, fixed[1] + per_byte[1] * size
+
+    def flow_rows(self, flow: str) -> list[tuple[str, str, int, int]]:
+        """The contributor table of a flow."""
+        rows, arrival, first = [], None, True
+        for name in self.problem.paths[flow]:
+            if self.problem.section_of[name] == "connections":
+                rows += self.connection_rows(name)
+                arrival = name
+            else:
+                rows += self.component_rows(name, arrival, first)
+                first = False
+        return rows
+
+    # Resources
+
+    def shares(self) -> dict[str, dict[str, Fraction]]:
+        """Utilisation of one core by each thread, per processor."""
+        found: dict[str, dict[str, Fraction]] = {slot: {} for slot in self.problem.sections["processors"]}
+        for thread in self.problem.sections["threads"]:
+            slot = self.processor_of(thread)
+            if slot is None:
+                continue
+            work = self.get(thread, "compute_execution_time")
+            share = self._worst(work) * self.rate(thread)
+            if self.protocol(thread) == "hybrid":
+                share += self._worst(self.get(thread, "callback_execution_time")) * self.input_rate(thread)
+            found[slot][thread] = share / NS_PER_S
+        return found
+
+    @staticmethod
+    def _worst(text: str | None) -> int:
+        return 0 if text is None else quantities.time_range(text)[1]
+
+    def loads(self) -> dict[str, Fraction]:
+        """Bytes per second on each bus."""
+        found = {bus: Fraction(0) for bus in self.problem.buses}
+        for connection in self.problem.sections["connections"]:
+            stack = self.stack(connection)
+            if not stack:
+                continue
+            data_rate = self.get(connection, "data_rate")
+            load = (self.message_bytes(connection) * self.delivered_rate(connection) if data_rate is None
+                    else quantities.data_rate(data_rate))
+            for bus in stack:
+                found[bus] += load
+        return found
+
+    def amounts(self, figure: str) -> dict[str, Fraction]:
+        """Price in cents, power in mW or a declared total, per component; direct virtual bus types count once."""
+        found = {}
+        for name, section in self.problem.section_of.items():
+            if section != "connections":
+                empty = section in ("processors", "buses") and self.type_of(name) == NONE
+                found[name] = Fraction(0) if empty else self._amount(name, figure)
+        for bus in self.carrying() - found.keys():
+            body = self.problem.sections["bus_types"][bus]
+            text = (body.get("totals") or {}).get(figure) if figure in self.problem.totals else body.get(figure)
+            found[bus] = self._number(figure, text)
+        return found
+
+    def _amount(self, name: str, figure: str) -> Fraction:
+        if figure in self.problem.totals:
+            stated = self.problem.stated(name, "totals", self.type_of(name)) or {}
+            return self._number(figure, stated.get(figure))
+        return self._number(figure, self.get(name, figure))
+
+    def _number(self, figure: str, text: str | None) -> Fraction:
+        if text is None:
+            return Fraction(0)
+        if figure in self.problem.totals:
+            return quantities.figure(text, self.problem.totals[figure])
+        return Fraction(quantities.price(text) if figure == "price" else quantities.power(text))
+
+    # Validity
+
+    def check(self) -> None:
+        """Raises InvalidDesign unless the bindings, the trigger graph and the rules admit this design."""
+        self.check_processes()
+        self.check_slots()
+        for name, section in self.problem.section_of.items():
+            if section in ("devices", "threads"):
+                self.rate(name)
+        for rule in self.problem.rules:
+            if self.holds(rule.condition) is rule.forbid:
+                raise InvalidDesign(f"rule: {rule.text}")
+
+    def check_processes(self) -> None:
+        homes: dict[str, str | None] = {}
+        for thread in self.problem.sections["threads"]:
+            process = self._process(thread)
+            if process is not None:
+                slot = self.processor_of(thread)
+                if homes.setdefault(process, slot) != slot:
+                    raise InvalidDesign(f"process {process} is spread over processors")
+
+    def bound(self) -> set[str]:
+        """The processor and bus slots that something is bound to."""
+        slots = {self.processor_of(thread) for thread in self.problem.sections["threads"]} - {None}
+        return slots | self.carrying()
+
+    def check_slots(self) -> None:
+        bound = self.bound()
+        for name in (*self.problem.sections["processors"], *self.problem.sections["buses"]):
+            if NONE in self.problem.types(name) and (self.type_of(name) == NONE) == (name in bound):
+                raise InvalidDesign(f"{name} is {'empty' if name in bound else 'unused'} but must not be")
+
+    # Rules
+
+    def holds(self, condition: tuple) -> bool | None:
+        """Kleene truth of a condition."""
+        match condition:
+            case ("not", part):
+                inner = self.holds(part)
+                return None if inner is None else not inner
+            case ("and", parts):
+                return self._kleene([self.holds(part) for part in parts], False)
+            case ("or", parts):
+                return self._kleene([self.holds(part) for part in parts], True)
+            case ("used", name):
+                return self._is_used(name)
+            case ("compare", left, sign, right):
+                return self._compare(self._operand(left), sign, self._operand(right))
+            case ("in", left, values):
+                return self._kleene([self._compare(self._operand(left), "==", value) for value in values], True)
+            case ("multiple", left, right):
+                first, second = self._operand(left), self._operand(right)
+                if first is None or second is None:
+                    return None
+                ratio = quantities.exact(first, TIME) / quantities.exact(second, TIME)
+                return ratio.denominator == 1 and ratio >= 1
+        raise ValueError(f"unknown condition {condition}")
+
+    @staticmethod
+    def _kleene(parts: list[bool | None], dominant: bool) -> bool | None:
+        if dominant in parts:
+            return dominant
+        return None if None in parts else not dominant
+
+    def _operand(self, text: str) -> str | None:
+        """The value of a decision (None while inactive), or the text itself."""
+        name, _, field = text.rpartition(".")
+        if name not in self.problem.section_of or field not in FIELDS[self.problem.section_of[name]]:
+            return text
+        return self.get(name, field) if self.is_active(name, field) else None
+
+    def _compare(self, left: str | None, sign: str, right: str | None) -> bool | None:
+        if left is None or right is None:
+            return None
+        first, second = quantities.quantity(left), quantities.quantity(right)
+        if first is not None and second is not None and first.dimension == second.dimension:
+            return COMPARE[sign](first.value, second.value)
+        if sign not in ("==", "!="):
+            raise ValueError(f"{left!r} {sign} {right!r} compares no quantities")
+        return COMPARE[sign](left, right)
+
+    def _is_used(self, name: str) -> bool:
+        if name in self.problem.section_of:
+            return self.type_of(name) != NONE
+        typed = [n for n, section in self.problem.section_of.items() if section != "connections"]
+        return name in {self.type_of(component) for component in typed} | self.carrying()
