@@ -14,10 +14,11 @@ Where the documents leave something open, this is how they are read here:
     the protocol is aperiodic (or none is stated, and there is none); ``callback_execution_time`` for hybrid only;
     ``queue_size`` for event-triggered (aperiodic, sporadic) components only, that of a connection when its receiver
     is one; ``latency`` of a component only without a compute_execution_time; ``deadline`` never;
-    ``compute_execution_time``, ``response_time``, ``price``, ``power`` always; of a slot, everything while it is
-    not empty, but ``bus`` only while something is bound to it and ``latency`` only without a transmission time; of a connection, ``bus`` unless it is inside one
-    process, ``data_size`` when something carries it or it has a data_rate, ``latency`` unless it is inside a process
-    or something that carries it gives a transmission time or a latency, ``rate`` and ``data_rate`` always.
+    ``compute_execution_time``, ``response_time``, ``price``, ``power`` always; of a slot, everything while it is not
+    empty, but ``bus`` only while something is bound to it and ``latency`` only without a transmission time; of a
+    connection, ``bus`` unless it is inside one process, ``data_size`` when something carries it or it has a
+    data_rate, ``latency`` unless it is inside a process or something that carries it gives a transmission time or a
+    latency, ``rate`` and ``data_rate`` always.
  4. A carrier counts as bound to (so an optional one may not be empty) only when its virtual bus carries a connection.
  5. A response_time replaces the worst execution time in the processing row and in the queue, never in utilisation.
  6. A hybrid component has no queue row. Its callback row precedes its sampling row; there is none when the flow
@@ -141,7 +142,7 @@ def _admissible(reading: Reading, name: str, field: str) -> list[str | None]:
 
 def canonical(problem: Problem, design: Mapping[str, str | None]) -> Design:
     """The design with inactive decisions set to None; raises InvalidDesign when it is none."""
-    result: Design = {decision: None for decision in problem.decisions}
+    result: Design = dict.fromkeys(problem.decisions)
     reading = Reading(problem, result, complete=False)
     for name, field, decision in _decision_order(problem):
         options = _admissible(reading, name, field)

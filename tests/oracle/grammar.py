@@ -1,11 +1,11 @@
-"""The small languages of a problem file: metrics, requirements, objectives, derived metrics and rules, as plain tuples."""
+"""The small languages of a problem file: metrics, requirements, objectives, derived metrics and rules, as tuples."""
 
 from __future__ import annotations
 
 import re
 from dataclasses import dataclass
 from fractions import Fraction
-from functools import lru_cache
+from functools import cache
 
 from .quantities import NUMBER, UNITS, Quantity, quantity
 
@@ -80,7 +80,7 @@ def metric(tokens: list[str]) -> Metric:
     return Metric(" ".join(map(unquote, tokens)), None)
 
 
-@lru_cache(maxsize=None)
+@cache
 def requirement(text: str) -> Requirement:
     """Reads ``METRIC [of NAME] OP QUANTITY``."""
     tokens = _scan(_TOKEN, text)
@@ -88,14 +88,14 @@ def requirement(text: str) -> Requirement:
     return Requirement(text, metric(tokens[:at]), tokens[at], " ".join(tokens[at + 1:]))
 
 
-@lru_cache(maxsize=None)
+@cache
 def objective(text: str) -> Objective:
     """Reads ``minimise METRIC [of NAME]`` or ``maximise …``."""
     verb, *tokens = _scan(_TOKEN, text)
     return Objective(text, {"minimise": 1, "maximise": -1}[verb], metric(tokens))
 
 
-@lru_cache(maxsize=None)
+@cache
 def derived(text: str) -> tuple[tuple[int, Metric, tuple[tuple[int, Quantity], ...]], ...]:
     """A sum of terms (sign, metric, constants each with exponent 1 or -1)."""
     tokens, terms, sign = _scan(_TERM_TOKEN, text), [], 1
@@ -127,7 +127,7 @@ def value_of(constants: tuple[tuple[int, Quantity], ...]) -> Fraction:
     return product
 
 
-@lru_cache(maxsize=None)
+@cache
 def rule(text: str) -> Rule:
     """Reads ``[require | forbid] CONDITION``; ``implies`` and ``requires`` bind weakest, then or, and, not."""
     tokens = _scan(_TOKEN, text)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from dataclasses import dataclass
 from fractions import Fraction
-from functools import lru_cache
+from functools import cache
 from math import ceil, floor
 
 Dimension = tuple[tuple[str, int], ...]
@@ -67,7 +67,7 @@ class Quantity:
     dimension: Dimension
 
 
-@lru_cache(maxsize=None)
+@cache
 def quantity(text: str) -> Quantity | None:
     """The quantity that a text states, or None: ``"10 ms"`` is 10 000 000 ns."""
     match = _QUANTITY.match(text)
@@ -82,7 +82,7 @@ def quantity(text: str) -> Quantity | None:
     return Quantity(number * factor, dimension)
 
 
-@lru_cache(maxsize=None)
+@cache
 def exact(text: str, dimension: Dimension) -> Fraction:
     """The value of a text that must have the given dimension."""
     found = quantity(text)
@@ -91,7 +91,7 @@ def exact(text: str, dimension: Dimension) -> Fraction:
     return found.value
 
 
-@lru_cache(maxsize=None)
+@cache
 def time_range(text: str) -> tuple[int, int]:
     """``MIN .. MAX`` or one duration, in whole ns: the minimum rounded down, the maximum rounded up."""
     low, _, high = text.partition("..")
@@ -101,7 +101,7 @@ def time_range(text: str) -> tuple[int, int]:
     return best, worst
 
 
-@lru_cache(maxsize=None)
+@cache
 def period(text: str) -> int:
     """A period in ns; it must convert exactly."""
     value = exact(text, TIME)
@@ -110,43 +110,43 @@ def period(text: str) -> int:
     return int(value)
 
 
-@lru_cache(maxsize=None)
+@cache
 def size(text: str) -> int:
     """Bytes, rounded up (a demand)."""
     return ceil(exact(text, SIZE))
 
 
-@lru_cache(maxsize=None)
+@cache
 def bandwidth(text: str) -> Fraction:
     """Bytes per second of a supply: whole bits per second, rounded down."""
     return Fraction(floor(exact(text, DATA_RATE) * NS_PER_S * 8), 8)
 
 
-@lru_cache(maxsize=None)
+@cache
 def data_rate(text: str) -> Fraction:
     """Bytes per second of a demand: whole bits per second, rounded up."""
     return Fraction(ceil(exact(text, DATA_RATE) * NS_PER_S * 8), 8)
 
 
-@lru_cache(maxsize=None)
+@cache
 def rate(text: str) -> Fraction:
     """Events per second, exact."""
     return exact(text, RATE) * NS_PER_S
 
 
-@lru_cache(maxsize=None)
+@cache
 def price(text: str) -> int:
     """Cents, rounded up."""
     return ceil(exact(text, MONEY))
 
 
-@lru_cache(maxsize=None)
+@cache
 def power(text: str) -> int:
     """Milliwatts, rounded up."""
     return ceil(exact(text, POWER))
 
 
-@lru_cache(maxsize=None)
+@cache
 def figure(text: str, unit: str) -> Fraction:
     """The number of a declared total, which must be stated in its declared unit."""
     match = _QUANTITY.match(text)

@@ -1,0 +1,406 @@
+"""Random architectures with too many alternatives: catalogues, slots, devices, threads, connections and flows."""
+
+from __future__ import annotations
+
+import random
+from typing import Any
+
+from .problem import as_list
+
+PERIODS = ("5 ms", "7 ms", "10 ms", "16667 us", "20 ms", "33333 us", "50 ms", "62.5 ms", "100 ms", "1 s")
+SIZES = ("1 B", "8 B", "30 B", "64 B", "125 bit", "333 B", "1 KB", "1.5 KB")
+RATES = ("3 Hz", "7.5 Hz", "20 Hz", "33.3 Hz", "0.1 kHz")
+DATA_RATES = ("100 B/s", "1234 B/s", "1.5 KB/s", "9.6 kbit/s", "1001 bit/s")
+BANDWIDTHS = ("125 kbit/s", "15.625 KBytesps", "11520 B/s", "1 Mbit/s", "250 Kbitsps", "115200 bit/s")
+PROTOCOLS = ("periodic", "aperiodic", "sporadic", "hybrid")
+ALWAYS_TIMED = ("periodic", "hybrid")
+THEMES = ("processor_type", "several_processors", "optional_processor", "bus_type", "optional_bus", "bus_choice",
+          "carrier_choice", "thread_period", "protocol", "execution_time", "map_alternatives", "device_period",
+          "device_time", "device_latency", "device_type", "thread_type", "type_alternatives", "data_size", "rate",
+          "data_rate", "queue_size", "response_time", "connection_latency", "catalogue_alternatives")
+
+
+class Architecture:
+    """One draw of catalogues and components; `document` is the problem without rules, limits and objectives."""
+
+    def __init__(self, rng: random.Random, size: str) -> None:
+        self.rng, self.tiny = rng, size == "tiny"
+        self.themes = set(rng.sample(THEMES, rng.randint(4, 8 if self.tiny else 11)))
+        self.themes |= {"thread_period"} if self.chance(0.5) else set()
+        self.totals = self.chance(0.3)
+        self.document: dict[str, Any] = {"dse": "1", "name": ""}
+        if self.totals:
+            self.document["totals"] = {"mass": "g"}
+        self._add_processor_types()
+        self._add_bus_types()
+        self._add_processors()
+        self._add_buses()
+        self._add_devices()
+        self._add_threads()
+        self._add_connections()
+        self._add_triggers_and_queues()
+        self._add_flows()
+
+    # Drawing
+
+    def chance(self, probability: float) -> bool:
+        return self.rng.random() < probability
+
+    def on(self, theme: str, probability: float = 0.6) -> bool:
+        return theme in self.themes and self.chance(probability)
+
+    def some(self, pool: tuple[str, ...] | list[str], theme: str, most: int = 3) -> Any:
+        """One of the pool, or a list of alternatives if the theme is on."""
+        pool = list(pool)
+        if len(pool) > 1 and self.on(theme):
+            chosen = self.rng.sample(pool, self.rng.randint(2, min(most, len(pool))))
+            return chosen
+        return self.rng.choice(pool)
+
+    def duration(self, low_us: int, high_us: int) -> str:
+        us = self.rng.randint(low_us, high_us)
+        return self.rng.choice([f"{us} us", f"{us} us", f"{us}.{self.rng.randint(1, 9)} us", f"{us}us",
+                                f"{us / 1000:.3f} ms"])
+
+    def time_range(self, low_us: int, high_us: int) -> str:
+        if self.chance(0.2):
+            return self.duration(low_us, high_us)
+        middle = (low_us + high_us) // 2
+        return f"{self.duration(low_us, middle)} .. {self.duration(middle + 1, high_us)}"
+
+    def time_ranges(self, theme: str, low_us: int, high_us: int) -> Any:
+        if self.on(theme):
+            return [self.time_range(low_us, high_us) for _ in range(self.rng.randint(2, 3))]
+        return self.time_range(low_us, high_us)
+
+    def per_type(self, theme: str, low_us: int, high_us: int) -> Any:
+        """One time range, or one per processor type, perhaps with alternatives inside."""
+        types = list(self.document["processor_types"])
+        if self.chance(0.4):
+            return self.time_ranges(theme, low_us, high_us)
+        inner = "map_alternatives" if theme == "execution_time" else theme
+        return {t: self.time_ranges(inner, low_us, high_us) for t in types}
+
+    def add_costs(self, body: dict[str, Any], probability: float = 0.6) -> None:
+        if self.chance(probability):
+            body["price"] = self.some(["0.99 EUR", "10 EUR", "49.5 EUR", "150 EUR", "900EUR"], "catalogue_alternatives")
+        if self.chance(probability):
+            body["power"] = self.rng.choice(["250 mW", "1.5 W", "5 W", "0.035 kW"])
+        if self.totals and self.chance(probability):
+            body["totals"] = {"mass": f"{self.rng.randint(1, 500)} g"}
+
+    # Catalogues
+
+    def _add_processor_types(self) -> None:
+        types: dict[str, Any] = {}
+        for name in ("RT101", "Spectra", "Nano")[: self.rng.randint(1, 3)]:
+            types[name] = {}
+            if self.chance(0.7):
+                types[name]["cores"] = (["1", "2"] if self.on("catalogue_alternatives", 0.3)
+                                        else str(self.rng.randint(1, 4)))
+            self.add_costs(types[name], 0.8)
+        self.document["processor_types"] = types
+
+    def _transmission_time(self, virtual: bool) -> dict[str, str]:
+        per_byte = ["87 ns .. 95 ns", "7 ns .. 10 ns", "80.5 ns .. 88.25 ns"] if virtual else \
+            ["64 us .. 88 us", "16 us .. 22 us", "87 us", "8.5 us .. 9.1 us"]
+        times = {"fixed": self.time_range(50, 1200), "per_byte": self.rng.choice(per_byte)}
+        if self.chance(0.2):
+            del times[self.rng.choice(["fixed", "per_byte"])]
+        return times
+
+    def _add_bus_types(self) -> None:
+        types: dict[str, Any] = {}
+        for name in ("can_125k", "can_500k", "rs232")[: self.rng.randint(1, 3)]:
+            types[name] = {"bandwidth": self.some(BANDWIDTHS, "catalogue_alternatives", 2)}
+            self._add_bus_figures(types[name], virtual=False)
+            self.add_costs(types[name])
+        for name in ("ros_ipc", "dds", "udp_stack")[: self.rng.randint(1, 3)]:
+            types[name] = {"virtual": "true"}
+            self._add_bus_figures(types[name], virtual=True)
+        self.document["bus_types"] = types
+
+    def _add_bus_figures(self, body: dict[str, Any], virtual: bool) -> None:
+        per_type = virtual and self.chance(0.7)
+        kinds = self.document["processor_types"]
+        if self.chance(0.75):
+            body["transmission_time"] = ({t: self._transmission_time(True) for t in kinds} if per_type
+                                         else self._transmission_time(virtual))
+        if self.chance(0.4):
+            body["latency"] = ({t: self.time_range(1, 1084) for t in kinds} if per_type
+                               else self.time_ranges("catalogue_alternatives", 1, 1084) if not virtual
+                               else self.time_range(1, 1084))
+        if self.chance(0.4):
+            body["overhead"] = (self.some(["5 B", "8 B", "30 bit"], "catalogue_alternatives", 2) if not virtual
+                                else self.rng.choice(["12 B", "64 B", "0 B"]))
+
+    def _is_per_type(self, bus: str) -> bool:
+        """Whether a bus or virtual bus type needs to know the machine."""
+        slot = self.document["buses"].get(bus)
+        types = [bus] if slot is None else as_list(slot["type"])
+        bodies = [self.document["bus_types"][t] for t in types]
+        if slot is not None:
+            bodies += [{"transmission_time": {"RT101": {}}} for b in as_list(slot.get("bus")) if self._is_per_type(b)]
+        return any("RT101" in (body.get(field) or {}) for body in bodies for field in ("transmission_time", "latency")
+                   if isinstance(body.get(field), dict))
+
+    # Slots
+
+    def _add_processors(self) -> None:
+        names = ["computer"]
+        if "several_processors" in self.themes or "optional_processor" in self.themes:
+            names += ["companion", "mcu"][: self.rng.randint(1, 2)]
+        types = list(self.document["processor_types"])
+        slots = {name: {"type": self.some(types, "processor_type")} for name in names}
+        if "optional_processor" in self.themes:
+            slots[names[-1]]["optional"] = "true"
+        self.document["processors"] = slots
+
+    def _add_buses(self) -> None:
+        types = self.document["bus_types"]
+        physical = [t for t in types if "virtual" not in types[t]]
+        virtual = [t for t in types if "virtual" in types[t]]
+        slots: dict[str, Any] = {}
+        self.document["buses"] = slots
+        for name in ("canbus0", "eth0")[: self.rng.randint(1, 2)]:
+            slots[name] = {"type": self.some(physical, "bus_type")}
+        if self.on("optional_bus", 0.9):
+            slots["spare"] = {"type": self.some(physical, "bus_type"), "optional": "true"}
+        wires = list(slots)
+        if "carrier_choice" in self.themes or self.chance(0.3):
+            slots["middleware"] = {"type": self.some(virtual, "bus_type"), "bus": self.some(wires, "carrier_choice")}
+            if self.on("optional_bus"):
+                slots["middleware"]["optional"] = "true"
+            if self.chance(0.25):
+                slots["tunnel"] = {"type": self.rng.choice(virtual), "bus": "middleware"}
+        elif self.chance(0.15):
+            slots["local_ipc"] = {"type": self.some(virtual, "bus_type")}
+
+    # Devices and threads
+
+    def _device(self, body: dict[str, Any], source: bool, alternatives: bool = True) -> None:
+        if source or self.chance(0.3):
+            body["period"] = self.some(PERIODS, "device_period") if alternatives else self.rng.choice(PERIODS)
+        if self.chance(0.6):
+            body["compute_execution_time"] = self.time_ranges("device_time", 20, 900)
+        elif self.chance(0.85):
+            body["latency"] = self.time_ranges("device_latency", 100, 3000)
+
+    def _add_devices(self) -> None:
+        devices: dict[str, Any] = {}
+        self.document["devices"] = devices
+        self.sources = ["gnss", "imu"][: self.rng.randint(1, 2)]
+        self.sinks = ["sprayer"] if self.chance(0.7) else []
+        for name in (*self.sources, *self.sinks):
+            devices[name] = {}
+            if name in self.sources and self.on("device_type", 0.8):
+                devices[name]["type"] = list(self._device_types())
+                if self.chance(0.3):
+                    devices[name]["price"] = "12.34 EUR"
+                continue
+            self._device(devices[name], source=name in self.sources)
+            self.add_costs(devices[name], 0.3)
+
+    def _device_types(self) -> dict[str, Any]:
+        types = self.document.setdefault("device_types", {})
+        for name in ("mojo3", "piksi"):
+            if name not in types:
+                types[name] = {"period": self.some(PERIODS, "type_alternatives")}
+                self._device(types[name], source=False, alternatives=False)
+                types[name].setdefault("period", self.rng.choice(PERIODS))
+                self.add_costs(types[name], 0.7)
+        return types
+
+    def _add_threads(self) -> None:
+        names = ["driver", "nav", "main loop" if self.chance(0.15) else "main_loop", "control"]
+        names = names[: self.rng.randint(2, 3 if self.tiny else 4)]
+        self.threads: dict[str, Any] = {}
+        self.document["threads"] = self.threads
+        slots = list(self.document["processors"])
+        for name in names:
+            body: dict[str, Any] = {"processor": self.some(slots, "several_processors")}
+            if self.chance(0.07):
+                del body["processor"]
+            if self.on("thread_type") and "processor" in body:
+                body["type"] = list(self._thread_types())
+            else:
+                self._schedule(body)
+                self._times(body)
+            self.threads[name] = body
+        self._group_into_process(names)
+
+    def _schedule(self, body: dict[str, Any]) -> None:
+        """Dispatch protocol and period, as far as the protocols need one."""
+        style = self.rng.choice(["periodic", "implicit", "event", "fixed", "choice"])
+        if self.on("protocol", 0.8):
+            style = "choice"
+        if style == "choice" and "protocol" in self.themes:
+            body["dispatch_protocol"] = self.rng.sample(PROTOCOLS, self.rng.randint(2, 4))
+        elif style in ("fixed", "choice"):
+            body["dispatch_protocol"] = self.rng.choice(PROTOCOLS)
+        elif style == "periodic":
+            body["dispatch_protocol"] = "periodic"
+        protocols = as_list(body.get("dispatch_protocol"))
+        needs_period = style == "implicit" or bool({"periodic", "hybrid", "sporadic"} & set(protocols))
+        if needs_period or (protocols and self.chance(0.3)):
+            body["period"] = self.some(PERIODS, "thread_period", 4)
+        if "hybrid" in protocols and self.chance(0.8):
+            body["callback_execution_time"] = self.time_range(10, 300)
+
+    def _times(self, body: dict[str, Any]) -> None:
+        per_type = "processor" in body
+        if self.chance(0.95):
+            body["compute_execution_time"] = (self.per_type("execution_time", 50, 1500) if per_type
+                                              else self.time_ranges("execution_time", 50, 1500))
+        else:
+            body["latency"] = self.time_range(50, 1500)
+        if self.on("response_time", 0.6) or self.chance(0.05):
+            body["response_time"] = (self.per_type("response_time", 1600, 6000) if per_type
+                                     else self.time_ranges("response_time", 1600, 6000))
+
+    def _thread_types(self) -> dict[str, Any]:
+        types = self.document.setdefault("thread_types", {})
+        for name in ("ekf", "ukf"):
+            if name not in types:
+                types[name] = {}
+                self._schedule(types[name])
+                if "period" in types[name] and "type_alternatives" in self.themes:
+                    types[name]["period"] = self.rng.sample(PERIODS, 2)
+                self._times(types[name])
+                self.add_costs(types[name], 0.2)
+        return types
+
+    def _group_into_process(self, names: list[str]) -> None:
+        bound = [name for name in names if "processor" in self.threads[name]]
+        if len(bound) < 2 or not self.chance(0.35):
+            return
+        group = self.rng.sample(bound, self.rng.randint(2, len(bound)))
+        first = self.threads[group[0]]["processor"]
+        for name in group:
+            self.threads[name]["process"] = "proc_a"
+            if not set(as_list(first)) & set(as_list(self.threads[name]["processor"])) or self.chance(0.7):
+                self.threads[name]["processor"] = list(first) if isinstance(first, list) else first
+
+    # Connections
+
+    def _add_connections(self) -> None:
+        self.connections: dict[str, Any] = {}
+        self.document["connections"] = self.connections
+        chain = [self.sources[0], *self.threads, *self.sinks]
+        self.chain = chain
+        self.backbone = [self._connect(a, b) for a, b in zip(chain, chain[1:], strict=False)]
+        threads = list(self.threads)
+        for source in self.sources[1:]:
+            self._connect(source, self.rng.choice(threads))
+        if len(threads) > 1 and self.chance(0.35):
+            at = self.rng.randrange(len(threads) - 1)
+            self._connect(threads[at], threads[self.rng.randrange(at + 1, len(threads))], extra=True)
+        if len(threads) > 1 and self.chance(0.2):
+            self._add_feedback(threads)
+        if self.chance(0.2):
+            self._connect(None, threads[0])
+        if self.chance(0.2):
+            self._connect(threads[-1], None)
+
+    def _add_feedback(self, threads: list[str]) -> None:
+        """A connection backwards, with at least one thread on the loop that may be dispatched by time."""
+        first, last = sorted(self.rng.sample(range(len(threads)), 2))
+        loop = [self.threads[name] for name in threads[first:last + 1]]
+        if not any(self._protocols(body) & set(ALWAYS_TIMED) for body in loop):
+            return
+        self._connect(threads[last], threads[first], extra=True)
+
+    def _protocols(self, body: dict[str, Any]) -> set[str]:
+        """The protocols that a thread or device may have."""
+        bodies = [self._catalogue(t) | body for t in as_list(body.get("type"))] or [body]
+        return {protocol for b in bodies for protocol in
+                as_list(b.get("dispatch_protocol") or ("periodic" if "period" in b else "aperiodic"))}
+
+    def _catalogue(self, type_name: str) -> dict[str, Any]:
+        return (self.document.get("thread_types", {}) | self.document.get("device_types", {}))[type_name]
+
+    def _connect(self, sender: str | None, receiver: str | None, extra: bool = False) -> str:
+        name = f"c{len(self.connections)}"
+        body: dict[str, Any] = {}
+        if sender is not None:
+            body["from"] = sender
+        if receiver is not None:
+            body["to"] = receiver
+        if self.chance(0.92):
+            body["data_size"] = self.some(SIZES, "data_size")
+        if sender is None or self.on("rate", 0.4) or self.chance(0.05):
+            body["rate"] = self.some(RATES, "rate")
+        elif self.on("data_rate", 0.5):
+            body["data_rate"] = self.some(DATA_RATES, "data_rate")
+        self._bind(body)
+        if self.on("connection_latency", 0.5) or ("bus" not in body and self.chance(0.4)):
+            body["latency"] = self.time_ranges("connection_latency", 10, 2000)
+        if receiver is not None and (extra or not self._may_be_triggered(receiver)) and self.chance(0.4):
+            body["port"] = "data"
+        elif self.chance(0.15):
+            body["port"] = self.rng.choice(["event", "event_data"])
+        self.connections[name] = body
+        return name
+
+    def _may_be_triggered(self, name: str) -> bool:
+        return self._protocols((self.document["devices"] | self.threads)[name]) != {"periodic"}
+
+    def _bind(self, body: dict[str, Any]) -> None:
+        machine = self.threads.get(body.get("from", ""), {}).get("processor")
+        if body.get("from") not in self.threads:
+            machine = self.threads.get(body.get("to", ""), {}).get("processor")
+        slots = self.document["buses"]
+        direct = [t for t, b in self.document["bus_types"].items() if "virtual" in b]
+        usable = [bus for bus in (*slots, *direct) if machine is not None or not self._is_per_type(bus)]
+        if self.chance(0.88):
+            body["bus"] = self.some(usable, "bus_choice")
+
+    def _add_triggers_and_queues(self) -> None:
+        for name, body in (*self.threads.items(), *self.document["devices"].items()):
+            triggers = [c for c, ends in self.connections.items() if ends.get("to") == name
+                        and ends.get("port") != "data"]
+            if not self._may_be_triggered(name):
+                continue
+            if name in self.threads and len(triggers) > 1 and self.chance(0.4):
+                chosen = self.rng.sample(triggers, self.rng.randint(1, len(triggers) - 1))
+                body["dispatch_trigger"] = [c for c in triggers if c in chosen]
+            if self._protocols(body) & {"aperiodic", "sporadic"} and (self.on("queue_size") or self.chance(0.1)):
+                body["queue_size"] = self.some(["0", "1", "2", "3"], "queue_size")
+                if self.chance(0.5):
+                    self.connections[self.rng.choice(triggers)]["queue_size"] = self.some(["1", "2", "5"], "queue_size")
+
+    # Flows
+
+    def _add_flows(self) -> None:
+        flows: dict[str, Any] = {}
+        self.document["flows"] = flows
+        start = 0
+        if self.chance(0.3):
+            start = self.rng.randrange(len(self.chain) - 1)
+        flows["to_sprayer"] = {"path": self._path(start if self._may_start(self.chain[start]) else 0, len(self.chain))}
+        if self.chance(0.5):
+            start = self.rng.randrange(len(self.chain) - 1)
+            end = self.rng.randrange(start + 2, len(self.chain) + 1)
+            if self._may_start(self.chain[start]):
+                flows["second flow" if self.chance(0.2) else "inner"] = {"path": self._path(start, end)}
+
+    def _may_start(self, name: str) -> bool:
+        """Flows start only where the documents say plainly what the first component contributes."""
+        body = (self.document["devices"] | self.threads)[name]
+        return "hybrid" not in self._protocols(body) and "queue_size" not in body
+
+    def _path(self, start: int, end: int) -> list[str]:
+        path = [self.chain[start]]
+        for i in range(start, end - 1):
+            parallel = [c for c, ends in self.connections.items()
+                        if ends.get("from") == self.chain[i] and ends.get("to") == self.chain[i + 1]]
+            if len(parallel) > 1 or self.chance(0.1):
+                path.append(self.rng.choice(parallel))
+            path.append(self.chain[i + 1])
+        before = [c for c, ends in self.connections.items() if "from" not in ends and ends["to"] == path[0]]
+        after = [c for c, ends in self.connections.items() if "to" not in ends and ends["from"] == path[-1]]
+        if before and self.chance(0.7):
+            path.insert(0, before[0])
+        if after and self.chance(0.7):
+            path.append(after[0])
+        return path

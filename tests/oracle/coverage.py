@@ -1,0 +1,122 @@
+"""What a problem file uses, so that a test can say what the generator covers."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import yaml
+
+from .problem import Problem, as_list
+
+
+def features(text: str) -> set[str]:
+    """The kinds of decision, component, requirement, rule and objective that a problem file uses."""
+    document = yaml.load(text, Loader=yaml.BaseLoader)
+    problem = Problem(document)
+    return {*_decision_features(problem), *_component_features(problem), *_question_features(problem)}
+
+
+def _decision_features(problem: Problem) -> Iterator[str]:
+    for decision, options in problem.decisions.items():
+        name, field = decision.rsplit(".", 1)
+        section = problem.section_of[name]
+        yield f"decision {section}.{field}"
+        own = problem.component(name)
+        if field == "dispatch_protocol":
+            yield from (f"protocol option {option}" for option in options)
+        if field != "type" and field not in own:
+            yield f"alternatives inside {section} type"
+        if isinstance(own.get(field), dict):
+            yield "alternatives inside a processor type map"
+        if section == "connections" and field == "bus":
+            virtual = {option not in problem.sections["buses"] for option in options}
+            yield from ["bus or middleware"] if len(virtual) == 2 else []
+    if not problem.decisions:
+        yield "no decision"
+
+
+def _component_features(problem: Problem) -> Iterator[str]:
+    if len(problem.sections["processors"]) > 1:
+        yield "several processors"
+    for section in ("processors", "buses"):
+        for name, body in problem.sections[section].items():
+            if body.get("optional") == "true":
+                yield f"optional {section}"
+                if len(problem.types(name)) == 2:
+                    yield "optional slot with one type"
+            if "bus" in body:
+                yield "virtual on physical" if as_list(body["bus"])[0] != "middleware" else "stack of three"
+    for body in problem.sections["bus_types"].values():
+        kind = "virtual bus" if "virtual" in body else "bus"
+        for field in ("transmission_time", "latency"):
+            if field in body:
+                per_type = isinstance(body[field], dict) and "RT101" in body[field]
+                yield f"{kind} {field}{' per processor type' if per_type else ''}"
+        if "overhead" in body:
+            yield f"{kind} overhead"
+    yield from _task_features(problem)
+    yield from _connection_features(problem)
+
+
+def _task_features(problem: Problem) -> Iterator[str]:
+    for section in ("devices", "threads"):
+        for body in problem.sections[section].values():
+            yield from (f"{section}.{field}" for field in body if field not in ("processor", "price", "power"))
+            yield from (f"protocol {protocol}" for protocol in as_list(body.get("dispatch_protocol")))
+            if section == "threads" and "processor" not in body:
+                yield "thread without processor"
+            for figure in ("price", "power", "totals"):
+                if figure in body:
+                    yield "figures of a device or thread"
+
+
+def _connection_features(problem: Problem) -> Iterator[str]:
+    names = list(problem.section_of)
+    for body in problem.sections["connections"].values():
+        yield from (f"connections.{field}" for field in body if field not in ("from", "to"))
+        if "from" not in body or "to" not in body:
+            yield "boundary"
+        elif problem.section_of[body["from"]] == problem.section_of[body["to"]] == "threads":
+            if names.index(body["from"]) > names.index(body["to"]):
+                yield "feedback"
+            processes = {problem.component(end).get("process") for end in (body["from"], body["to"])}
+            if None not in processes and len(processes) == 1:
+                yield "connection inside a process"
+        if body.get("port") == "data":
+            yield "data port"
+        if "bus" not in body:
+            yield "unbound connection"
+        if any(bus in problem.sections["bus_types"] for bus in as_list(body.get("bus"))):
+            yield "virtual bus type used directly"
+        if "data_rate" in body:
+            yield f"data_rate {'with' if 'data_size' in body else 'without'} data_size"
+    for flow in problem.sections["flows"].values():
+        path = flow["path"]
+        if path[0] in problem.sections["connections"] or path[-1] in problem.sections["connections"]:
+            yield "flow from or to the boundary"
+        if any(element in problem.sections["connections"] for element in path[1:-1]):
+            yield "connection named in a path"
+        if "latency" in flow:
+            yield "required latency of a flow"
+
+
+def _question_features(problem: Problem) -> Iterator[str]:
+    yield f"{len(problem.objectives)} objectives"
+    for objective in problem.objectives:
+        yield "minimise" if objective.sign > 0 else "maximise"
+        yield f"objective {objective.metric.name}"
+    for requirement in problem.requirements:
+        yield f"operator {requirement.operator}"
+        yield f"requirement {requirement.metric.name}{'' if requirement.metric.of else ' (general)'}"
+        if requirement.metric.name == "load":
+            yield "load share" if requirement.limit.endswith(("%", "ppm")) else "load in B/s"
+    for rule in problem.rules:
+        yield from ("rule " + word for word in ("require", "forbid", "implies", "requires", " and ", " or ", "not ",
+                                                " in [", "is a multiple of", "==", "!=", "<=", ">=", "(")
+                    if word in rule.text)
+        yield "rule without verb" if not rule.text.startswith(("require ", "forbid ")) else "rule with verb"
+    for key in ("metrics", "totals", "baseline"):
+        if problem.document.get(key):
+            yield key
+    if any(" " in name for name in problem.section_of):
+        yield "name with a blank"

@@ -1,0 +1,405 @@
+"""The oracle against arithmetic done by hand, and what the generator covers."""
+
+from __future__ import annotations
+
+from fractions import Fraction
+from itertools import product
+from math import prod
+
+import pytest
+
+from .evaluator import (
+    InvalidDesign,
+    canonical,
+    decisions,
+    designs,
+    evaluate,
+    front,
+    load_file,
+    load_text,
+    non_dominated,
+)
+from .generator import features, random_problem
+
+ROBOT = """
+dse: 1
+name: robot
+processor_types:
+  RT101:   {cores: 4, price: 150 EUR, power: 5 W}
+  Spectra: {cores: 2, price: 900 EUR, power: 35 W}
+bus_types:
+  can_125k: {bandwidth: 125 kbit/s, transmission_time: {fixed: 256 us, per_byte: 64 us .. 88 us}}
+  can_500k: {bandwidth: 500 kbit/s, transmission_time: {fixed: 64 us, per_byte: 16 us .. 22 us}}
+  ros_ipc:
+    virtual: true
+    transmission_time:
+      RT101:   {fixed: 529 us .. 1115 us, per_byte: 87 ns .. 95 ns}
+      Spectra: {fixed: 113 us .. 295 us,  per_byte: 7 ns .. 10 ns}
+processors: {computer: {type: [RT101, Spectra]}}
+buses: {canbus0: {type: [can_125k, can_500k]}}
+devices: {gnss: {period: 50 ms, compute_execution_time: 200 us .. 300 us}}
+threads:
+  driver:
+    processor: computer
+    dispatch_protocol: [periodic, aperiodic]
+    period: [10 ms, 20 ms]
+    compute_execution_time: {RT101: 243 us .. 1.3 ms, Spectra: 73.2 us .. 756.8 us}
+  nav: {processor: computer, period: 20 ms, compute_execution_time: 1 ms}
+connections:
+  position: {from: gnss, to: driver, data_size: 30 B, bus: canbus0}
+  pose: {from: driver, to: nav, data_size: 30 B, bus: ros_ipc}
+flows: {f: {path: [gnss, driver, nav]}}
+metrics: {line_variation: jitter of f * 0.6 m/s}
+requirements: [jitter of f <= 100 ms, utilisation of computer <= 70 %, load of canbus0 <= 50 %]
+rules: [Spectra requires can_500k, forbid driver.period == 10 ms and computer.type == RT101]
+objectives: [minimise jitter of f, minimise price, minimise utilisation of computer]
+"""
+
+
+def only(text: str) -> dict:
+    """The figures of a problem that has exactly one design."""
+    problem = load_text(text)
+    (design,) = designs(problem)
+    return evaluate(problem, design)
+
+
+def rows(figures: dict, flow: str = "f") -> list[tuple[int, int]]:
+    """The contributions that are not zero."""
+    return [row[2:] for row in figures["flows"][flow]["rows"] if row[2:] != (0, 0)]
+
+
+def test_figures_of_the_robot() -> None:
+    problem = load_text(ROBOT)
+    assert decisions(problem) == {
+        "computer.type": ["RT101", "Spectra"], "canbus0.type": ["can_125k", "can_500k"],
+        "driver.dispatch_protocol": ["periodic", "aperiodic"], "driver.period": ["10 ms", "20 ms"]}
+    figures = evaluate(problem, {"computer.type": "RT101", "canbus0.type": "can_125k",
+                                 "driver.dispatch_protocol": "periodic", "driver.period": "20 ms"})
+    assert rows(figures) == [
+        (200_000, 300_000),  # gnss, whose own period does not count
+        (256_000 + 30 * 64_000, 256_000 + 30 * 88_000),
+        (0, 20_000_000), (243_000, 1_300_000),  # driver: sampling, processing
+        (529_000 + 30 * 87, 1_115_000 + 30 * 95),  # ros_ipc as measured on RT101
+        (0, 20_000_000), (1_000_000, 1_000_000)]
+    assert figures["flows"]["f"]["max"] == 46_613_850
+    assert figures["flows"]["f"]["jitter"] == 42_463_240
+    assert figures["shares"]["computer"] == {"driver": Fraction(1300, 20_000), "nav": Fraction(1, 20)}
+    assert figures["load"] == {"canbus0": 30 * 20, "ros_ipc": 30 * 50}
+    assert figures["load_share"]["canbus0"] == Fraction(600 * 8, 125_000)
+    assert figures["price"]["system"] == 15_000
+    assert figures["power"]["system"] == 5_000
+    assert figures["metrics"]["line_variation"] == Fraction(42_463_240 * 6, 10)  # nm: 0.6 nm per ns
+    assert figures["violations"] == []
+
+
+def test_an_aperiodic_driver_inherits_the_rate_of_its_source() -> None:
+    problem = load_text(ROBOT)
+    design = {"computer.type": "Spectra", "canbus0.type": "can_500k", "driver.dispatch_protocol": "aperiodic",
+              "driver.period": "20 ms"}
+    assert canonical(problem, design)["driver.period"] is None
+    figures = evaluate(problem, design)
+    assert figures["rates"]["driver"] == 20
+    assert figures["load"]["ros_ipc"] == 30 * 20
+    assert figures["utilisation"]["computer"] == Fraction(7568 * 20, 10**7) + Fraction(1, 20)
+
+
+def test_designs_and_front_of_the_robot() -> None:
+    # Spectra needs can_500k, RT101 no 10 ms: RT101 has 2 buses * (20 ms, aperiodic), Spectra 1 * (10, 20, aperiodic).
+    problem = load_text(ROBOT)
+    assert len(list(designs(problem))) == 2 * 2 + 3
+    # Aperiodic has no sampling row, so the least jitter; then only the computers trade off.
+    found = front(problem)
+    assert [vector[:2] for vector in found] == [(21_145_690, 90_000), (21_923_240, 15_000)]
+    assert found[next(iter(found))] == [{"computer.type": "Spectra", "canbus0.type": "can_500k",
+                                         "driver.dispatch_protocol": "aperiodic", "driver.period": None}]
+
+
+STACK = """
+dse: 1
+name: stack
+processor_types: {P: {}, Q: {}}
+bus_types:
+  eth: {bandwidth: 1 Mbit/s, overhead: 18 B, transmission_time: {fixed: 10 us, per_byte: 8 us}, price: 5 EUR}
+  spare_eth: {bandwidth: 1 Mbit/s, price: 7 EUR}
+  udp: {virtual: true, overhead: 28 B, latency: {P: 1 us .. 2 us, Q: 3 us .. 4 us}}
+processors: {p: {type: P}, q: {type: Q}}
+buses:
+  wire: {type: eth}
+  other: {type: spare_eth, optional: true}
+  net: {type: udp, bus: wire}
+threads:
+  a: {processor: p, period: 33333 us, compute_execution_time: 100 us}
+  b: {processor: q, compute_execution_time: 50 us .. 70.5 us, queue_size: 2}
+devices: {radio: {latency: 1 ms .. 2 ms}}
+connections:
+  ab: {from: a, to: b, data_size: 54 B, bus: net}
+  back: {from: radio, to: b, port: data, data_size: 8 B, data_rate: 1001 bit/s, bus: wire}
+flows: {f: {path: [a, b]}, g: {path: [radio, b]}}
+objectives: [minimise load of wire]
+"""
+
+
+def test_a_stack_adds_times_and_overheads() -> None:
+    figures = only(STACK)
+    size = 54 + 18 + 28
+    assert rows(figures) == [(100_000, 100_000), (1_000, 2_000), (10_000 + size * 8_000, 10_000 + size * 8_000),
+                             (0, 2 * 70_500), (50_000, 70_500)]
+    stack_load = size * Fraction(10**6, 33_333)
+    assert figures["load"]["net"] == stack_load
+    assert figures["load"]["wire"] == stack_load + Fraction(1001, 8)  # a stated data rate stands as it is
+    assert figures["rates"]["b"] == Fraction(10**6, 33_333)  # a data port triggers nothing
+    assert rows(figures, "g")[0] == (1_000_000, 2_000_000)  # specified
+    assert figures["price"]["system"] == 500  # the optional slot is empty
+    assert figures["utilisation"]["q"] == Fraction(705, 10**7) * Fraction(10**6, 33_333)
+
+
+HYBRID = """
+dse: 1
+name: hybrid
+processor_types: {P: {cores: 2}}
+processors: {p: {type: P}}
+devices: {fast: {period: 7 ms}, slow: {period: 1 s}}
+threads:
+  h: {processor: p, dispatch_protocol: hybrid, period: 20 ms, compute_execution_time: 1 ms .. 2 ms,
+      callback_execution_time: 100 us .. 300 us}
+  s: {processor: p, dispatch_protocol: sporadic, period: 100 ms, compute_execution_time: 10 ms, response_time: 30 ms,
+      queue_size: 1}
+connections:
+  c0: {from: fast, to: h}
+  c1: {from: slow, to: h}
+  c2: {from: h, to: s, queue_size: 3, latency: 5 us}
+  c3: {from: s, to: h, port: data}
+flows: {f: {path: [fast, h, s]}}
+requirements: [utilisation <= 10 %, 'utilisation <= 12.3 %', latency of f <= 145305 us, latency of f < 145305 us]
+objectives: [minimise latency]
+"""
+
+
+def test_hybrid_and_sporadic_threads() -> None:
+    figures = only(HYBRID)
+    assert rows(figures) == [
+        (100_000, 300_000), (0, 20_000_000), (1_000_000, 2_000_000),  # callback, sampling, timer
+        (5_000, 5_000),  # unbound, with a latency of its own
+        (0, 3 * 30_000_000), (10_000_000, 30_000_000)]  # the queue of the connection, times the response time
+    assert figures["flows"]["f"]["max"] == 142_305_000
+    assert figures["rates"] == {"fast": Fraction(1000, 7), "slow": 1, "h": 50, "s": 10}  # 50 / s, at most 1 / 100 ms
+    callback = Fraction(3, 10_000) * (Fraction(1000, 7) + 1)
+    assert figures["shares"]["p"] == {"h": Fraction(1, 10) + callback, "s": Fraction(1, 10)}
+    # 2 cores: the sum may be twice the limit, but h alone needs 14.3 %.
+    assert figures["violations"] == ["utilisation <= 10 %", "utilisation <= 12.3 %"]
+
+
+COUPLED = """
+dse: 1
+name: coupled
+processor_types: {P: {price: 10 EUR}, Q: {price: 20 EUR}}
+bus_types: {can: {bandwidth: 100 kbit/s, price: 3.5 EUR}, ipc: {virtual: true, latency: 1 us}}
+processors: {p: {type: P}, q: {type: [P, Q], optional: true}}
+buses: {spare: {type: can, optional: true}}
+device_types:
+  cheap: {period: [20 ms, 50 ms], price: 1 EUR}
+  good: {period: 10 ms, price: 2 EUR, latency: 1 ms}
+devices: {gnss: {type: [cheap, good]}}
+threads:
+  a: {process: x, processor: [p, q], compute_execution_time: {P: 1 ms, Q: [2 ms, 3 ms]}}
+  b: {process: x, processor: [p, q], compute_execution_time: 1 ms}
+connections:
+  in: {from: gnss, to: a, data_size: 10 B, bus: [spare, ipc]}
+  ab: {from: a, to: b, data_size: [1 B, 2 B], bus: [spare, ipc]}
+flows: {f: {path: [gnss, a, b]}}
+objectives: [minimise price, minimise latency of f]
+"""
+
+
+def test_coupled_optional_and_local_decisions() -> None:
+    problem = load_text(COUPLED)
+    assert decisions(problem) == {
+        "q.type": ["P", "Q", "none"], "spare.type": ["can", "none"], "gnss.type": ["cheap", "good"],
+        "gnss.period": ["20 ms", "50 ms", "10 ms"], "a.processor": ["p", "q"],
+        "a.compute_execution_time": ["1 ms", "2 ms", "3 ms"], "b.processor": ["p", "q"],
+        "in.bus": ["spare", "ipc"], "ab.data_size": ["1 B", "2 B"], "ab.bus": ["spare", "ipc"]}
+    found = list(designs(problem))
+    # The process is on p (q empty), on q = P, or on q = Q with two execution times; three devices; two buses for `in`.
+    assert len(found) == (1 + 1 + 2) * 3 * 2
+    assert all(design["ab.bus"] is None and design["ab.data_size"] is None for design in found)
+    assert all((design["spare.type"] == "can") == (design["in.bus"] == "spare") for design in found)
+    assert {design["gnss.period"] for design in found if design["gnss.type"] == "good"} == {"10 ms"}
+    # cheap on ipc: 10 + 1 EUR, 1 us + 2 ms; good has a latency and costs more; the wire costs and saves 1 us.
+    assert set(front(problem)) == {(1_100, 2_001_000), (1_450, 2_000_000)}
+
+
+@pytest.mark.parametrize(("change", "message"), [
+    ({"b.processor": "q"}, "a process"),
+    ({"q.type": "P"}, "q is unused"),
+    ({"spare.type": "none"}, "spare is empty"),
+    ({"gnss.period": "10 ms"}, "10 ms is not offered"),
+    ({"in.bus": None}, "in.bus is open"),
+])
+def test_invalid_designs(change: dict[str, str | None], message: str) -> None:
+    problem = load_text(COUPLED)
+    design = {"q.type": "none", "spare.type": "can", "gnss.type": "cheap", "gnss.period": "20 ms", "a.processor": "p",
+              "b.processor": "p", "a.compute_execution_time": "1 ms", "in.bus": "spare"}
+    assert evaluate(problem, design)["price"]["system"] == 1_000 + 350 + 100
+    with pytest.raises(InvalidDesign, match=message.replace("a process", "process x is spread")):
+        evaluate(problem, {**design, **change})
+
+
+def test_a_cycle_of_event_triggered_threads_is_no_design() -> None:
+    text = """
+dse: 1
+name: cycle
+threads:
+  a: {dispatch_protocol: [periodic, aperiodic], period: 7 ms, compute_execution_time: 1 ms}
+  b: {dispatch_protocol: [sporadic, hybrid], period: 10 ms, compute_execution_time: 1 ms}
+connections: {ab: {from: a, to: b}, ba: {from: b, to: a, rate: RATE}}
+flows: {f: {path: [a, b]}}
+objectives: [minimise latency]
+"""
+    inherited = load_text(text.replace(", rate: RATE", ""))
+    assert [(d["a.dispatch_protocol"], d["b.dispatch_protocol"]) for d in designs(inherited)] == [
+        ("periodic", "sporadic"), ("periodic", "hybrid"), ("aperiodic", "hybrid")]
+    assert len(list(designs(load_text(text.replace("RATE", "5 Hz"))))) == 4
+
+
+RULED = """
+dse: 1
+name: ruled
+threads:
+  main loop: {dispatch_protocol: [periodic, aperiodic], period: [10 ms, 20 ms], compute_execution_time: 1 ms}
+  nav: {period: [0.02 s, 30 ms], compute_execution_time: 1 ms}
+connections: {c: {from: nav, to: main loop}}
+flows: {'my flow': {path: [nav, main loop]}}
+rules: ["RULE"]
+objectives: ["minimise latency of 'my flow'"]
+"""
+
+
+@pytest.mark.parametrize(("rule", "count"), [
+    # All: (10 ms, 20 ms, aperiodic) * (20 ms, 30 ms) = 6; a comparison with an inactive period is unknown.
+    ("nav.period == 'main loop'.period", 2 + 1),
+    ("forbid nav.period == 'main loop'.period", 2 + 3),
+    ("require nav.period is a multiple of 'main loop'.period", 2 + 3),  # 20/10, 20/20, 30/10
+    ("nav.period in [20 ms, 40 ms]", 3),
+    ("'main loop'.period > 10 ms", 2 + 2),
+    ("not 'main loop'.period > 10 ms", 2 + 2),
+    ("'main loop'.period == 10 ms or nav.period == 30 ms", 2 + 3),  # unknown or false is unknown
+    ("'main loop'.period == 10 ms and nav.period == 30 ms", 1 + 1),  # unknown and false is false
+    ("nav.period == 30 ms implies ('main loop'.dispatch_protocol == aperiodic)", 2 + 2),
+    ("require 'main loop'.period <= nav.period", 2 + 4),
+    ("nav.period != 30 ms", 3),
+])
+def test_rules(rule: str, count: int) -> None:
+    problem = load_text(RULED.replace("RULE", rule))
+    assert len(list(designs(problem))) == count
+
+
+def test_requires_looks_at_types_and_slots() -> None:
+    text = """
+dse: 1
+name: requires
+processor_types: {A: {}, B: {}}
+processors: {p: {type: [A, B]}, q: {type: A, optional: true}}
+threads: {t: {processor: [p, q], period: 1 ms, compute_execution_time: 1 us}}
+flows: {f: {path: [t]}}
+rules: [RULE]
+objectives: [minimise latency]
+"""
+    def bindings(rule: str) -> set[tuple[str | None, str | None]]:
+        return {(d["p.type"], d["t.processor"]) for d in designs(load_text(text.replace("RULE", rule)))}
+
+    assert bindings("A requires q") == {("A", "q"), ("B", "p"), ("B", "q")}
+    assert bindings("q requires B") == {("A", "p"), ("B", "p"), ("B", "q")}
+    assert bindings("forbid A") == {("B", "p")}
+
+
+def test_maximised_objectives_and_equal_vectors() -> None:
+    problem = load_text(COUPLED.replace("objectives: [minimise price, minimise latency of f]",
+                                        "objectives: [maximise price]"))
+    found = front(problem)
+    # Q and the good device and the wire: 10 + 20 + 2 + 3.5 EUR, with either execution time.
+    assert {vector: len(same) for vector, same in found.items()} == {(-3_550,): 2}
+
+
+def test_dominance_is_exact() -> None:
+    tiny = Fraction(1, 10**30)
+    vectors = {(Fraction(1), Fraction(2)), (Fraction(1) + tiny, Fraction(2) - tiny), (Fraction(1) + tiny, Fraction(2))}
+    assert non_dominated(vectors) == {(Fraction(1), Fraction(2)), (Fraction(1) + tiny, Fraction(2) - tiny)}
+
+
+def test_includes_are_merged(tmp_path) -> None:
+    head, catalogue = ROBOT.split("processors: {computer", 1)[0], "processors: {computer" + ROBOT.split(
+        "processors: {computer", 1)[1]
+    (tmp_path / "types.yaml").write_text(head.replace("dse: 1\nname: robot\n", ""), encoding="utf-8")
+    (tmp_path / "robot.yaml").write_text("dse: 1\nname: robot\ninclude: types.yaml\n" + catalogue, encoding="utf-8")
+    assert front(load_file(tmp_path / "robot.yaml")) == front(load_text(ROBOT))
+
+
+@pytest.mark.parametrize("seed", range(40))
+def test_designs_are_all_canonical_combinations(seed: int) -> None:
+    """Every combination of options, made canonical or rejected, is a design, and each design comes up once."""
+    problem = load_text(random_problem(seed, "tiny"))
+    options = decisions(problem)
+    found = [tuple(design.items()) for design in designs(problem)]
+    assert len(found) == len(set(found))
+    if prod(map(len, options.values())) > 20_000:
+        pytest.skip("too many combinations to try them all")
+    reached = set()
+    for combination in product(*options.values()):
+        try:
+            reached.add(tuple(canonical(problem, dict(zip(options, combination, strict=True))).items()))
+        except InvalidDesign:
+            continue
+    assert reached == set(found)
+
+
+# Coverage of the generator
+
+KINDS = {
+    *(f"decision {field}" for field in (
+        "processors.type", "processors.cores", "processors.price", "buses.type", "buses.bus", "buses.bandwidth",
+        "buses.overhead", "buses.latency", "buses.price", "devices.type", "devices.period",
+        "devices.compute_execution_time", "devices.latency", "devices.queue_size", "devices.price", "threads.type",
+        "threads.processor", "threads.dispatch_protocol", "threads.period", "threads.compute_execution_time",
+        "threads.response_time", "threads.queue_size", "connections.data_size", "connections.bus", "connections.rate",
+        "connections.data_rate", "connections.queue_size", "connections.latency")),
+    *(f"protocol option {protocol}" for protocol in ("periodic", "aperiodic", "sporadic", "hybrid")),
+    *(f"protocol {protocol}" for protocol in ("periodic", "aperiodic", "sporadic", "hybrid")),
+    "several processors", "optional processors", "optional buses", "optional slot with one type",
+    "virtual bus transmission_time per processor type", "virtual bus latency per processor type",
+    "virtual bus transmission_time", "virtual bus overhead", "bus transmission_time", "bus latency", "bus overhead",
+    "virtual on physical", "stack of three", "virtual bus type used directly", "bus or middleware",
+    "alternatives inside devices type", "alternatives inside threads type", "alternatives inside processors type",
+    "alternatives inside buses type", "alternatives inside a processor type map",
+    "threads.process", "connection inside a process", "threads.callback_execution_time", "threads.dispatch_trigger",
+    "thread without processor", "data port", "feedback", "boundary", "unbound connection",
+    "data_rate with data_size", "data_rate without data_size", "flow from or to the boundary",
+    "connection named in a path", "required latency of a flow", "name with a blank",
+    "totals", "metrics", "baseline", "maximise", *(f"{count} objectives" for count in range(1, 6)),
+    *(f"objective {metric}" for metric in ("latency", "min latency", "jitter", "utilisation", "load", "price", "power",
+                                           "mass", "line_variation", "mean_distance", "budget", "spread")),
+    *(f"requirement {metric}" for metric in ("latency", "min latency", "jitter", "utilisation", "load", "price",
+                                             "power", "latency (general)", "jitter (general)",
+                                             "utilisation (general)", "load (general)", "price (general)",
+                                             "power (general)", "mass (general)", "line_variation (general)")),
+    *(f"operator {sign}" for sign in ("<=", "<", ">=", ">", "==")), "load share", "load in B/s",
+    *(f"rule {form}" for form in ("require", "forbid", "without verb", "implies", "requires", " and ", " or ", "not ",
+                                  " in [", "is a multiple of", "==", "!=", "<=", ">=", "(")),
+}
+
+
+def test_the_generator_covers_every_kind() -> None:
+    covered = set().union(*(features(random_problem(seed, "tiny")) for seed in range(500)))
+    assert KINDS - covered == set()
+
+
+def test_the_generator_makes_feasible_and_infeasible_problems_and_small_fronts() -> None:
+    problems = [load_text(random_problem(seed, "tiny")) for seed in range(60)]
+    assert all(len(list(designs(problem))) <= 200 for problem in problems)
+    sizes = [len(front(problem)) for problem in problems]
+    assert 0 < sizes.count(0) < 20
+    assert sum(size > 2 for size in sizes) > 15
+
+
+def test_the_generator_repeats_itself() -> None:
+    assert random_problem(5) == random_problem(5) != random_problem(6)
+    assert len(list(designs(load_text(random_problem(5))))) <= 2000
