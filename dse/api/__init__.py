@@ -1,0 +1,1 @@
+"""What the command line and Python callers do with problems: load, check, analyse, solve."""

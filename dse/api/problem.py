@@ -1,0 +1,201 @@
+"""A loaded problem, and the question as it is really asked: the file's, with the caller's changes."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+from dse.analysis.validity import is_met
+from dse.analysis.views import View
+from dse.errors import UsageError
+from dse.space.build import build_space
+from dse.space.questions import (
+    QuestionError,
+    read_objective,
+    read_option,
+    read_requirements,
+    read_rule,
+)
+from dse.space.types import Design, Objective, Requirement, Rule, Space
+from dse.spec.grammar import ExpressionError, parse_assignment, parse_limit
+from dse.spec.load import LoadedSpec, load_spec, parse_spec
+
+LIMITED_METRICS = ("jitter", "latency", "utilisation", "load", "price", "power")
+ORIGIN = "command line"
+
+
+@dataclass(frozen=True)
+class Problem:
+    """A valid problem: what was read, and the space of designs that it describes."""
+
+    loaded: LoadedSpec
+    space: Space
+
+    @property
+    def name(self) -> str:
+        """The problem's own name."""
+        return self.space.name
+
+
+@dataclass(frozen=True)
+class Changes:
+    """What a caller adds to the question of the file.
+
+    `limits` are (metric, text) pairs such as ("jitter", "20 ms") or ("jitter", "my_flow=20 ms"); `require` holds requirements and rules;
+    `objectives`, where given, replace those of the file; `fix` holds ``decision = option`` texts.
+    """
+
+    limits: Sequence[tuple[str, str]] = ()
+    require: Sequence[str] = ()
+    objectives: Sequence[str] = ()
+    fix: Sequence[str] = ()
+    profile: str | None = None
+    worst_case: str | None = None
+
+
+def load(path: str | Path) -> Problem:
+    """Read a problem file.
+
+    Parameters
+    ----------
+    path
+        the YAML file.
+
+    Raises
+    ------
+    ProblemError
+        with every mistake in the file and its includes, each with its line and column.
+    """
+    loaded = load_spec(Path(path))
+    return Problem(loaded, build_space(loaded))
+
+
+def loads(text: str, name: str = "<text>") -> Problem:
+    """Read a problem from text; it cannot include files. Errors as for `load`."""
+    loaded = parse_spec(text, name)
+    return Problem(loaded, build_space(loaded))
+
+
+def changed(problem: Problem, changes: Changes) -> Problem:
+    """The problem with a caller's changes applied.
+
+    Raises
+    ------
+    UsageError
+        for texts that do not parse or name what is not there.
+    """
+    space = problem.space
+    if changes.profile is not None:
+        space = replace(space, profile=changes.profile)
+    if changes.worst_case is not None:
+        space = replace(space, worst_case=changes.worst_case)
+    requirements: list[Requirement] = list(space.requirements)
+    rules: list[Rule] = list(space.rules)
+    for metric, text in changes.limits:
+        requirements += _limit(space, metric, text)
+    for text in changes.require:
+        found = _requirement_or_rule(space, text)
+        if isinstance(found, Rule):
+            rules.append(found)
+        else:
+            requirements += found
+    objectives = _objectives(space, changes.objectives) if changes.objectives else space.objectives
+    fixed = dict(read_choices(space, changes.fix))
+    return replace(
+        problem,
+        space=replace(
+            space, requirements=tuple(requirements), rules=tuple(rules), objectives=objectives, fixed=fixed
+        ),
+    )
+
+
+def _limit(space: Space, metric: str, text: str) -> tuple[Requirement, ...]:
+    """``--max-METRIC [NAME=]QUANTITY``."""
+    option = f"--max-{metric}"
+    try:
+        name, _ = parse_limit(text)
+        quantity = text if name is None else text.rpartition("=")[2]
+        of = "" if name is None else f' of "{name}"'
+        found = read_requirements(space, f"{metric}{of} <= {quantity.strip()}", ORIGIN)
+    except (ExpressionError, QuestionError) as error:
+        raise UsageError(f"{option} {text}: {error}") from error
+    return tuple(replace(item, text=f"{item.metric.name} <= {_spaced(quantity)}") for item in found)
+
+
+def _spaced(quantity: str) -> str:
+    """``20ms`` as ``20 ms``."""
+    return re.sub(r"(?<=\d)(?=[^\d.eE_\s])", " ", quantity.strip(), count=1)
+
+
+def _requirement_or_rule(space: Space, text: str) -> tuple[Requirement, ...] | Rule:
+    """A requirement where the text begins with a metric, else a rule."""
+    derived = [item.name for item in space.derived]
+    metrics = [*LIMITED_METRICS, "min latency", "max latency", "utilization", *space.totals, *derived]
+    body = re.sub(r"^\s*(require|forbid)\s+", "", text)
+    is_metric = any(re.match(rf"{re.escape(name)}(\s|[<>=≤≥]|$)", body) for name in metrics)
+    try:
+        if is_metric and not any(body.startswith(f"{name}.") for name in metrics):
+            return read_requirements(space, body, ORIGIN)
+        return read_rule(space, text, ORIGIN)
+    except (ExpressionError, QuestionError) as error:
+        raise UsageError(f"--require {text!r}: {error}") from error
+
+
+def _objectives(space: Space, texts: Sequence[str]) -> tuple[Objective, ...]:
+    found: list[Objective] = []
+    for text in texts:
+        try:
+            objective = read_objective(space, text)
+        except (ExpressionError, QuestionError) as error:
+            raise UsageError(f"objective {text!r}: {error}") from error
+        if any(objective.metric == other.metric for other in found):
+            raise UsageError(f"objective {text!r}: {objective.metric.name!r} is already an objective")
+        found.append(objective)
+    return tuple(found)
+
+
+def read_choices(space: Space, texts: Sequence[str]) -> Mapping[int, int]:
+    """Texts such as ``gnss_provider.period = 20 ms`` as options by decision; a fixed field must have the very value.
+
+    Raises
+    ------
+    UsageError
+        for an unknown decision, or an option that it does not have.
+    """
+    choices: dict[int, int] = {}
+    for text in texts:
+        try:
+            name, value = parse_assignment(text)
+            decision, option = read_option(space, name, value)
+        except (ExpressionError, QuestionError) as error:
+            raise UsageError(f"{text!r}: {error}") from error
+        if decision is not None:
+            if choices.get(decision, option) != option:
+                raise UsageError(f"{text!r}: {name} is already set to another option")
+            choices[decision] = option
+    return choices
+
+
+def complete_design(space: Space, choices: Mapping[int, int]) -> Design:
+    """A design from choices: every decision with one option is made, the others must be given unless they do not matter.
+
+    Raises
+    ------
+    UsageError
+        naming the decisions that are still open.
+    """
+
+    design = [0 if len(item.options) == 1 else choices.get(index, -1) for index, item in enumerate(space.decisions)]
+    known = View([option if option >= 0 else 0 for option in design])
+    missing = [
+        item.name
+        for index, item in enumerate(space.decisions)
+        if design[index] < 0 and is_met(item, index, known)
+    ]
+    if missing:
+        raise UsageError(
+            f"the design leaves open: {', '.join(missing)} (give them with --design \"{missing[0]} = …\", or state a baseline)"
+        )
+    return tuple(option if option >= 0 else 0 for option in design)

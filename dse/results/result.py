@@ -1,0 +1,192 @@
+"""The result of a solve: the front with everything that a reader or a program needs to judge and reuse it."""
+
+from __future__ import annotations
+
+import csv
+import io
+import json
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, Literal
+
+from dse.errors import EXIT_COMPLETE, EXIT_INCOMPLETE, EXIT_INFEASIBLE
+from dse.results.ranking import METHOD, ideal_distances, ranks
+from dse.space.types import Design, Space
+
+if TYPE_CHECKING:
+    import pandas
+
+FORMAT = "dse-result/1"
+
+
+@dataclass(frozen=True)
+class ObjectiveInfo:
+    """An objective: its name, sense, and the unit that its integers count."""
+
+    name: str
+    sense: str
+    unit: str
+
+
+@dataclass(frozen=True)
+class Point:
+    """A non-dominated design: `objectives` and `metrics` count in the units of the result, `decisions` are active open ones."""
+
+    id: int
+    rank: int
+    objectives: Mapping[str, int]
+    metrics: Mapping[str, int]
+    decisions: Mapping[str, str]
+    design: Design
+
+
+@dataclass(frozen=True)
+class Conflict:
+    """A requirement (or rule) that alone stands in the way: without it the others can hold.
+
+    `closest` is the best value that it can have while the others hold, `miss` how far that is beyond `limit`, all in `unit`;
+    None where there is no number to give. `members` names several that must give together.
+    """
+
+    members: tuple[str, ...]
+    limit: str | None = None
+    closest: str | None = None
+    miss: str | None = None
+    origin: str = ""
+
+
+@dataclass(frozen=True)
+class Search:
+    """What the search did: calls, seconds, size of the space, solver, workers, seed."""
+
+    solver_calls: int
+    wall_s: float
+    space_size: int
+    solver: str
+    workers: int
+    seed: int
+
+
+@dataclass(frozen=True)
+class Origin:
+    """Which problem was solved: name, file, hashes, and the question as it was really asked."""
+
+    name: str
+    file: str
+    sha256: str
+    includes: Sequence[tuple[str, str]]
+    effective: Mapping[str, Any]
+
+
+@dataclass(frozen=True)
+class Result:
+    """The outcome of `dse.solve`.
+
+    `status` is ``complete`` (the front is proved), ``incomplete`` (stopped early: every point is non-dominated among all designs,
+    but others may be missing in the `unexplored` regions) or ``infeasible`` (proved). The front is in the order of rank.
+    """
+
+    problem: Origin
+    space: Space
+    status: Literal["complete", "incomplete", "infeasible"]
+    objectives: tuple[ObjectiveInfo, ...]
+    metric_units: Mapping[str, str]
+    front: tuple[Point, ...]
+    unexplored: tuple[Mapping[str, int], ...]
+    refuted: tuple[Mapping[str, int], ...]
+    conflicts: tuple[Conflict, ...]
+    search: Search
+
+    @property
+    def exit_code(self) -> int:
+        """What the command line answers with."""
+        return {"complete": EXIT_COMPLETE, "incomplete": EXIT_INCOMPLETE, "infeasible": EXIT_INFEASIBLE}[self.status]
+
+    def to_dict(self) -> dict[str, Any]:
+        """The result in the form ``dse-result/1``."""
+        return {
+            "format": FORMAT,
+            "problem": {
+                "name": self.problem.name,
+                "file": self.problem.file,
+                "sha256": self.problem.sha256,
+                "includes": [{"file": file, "sha256": digest} for file, digest in self.problem.includes],
+                "effective": dict(self.problem.effective),
+            },
+            "status": self.status,
+            "ranking": METHOD,
+            "objectives": [vars(item) for item in self.objectives],
+            "metric_units": dict(self.metric_units),
+            "front": [
+                {
+                    "id": point.id,
+                    "rank": point.rank,
+                    "objectives": dict(point.objectives),
+                    "metrics": dict(point.metrics),
+                    "decisions": dict(point.decisions),
+                }
+                for point in self.front
+            ],
+            "unexplored": [dict(region) for region in self.unexplored],
+            "refuted": [dict(region) for region in self.refuted],
+            "conflicts": [vars(item) | {"members": list(item.members)} for item in self.conflicts],
+            "search": vars(self.search),
+        }
+
+    def to_json(self) -> str:
+        """`to_dict` as text; the same problem and seed give the same text but for ``search.wall_s``."""
+        return json.dumps(self.to_dict(), ensure_ascii=False, indent=1) + "\n"
+
+    def frame(self) -> pandas.DataFrame:
+        """The front as a frame, in the order of rank.
+
+        Columns: ``id``, ``rank``; each objective by name and each further metric by name (integers in the units of `objectives` and
+        `metric_units`); each open decision by name (text, None where inactive).
+        """
+        import pandas
+
+        return pandas.DataFrame([dict(zip(self.columns, row, strict=True)) for row in self._rows()], columns=self.columns)
+
+    @property
+    def columns(self) -> list[str]:
+        """The columns of `frame` and of the CSV."""
+        names = [item.name for item in self.objectives]
+        more = [name for name in self.metric_units if name not in names]
+        return ["id", "rank", *names, *more, *self.open_decisions]
+
+    @property
+    def open_decisions(self) -> list[str]:
+        """The names of the decisions that the problem leaves open, in its order."""
+        return [decision.name for decision in self.space.decisions if decision.is_open]
+
+    def _rows(self) -> list[list[Any]]:
+        rows = []
+        for point in self.front:
+            values: dict[str, Any] = {**point.metrics, **point.objectives, **point.decisions}
+            rows.append([point.id, point.rank, *(values.get(name) for name in self.columns[2:])])
+        return rows
+
+    def to_csv(self) -> str:
+        """`frame` as CSV text, units in the header."""
+        units = {**self.metric_units, **{item.name: item.unit for item in self.objectives}}
+        out = io.StringIO()
+        writer = csv.writer(out, lineterminator="\n")
+        writer.writerow([f"{name} [{units[name]}]" if name in units else name for name in self.columns])
+        writer.writerows(self._rows())
+        return out.getvalue()
+
+
+def decisions_of(space: Space, design: Design) -> dict[str, str]:
+    """The active open decisions of a design, as texts."""
+    return {
+        decision.name: decision.options[option]
+        for decision, option in zip(space.decisions, design, strict=True)
+        if decision.is_open and option >= 0
+    }
+
+
+def ranked(rows: Sequence[tuple[tuple[int, ...], Design]], senses: Sequence[str]) -> list[tuple[int, tuple[int, ...], Design]]:
+    """(rank, vector, design) in the order of rank, then of the objectives."""
+    distances = ideal_distances([vector for vector, _ in rows], senses)
+    found = zip(ranks(distances), rows, strict=True)
+    return sorted((rank, vector, design) for rank, (vector, design) in found)

@@ -1,0 +1,48 @@
+"""How many designs a space has."""
+
+from __future__ import annotations
+
+from math import prod
+
+from dse.space.trees import NOT_OFFERED, Choice, Tree
+from dse.space.types import Space
+
+
+def space_size(space: Space) -> int:
+    """The number of combinations of options, an option that a design does not use counted once.
+
+    Rules, bindings and requirements are not considered; where the use of a decision depends on several others, its options are
+    counted everywhere.
+    """
+    owners: dict[int, list[int]] = {}
+    alone: list[int] = []
+    for index, decision in enumerate(space.decisions):
+        others = _mentioned(decision.home) - {index}
+        if len(others) == 1:
+            owners.setdefault(others.pop(), []).append(index)
+        else:
+            alone.append(index)
+    total = 1
+    for index in alone:
+        options = range(len(space.decisions[index].options))
+        chained = owners.pop(index, [])
+        total *= sum(prod(_offered(space, follower, index, option) for follower in chained) for option in options)
+    for followers in owners.values():
+        total *= prod(len(space.decisions[index].options) for index in followers)
+    return total
+
+
+def _mentioned(tree: Tree) -> set[int]:
+    if not isinstance(tree, Choice):
+        return set()
+    return {tree.decision}.union(*(_mentioned(branch) for branch in tree.branches))
+
+
+def _offered(space: Space, follower: int, owner: int, option: int) -> int:
+    """How many options `follower` has when `owner` takes `option`; 1 when it is inactive."""
+    tree = space.decisions[follower].home
+    while isinstance(tree, Choice) and tree.decision == owner:
+        tree = tree.branches[option]
+    if isinstance(tree, Choice):
+        return sum(branch is not NOT_OFFERED for branch in tree.branches)
+    return 0 if tree is NOT_OFFERED else 1
