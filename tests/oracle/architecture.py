@@ -11,7 +11,7 @@ PERIODS = ("5 ms", "7 ms", "10 ms", "16667 us", "20 ms", "33333 us", "50 ms", "6
 SIZES = ("1 B", "8 B", "30 B", "64 B", "125 bit", "333 B", "1 KB", "1.5 KB")
 RATES = ("3 Hz", "7.5 Hz", "20 Hz", "33.3 Hz", "0.1 kHz")
 DATA_RATES = ("100 B/s", "1234 B/s", "1.5 KB/s", "9.6 kbit/s", "1001 bit/s")
-BANDWIDTHS = ("125 kbit/s", "15.625 KBytesps", "11520 B/s", "1 Mbit/s", "250 Kbitsps", "115200 bit/s")
+BANDWIDTHS = ("125 kbit/s", "20.5 KBytesps", "11520 B/s", "1 Mbit/s", "250 Kbitsps", "115200 bit/s")
 PROTOCOLS = ("periodic", "aperiodic", "sporadic", "hybrid")
 ALWAYS_TIMED = ("periodic", "hybrid")
 THEMES = ("processor_type", "several_processors", "optional_processor", "bus_type", "optional_bus", "bus_choice",
@@ -27,7 +27,7 @@ class Architecture:
         self.rng, self.tiny = rng, size == "tiny"
         self.themes = set(rng.sample(THEMES, rng.randint(4, 8 if self.tiny else 11)))
         self.themes |= {"thread_period"} if self.chance(0.5) else set()
-        self.totals = self.chance(0.3)
+        self.totals, self.limited = self.chance(0.3), self.chance(0.3)
         self.document: dict[str, Any] = {"dse": "1", "name": ""}
         if self.totals:
             self.document["totals"] = {"mass": "g"}
@@ -117,6 +117,8 @@ class Architecture:
             self.add_costs(types[name])
         for name in ("ros_ipc", "dds", "udp_stack")[: self.rng.randint(1, 3)]:
             types[name] = {"virtual": "true"}
+            if self.limited:
+                types[name]["bandwidth"] = self.rng.choice(BANDWIDTHS)
             self._add_bus_figures(types[name], virtual=True)
         self.document["bus_types"] = types
 
@@ -326,19 +328,21 @@ class Architecture:
             body["from"] = sender
         if receiver is not None:
             body["to"] = receiver
-        if self.chance(0.92):
-            body["data_size"] = self.some(SIZES, "data_size")
+        body["data_size"] = self.some(SIZES, "data_size")
         if sender is None or self.on("rate", 0.4) or self.chance(0.05):
             body["rate"] = self.some(RATES, "rate")
         elif self.on("data_rate", 0.5):
             body["data_rate"] = self.some(DATA_RATES, "data_rate")
         self._bind(body)
-        if self.on("connection_latency", 0.5) or ("bus" not in body and self.chance(0.4)):
-            body["latency"] = self.time_ranges("connection_latency", 10, 2000)
         if receiver is not None and (extra or not self._may_be_triggered(receiver)) and self.chance(0.4):
             body["port"] = "data"
         elif self.chance(0.15):
             body["port"] = self.rng.choice(["event", "event_data"])
+        triggers = receiver is not None and body.get("port") != "data" and self._may_be_triggered(receiver)
+        if self.chance(0.25) and not ("bus" in body and "data_rate" not in body) and not triggers:
+            del body["data_size"]
+        if self.on("connection_latency", 0.5) or ("bus" not in body and self.chance(0.4)):
+            body["latency"] = self.time_ranges("connection_latency", 10, 2000)
         self.connections[name] = body
         return name
 

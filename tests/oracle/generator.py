@@ -5,7 +5,8 @@ are drawn last, around values that designs attain, so that they bind, just hold,
 
 Left out, because the documents do not say what it means: lists of processes, deadlines or whole transmission times,
 prices of virtual bus types, response times without execution times, maps that lack a processor type, flows that start
-at a hybrid component or one with a queue, and `load` of a virtual bus type.
+at a hybrid component or one with a queue, `load` of a virtual bus type, shares of buses without a bandwidth, data
+rates without sizes on trigger connections, and connections over a bus with neither.
 """
 
 from __future__ import annotations

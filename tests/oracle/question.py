@@ -205,7 +205,8 @@ def _requirement(rng: random.Random, sample: _Sample) -> str:
 
 def _general_requirement(rng: random.Random, sample: _Sample) -> str:
     """A requirement without a name, which holds for every flow, processor or bus."""
-    metric = rng.choice(["utilisation", "load", "latency", "jitter"])
+    wired = all(share is not None for share in sample.figures[0]["load_share"].values())
+    metric = rng.choice(["utilisation", "load" if wired else "utilisation", "latency", "jitter"])
     if metric == "utilisation":
         return f"utilisation {rng.choice(['<=', '<'])} {rng.choice(['5 %', '12.5 %', '30 %', '70 %', '100 %'])}"
     if metric == "load":
