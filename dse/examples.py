@@ -1,0 +1,50 @@
+"""The problems that come with dse: complete files to read, to run, and to start from.
+
+They live in `problems/` of the repository and travel inside the wheel, so that every installation has
+them.
+"""
+
+from __future__ import annotations
+
+from difflib import get_close_matches
+from pathlib import Path
+
+from dse.errors import UsageError
+
+
+def example_folder() -> Path:
+    """The folder that holds the example problems, and in `catalogues/` what they include."""
+    package = Path(__file__).parent
+    installed = package / "problems"
+    return installed if installed.is_dir() else package.parent / "problems"
+
+
+def example_files() -> tuple[Path, ...]:
+    """The example problems, sorted by name; catalogues are none.
+
+    >>> [path.stem for path in example_files()][1:3]
+    ['inmark', 'inmark_chapter2']
+    """
+    return tuple(sorted(example_folder().glob("*.yaml")))
+
+
+def example_path(name: str) -> Path:
+    """The file of the example called `name`, with or without its suffix.
+
+    Raises
+    ------
+    UsageError
+        There is no such example; the message names the closest one, or all.
+
+    Examples
+    --------
+    >>> example_path("inmark").name
+    'inmark.yaml'
+    """
+    known = {path.stem: path for path in example_files()}
+    stem = name.removesuffix(".yaml")
+    if stem in known:
+        return known[stem]
+    close = get_close_matches(stem, known, 1)
+    hint = f'did you mean "{close[0]}"?' if close else f"known: {', '.join(known)}"
+    raise UsageError(f'no example is called "{name}" ({hint})')

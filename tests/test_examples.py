@@ -1,0 +1,57 @@
+"""The examples are found from a checkout and from an installed wheel, and the wheel carries all of them."""
+
+from __future__ import annotations
+
+import zipfile
+from pathlib import Path
+
+import pytest
+from hatchling.build import build_wheel
+
+from dse import examples
+from dse.errors import EXIT_USAGE, UsageError
+from dse.examples import example_files, example_folder, example_path
+from dse.spec.load import load_spec
+
+ROOT = Path(__file__).parents[1]
+SHIPPED = sorted(path.relative_to(ROOT).as_posix() for path in (ROOT / "problems").rglob("*.yaml"))
+
+
+@pytest.mark.parametrize("path", example_files(), ids=lambda path: path.stem)
+def test_every_example_loads_with_its_catalogues(path: Path) -> None:
+    load_spec(path)
+
+
+def test_a_name_finds_its_file_with_and_without_suffix() -> None:
+    assert example_path("inmark") == example_path("inmark.yaml") == example_folder() / "inmark.yaml"
+
+
+def test_catalogues_are_no_examples() -> None:
+    assert {path.parent for path in example_files()} == {example_folder()}
+    assert list((example_folder() / "catalogues").glob("*.yaml"))
+
+
+@pytest.mark.parametrize(("name", "hint"), [("inmrk", 'did you mean "inmark"?'), ("zzz", "known: autoware")])
+def test_an_unknown_name_is_answered_with_the_closest(name: str, hint: str) -> None:
+    with pytest.raises(UsageError) as caught:
+        example_path(name)
+    assert str(caught.value).startswith(f'no example is called "{name}" ({hint}')
+    assert caught.value.exit_code == EXIT_USAGE
+
+
+def test_an_installed_package_has_its_own_problems(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    (tmp_path / "dse" / "problems").mkdir(parents=True)
+    (tmp_path / "problems").mkdir()  # somebody else's
+    monkeypatch.setattr(examples, "__file__", str(tmp_path / "dse" / "examples.py"))
+    assert example_folder() == tmp_path / "dse" / "problems"
+
+
+def test_the_wheel_carries_every_problem_and_module(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(ROOT)
+    with zipfile.ZipFile(tmp_path / build_wheel(str(tmp_path))) as wheel:
+        names = set(wheel.namelist())
+    assert {f"dse/{name}" for name in SHIPPED} <= names
+    modules = {path.relative_to(ROOT).as_posix() for path in (ROOT / "dse").rglob("*.py")}
+    assert modules <= names
+    assert "dse/py.typed" in names
+    assert not [name for name in names if not name.startswith(("dse/", "dse-"))]
