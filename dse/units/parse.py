@@ -1,0 +1,206 @@
+"""Text with a unit to exact numbers; each reader says how it rounds."""
+
+from __future__ import annotations
+
+import re
+from fractions import Fraction
+from math import ceil, floor
+from typing import NoReturn
+
+from dse.units.table import (
+    BANDWIDTH,
+    DIMENSIONLESS,
+    DURATION,
+    PERIOD,
+    POWER_DRAW,
+    PRICE,
+    RATE,
+    RATE_OF_DATA,
+    RATIO,
+    SIZE,
+    TIME_RANGE,
+    UNITS,
+    Kind,
+    Money,
+    Quantity,
+    Rounding,
+    TimeRange,
+    Total,
+    UnitError,
+    canonical_unit,
+    expectation,
+    shown,
+    unit_hint,
+)
+
+MAX_DIGITS = 40
+MAX_EXPONENT = 30
+NS_PER_S = 10**9
+
+_NUMBER = re.compile(
+    r"(?P<sign>[+-]?)(?:(?P<whole>[0-9]+)/(?P<denominator>[0-9]+)"
+    r"|(?P<mantissa>[0-9]+(?:\.(?!\.)[0-9]*)?|\.[0-9]+)(?:[eE](?P<exponent>[+-]?[0-9]+))?)"
+)
+
+
+def parse_quantity(text: str) -> Quantity:
+    """Read a number with an optional unit.
+
+    Raises
+    ------
+    UnitError
+        No number, one that is malformed, not finite or absurdly long, or a unit that cannot be one.
+
+    Examples
+    --------
+    >>> parse_quantity("1.5 ms")
+    Quantity(value=Fraction(3, 2000), dimension=Dimension(time=1, length=0, data=0, money=0, power=0), unit='ms')
+    """
+    found = _NUMBER.match(text.strip())
+    if found is None:
+        raise UnitError(f"expected a number with its unit, got {shown(text)}")
+    unit = text.strip()[found.end() :].strip()
+    if unit and (unit[0] in "0123456789._,+-/" or not unit.isprintable()):
+        hint = "write decimals with a point" if unit[0] == "," else "digits are not grouped" if unit[0] == "_" else ""
+        raise UnitError(f"malformed number {shown(text)}", hint)
+    scale, dimension = UNITS.get(canonical_unit(unit), (Fraction(1), None if unit else DIMENSIONLESS))
+    return Quantity(_number(found, text) * scale, dimension, unit)
+
+
+def convert(quantity: Quantity, unit: str) -> Fraction:
+    """The number of `unit`s in a quantity; the units must have one dimension, or be the same undeclared one."""
+    if quantity.unit == unit and quantity.dimension is None:
+        return quantity.value
+    scale, dimension = UNITS.get(canonical_unit(unit), (Fraction(1), None))
+    if dimension is None or quantity.dimension != dimension:
+        raise UnitError(f'expected a quantity in "{unit}", got {shown(quantity.unit)}')
+    return quantity.value / scale
+
+
+def round_to_int(value: Fraction, rounding: Rounding) -> int:
+    """An integer, in the named direction; `Rounding.EXACT` raises `UnitError` when there is none."""
+    if rounding is Rounding.EXACT and value.denominator != 1:
+        raise UnitError("not a whole number")
+    return ceil(value) if rounding is Rounding.UP else floor(value)
+
+
+def _number(found: re.Match[str], text: str) -> Fraction:
+    parts = found.groupdict(default="")
+    sign = -1 if parts["sign"] == "-" else 1
+    if max(len(parts[name]) for name in ("whole", "denominator", "mantissa")) > MAX_DIGITS:
+        raise UnitError(f"number too long: {shown(text)}", f"at most {MAX_DIGITS} digits")
+    if parts["whole"]:
+        if not int(parts["denominator"]):
+            raise UnitError(f"division by zero in {shown(text)}")
+        return sign * Fraction(int(parts["whole"]), int(parts["denominator"]))
+    exponent = parts["exponent"] or "0"
+    if len(exponent.lstrip("+-0")) > 3 or abs(int(exponent)) > MAX_EXPONENT:
+        raise UnitError(f"exponent out of range in {shown(text)}", f"from -{MAX_EXPONENT} to {MAX_EXPONENT}")
+    return sign * Fraction(parts["mantissa"]) * Fraction(10) ** int(exponent)
+
+
+def _refuse(kind: Kind, text: str, hint: str = "") -> NoReturn:
+    raise UnitError(f"expected {expectation(kind)}, got {shown(text)}", hint)
+
+
+def _read(kind: Kind, text: str, *, positive: bool = False) -> Quantity:
+    """A quantity of the kind, not negative; above zero when `positive`."""
+    if not _NUMBER.match(text.strip()):
+        _refuse(kind, text)
+    quantity = parse_quantity(text)
+    if quantity.dimension != kind.dimension:
+        _refuse(kind, text, unit_hint(quantity.unit, kind.dimension))
+    if quantity.value < 0 or (positive and quantity.value == 0):
+        _refuse(kind, text, "it must be above zero" if positive else "it must not be negative")
+    return quantity
+
+
+def _round(kind: Kind, text: str, value: Fraction, rounding: Rounding, base: str) -> int:
+    if rounding is Rounding.EXACT and value.denominator != 1:
+        _refuse(kind, text, f"it must be a whole number of {base}")
+    return round_to_int(value, rounding)
+
+
+def parse_duration_ns(text: str, rounding: Rounding) -> int:
+    """A duration in ns, at least 0.
+
+    >>> parse_duration_ns("756.8 us", Rounding.UP)
+    756800
+    """
+    return _round(DURATION, text, _read(DURATION, text).value * NS_PER_S, rounding, "ns")
+
+
+def parse_period_ns(text: str) -> int:
+    """A period in ns, above 0, converted exactly."""
+    return _round(PERIOD, text, _read(PERIOD, text, positive=True).value * NS_PER_S, Rounding.EXACT, "ns")
+
+
+def parse_time_range_ns(text: str) -> TimeRange:
+    """``MIN .. MAX`` or one duration, in ns; the minimum rounds down and the maximum up.
+
+    >>> parse_time_range_ns("1 .. 3 ms")
+    TimeRange(min_ns=1000000, max_ns=3000000)
+    """
+    low, separator, high = (part.strip() for part in text.partition(".."))
+    if not separator:
+        value = _read(TIME_RANGE, text).value * NS_PER_S
+        return TimeRange(floor(value), ceil(value))
+    if "..." in text or ".." in high or not low or not high:
+        _refuse(TIME_RANGE, text)
+    greatest = _read(TIME_RANGE, high)
+    number = _NUMBER.fullmatch(low)
+    least = _read(TIME_RANGE, f"{low} {greatest.unit}" if number else low)
+    if least.value > greatest.value:
+        _refuse(TIME_RANGE, text, "the minimum is above the maximum")
+    return TimeRange(floor(least.value * NS_PER_S), ceil(greatest.value * NS_PER_S))
+
+
+def parse_size_bytes(text: str) -> int:
+    """A data size in bytes, rounded up."""
+    return _round(SIZE, text, _read(SIZE, text).value, Rounding.UP, "bytes")
+
+
+def parse_bandwidth_bps(text: str) -> int:
+    """A bandwidth in bit/s, rounded down, at least 1."""
+    bandwidth_bps = _round(BANDWIDTH, text, _read(BANDWIDTH, text).value * 8, Rounding.DOWN, "bit/s")
+    if not bandwidth_bps:
+        _refuse(BANDWIDTH, text, "it must be at least 1 bit/s")
+    return bandwidth_bps
+
+
+def parse_data_rate(text: str) -> Fraction:
+    """A data rate in B/s, exact, at least 0."""
+    return _read(RATE_OF_DATA, text).value
+
+
+def parse_rate_hz(text: str) -> Fraction:
+    """A rate in Hz, exact, above 0."""
+    return _read(RATE, text, positive=True).value
+
+
+def parse_money(text: str) -> Money:
+    """A price in cents, rounded up, with its currency."""
+    quantity = _read(PRICE, text)
+    return Money(_round(PRICE, text, quantity.value, Rounding.UP, "cents"), quantity.unit)
+
+
+def parse_power_mw(text: str) -> int:
+    """A power in mW, rounded up."""
+    return _round(POWER_DRAW, text, _read(POWER_DRAW, text).value * 1000, Rounding.UP, "mW")
+
+
+def parse_ratio(text: str) -> Fraction:
+    """A ratio as an exact fraction of one; a plain number is not one."""
+    quantity = _read(RATIO, text)
+    if not quantity.unit:
+        _refuse(RATIO, text, unit_hint("", DIMENSIONLESS))
+    return quantity.value
+
+
+def parse_total(text: str) -> Total:
+    """A figure with any unit, both as written."""
+    quantity = parse_quantity(text)
+    if not quantity.unit:
+        raise UnitError(f'expected a number with its unit such as "90 g", got {shown(text)}')
+    scale, _ = UNITS.get(canonical_unit(quantity.unit), (Fraction(1), None))
+    return Total(quantity.value / scale, quantity.unit)

@@ -1,0 +1,177 @@
+"""The closed table of units, the dimensions they measure, and what to say when a text is not one of them."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from difflib import get_close_matches
+from enum import Enum
+from fractions import Fraction
+from typing import NamedTuple
+
+
+class UnitError(ValueError):
+    """A text is not the quantity that its place asks for; `hint` names the closest valid form."""
+
+    def __init__(self, message: str, hint: str = "") -> None:
+        self.message = message
+        self.hint = hint
+        super().__init__(f"{message} ({hint})" if hint else message)
+
+
+class Dimension(NamedTuple):
+    """Exponents of the base dimensions."""
+
+    time: int = 0
+    length: int = 0
+    data: int = 0
+    money: int = 0
+    power: int = 0
+
+    def times(self, other: Dimension) -> Dimension:
+        """Dimension of a product."""
+        return Dimension(*(a + b for a, b in zip(self, other, strict=True)))
+
+    def over(self, other: Dimension) -> Dimension:
+        """Dimension of a quotient."""
+        return Dimension(*(a - b for a, b in zip(self, other, strict=True)))
+
+
+DIMENSIONLESS = Dimension()
+TIME = Dimension(time=1)
+LENGTH = Dimension(length=1)
+DATA = Dimension(data=1)
+MONEY = Dimension(money=1)
+POWER = Dimension(power=1)
+FREQUENCY = DIMENSIONLESS.over(TIME)
+DATA_RATE = DATA.over(TIME)
+SPEED = LENGTH.over(TIME)
+
+
+class Rounding(Enum):
+    """Direction in which a value becomes an integer; there is no default."""
+
+    DOWN = "down"
+    UP = "up"
+    EXACT = "exact"
+
+
+@dataclass(frozen=True)
+class Quantity:
+    """A number with its unit.
+
+    `value` is in coherent units (s, m, B, ct, W); when `dimension` is None the unit is not in the table and `value` is
+    as written. `unit` is as written, "" for a plain number.
+    """
+
+    value: Fraction
+    dimension: Dimension | None
+    unit: str
+
+
+class TimeRange(NamedTuple):
+    """Least and greatest duration, in ns."""
+
+    min_ns: int
+    max_ns: int
+
+
+class Money(NamedTuple):
+    """An amount in cents of its currency."""
+
+    cents: int
+    currency: str
+
+
+class Total(NamedTuple):
+    """A declared total's figure, exactly as written."""
+
+    value: Fraction
+    unit: str
+
+
+def _scaled(dimension: Dimension, units: Mapping[str, Fraction | int]) -> dict[str, tuple[Fraction, Dimension]]:
+    return {unit: (Fraction(scale), dimension) for unit, scale in units.items()}
+
+
+_MICRO, _MILLI, _NANO = Fraction(1, 10**6), Fraction(1, 1000), Fraction(1, 10**9)
+_BIT = Fraction(1, 8)
+_PREFIXES = (("", 1), ("k", 10**3), ("M", 10**6), ("G", 10**9))
+
+CURRENCIES = ("EUR", "USD", "GBP", "CHF", "DKK", "SEK", "NOK")
+UNITS: dict[str, tuple[Fraction, Dimension]] = {
+    **_scaled(TIME, {"ns": _NANO, "us": _MICRO, "ms": _MILLI, "s": 1, "min": 60, "h": 3600}),
+    **_scaled(DATA, {"bit": _BIT, "B": 1, "KB": 10**3, "MB": 10**6, "GB": 10**9}),
+    **_scaled(DATA, {"KiB": 2**10, "MiB": 2**20, "GiB": 2**30}),
+    **_scaled(DATA_RATE, {f"{prefix}bit/s": _BIT * factor for prefix, factor in _PREFIXES}),
+    **_scaled(DATA_RATE, {f"{prefix.upper()}B/s": factor for prefix, factor in _PREFIXES}),
+    **_scaled(DATA_RATE, {f"{prefix.upper()}bitsps": _BIT * factor for prefix, factor in _PREFIXES}),
+    **_scaled(DATA_RATE, {f"{prefix.upper()}Bytesps": factor for prefix, factor in _PREFIXES}),
+    **_scaled(FREQUENCY, {"Hz": 1, "kHz": 10**3, "MHz": 10**6}),
+    **_scaled(MONEY, dict.fromkeys(CURRENCIES, 100)),
+    **_scaled(POWER, {"mW": _MILLI, "W": 1, "kW": 1000}),
+    **_scaled(DIMENSIONLESS, {"%": Fraction(1, 100), "ppm": _MICRO}),
+    **_scaled(LENGTH, {"nm": _NANO, "um": _MICRO, "mm": _MILLI, "cm": Fraction(1, 100), "m": 1, "km": 1000}),
+    **_scaled(SPEED, {"mm/s": _MILLI, "cm/s": Fraction(1, 100), "m/s": 1, "km/h": Fraction(1000, 3600)}),
+}
+_SLIPS = {
+    "sec": "s", "second": "s", "seconds": "s", "msec": "ms", "millisecond": "ms", "milliseconds": "ms",
+    "usec": "us", "microsecond": "us", "microseconds": "us", "nsec": "ns", "nanosecond": "ns", "nanoseconds": "ns",
+    "minute": "min", "minutes": "min", "hour": "h", "hours": "h", "hr": "h", "byte": "B", "bytes": "B", "bits": "bit",
+    "bps": "bit/s", "kbps": "kbit/s", "mbps": "Mbit/s", "gbps": "Gbit/s", "hertz": "Hz", "€": "EUR", "euro": "EUR",
+    "euros": "EUR", "$": "USD", "£": "GBP", "watt": "W", "watts": "W", "percent": "%",
+}  # fmt: skip
+
+
+class Kind(NamedTuple):
+    """What a place in the file asks for."""
+
+    noun: str
+    example: str
+    dimension: Dimension
+
+
+DURATION = Kind("a duration", "10 ms", TIME)
+PERIOD = Kind("a period", "10 ms", TIME)
+TIME_RANGE = Kind("a time range", "243 us .. 1.3 ms", TIME)
+SIZE = Kind("a data size", "30 B", DATA)
+BANDWIDTH = Kind("a bandwidth", "125 kbit/s", DATA_RATE)
+RATE_OF_DATA = Kind("a data rate", "11520 B/s", DATA_RATE)
+RATE = Kind("a rate", "20 Hz", FREQUENCY)
+PRICE = Kind("a price", "150 EUR", MONEY)
+POWER_DRAW = Kind("a power", "5 W", POWER)
+RATIO = Kind("a ratio", "70 %", DIMENSIONLESS)
+
+
+def shown(text: str) -> str:
+    """The text in double quotes, shortened to what fits in a message."""
+    return f'"{text[:57]}..."' if len(text) > 60 else f'"{text}"'
+
+
+def expectation(kind: Kind) -> str:
+    """What a place asks for, in words: ``a duration such as "10 ms"``."""
+    return f'{kind.noun} such as "{kind.example}"'
+
+
+def units_of(dimension: Dimension) -> tuple[str, ...]:
+    """The units of a dimension, in the table's order."""
+    return tuple(unit for unit, (_, found) in UNITS.items() if found == dimension)
+
+
+def unit_hint(unit: str, dimension: Dimension | None = None) -> str:
+    """A hint that names the closest valid unit (of `dimension` if given), else the units of the dimension, else ""."""
+    allowed = list(UNITS) if dimension is None else list(units_of(dimension))
+    close = [_SLIPS[unit.lower()]] if unit.lower() in _SLIPS else []
+    close += [known for known in allowed if known.lower() == unit.lower() and known not in close]
+    close += [known for known in allowed if known.replace("bit", "b").lower() == unit.lower() and known not in close]
+    close = [known for known in close if known in allowed and known != unit]
+    if not close and canonical_unit(unit) not in UNITS:
+        close = get_close_matches(unit, allowed, 1, 0.7)
+    if close:
+        return "did you mean " + " or ".join(f'"{known}"' for known in close) + "?"
+    return f"units: {', '.join(allowed)}" if dimension is not None else ""
+
+
+def canonical_unit(unit: str) -> str:
+    """The unit with its micro sign, of which there are two, written as u."""
+    return "us" if unit in ("µs", "μs") else "um" if unit in ("µm", "μm") else unit

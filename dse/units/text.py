@@ -1,0 +1,96 @@
+"""Exact numbers to canonical text, which reads back as the same value."""
+
+from __future__ import annotations
+
+from fractions import Fraction
+
+from dse.units.table import UNITS, Money, TimeRange, Total
+
+MAX_PLACES = 20
+
+
+def format_number(value: Fraction | int) -> str:
+    """Exact text: a decimal where there is a finite one of reasonable length, else a fraction.
+
+    >>> format_number(Fraction(13, 10)), format_number(Fraction(50, 3))
+    ('1.3', '50/3')
+    """
+    value = Fraction(value)
+    rest, places = value.denominator, 0
+    for prime in (2, 5):
+        power = 0
+        while rest % prime == 0:
+            rest, power = rest // prime, power + 1
+        places = max(places, power)
+    if rest != 1 or places > MAX_PLACES:
+        return f"{value.numerator}/{value.denominator}"
+    digits = str(abs(value.numerator) * 10**places // value.denominator).rjust(places + 1, "0")
+    text = f"{digits[:-places]}.{digits[-places:]}" if places else digits
+    return f"-{text}" if value < 0 else text
+
+
+def _format(value: Fraction | int, *units: str) -> str:
+    """Text in the first of `units` (largest first, value in the last) in which the number is at least 1."""
+    base = UNITS[units[-1]][0]
+    for unit in units:
+        number = Fraction(value) * base / UNITS[unit][0]
+        if abs(number) >= 1 or unit == units[-1]:
+            return f"{format_number(number)} {unit}"
+    raise AssertionError("no units")
+
+
+def format_duration(value_ns: int) -> str:
+    """A duration: ``10 ms``, ``756.8 us``, ``0 ns``."""
+    return _format(value_ns, "s", "ms", "us", "ns")
+
+
+def format_time_range(value: TimeRange) -> str:
+    """A time range: ``243 us .. 1.3 ms``, or one duration when both are equal."""
+    low, high = value
+    return format_duration(low) if low == high else f"{format_duration(low)} .. {format_duration(high)}"
+
+
+def format_size(size_bytes: int) -> str:
+    """A data size in the largest unit that needs no decimals: ``1500 B``, ``2 KB``."""
+    for unit in ("GB", "MB", "KB"):
+        scale = int(UNITS[unit][0])
+        if size_bytes and size_bytes % scale == 0:
+            return f"{size_bytes // scale} {unit}"
+    return f"{size_bytes} B"
+
+
+def format_bandwidth(bandwidth_bps: int) -> str:
+    """A bandwidth: ``125 kbit/s``."""
+    return _format(bandwidth_bps, "Gbit/s", "Mbit/s", "kbit/s", "bit/s")
+
+
+def format_data_rate(data_rate: Fraction) -> str:
+    """A data rate given in B/s: ``11.52 KB/s``."""
+    return _format(data_rate, "GB/s", "MB/s", "KB/s", "B/s")
+
+
+def format_rate(rate_hz: Fraction) -> str:
+    """A rate given in Hz: ``20 Hz``, ``50/3 Hz``."""
+    return _format(rate_hz, "MHz", "kHz", "Hz")
+
+
+def format_money(value: Money) -> str:
+    """An amount: ``150 EUR``, ``99.90 EUR``."""
+    whole, cents = divmod(abs(value.cents), 100)
+    sign = "-" if value.cents < 0 else ""
+    return f"{sign}{whole}.{cents:02} {value.currency}" if cents else f"{sign}{whole} {value.currency}"
+
+
+def format_power(power_mw: int) -> str:
+    """A power: ``500 mW``, ``5 W``."""
+    return _format(power_mw, "kW", "W", "mW")
+
+
+def format_ratio(ratio: Fraction) -> str:
+    """A ratio in per cent: ``70 %``."""
+    return f"{format_number(ratio * 100)} %"
+
+
+def format_total(value: Total) -> str:
+    """A declared total's figure: ``90 g``."""
+    return f"{format_number(value.value)} {value.unit}"
