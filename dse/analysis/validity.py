@@ -148,11 +148,11 @@ def _shared_processes(space: Space) -> Iterator[Predicate]:
 def truth(condition: ResolvedCondition, view: View) -> bool | None:
     """Kleene's three-valued truth: None is unknown, because a figure is inactive in the design."""
     if isinstance(condition, Not):
-        value = truth(condition.operand, view)  # type: ignore[arg-type]
+        value = truth(condition.operand, view)
         return None if value is None else not value
     if isinstance(condition, And | Or):
         decisive = isinstance(condition, Or)
-        values = [truth(item, view) for item in condition.operands]  # type: ignore[arg-type]
+        values = [truth(item, view) for item in condition.operands]
         if decisive in values:
             return decisive
         return None if None in values else not decisive

@@ -1,0 +1,1 @@
+"""The design space as a CP-SAT model."""

@@ -1,13 +1,13 @@
 """The design space as a CP-SAT model; reads like a contents page.
 
 Every coefficient comes from tabulating the analysis' own functions, so that a design in the model has the figures that
-`dse.analysis` gives it. Where a common denominator is too fine to count in (`Measure.rounded`), constraints are relaxed to the safe
-side, which loses no design, and the referee refuses what exact comparison refuses.
+`dse.analysis` gives it. Where a common denominator is too fine to count in (`Measure.rounded`), constraints are relaxed
+to the safe side, which loses no design, and the referee refuses what exact comparison refuses.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -22,12 +22,15 @@ from dse.encode.requirements import add_limit
 from dse.encode.rules import add_rule
 from dse.encode.sums import measure_form
 from dse.space.trees import Choice
-from dse.space.types import EMPTY, INACTIVE, Design, Space
+from dse.space.types import EMPTY, INACTIVE, Design
 
 
 @dataclass(frozen=True)
 class EncodedObjective:
-    """An objective in the model: value = offset + step * variable, the variable from 0 to `size`; maximised ones are negated."""
+    """An objective in the model: value = offset + step * variable, the variable from 0 to `size`.
+
+    Maximised objectives are negated.
+    """
 
     variable: cp_model.IntVar
     offset: int
@@ -44,11 +47,11 @@ class EncodedSpace:
     inactive: Sequence[cp_model.IntVar | None]
     objectives: tuple[EncodedObjective, ...]
 
-    def design(self, value: Mapping[Any, int] | Any) -> Design:
-        """The design of a solution; `value` gives the value of a literal."""
+    def design(self, is_true: Callable[[cp_model.IntVar], bool]) -> Design:
+        """The design of a solution; `is_true` gives the value of a literal."""
         result = []
         for literals in self.options:
-            chosen = [option for option, literal in enumerate(literals) if value(literal)]
+            chosen = [option for option, literal in enumerate(literals) if is_true(literal)]
             result.append(chosen[0] if chosen else INACTIVE)
         return tuple(result)
 
@@ -126,7 +129,7 @@ def add_validity(board: Board, rulebook: Rulebook) -> None:
 
 
 def _add_objective(board: Board, rates: RateVariables, evaluator: Evaluator, number: int) -> EncodedObjective:
-    """objective = offset + step * variable, where step divides every coefficient (lossless)."""
+    """The objective as offset + step * variable, where step divides every coefficient (lossless)."""
     measure = evaluator.objectives[number]
     sign = 1 if board.space.objectives[number].sense == "minimise" else -1
     form = measure_form(board, rates, measure)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from fractions import Fraction
+from functools import partial
 from math import lcm
 from typing import Any
 
@@ -25,10 +26,8 @@ def add_acyclic_activation(board: Board) -> None:
         if not edges:
             continue
         order = {number: board.model.new_int_var(0, len(members), "") for number in sorted(members)}
-        eager = {
-            number: board.holds(lambda view, number=number: is_event_triggered(board.space.components[number], view))  # type: ignore[misc]
-            for number in sorted(members)
-        }
+        components = {number: board.space.components[number] for number in sorted(members)}
+        eager = {number: board.holds(partial(is_event_triggered, item)) for number, item in components.items()}
         for one, other in sorted(edges):
             if one == other:
                 board.forbid([eager[one]])
@@ -56,7 +55,7 @@ class RateVariables:
         return self._scale
 
     def product_form(self, term: Term, scale: int) -> Form:
-        """coefficient * rate, rounded up to 1 / `scale`: for each case of the coefficient a linear constraint."""
+        """The product coefficient * rate, rounded up to 1 / `scale`: a linear constraint for each coefficient."""
         assert term.coefficient is not None and term.rate is not None
         board = self.board
         rate, most = self.variable(term.rate)

@@ -27,10 +27,10 @@ def add_rule(board: Board, rule: Rule) -> None:
 def _kleene(board: Board, condition: ResolvedCondition) -> tuple[Any, Any]:
     """The literals "certainly true" and "certainly false" of a condition in Kleene's logic."""
     if isinstance(condition, Not):
-        true, false = _kleene(board, condition.operand)  # type: ignore[arg-type]
+        true, false = _kleene(board, condition.operand)
         return false, true
     if isinstance(condition, And | Or):
-        parts = [_kleene(board, item) for item in condition.operands]  # type: ignore[arg-type]
+        parts = [_kleene(board, item) for item in condition.operands]
         trues, falses = [part[0] for part in parts], [part[1] for part in parts]
         if isinstance(condition, And):
             return board.all_of(trues), board.any_of(falses)

@@ -1,0 +1,1 @@
+"""The complete Pareto front of a space, with what proves that it is complete."""

@@ -1,4 +1,4 @@
-"""The canonical design of a point: the first, in the order of decisions and options of the file, of all that have it."""
+"""The canonical design of a point: the first of all that have it, in the order of decisions and options of the file."""
 
 from __future__ import annotations
 
@@ -14,7 +14,8 @@ from dse.space.types import Design
 def canonical_design(solver: Solver, point: tuple[int, ...], known: Design) -> Design | None:
     """The lexicographically smallest design with the counted objectives `point`; inactive comes before every option.
 
-    Options are minimised as the digits of a number, several decisions to a call as far as the number stays exact. None when stopped.
+    Options are minimised as the digits of a number, several decisions to a call as far as the number stays exact. None
+    when stopped.
     """
     encoded = solver.encoded
     restore: list[int] = []

@@ -1,8 +1,8 @@
 """The complete Pareto front, by search zones: each solver call finds a non-dominated point or refutes a region.
 
-In a zone one objective is minimised first and the sum of the others next; what that minimum leaves below itself is refuted by the
-same call. The search ends when no zone is left, and only then is the front called complete. Every design passes the referee
-(`Evaluator`), which computes its figures without the solver.
+In a zone one objective is minimised first and the sum of the others next; what that minimum leaves below itself is
+refuted by the same call. The search ends when no zone is left, and only then is the front called complete. Every design
+passes the referee (`Evaluator`), which computes its figures without the solver.
 """
 
 from __future__ import annotations
@@ -35,8 +35,9 @@ class Progress:
 class FrontSearch:
     """What a search found and proved.
 
-    `points` maps objective vectors (counted, as `Measure.integer` gives them) to designs. `unexplored` are the regions still open and
-    `refuted` those proved empty: exclusive upper bounds in the same units, minimised objectives (maximised ones negated).
+    `points` maps objective vectors (counted, as `Measure.integer` gives them) to designs. `unexplored` are the regions
+    still open and `refuted` those proved empty: exclusive upper bounds in the same units, minimised objectives
+    (maximised ones negated).
     """
 
     points: dict[tuple[int, ...], Design]
@@ -65,8 +66,8 @@ def search_front(
 ) -> FrontSearch:
     """All non-dominated points of the evaluator's space, each with its canonical design.
 
-    Ctrl-C and the time limit end the search early: the points found so far are non-dominated all the same, and the open regions say
-    where more may lie.
+    Ctrl-C and the time limit end the search early: the points found so far are non-dominated all the same, and the open
+    regions say where more may lie.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""One solver call: is there a design in this part of the objective space, and which is the best one?
+"""One solver call: whether there is a design in a part of the objective space, and which is the best one.
 
 Every question the search asks goes through `Solver.minimise`, which answers with a design, a refutation, or neither.
 """
@@ -45,10 +45,13 @@ Answer = Found | NoSuchDesign | Unfinished
 class Solver:
     """A model with its search settings, a deadline and a stop switch.
 
-    `calls` counts the questions asked. Same model, same seed, same answers: one worker and limits in deterministic time.
+    `calls` counts the questions asked. Same model, same seed, same answers: one worker and limits in deterministic
+    time.
     """
 
-    def __init__(self, encoded: EncodedSpace, *, seed: int = 0, workers: int = 1, deadline: float | None = None) -> None:
+    def __init__(
+        self, encoded: EncodedSpace, *, seed: int = 0, workers: int = 1, deadline: float | None = None
+    ) -> None:
         self.encoded = encoded
         self.seed = seed
         self.workers = workers
@@ -64,7 +67,11 @@ class Solver:
             self._running.stop_search()
 
     def minimise(
-        self, weights: Sequence[int], upper: Sequence[int], lower: Sequence[int] | None = None, hint: Design | None = None
+        self,
+        weights: Sequence[int],
+        upper: Sequence[int],
+        lower: Sequence[int] | None = None,
+        hint: Design | None = None,
     ) -> Answer:
         """A design with counted objectives in [lower, upper] that minimises their weighted sum.
 
@@ -150,7 +157,7 @@ class Solver:
         def work() -> None:
             try:
                 result.append(solver.solve(self.encoded.model))
-            except BaseException as error:  # handed to the waiting thread
+            except BaseException as error:  # noqa: BLE001 - handed to the waiting thread, which raises it
                 result.append(error)
             finally:
                 done.set()

@@ -1,9 +1,9 @@
 """The part of the objective space that may still hold a non-dominated point, as a set of search zones.
 
-Local upper bounds after Klamroth, Lacour and Vanderpooten, "On the representation of the search region in multi-objective
-optimization", EJOR 245 (2015): a zone is the set of points strictly below its bound in every objective. Together with the boxes
-that the solver has refuted the zones are the proof of completeness: when none is left, every point is dominated by a found one, equal
-to it, or proved to belong to no design.
+Local upper bounds after Klamroth, Lacour and Vanderpooten, "On the representation of the search region in
+multi-objective optimization", EJOR 245 (2015): a zone is the set of points strictly below its bound in every objective.
+Together with the boxes that the solver has refuted the zones are the proof of completeness: when none is left, every
+point is dominated by a found one, equal to it, or proved to belong to no design.
 """
 
 from __future__ import annotations
@@ -59,7 +59,11 @@ class SearchRegion:
         self.open = kept + maximal
 
     def next_zone(self) -> tuple[Bound, int]:
-        """The zone to search next and the objective to minimise in it: the largest projection (Tamby, Vanderpooten 2021)."""
+        """The zone to search next and the objective to minimise in it.
+
+        The largest projection wins (Tamby and Vanderpooten, "Enumeration of the nondominated set of multiobjective
+        discrete optimization problems", INFORMS Journal on Computing 33, 2021).
+        """
         best: tuple[int, Bound, int] | None = None
         for zone in self.open:
             volume = prod(zone)

@@ -1,0 +1,1 @@
+"""The space of designs: names resolved, quantities integer, decisions numbered."""

@@ -1,0 +1,1 @@
+"""The problem file: text to a validated, frozen specification."""

@@ -6,17 +6,22 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Literal, TypeAlias
+from typing import Generic, Literal, TypeAlias, TypeVar
 
 from dse.units import Quantity
 
 Operator: TypeAlias = Literal["<=", "<", ">=", ">", "==", "!="]
+Operand = TypeVar("Operand", covariant=True)
+"""What a connective joins: conditions as written, or resolved ones."""
 
 
 @dataclass(frozen=True)
 class MetricRef:
-    """``METRIC [of NAME]``; `metric` is ``latency``, ``min latency``, ``jitter``, ``utilisation``, ``load``, ``price``,
-    ``power``, or the name of a declared total or derived metric."""
+    """``METRIC [of NAME]``.
+
+    `metric` is ``latency``, ``min latency``, ``jitter``, ``utilisation``, ``load``, ``price``, ``power``, or the name
+    of a declared total or derived metric.
+    """
 
     metric: str
     of: str | None = None
@@ -92,27 +97,27 @@ class Used:
 
 
 @dataclass(frozen=True)
-class Not:
+class Not(Generic[Operand]):
     """Negation."""
 
-    operand: Condition
+    operand: Operand
 
 
 @dataclass(frozen=True)
-class And:
+class And(Generic[Operand]):
     """Conjunction of two or more conditions."""
 
-    operands: tuple[Condition, ...]
+    operands: tuple[Operand, ...]
 
 
 @dataclass(frozen=True)
-class Or:
+class Or(Generic[Operand]):
     """Disjunction of two or more conditions; ``A implies B`` is ``not A or B``."""
 
-    operands: tuple[Condition, ...]
+    operands: tuple[Operand, ...]
 
 
-Condition: TypeAlias = Compare | OneOf | MultipleOf | Used | Not | And | Or
+Condition: TypeAlias = Compare | OneOf | MultipleOf | Used | Not["Condition"] | And["Condition"] | Or["Condition"]
 
 
 @dataclass(frozen=True)

@@ -38,6 +38,7 @@ Protocol: TypeAlias = Literal["periodic", "aperiodic", "sporadic", "hybrid"]
 Category: TypeAlias = Literal["thread", "device", "abstract"]
 Port: TypeAlias = Literal["event_data", "event", "data", "feature"]
 
+
 class Model(BaseModel):
     """Base of every part of a problem file: unknown keys are errors, nothing is coerced, nothing changes."""
 
@@ -82,8 +83,7 @@ def _which_range(value: Any) -> str:
 
 
 TransmissionTimes: TypeAlias = Annotated[
-    Annotated[TransmissionTime, Tag(ONE)]
-    | Annotated[dict[Name, TransmissionTime], Tag(BY_PROCESSOR_TYPE)],
+    Annotated[TransmissionTime, Tag(ONE)] | Annotated[dict[Name, TransmissionTime], Tag(BY_PROCESSOR_TYPE)],
     Discriminator(_which_transmission),
 ]
 TimeRanges: TypeAlias = Annotated[
