@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-from dse.analysis.validity import is_met
+from dse.analysis.validity import is_met, slot_users
 from dse.analysis.views import View
 from dse.errors import UsageError
 from dse.space.build import build_space
@@ -18,7 +18,7 @@ from dse.space.questions import (
     read_requirements,
     read_rule,
 )
-from dse.space.types import Design, Objective, Requirement, Rule, Space
+from dse.space.types import EMPTY, Design, Objective, Requirement, Rule, Space
 from dse.spec.grammar import ExpressionError, parse_assignment, parse_limit
 from dse.spec.load import LoadedSpec, load_spec, parse_spec
 
@@ -187,8 +187,9 @@ def complete_design(space: Space, choices: Mapping[int, int]) -> Design:
         naming the decisions that are still open.
     """
 
-    design = [0 if len(item.options) == 1 else choices.get(index, -1) for index, item in enumerate(space.decisions)]
-    known = View([option if option >= 0 else 0 for option in design])
+    made = [0 if len(item.options) == 1 else choices.get(index, -1) for index, item in enumerate(space.decisions)]
+    design = _with_slots(space, made)
+    known = View([max(option, 0) for option in design])
     missing = [
         item.name
         for index, item in enumerate(space.decisions)
@@ -198,4 +199,20 @@ def complete_design(space: Space, choices: Mapping[int, int]) -> Design:
         raise UsageError(
             f"the design leaves open: {', '.join(missing)} (give them with --design \"{missing[0]} = …\", or state a baseline)"
         )
-    return tuple(option if option >= 0 else 0 for option in design)
+    return tuple(max(option, 0) for option in design)
+
+
+def _with_slots(space: Space, made: Sequence[int]) -> list[int]:
+    """Optional slots that are left open: empty when nothing is bound to them, else of their only type."""
+    design = list(made)
+    users = [(slot, uses) for slot, uses in slot_users(space) if slot.optional]
+    for _ in range(len(users) + 1):  # a virtual bus that turns out to be used makes the bus that carries it used
+        for slot, found in users:
+            if made[slot.type_decision] >= 0:
+                continue
+            empty = slot.types.index(EMPTY)
+            view = View([max(option, 0) for option in design])
+            used = any(uses(view) for _, uses in found)
+            types = [option for option in range(len(slot.types)) if option != empty]
+            design[slot.type_decision] = empty if not used else types[0] if len(types) == 1 else -1
+    return design

@@ -7,6 +7,7 @@ import io
 import json
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from fractions import Fraction
 from typing import TYPE_CHECKING, Any, Literal
 
 from dse.errors import EXIT_COMPLETE, EXIT_INCOMPLETE, EXIT_INFEASIBLE
@@ -41,18 +42,36 @@ class Point:
 
 
 @dataclass(frozen=True)
-class Conflict:
-    """A requirement (or rule) that alone stands in the way: without it the others can hold.
+class Clash:
+    """A requirement or rule that must give: its limit, the closest value while all else holds, and the miss, in `unit`.
 
-    `closest` is the best value that it can have while the others hold, `miss` how far that is beyond `limit`, all in `unit`;
-    None where there is no number to give. `members` names several that must give together.
+    A rule has no figures. `thread` names the thread that alone exceeds the limit of one core, if that is what is broken.
     """
 
-    members: tuple[str, ...]
-    limit: str | None = None
-    closest: str | None = None
-    miss: str | None = None
-    origin: str = ""
+    text: str
+    origin: str
+    unit: str = ""
+    limit: Fraction | None = None
+    closest: Fraction | None = None
+    thread: str = ""
+
+    @property
+    def miss(self) -> Fraction | None:
+        """How far the closest value is beyond the limit."""
+        return None if self.closest is None or self.limit is None else abs(self.closest - self.limit)
+
+    def to_dict(self) -> dict[str, Any]:
+        """For JSON: exact numbers, as text where they are no integers."""
+        figures = {"limit": self.limit, "closest": self.closest, "miss": self.miss}
+        shown = {name: None if value is None else exact(value) for name, value in figures.items()}
+        return {"text": self.text, "origin": self.origin, **shown, "unit": self.unit, "thread": self.thread or None}
+
+
+@dataclass(frozen=True)
+class Conflict:
+    """Requirements and rules that must give together: without them the others leave a design."""
+
+    members: tuple[Clash, ...]
 
 
 @dataclass(frozen=True)
@@ -129,7 +148,7 @@ class Result:
             ],
             "unexplored": [dict(region) for region in self.unexplored],
             "refuted": [dict(region) for region in self.refuted],
-            "conflicts": [vars(item) | {"members": list(item.members)} for item in self.conflicts],
+            "conflicts": [{"members": [clash.to_dict() for clash in item.members]} for item in self.conflicts],
             "search": vars(self.search),
         }
 
@@ -174,6 +193,11 @@ class Result:
         writer.writerow([f"{name} [{units[name]}]" if name in units else name for name in self.columns])
         writer.writerows(self._rows())
         return out.getvalue()
+
+
+def exact(value: Fraction) -> int | str:
+    """An integer, or a fraction as text."""
+    return int(value) if value.denominator == 1 else f"{value.numerator}/{value.denominator}"
 
 
 def decisions_of(space: Space, design: Design) -> dict[str, str]:

@@ -1,0 +1,55 @@
+"""Exact design-space exploration for robot and embedded architectures.
+
+``dse.load`` reads a problem file, ``dse.solve`` returns its proven Pareto front, ``dse.analyse`` every figure of one design,
+``dse.check`` a description of the space. Everything is imported on first use.
+"""
+
+from __future__ import annotations
+
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from dse.api.analysing import analyse as analyse
+    from dse.api.checking import Description as Description
+    from dse.api.checking import check as check
+    from dse.api.problem import Problem as Problem
+    from dse.api.problem import load as load
+    from dse.api.problem import loads as loads
+    from dse.api.solving import solve as solve
+    from dse.errors import Diagnostic as Diagnostic
+    from dse.errors import DseError as DseError
+    from dse.errors import ProblemError as ProblemError
+    from dse.errors import UsageError as UsageError
+    from dse.results.analysis import Analysis as Analysis
+    from dse.results.graph import architecture_graph as architecture_graph
+    from dse.results.result import Result as Result
+
+_HOMES = {
+    "analyse": "dse.api.analysing",
+    "Description": "dse.api.checking",
+    "check": "dse.api.checking",
+    "Problem": "dse.api.problem",
+    "load": "dse.api.problem",
+    "loads": "dse.api.problem",
+    "solve": "dse.api.solving",
+    "Diagnostic": "dse.errors",
+    "DseError": "dse.errors",
+    "ProblemError": "dse.errors",
+    "UsageError": "dse.errors",
+    "Analysis": "dse.results.analysis",
+    "architecture_graph": "dse.results.graph",
+    "Result": "dse.results.result",
+}
+
+__all__ = [*_HOMES]
+
+
+def __getattr__(name: str) -> Any:
+    if name not in _HOMES:
+        raise AttributeError(f"module 'dse' has no attribute {name!r}")
+    return getattr(import_module(_HOMES[name]), name)
+
+
+def __dir__() -> list[str]:
+    return sorted(__all__)

@@ -1,0 +1,67 @@
+"""`dse.check`: a valid problem's space, described; and what a careful reader would remark."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from dse.api.problem import Problem, load
+from dse.space.size import space_size
+from dse.space.trees import leaves
+from dse.space.types import Decision, Space
+
+
+@dataclass(frozen=True)
+class Description:
+    """The space of a problem: open decisions with their options, its size, and remarks."""
+
+    space: Space
+    decisions: tuple[Decision, ...]
+    size: int
+    remarks: tuple[str, ...]
+
+    def to_dict(self) -> dict[str, Any]:
+        """The description in the form ``dse-check/1``."""
+        space = self.space
+        return {
+            "format": "dse-check/1",
+            "problem": space.name,
+            "valid": True,
+            "profile": space.profile,
+            "space_size": self.size,
+            "decisions": {decision.name: list(decision.options) for decision in self.decisions},
+            "flows": [flow.name for flow in space.flows],
+            "requirements": [item.text for item in space.requirements],
+            "rules": [item.text for item in space.rules],
+            "objectives": [f"{item.sense} {item.metric.name}" for item in space.objectives],
+            "remarks": list(self.remarks),
+        }
+
+
+def check(problem: Problem | str | Path) -> Description:
+    """Validate a problem and describe its space.
+
+    Raises
+    ------
+    ProblemError
+        with every mistake in the file.
+    """
+    space = (problem if isinstance(problem, Problem) else load(problem)).space
+    decisions = tuple(item for item in space.decisions if item.is_open)
+    return Description(space, decisions, space_size(space), tuple(_remarks(space)))
+
+
+def _remarks(space: Space) -> Iterator[str]:
+    limited = {(item.metric.kind, item.metric.index) for item in space.requirements}
+    for number, slot in enumerate(space.processors):
+        loaded = any(number in set(leaves(item.processor)) for item in space.components if item.execution_ns is not None)
+        if loaded and ("utilisation", number) not in limited:
+            yield f"nothing limits the utilisation of {slot.name}: designs that overload it are admitted"
+    for number, bus in enumerate(space.buses):
+        bandwidths = [leaf for leaf in leaves(bus.bandwidth_bps) if leaf is not None]
+        if bandwidths and ("load", number) not in limited:
+            yield f"nothing limits the load of {bus.name}: designs that overload it are admitted"
+    if not space.objectives:
+        yield "there are no objectives: `dse solve` needs --minimise"

@@ -1,0 +1,203 @@
+"""`dse.solve`: from a problem and a caller's changes to the proved, ranked front."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Mapping, Sequence
+from importlib.metadata import version
+from pathlib import Path
+from typing import Any
+
+from dse.analysis.evaluate import Evaluator
+from dse.api.problem import Changes, Problem, changed, load
+from dse.errors import UsageError
+from dse.pareto.front import Budget, FrontSearch, Progress, search_front
+from dse.pareto.nearest import Miss, nearest_misses
+from dse.results.result import Clash, Conflict, ObjectiveInfo, Origin, Point, Result, Search, decisions_of, ranked
+from dse.space.size import space_size
+from dse.space.types import Space
+
+EXPLANATION_TIME_S = 30.0
+
+
+def solve(
+    problem: Problem | str | Path,
+    *,
+    max_jitter: str | Sequence[str] = (),
+    max_latency: str | Sequence[str] = (),
+    max_utilisation: str | Sequence[str] = (),
+    max_load: str | Sequence[str] = (),
+    max_price: str | Sequence[str] = (),
+    max_power: str | Sequence[str] = (),
+    require: str | Sequence[str] = (),
+    minimise: str | Sequence[str] = (),
+    maximise: str | Sequence[str] = (),
+    fix: str | Sequence[str] = (),
+    profile: str | None = None,
+    worst_case: str | None = None,
+    time_limit_s: float | None = None,
+    seed: int = 0,
+    workers: int = 1,
+    progress: Callable[[Progress], None] | None = None,
+) -> Result:
+    """The proven Pareto front of a problem.
+
+    Parameters
+    ----------
+    problem
+        a loaded problem, or the path of a problem file.
+    max_jitter, max_latency, max_utilisation, max_load, max_price, max_power
+        further limits, as text with a unit: ``"20 ms"`` for every flow, processor or bus, ``"my_flow=20 ms"`` for one.
+    require
+        further requirements and rules, in the words of the problem file.
+    minimise, maximise
+        metrics; where any is given, they replace the objectives of the file.
+    fix
+        decisions, such as ``"gnss_provider.period = 20 ms"``.
+    profile, worst_case
+        replace those of the file.
+    time_limit_s
+        seconds of wall time for the search; then the front so far is returned as ``incomplete``.
+    seed, workers
+        of the solver. The front does not depend on them.
+    progress
+        called after every solver call.
+
+    Returns
+    -------
+    Result
+        with status ``complete``, ``incomplete`` or ``infeasible``.
+
+    Raises
+    ------
+    ProblemError
+        when the file is wrong.
+    UsageError
+        when a limit, requirement, objective or decision is.
+    """
+    limits = {
+        "jitter": max_jitter,
+        "latency": max_latency,
+        "utilisation": max_utilisation,
+        "load": max_load,
+        "price": max_price,
+        "power": max_power,
+    }
+    objectives = [f"minimise {text}" for text in _texts(minimise)] + [f"maximise {text}" for text in _texts(maximise)]
+    changes = Changes(
+        limits=[(metric, text) for metric, texts in limits.items() for text in _texts(texts)],
+        require=_texts(require),
+        objectives=objectives,
+        fix=_texts(fix),
+        profile=profile,
+        worst_case=worst_case,
+    )
+    loaded = problem if isinstance(problem, Problem) else load(problem)
+    return solve_changed(loaded, changes, Budget(time_limit_s, seed, workers), progress)
+
+
+def _texts(given: str | Sequence[str]) -> Sequence[str]:
+    return (given,) if isinstance(given, str) else given
+
+
+def solve_changed(
+    problem: Problem, changes: Changes, budget: Budget, progress: Callable[[Progress], None] | None = None
+) -> Result:
+    """Solve a problem with changes; see `solve`."""
+    started = time.monotonic()
+    asked = changed(problem, changes)
+    space = asked.space
+    if not space.objectives:
+        raise UsageError(
+            "nothing to minimise: state `objectives` in the problem file, or give --minimise \"price\" or the like"
+        )
+    evaluator = Evaluator(space)
+    search = search_front(evaluator, budget, progress)
+    infeasible = search.is_complete and not search.points
+    conflicts: tuple[Conflict, ...] = ()
+    if infeasible:
+        misses = nearest_misses(space, seed=budget.seed, deadline=_deadline(budget, started))
+        conflicts = tuple(_conflict(miss) for miss in misses)
+    status = "infeasible" if infeasible else "complete" if search.is_complete else "incomplete"
+    return Result(
+        problem=_origin(asked),
+        space=space,
+        status=status,
+        objectives=tuple(
+            ObjectiveInfo(measure.metric.name, objective.sense, measure.counting_unit)
+            for measure, objective in zip(evaluator.objectives, space.objectives, strict=True)
+        ),
+        metric_units={measure.metric.name: measure.counting_unit for measure in evaluator.metrics},
+        front=_points(evaluator, search),
+        unexplored=tuple(_region(evaluator, bound) for bound in search.unexplored),
+        refuted=tuple(_region(evaluator, bound) for bound in search.refuted),
+        conflicts=conflicts,
+        search=Search(
+            solver_calls=search.calls,
+            wall_s=round(time.monotonic() - started, 3),
+            space_size=space_size(space),
+            solver=f"OR-tools CP-SAT {version('ortools')}",
+            workers=budget.workers,
+            seed=budget.seed,
+        ),
+    )
+
+
+def _deadline(budget: Budget, started: float) -> float:
+    """Explaining an infeasible problem takes what the time limit leaves, or half a minute."""
+    if budget.time_limit_s is None:
+        return time.monotonic() + EXPLANATION_TIME_S
+    return started + budget.time_limit_s
+
+
+def _points(evaluator: Evaluator, search: FrontSearch) -> tuple[Point, ...]:
+    space = evaluator.space
+    names = [measure.metric.name for measure in evaluator.objectives]
+    rows = ranked(list(search.points.items()), [objective.sense for objective in space.objectives])
+    return tuple(
+        Point(
+            id=number,
+            rank=rank,
+            objectives=dict(zip(names, vector, strict=True)),
+            metrics=evaluator.metric_values(design),
+            decisions=decisions_of(space, design),
+            design=design,
+        )
+        for number, (rank, vector, design) in enumerate(rows, start=1)
+    )
+
+
+def _region(evaluator: Evaluator, bound: tuple[int, ...]) -> Mapping[str, int]:
+    """A region as exclusive bounds by objective: below for what is minimised, above for what is maximised."""
+    senses = [objective.sense for objective in evaluator.space.objectives]
+    names = [measure.metric.name for measure in evaluator.objectives]
+    values = [-value if sense == "maximise" else value for value, sense in zip(bound, senses, strict=True)]
+    return dict(zip(names, values, strict=True))
+
+
+def _conflict(miss: Miss) -> Conflict:
+    clashes = []
+    for member, verdict in zip(miss.members, miss.verdicts, strict=True):
+        if verdict is None:
+            clashes.append(Clash(member.text, member.origin))
+        else:
+            figures = (verdict.unit, verdict.limit, verdict.value, verdict.worst_term)
+            clashes.append(Clash(member.text, member.origin, *figures))
+    return Conflict(tuple(clashes))
+
+
+def _origin(problem: Problem) -> Origin:
+    space = problem.space
+    effective: dict[str, Any] = {
+        "requirements": [item.text for item in space.requirements],
+        "rules": [item.text for item in space.rules],
+        "objectives": [f"{item.sense} {item.metric.name}" for item in space.objectives],
+        "fixed": {
+            space.decisions[decision].name: space.decisions[decision].options[option]
+            for decision, option in space.fixed.items()
+        },
+        "profile": space.profile,
+        "worst_case": space.worst_case,
+    }
+    loaded = problem.loaded
+    return Origin(space.name, str(loaded.path), loaded.sha256, loaded.includes, effective)

@@ -1,0 +1,62 @@
+"""``dse analyse``."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import click
+
+from dse.cli.common import (
+    changes_of,
+    check_writable,
+    console,
+    json_option,
+    problem_argument,
+    question_options,
+    write_text,
+)
+from dse.errors import EXIT_COMPLETE, EXIT_INFEASIBLE
+
+
+@click.command("analyse")
+@problem_argument
+@click.option(
+    "--design",
+    multiple=True,
+    metavar="'DECISION = OPTION'",
+    help="A decision of the design, on top of the baseline; or RESULT.json#ID, an alternative of a solve.",
+)
+@question_options
+@json_option
+def command(file: str, design: tuple[str, ...], json_path: str | None, **options: Any) -> int:
+    """One design (the baseline, unless told otherwise): latency contributors, CPU and bus tables, verdicts.
+
+    Exit code 4 when the design breaks a requirement or is not valid.
+    """
+    check_writable(json_path)
+    from dse.api.analysing import analyse
+    from dse.api.problem import load
+
+    changes = changes_of(options)
+    analysis = analyse(load(file), _choices(design), changes=changes)
+    if json_path != "-":
+        from dse.report.terminal import print_analysis
+
+        print_analysis(console(), analysis)
+    if json_path is not None:
+        write_text(json_path, analysis.to_json())
+    return EXIT_COMPLETE if analysis.is_feasible else EXIT_INFEASIBLE
+
+
+def _choices(texts: tuple[str, ...]) -> list[str]:
+    """Texts ``a = b``; ``RESULT.json#ID`` stands for all decisions of that alternative."""
+    from dse.results.reading import decisions_in_file
+
+    found: list[str] = []
+    for text in texts:
+        path, mark, number = text.rpartition("#")
+        if mark and path.endswith(".json"):
+            found += [f"'{name}' = {option}" for name, option in decisions_in_file(path, number).items()]
+        else:
+            found.append(text)
+    return found

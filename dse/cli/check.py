@@ -1,0 +1,27 @@
+"""``dse check``."""
+
+from __future__ import annotations
+
+import json
+
+import click
+
+from dse.cli.common import check_writable, console, json_option, problem_argument, write_text
+
+
+@click.command("check")
+@problem_argument
+@json_option
+def command(file: str, json_path: str | None) -> int:
+    """Validate a problem file; describe its decisions, its size, and what a careful reader would remark."""
+    check_writable(json_path)
+    from dse.api.checking import check
+
+    description = check(file)
+    if json_path != "-":
+        from dse.report.terminal import print_description
+
+        print_description(console(), description)
+    if json_path is not None:
+        write_text(json_path, json.dumps(description.to_dict(), ensure_ascii=False, indent=1) + "\n")
+    return 0

@@ -1,0 +1,127 @@
+"""What commands share: the options of a question, files in and out, the console."""
+
+from __future__ import annotations
+
+import os
+import sys
+import tempfile
+from collections.abc import Callable
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, TypeVar
+
+import click
+
+from dse.errors import UsageError
+
+if TYPE_CHECKING:
+    from rich.console import Console
+
+    from dse.api.problem import Changes
+
+F = TypeVar("F", bound=Callable[..., Any])
+LIMITS = ("jitter", "latency", "utilisation", "load", "price", "power")
+EXAMPLES = {"utilisation": "70%", "load": "50%", "price": "500EUR", "power": "10W"}
+OF = {"jitter": "flow", "latency": "flow", "utilisation": "processor", "load": "bus"}
+
+
+def problem_argument(command: F) -> F:
+    """The problem file."""
+    return click.argument("file", type=click.Path(exists=True, dir_okay=False))(command)
+
+
+def question_options(command: F) -> F:
+    """Options that change the question: limits, requirements, rules, fixed decisions, profile."""
+    for metric in reversed(LIMITS):
+        example = EXAMPLES.get(metric, "20ms")
+        what = f"of every {OF[metric]}, or of one (NAME={example})" if metric in OF else "of the system"
+        command = click.option(
+            f"--max-{metric}", multiple=True, metavar="QUANTITY", help=f"Limit the {metric} {what}, e.g. {example}."
+        )(command)
+    more = (
+        click.option("--require", multiple=True, metavar="TEXT", help="A further requirement or rule."),
+        click.option("--fix", multiple=True, metavar="'DECISION = OPTION'", help="Fix a decision."),
+        click.option("--profile", type=click.Choice(["dse", "osate-2.2", "osate-2.19"]), help="Latency rules to apply."),
+        click.option(
+            "--worst-case",
+            type=click.Choice(["execution-time", "deadline"]),
+            help="OSATE's worst-case setting (ET or DL); the dse profile does not look at it.",
+        ),
+    )
+    for option in more:
+        command = option(command)
+    return command
+
+
+def json_option(command: F) -> F:
+    """``--json PATH``."""
+    text = "Also write JSON; - for standard output (then nothing else goes there)."
+    return click.option("--json", "json_path", metavar="PATH", help=text)(command)
+
+
+def changes_of(options: dict[str, Any], objectives: tuple[str, ...] = ()) -> Changes:
+    """The changes that the options ask for."""
+    from dse.api.problem import Changes
+
+    worst_case = options["worst_case"]
+    return Changes(
+        limits=[(metric, text) for metric in LIMITS for text in options[f"max_{metric}"]],
+        require=options["require"],
+        objectives=objectives,
+        fix=options["fix"],
+        profile=options["profile"],
+        worst_case=worst_case.replace("-", "_") if worst_case else None,
+    )
+
+
+def console(*, quiet: bool = False, err: bool = False) -> Console:
+    """A console that neither cuts tables in a pipe nor fails on a terminal without UTF-8."""
+    from rich.console import Console
+
+    stream = sys.stderr if err else sys.stdout
+    if hasattr(stream, "reconfigure"):
+        stream.reconfigure(errors="replace")
+    width = None if stream.isatty() else 160
+    return Console(file=stream, quiet=quiet, width=width, highlight=False, soft_wrap=False, emoji=False)
+
+
+def check_writable(*paths: str | None) -> None:
+    """Fail before the work rather than after it when a result could not be written.
+
+    Raises
+    ------
+    UsageError
+        naming the path.
+    """
+    for path in paths:
+        if path is None or path == "-":
+            continue
+        folder = Path(path).parent
+        if not folder.is_dir():
+            raise UsageError(f"{path}: there is no folder {str(folder)!r}")
+        if Path(path).is_dir():
+            raise UsageError(f"{path}: is a folder")
+        if not os.access(folder, os.W_OK):
+            raise UsageError(f"{path}: the folder cannot be written to")
+
+
+def write_text(path: str, text: str) -> None:
+    """Write a file whole or not at all; ``-`` is standard output."""
+    if path == "-":
+        sys.stdout.buffer.write(text.encode())
+        sys.stdout.flush()
+        return
+    target = Path(path)
+    if target.exists() and not target.is_file():  # a pipe or device: there is nothing to replace
+        target.write_text(text, encoding="utf-8")
+        return
+    handle, name = tempfile.mkstemp(dir=target.parent, prefix=f".{target.name}.")
+    try:
+        with os.fdopen(handle, "w", encoding="utf-8") as file:
+            file.write(text)
+        umask = os.umask(0)
+        os.umask(umask)
+        Path(name).chmod(0o666 & ~umask)
+        Path(name).replace(target)
+    except BaseException:
+        Path(name).unlink(missing_ok=True)
+        raise

@@ -1,0 +1,114 @@
+"""The command line: commands are imported when they are called, so that ``dse --help`` answers at once."""
+
+from __future__ import annotations
+
+import os
+import sys
+import traceback
+from importlib import import_module
+from typing import Any
+
+import click
+
+from dse.errors import EXIT_BUG, EXIT_USAGE, DseError, ProblemError
+
+COMMANDS = {
+    "solve": "The proven Pareto front of a problem, ranked.",
+    "analyse": "One design: latency contributors, CPU and bus tables, verdicts.",
+    "check": "Validate a problem file and describe its space.",
+    "new": "Write a problem file to start from.",
+    "schema": "Print the JSON Schema of problem files.",
+}
+EXIT_CODES = (
+    "Exit codes: 0 complete; 2 wrong usage; 3 invalid problem; 4 proved infeasible; 5 stopped early, the front so far "
+    "is written and marked incomplete; 70 a bug of dse."
+)
+
+
+class LazyGroup(click.Group):
+    """A group whose commands are known by name and help, and imported when called."""
+
+    def list_commands(self, ctx: click.Context) -> list[str]:
+        """The commands in the order of a day's work."""
+        return list(COMMANDS)
+
+    def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
+        """The command itself; imports it."""
+        if cmd_name not in COMMANDS:
+            return None
+        command = getattr(import_module(f"dse.cli.{cmd_name}"), "command")  # noqa: B009 (typed as Any on purpose)
+        assert isinstance(command, click.Command)
+        return command
+
+    def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
+        """The list of commands, without importing them."""
+        with formatter.section("Commands"):
+            formatter.write_dl(list(COMMANDS.items()))
+
+
+def _version(ctx: click.Context, param: click.Parameter, value: bool) -> None:
+    if value:
+        from importlib.metadata import version
+
+        click.echo(f"dse {version('dse')}")
+        ctx.exit()
+
+
+@click.command(cls=LazyGroup, epilog=EXIT_CODES, context_settings={"help_option_names": ["-h", "--help"]})
+@click.option("--version", is_flag=True, expose_value=False, is_eager=True, callback=_version, help="Show the version.")
+def cli() -> None:
+    """Exact design-space exploration for robot and embedded architectures.
+
+    An architecture with open decisions goes in, as a YAML file; every Pareto-optimal architecture that meets its limits comes out, with a
+    proof that none is missing. Start with: dse new my.yaml; dse solve my.yaml
+    """
+
+
+def main() -> None:
+    """Run the command line and leave with its exit code."""
+    sys.exit(run(sys.argv[1:]))
+
+
+def run(arguments: list[str]) -> int:
+    """Run one command; every error becomes a message and an exit code."""
+    try:
+        code: Any = cli.main(arguments, prog_name="dse", standalone_mode=False)
+        sys.stdout.flush()
+        return int(code or 0)
+    except click.ClickException as error:
+        error.show()
+        return EXIT_USAGE
+    except (click.Abort, KeyboardInterrupt):
+        return _say("interrupted", 130)
+    except ProblemError as error:
+        for item in error.diagnostics:
+            click.echo(str(item), err=True)
+        count = len(error.diagnostics)
+        return _say(f"{count} mistake{'s' if count != 1 else ''} in the problem; nothing was solved or written", error.exit_code)
+    except DseError as error:
+        return _say(str(error), error.exit_code)
+    except BrokenPipeError:
+        _discard_output()
+        return 0
+    except OSError as error:
+        place = f"{error.filename}: " if error.filename else ""
+        return _say(f"{place}{error.strerror or error}", EXIT_USAGE)
+    except Exception as error:  # noqa: BLE001 (the outermost handler: whatever is left is a bug of ours)
+        if os.environ.get("DSE_TRACEBACK"):
+            traceback.print_exc()
+        return _say(
+            f"a bug in dse: {type(error).__name__}: {error}\nplease report it with the problem file; "
+            f"DSE_TRACEBACK=1 shows where",
+            EXIT_BUG,
+        )
+
+
+def _say(message: str, code: int) -> int:
+    click.echo(f"dse: {message}", err=True)
+    return code
+
+
+def _discard_output() -> None:
+    """The reader has gone: nothing more can be written, and Python must not try at exit."""
+    devnull = os.open(os.devnull, os.O_WRONLY)
+    os.dup2(devnull, sys.stdout.fileno())

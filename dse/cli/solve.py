@@ -1,0 +1,121 @@
+"""``dse solve``."""
+
+from __future__ import annotations
+
+import sys
+import time
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from dse.cli.common import (
+    changes_of,
+    check_writable,
+    console,
+    json_option,
+    problem_argument,
+    question_options,
+    write_text,
+)
+
+if TYPE_CHECKING:
+    from dse.pareto.front import Progress
+
+PLAIN_STEP_S = 2.0
+
+
+class Seconds(click.ParamType[float]):
+    """A time limit: seconds, or a duration with its unit."""
+
+    name = "duration"
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> float:
+        """Seconds from ``90``, ``90s`` or ``1.5 min``."""
+        from dse.units import TIME, UnitError, parse_quantity
+
+        try:
+            quantity = parse_quantity(str(value))
+        except UnitError as error:
+            self.fail(f"{value!r}: {error.message}", param, ctx)
+        if quantity.unit and quantity.dimension != TIME:
+            self.fail(f"{value!r} is no duration", param, ctx)
+        if quantity.value <= 0:
+            self.fail("a time limit is positive", param, ctx)
+        return float(quantity.value)
+
+
+@click.command("solve")
+@problem_argument
+@question_options
+@click.option("--minimise", "--minimize", multiple=True, metavar="METRIC", help="Objectives instead of those of the file.")
+@click.option("--maximise", "--maximize", multiple=True, metavar="METRIC", help="The same, to be maximised.")
+@click.option("--time-limit", type=Seconds(), help="Stop after this time with the front so far, e.g. 60s (exit code 5).")
+@click.option("--seed", type=click.IntRange(0, 2**31 - 1), default=0, show_default=True, help="Of the solver; the front does not depend on it.")
+@click.option("--workers", type=click.IntRange(1, 64), default=1, show_default=True, help="Solver workers; the front does not depend on them.")
+@json_option
+@click.option("--csv", "csv_path", metavar="PATH", help="Also write the front as CSV; - for standard output.")
+@click.option("-q", "--quiet", is_flag=True, help="Print nothing but what --json or --csv ask for.")
+def command(
+    file: str,
+    minimise: tuple[str, ...],
+    maximise: tuple[str, ...],
+    time_limit: float | None,
+    seed: int,
+    workers: int,
+    json_path: str | None,
+    csv_path: str | None,
+    quiet: bool,
+    **options: Any,
+) -> int:
+    """The proven Pareto front of a problem, ranked.
+
+    Requirements given here are added to those of the file; --minimise and --maximise replace its objectives.
+    Ctrl-C ends the search and keeps what was found.
+    """
+    if json_path == "-" and csv_path == "-":
+        raise click.UsageError("only one of --json and --csv can go to standard output")
+    check_writable(json_path, csv_path)
+    from dse.api.problem import load
+    from dse.api.solving import solve_changed
+    from dse.pareto.front import Budget
+
+    texts = [f"minimise {text}" for text in minimise] + [f"maximise {text}" for text in maximise]
+    changes = changes_of(options, tuple(texts))
+    problem = load(file)
+    with _Reporter(quiet=quiet) as progress:
+        result = solve_changed(problem, changes, Budget(time_limit, seed, workers), progress)
+    if not quiet and "-" not in (json_path, csv_path):
+        from dse.report.terminal import print_result
+
+        print_result(console(), result)
+    if json_path is not None:
+        write_text(json_path, result.to_json())
+    if csv_path is not None:
+        write_text(csv_path, result.to_csv())
+    return result.exit_code
+
+
+class _Reporter:
+    """Progress on standard error: a line that rewrites itself on a terminal, plain lines now and then elsewhere."""
+
+    def __init__(self, *, quiet: bool) -> None:
+        self.quiet = quiet
+        self.live = sys.stderr.isatty()
+        self.said = time.monotonic()
+        self.write: Callable[[str], None] = lambda text: click.echo(text, err=True, nl=not self.live)
+
+    def __enter__(self) -> _Reporter:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        if self.live and not self.quiet:
+            click.echo("\r\033[K", err=True, nl=False)
+
+    def __call__(self, progress: Progress) -> None:
+        now = time.monotonic()
+        if self.quiet or now - self.said < (0.1 if self.live else PLAIN_STEP_S):
+            return
+        self.said = now
+        text = f"{progress.points} points, {progress.open_regions} regions open, {progress.elapsed_s:.1f} s"
+        self.write(f"\r\033[K{text}" if self.live else text)

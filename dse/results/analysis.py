@@ -1,0 +1,151 @@
+"""The analysis of one design, as tables."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from dataclasses import dataclass
+from fractions import Fraction
+from typing import TYPE_CHECKING, Any
+
+from dse.analysis.latency import Row
+from dse.analysis.limits import Verdict
+from dse.results.result import exact
+from dse.space.types import Design, Space
+
+if TYPE_CHECKING:
+    import pandas
+
+FORMAT = "dse-analysis/1"
+
+
+@dataclass(frozen=True)
+class FlowTable:
+    """The contributor table of a flow, in ns, with its totals."""
+
+    name: str
+    rows: tuple[Row, ...]
+
+    @property
+    def min_ns(self) -> int:
+        """The minimum latency: the sum of the column."""
+        return sum(row.min_ns for row in self.rows)
+
+    @property
+    def max_ns(self) -> int:
+        """The maximum latency: the sum of the column."""
+        return sum(row.max_ns for row in self.rows)
+
+    @property
+    def jitter_ns(self) -> int:
+        """Maximum minus minimum latency."""
+        return self.max_ns - self.min_ns
+
+
+@dataclass(frozen=True)
+class Usage:
+    """How much of a processor (ppm of one core) or bus (B/s) is used, by whom, and what it has (None: not stated)."""
+
+    name: str
+    type: str
+    shares: Mapping[str, Fraction]
+    capacity: Fraction | None
+
+    @property
+    def total(self) -> Fraction:
+        """The sum of the shares."""
+        return sum(self.shares.values(), Fraction(0))
+
+
+@dataclass(frozen=True)
+class Analysis:
+    """Everything that can be said of one design; `breaches` says why it is not valid, then the tables are empty."""
+
+    space: Space
+    design: Design
+    decisions: Mapping[str, str]
+    flows: tuple[FlowTable, ...]
+    processors: tuple[Usage, ...]
+    buses: tuple[Usage, ...]
+    metrics: Mapping[str, Fraction]
+    metric_units: Mapping[str, str]
+    verdicts: tuple[Verdict, ...]
+    warnings: tuple[str, ...] = ()
+    breaches: tuple[str, ...] = ()
+
+    @property
+    def is_feasible(self) -> bool:
+        """Valid, and every requirement holds."""
+        return not self.breaches and all(verdict.holds for verdict in self.verdicts)
+
+    def flow_frame(self, name: str) -> pandas.DataFrame:
+        """A flow's contributor table: ``category``, ``contributor``, ``min_ns``, ``min_method``, ``max_ns``, ``max_method``; in order."""
+        import pandas
+
+        table = next(table for table in self.flows if table.name == name)
+        return pandas.DataFrame([_row(row) for row in table.rows])
+
+    def to_dict(self) -> dict[str, Any]:
+        """The analysis in the form ``dse-analysis/1``: exact numbers, fractions as text where they are no integers."""
+        return {
+            "format": FORMAT,
+            "problem": self.space.name,
+            "profile": self.space.profile,
+            "worst_case": self.space.worst_case,
+            "feasible": self.is_feasible,
+            "breaches": list(self.breaches),
+            "decisions": dict(self.decisions),
+            "flows": {
+                table.name: {
+                    "rows": [_row(row) for row in table.rows],
+                    "min_ns": table.min_ns,
+                    "max_ns": table.max_ns,
+                    "jitter_ns": table.jitter_ns,
+                }
+                for table in self.flows
+            },
+            "processors": {usage.name: _usage(usage, "ppm") for usage in self.processors},
+            "buses": {usage.name: _usage(usage, "B/s") for usage in self.buses},
+            "metrics": {
+                name: {"value": exact(value), "unit": self.metric_units[name]} for name, value in self.metrics.items()
+            },
+            "requirements": [
+                {
+                    "requirement": verdict.requirement.text,
+                    "origin": verdict.requirement.origin,
+                    "value": exact(verdict.value),
+                    "limit": exact(verdict.limit),
+                    "slack": exact(verdict.slack),
+                    "unit": verdict.unit,
+                    "holds": verdict.holds,
+                    "worst_thread": verdict.worst_term or None,
+                }
+                for verdict in self.verdicts
+            ],
+            "warnings": list(self.warnings),
+        }
+
+    def to_json(self) -> str:
+        """`to_dict` as text."""
+        return json.dumps(self.to_dict(), ensure_ascii=False, indent=1) + "\n"
+
+
+def _row(row: Row) -> dict[str, Any]:
+    return {
+        "category": row.category,
+        "contributor": row.contributor,
+        "min_ns": row.min_ns,
+        "min_method": row.min_method,
+        "max_ns": row.max_ns,
+        "max_method": row.max_method,
+    }
+
+
+def _usage(usage: Usage, unit: str) -> dict[str, Any]:
+    return {
+        "type": usage.type,
+        "unit": unit,
+        "shares": {name: exact(value) for name, value in usage.shares.items()},
+        "total": exact(usage.total),
+        "capacity": None if usage.capacity is None else exact(usage.capacity),
+    }
