@@ -44,3 +44,11 @@ def message_bytes(space: Space, connection: Connection, stack: tuple[int, ...], 
     """Data size plus the protocol overhead of every bus and virtual bus that carries it, in bytes."""
     size = at(connection.size_bytes, view) or 0
     return int(size) + sum(at(space.buses[bus].overhead_bytes, view) for bus in stack)
+
+
+def is_local(space: Space, connection: Connection, view: View) -> bool:
+    """Whether both ends are in one process: the connection costs nothing and binds to nothing."""
+    if connection.source is None or connection.target is None:
+        return False
+    one, other = (at(space.components[end].process, view) for end in (connection.source, connection.target))
+    return one is not None and bool(one == other)

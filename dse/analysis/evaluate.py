@@ -34,12 +34,19 @@ class Evaluation:
 
 
 class Evaluator:
-    """The measures and limits of a space, built once; evaluates designs without a solver."""
+    """The measures and limits of a space, built once; evaluates designs without a solver.
 
-    def __init__(self, space: Space) -> None:
+    `objectives` may stand in for the measures of the space's own objectives, one for each.
+    """
+
+    def __init__(self, space: Space, objectives: tuple[Measure, ...] | None = None) -> None:
         self.space = space
         self.rulebook = Rulebook(space)
-        self.objectives: tuple[Measure, ...] = tuple(build_measure(space, item.metric) for item in space.objectives)
+        self.objectives: tuple[Measure, ...] = (
+            objectives
+            if objectives is not None
+            else tuple(build_measure(space, item.metric) for item in space.objectives)
+        )
         self.limits: tuple[Limit, ...] = tuple(build_limit(space, item) for item in space.requirements)
 
     @cached_property

@@ -8,7 +8,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any
 
-from dse.analysis.binding import bus_figure, bus_stack, message_bytes
+from dse.analysis.binding import bus_figure, bus_stack, is_local, message_bytes
 from dse.analysis.rates import is_event_triggered, is_periodic
 from dse.analysis.views import View
 from dse.space.trees import at
@@ -76,7 +76,7 @@ def _connection_row(space: Space, number: int, view: View) -> Row:
             total = [total[0] + times[0], total[1] + times[1]]
     method = "no latency" if space.profile == "osate-2.2" else "transmission time"
     own = at(connection.latency_ns, view)
-    if not given and own is not None:
+    if not given and own is not None and not is_local(space, connection, view):
         total, method = list(own), "specified"
     elif not given:
         method = "no latency"

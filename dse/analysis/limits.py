@@ -9,13 +9,16 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 from fractions import Fraction
+from math import lcm
 
-from dse.analysis.measures import PPM, Measure, Term, build_measure, display_unit
-from dse.analysis.views import View
-from dse.space.questions import metric_dimension
+from dse.analysis.measures import PPM, SCALE_LIMIT, Measure, Term, build_measure, display_unit
+from dse.analysis.views import View, tabulate
+from dse.space.metrics import metric_dimension
 from dse.space.trees import at
 from dse.space.types import Requirement, Space
 from dse.units import DIMENSIONLESS
+
+MANY_CASES = 10_000
 
 HOLDS: dict[str, Callable[[Fraction, Fraction], bool]] = {
     "<=": lambda value, limit: value <= limit,
@@ -61,19 +64,37 @@ class Verdict:
 
 
 def build_limit(space: Space, requirement: Requirement) -> Limit:
-    """The limit of a resolved requirement."""
+    """The limit of a resolved requirement.
+
+    An empty slot uses nothing, and keeps every upper limit: its capacity counts as 1.
+    """
     metric, quantity = requirement.metric, requirement.limit
     measure = build_measure(space, metric)
     if metric.kind == "utilisation":
         slot, per_core = space.processors[metric.index or 0], quantity.value * PPM
         each = per_core if requirement.operator in ("<=", "<") else None
-        return Limit(requirement, measure, lambda view: per_core * at(slot.cores, view), each)
+        return Limit(requirement, measure, lambda view: per_core * (at(slot.cores, view) or 1), each)
     if metric.kind == "load" and quantity.dimension == DIMENSIONLESS:
         bus, share = space.buses[metric.index or 0], quantity.value / 8
-        return Limit(requirement, measure, lambda view: share * (at(bus.bandwidth_bps, view) or 0))
+        return Limit(requirement, measure, lambda view: share * (at(bus.bandwidth_bps, view) or 8))
     dimension = metric_dimension(space, metric)
     bound = quantity.value * (display_unit(dimension)[1] if dimension is not None else 1)
     return Limit(requirement, measure, lambda view: bound)
+
+
+def excess(space: Space, limit: Limit) -> Measure:
+    """How far a design is beyond a limit: positive when broken, in the measure's unit; the per-thread limit is left out.
+
+    The sign is such that less is better for ``<=`` and ``<`` as well as for ``>=`` and ``>``.
+    """
+    sign = 1 if limit.requirement.operator in ("<=", "<", "==") else -1
+    measure = limit.measure
+    bounds = {limit_case.value for limit_case in tabulate(space, limit.bound, MANY_CASES) or []}
+    scale = lcm(measure.scale, *(bound.denominator for bound in bounds))
+    terms = [Term(term.label, lambda view, term=term: sign * term.value(view)) for term in measure.terms]  # type: ignore[misc]
+    terms.append(Term("limit", lambda view: -sign * limit.bound(view)))
+    too_fine = measure.rounded or scale > SCALE_LIMIT
+    return Measure(measure.metric, measure.unit, tuple(terms), min(scale, SCALE_LIMIT), rounded=too_fine)
 
 
 def thread_loads(terms: tuple[Term, ...]) -> dict[str, list[Term]]:

@@ -15,7 +15,8 @@ from dse.analysis.binding import bus_stack, message_bytes
 from dse.analysis.latency import step_rows
 from dse.analysis.rates import RateKey, rate_hz, source_rates_hz
 from dse.analysis.views import View
-from dse.space.questions import metric_dimension
+from dse.space.metrics import metric_dimension, total_unit
+from dse.space.slots import carriers
 from dse.space.trees import Tree, at, leaves
 from dse.space.types import Connection, Derived, Figures, Flow, Metric, Slot, Space, Step
 from dse.units import DATA, DATA_RATE, DIMENSIONLESS, FREQUENCY, LENGTH, MONEY, POWER, TIME, Dimension
@@ -169,10 +170,7 @@ def load_terms(space: Space, bus: int) -> tuple[Term, ...]:
 
 def reachable_buses(space: Space, connection: Connection) -> frozenset[int]:
     """Every bus that may carry the connection, directly or under a virtual bus."""
-    found = {leaf for leaf in leaves(connection.bus) if leaf is not None}
-    while more := {leaf for bus in found for leaf in leaves(space.buses[bus].carrier) if leaf is not None} - found:
-        found |= more
-    return frozenset(found)
+    return carriers(space.buses, connection)
 
 
 def _load_term(space: Space, bus: int, number: int, connection: Connection) -> Term:
@@ -242,7 +240,7 @@ def _figure_term(label: str, tree: Tree) -> Term:
 def _derived(space: Space, metric: Metric, derived: Derived) -> Measure:
     """A sum of metrics, each times an exact constant."""
     dimension = metric_dimension(space, metric)
-    unit, factor = display_unit(dimension) if dimension is not None else (space.totals[derived.terms[0][1].key], Fraction(1))
+    unit, factor = display_unit(dimension) if dimension is not None else (total_unit(space, metric), Fraction(1))
     terms: list[Term] = []
     scale = 1
     for coefficient, inner_metric in derived.terms:

@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 import networkx
 
-from dse.space.figures import Ledger
+from dse.space.figures import Ledger, closest
 from dse.space.trees import leaves
 from dse.space.types import Component, Connection, Space
 from dse.spec.model import Spec
+from dse.units import shown
+
+EVENT_PROTOCOLS = ("aperiodic", "sporadic")
 
 
 def with_triggers(
@@ -24,19 +27,31 @@ def with_triggers(
         triggers = tuple(n for n in incoming if connections[n].port != "data")
         stated = spec.threads[component.name].dispatch_trigger if component.section == "threads" else None
         if stated is not None:
-            path = ("threads", component.name, "dispatch_trigger")
             own = [connections[n].name for n in incoming]
-            for name in stated:
-                if name not in own:
-                    ledger.unknown(path, f"connection to {component.name!r}", name, own)
+            _check_triggers(ledger, component, stated, own, names)
             triggers = tuple(names[name] for name in stated if name in own)
         result.append(replace(component, incoming=incoming, triggers=triggers))
     return tuple(result)
 
 
+def _check_triggers(
+    ledger: Ledger, component: Component, stated: Sequence[str], own: Sequence[str], names: Mapping[str, int]
+) -> None:
+    """Every stated trigger is an incoming connection."""
+    for position, name in enumerate(stated):
+        if name in own:
+            continue
+        path = ("threads", component.name, "dispatch_trigger", position)
+        if name not in names:
+            ledger.unknown(path, "connection", name, own or names)
+        elif not ledger.is_doubtful(f"{name}.to", name, component.name):
+            ledger.error(path, f"connection {shown(name)} does not lead to {shown(component.name)}", closest(name, own))
+        ledger.doubt(f"{component.name}.dispatch_trigger")
+
+
 def may_be_event_triggered(component: Component) -> bool:
     """Whether some option makes the component aperiodic, sporadic, or leaves it without a period."""
-    return any(leaf in ("aperiodic", "sporadic") for leaf in leaves(component.protocol)) or (
+    return any(leaf in EVENT_PROTOCOLS for leaf in leaves(component.protocol)) or (
         any(leaf is None for leaf in leaves(component.protocol))
         and any(leaf is None for leaf in leaves(component.period_ns))
     )
@@ -46,7 +61,7 @@ def must_be_event_triggered(component: Component) -> bool:
     """Whether every option does."""
     protocols = set(leaves(component.protocol))
     periods = set(leaves(component.period_ns))
-    return protocols <= {"aperiodic", "sporadic"} or (protocols <= {None, "aperiodic", "sporadic"} and periods == {None})
+    return protocols <= set(EVENT_PROTOCOLS) or (protocols <= {None, *EVENT_PROTOCOLS} and periods == {None})
 
 
 def trigger_graph(space: Space) -> networkx.MultiDiGraph[int]:
@@ -64,26 +79,47 @@ def trigger_graph(space: Space) -> networkx.MultiDiGraph[int]:
 
 def check_activation(ledger: Ledger, space: Space) -> None:
     """Report cycles of event-triggered components, and rates that are needed but come from nowhere."""
+    needed = _needed_rates(space)
+    _check_cycles(ledger, space)
+    _check_sources(ledger, space, needed)
+    for connection in space.connections:
+        _check_delivery(ledger, space, connection, needed)
+
+
+def _check_cycles(ledger: Ledger, space: Space) -> None:
+    """A circle of components that are event-triggered whatever is chosen has no rate in any design."""
     always = [number for number, item in enumerate(space.components) if must_be_event_triggered(item)]
-    for members in networkx.strongly_connected_components(trigger_graph(space).subgraph(always)):
+    graph = trigger_graph(space).subgraph(always)
+    for members in networkx.strongly_connected_components(graph):
         first = min(members)
-        if len(members) > 1 or trigger_graph(space).has_edge(first, first):
-            names = " -> ".join(space.components[number].name for number in sorted(members))
-            component = space.components[first]
-            ledger.error(
-                (component.section, component.name),
-                f"event-triggered cycle without a periodic source: {names} -> {component.name}",
-                "make one of them periodic",
-            )
-    for number in sorted(_needed_rates(space)):
+        if len(members) == 1 and not graph.has_edge(first, first):
+            continue
+        circle = [space.components[edge[0]] for edge in networkx.find_cycle(graph.subgraph(members), first)]
+        if ledger.is_doubtful(*(item.name for item in circle)):
+            continue
+        names = " -> ".join(item.name for item in [*circle, circle[0]])
+        message = f"event-triggered cycle without a periodic source: {names}"
+        ledger.error((circle[0].section, circle[0].name), message, "make one of them periodic")
+
+
+def _check_sources(ledger: Ledger, space: Space, needed: set[int]) -> None:
+    """A component whose rate matters has a period, or something that triggers it."""
+    misdirected = any(ledger.is_doubtful(f"{connection.name}.to") for connection in space.connections)
+    for number in sorted(needed):
         component = space.components[number]
-        if may_be_event_triggered(component) and not component.triggers:
-            ledger.error(
-                (component.section, component.name),
-                "its rate is needed, but it has no period and nothing triggers it",
-                "give it a `period`, or its connections a `rate`",
-            )
-    _check_trigger_rates(ledger, space)
+        name = component.name
+        if component.triggers or not may_be_event_triggered(component):
+            continue
+        if misdirected or ledger.is_doubtful(name, f"{name}.dispatch_trigger", f"{name}.period"):
+            continue
+        silent = [space.connections[wire].name for wire in component.incoming]
+        hint = f"{silent[0]} leads to a `data` port, which triggers nothing" if silent else ""
+        if any(leaf in EVENT_PROTOCOLS for leaf in leaves(component.protocol)):
+            path = (component.section, name, "dispatch_protocol")
+            ledger.error(path, "event-triggered, but no connection triggers it, and its rate is needed", hint)
+        else:
+            message = "its rate is needed, but it has no `period` and no connection triggers it"
+            ledger.error((component.section, name), message, hint or "give it a `period`, or its connections a `rate`")
 
 
 def _needed_rates(space: Space) -> set[int]:
@@ -112,24 +148,33 @@ def _needed_rates(space: Space) -> set[int]:
     return needed
 
 
-def _check_trigger_rates(ledger: Ledger, space: Space) -> None:
-    """A connection from the boundary, or with a data rate, must tell how often it delivers when it triggers something."""
-    needed = _needed_rates(space)
-    for number in sorted(needed):
-        component = space.components[number]
-        if not (may_be_event_triggered(component) or "hybrid" in set(leaves(component.protocol))):
-            continue
-        for trigger in component.triggers:
-            connection = space.connections[trigger]
-            path = ("connections", connection.name)
-            if connection.data_rate is not None and any(not size for size in leaves(connection.size_bytes)):
-                ledger.error(path, f"it triggers {component.name!r}: its `data_rate` needs a `data_size` to tell the rate")
-            elif connection.source is None and connection.rate_hz is None and connection.data_rate is None:
-                ledger.error(path, f"it triggers {component.name!r} from the system boundary: give it a `rate`")
-    for connection in space.connections:
-        unknown = connection.source is None and connection.rate_hz is None and connection.data_rate is None
-        if unknown and connection.bus is not None and not _only_in_flows(space, connection):
-            ledger.error(("connections", connection.name), "its load needs a `rate` or `data_rate`")
+def _check_delivery(ledger: Ledger, space: Space, connection: Connection, needed: set[int]) -> None:
+    """A connection whose rate matters must tell it where no sender does: from the boundary, or with a data rate."""
+    path, name = ("connections", connection.name), connection.name
+    target = _triggered(space, connection) if connection.target in needed else None
+    if connection.data_rate is not None:
+        if target is not None and any(not size for size in leaves(connection.size_bytes)):
+            message = f"it triggers {shown(target.name)}: its `data_rate` needs a `data_size` to tell the rate"
+            ledger.error(path, message)
+            ledger.doubt(f"{name}.data_size")
+        return
+    if connection.source is not None or connection.rate_hz is not None or ledger.is_doubtful(name, f"{name}.from"):
+        return
+    loads = connection.bus is not None and not _only_in_flows(space, connection)
+    if target is not None and not ledger.is_doubtful(target.name):
+        ledger.error(path, f"it triggers {shown(target.name)} from the system boundary: give it a `rate`")
+    elif loads:
+        ledger.error(path, "it comes from the system boundary: its load needs a `rate` or `data_rate`")
+
+
+def _triggered(space: Space, connection: Connection) -> Component | None:
+    """The component that works at the rate of the connection, in some design; None when there is none."""
+    if connection.target is None:
+        return None
+    target = space.components[connection.target]
+    listens = may_be_event_triggered(target) or "hybrid" in set(leaves(target.protocol))
+    is_trigger = any(space.connections[number] is connection for number in target.triggers)
+    return target if listens and is_trigger else None
 
 
 def _only_in_flows(space: Space, connection: Connection) -> bool:

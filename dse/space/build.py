@@ -2,19 +2,28 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Iterable
 from typing import Any
 
 from dse.errors import ProblemError
 from dse.space.activation import check_activation, with_triggers
-from dse.space.components import build_component, build_connection, check_machines
-from dse.space.figures import Ledger, Path
-from dse.space.flows import build_flows
+from dse.space.components import (
+    build_component,
+    build_connection,
+    check_machines,
+    check_processes,
+    check_processor_types,
+)
+from dse.space.figures import Ledger, Path, closest
+from dse.space.flows import build_flows, check_flow_sizes
+from dse.space.metrics import RESERVED
 from dse.space.questions import with_questions
-from dse.space.slots import build_buses, build_processor
+from dse.space.slots import build_buses, build_processor, check_bus_types
 from dse.space.types import Space
 from dse.spec.load import LoadedSpec
 from dse.spec.model import Spec
+from dse.units import shown
 
 
 def build_space(loaded: LoadedSpec) -> Space:
@@ -28,11 +37,16 @@ def build_space(loaded: LoadedSpec) -> Space:
     spec, ledger = loaded.spec, Ledger(loaded)
     _check_names(spec, ledger)
     _check_totals(spec, ledger)
+    check_bus_types(ledger, spec)
+    check_processor_types(ledger, spec)
     processors = tuple(build_processor(ledger, spec, name) for name in spec.processors)
     buses = build_buses(ledger, spec)
-    components = tuple(build_component(ledger, spec, processors, section, name) for section, name in _component_names(spec))
+    components = tuple(
+        build_component(ledger, spec, processors, section, name) for section, name in _component_names(spec)
+    )
     connections = tuple(build_connection(ledger, spec, buses, components, name) for name in spec.connections)
     check_machines(ledger, processors, buses, components, connections)
+    check_processes(ledger, processors, components)
     components = with_triggers(ledger, spec, components, connections)
     flows = build_flows(ledger, spec, components, connections)
     space = Space(
@@ -56,9 +70,10 @@ def build_space(loaded: LoadedSpec) -> Space:
         assumptions=spec.assumptions,
     )
     check_activation(ledger, space)
+    check_flow_sizes(ledger, space)
     space = with_questions(ledger, space, spec)
     if ledger.diagnostics:
-        raise ProblemError(sorted(ledger.diagnostics, key=lambda item: (item.file, item.line, item.column)))
+        raise ProblemError(ledger.sorted_diagnostics())
     return space
 
 
@@ -74,7 +89,9 @@ def _check_names(spec: Spec, ledger: Ledger) -> None:
         for section in group:
             for name in getattr(spec, section):
                 if name in first:
-                    ledger.error((section, name), f"the name {name!r} is already taken in {first[name]}")
+                    message = f"the name {shown(name)} is already taken in {first[name]}"
+                    ledger.error((section, name), message, at_key=True)
+                    ledger.doubt(name)
                 first.setdefault(name, section)
 
 
@@ -85,24 +102,28 @@ def _priced(spec: Spec) -> Iterable[tuple[Path, Any]]:
 
 
 def _check_totals(spec: Spec, ledger: Ledger) -> None:
+    for name in spec.totals:
+        if name in RESERVED:
+            ledger.error(("totals", name), f"{shown(name)} is a metric already: choose another name", at_key=True)
     for path, model in _priced(spec):
         for key, given in model.totals.items():
             if key not in spec.totals:
-                ledger.unknown((*path, "totals", key), "total", key, spec.totals)
+                hint = closest(key, spec.totals) or f"declare its unit at the top: totals: {{{key}: UNIT}}"
+                ledger.error((*path, "totals", key), f"unknown total {shown(key)}", hint, at_key=True)
                 continue
             for total in given:
                 if total.unit != spec.totals[key]:
-                    ledger.error((*path, "totals", key), f"expected a figure in {spec.totals[key]}, got {total.unit!r}")
+                    message = f"expected a figure in {spec.totals[key]}, got {shown(total.unit)}"
+                    ledger.error((*path, "totals", key), message)
 
 
 def _currency(spec: Spec, ledger: Ledger) -> str:
-    found: dict[str, Path] = {}
-    for path, model in _priced(spec):
-        for money in model.price or ():
-            found.setdefault(money.currency, (*path, "price"))
-    names = list(found)
-    for other in names[1:]:
-        ledger.error(found[other], f"price in {other}, but other prices are in {names[0]}", "use one currency")
-    return names[0] if names else "EUR"
-
-
+    """The currency of the problem: that of most prices; the others are mistakes."""
+    places = [(money.currency, path) for path, model in _priced(spec) for money in model.price or ()]
+    if not places:
+        return "EUR"
+    currency: str = Counter(found for found, _ in places).most_common(1)[0][0]
+    for found, path in places:
+        if found != currency:
+            ledger.error((*path, "price"), f"price in {found}, but most prices are in {currency}", "use one currency")
+    return currency

@@ -7,11 +7,11 @@ from dataclasses import replace
 from typing import Any
 
 from dse.space.figures import FieldReader, Ledger, Owner, Path, by_machine, closest
-from dse.space.slots import decision_of, known_types, read_figures, read_named
+from dse.space.slots import carriers, decision_of, known_types, read_figures, read_named
 from dse.space.trees import Choice, PerProcessorType, Tree, graft, leaves
-from dse.space.types import EMPTY, Bus, Component, Connection, Processor
+from dse.space.types import EMPTY, UNKNOWN_TYPE, Bus, Component, Connection, Processor
 from dse.spec.model import Spec
-from dse.units import format_data_rate, format_duration, format_rate, format_size, format_time_range
+from dse.units import format_data_rate, format_duration, format_rate, format_size, format_time_range, shown
 
 PERIODIC_PROTOCOLS = ("periodic", "sporadic", "hybrid")
 
@@ -34,6 +34,7 @@ def _typed_owner(ledger: Ledger, spec: Spec, section: str, name: str) -> Owner:
 
 
 def build_component(ledger: Ledger, spec: Spec, processors: Sequence[Processor], section: Any, name: str) -> Component:
+    """The thread or device called `name`; what triggers it is added when the connections are known."""
     given, path = getattr(spec, section)[name], (section, name)
     owner = _typed_owner(ledger, spec, section, name)
     processor: Tree = None
@@ -42,12 +43,13 @@ def build_component(ledger: Ledger, spec: Spec, processors: Sequence[Processor],
         index = {slot.name: number for number, slot in enumerate(processors)}
         if given.processor:
             processor = read_named(ledger, name, "processor", (*path, "processor"), given.processor, index)
-        process = FieldReader(ledger, _without_types(owner), "process", "process", str).read(lambda model: model.process)
-    _check_processor_types(ledger, spec, owner)
-    machine = by_machine(ledger, processors, processor)
+        reader = FieldReader(ledger, _without_types(owner), "process", "process", str)
+        process = reader.read(lambda model: model.process)
+    machine = by_machine(ledger, processors, name, processor)
+    machines = frozenset(item for leaf in leaves(processor) if leaf is not None for item in processors[leaf].types)
 
     def read(field_name: str, kind: str, write: Callable[[Any], str]) -> Tree:
-        reader = FieldReader(ledger, owner, field_name, kind, write, machine)
+        reader = FieldReader(ledger, owner, field_name, kind, write, machine, machines)
         return reader.read(lambda model: getattr(model, field_name, None))
 
     protocol = read("dispatch_protocol", "protocol", str)
@@ -78,21 +80,30 @@ def _without_types(owner: Owner) -> Owner:
     return Owner(owner.name, owner.path, owner.own)
 
 
-def _check_processor_types(ledger: Ledger, spec: Spec, owner: Owner) -> None:
-    places = [(owner.path, owner.own)] + [((*owner.type_path, name), model) for name, model in owner.types]
-    for path, model in places:
-        for field_name in ("compute_execution_time", "callback_execution_time", "response_time"):
-            given = getattr(model, field_name, None)
-            for key in given if isinstance(given, Mapping) else ():
-                if key not in spec.processor_types:
-                    ledger.unknown((*path, field_name, key), "processor type", key, spec.processor_types)
+def check_processor_types(ledger: Ledger, spec: Spec) -> None:
+    """Figures per processor type name known processor types, in every component and every type that one has."""
+    for section in ("device_types", "thread_types", "devices", "threads"):
+        users = getattr(spec, section.replace("_type", "")).values()
+        used = {name for user in users for name in user.type or ()}
+        for name, model in getattr(spec, section).items():
+            if section.endswith("_types") and name not in used:
+                continue
+            for field_name in ("compute_execution_time", "callback_execution_time", "response_time"):
+                given = getattr(model, field_name, None)
+                for key in given if isinstance(given, Mapping) else ():
+                    if key not in spec.processor_types:
+                        path = (section, name, field_name, key)
+                        ledger.unknown(path, "processor type", key, spec.processor_types, at_key=True)
 
 
 def _period_in_use(ledger: Ledger, path: Path, name: str, protocol: Tree, period: Tree) -> Tree:
     """The period as far as the protocol has one; a protocol that needs a period must find one."""
-    for leaf in leaves(protocol):
-        if leaf in PERIODIC_PROTOCOLS and any(value is None for value in leaves(period)):
-            ledger.error((*path, "dispatch_protocol"), f"{leaf} needs a `period`")
+    together = graft(protocol, lambda chosen: graft(period, lambda value: (chosen, value)))
+    for leaf, value in leaves(together):
+        if leaf in PERIODIC_PROTOCOLS and value is None:
+            if not ledger.is_doubtful(name):
+                ledger.error((*path, "dispatch_protocol"), f"{leaf} needs a `period`")
+            ledger.doubt(f"{name}.period")
             break
     tree = graft(protocol, lambda item: None if item == "aperiodic" else period)
     decision = decision_of(ledger, f"{name}.period")
@@ -106,25 +117,18 @@ def _period_in_use(ledger: Ledger, path: Path, name: str, protocol: Tree, period
 def build_connection(
     ledger: Ledger, spec: Spec, buses: Sequence[Bus], components: Sequence[Component], name: str
 ) -> Connection:
+    """The connection called `name`."""
     given, path = spec.connections[name], ("connections", name)
-    index = {item.name: number for number, item in enumerate(components)}
-    ends: list[int | None] = []
-    for key, end in (("from", given.from_), ("to", given.to)):
-        if end is not None and end not in index:
-            ledger.unknown((*path, key), "thread or device", end, index)
-        ends.append(index.get(end) if end is not None else None)
-    if given.from_ is None and given.to is None:
-        ledger.error(path, "a connection needs `from` or `to`")
+    ends = _ends(ledger, spec, components, name)
     if given.rate is not None and given.data_rate is not None:
         ledger.error((*path, "data_rate"), "give `rate` or `data_rate`, not both")
-    bus_index = {bus.name: number for number, bus in enumerate(buses)}
     owner = Owner(name, path, given)
 
     def read(field_name: str, kind: str, write: Callable[[Any], str]) -> Tree:
         return FieldReader(ledger, owner, field_name, kind, write).read(lambda model: getattr(model, field_name))
 
     size = read("data_size", "data size", format_size)
-    bus = _connection_bus(ledger, spec, name, bus_index)
+    bus = _connection_bus(ledger, spec, name, {item.name: number for number, item in enumerate(buses)})
     if bus is not None and given.data_size is None and given.data_rate is None:
         ledger.error(path, "a connection over a bus needs `data_size` or `data_rate`")
     bus = _unless_local(bus, [components[end].process if end is not None else None for end in ends])
@@ -146,13 +150,29 @@ def build_connection(
     )
 
 
+def _ends(ledger: Ledger, spec: Spec, components: Sequence[Component], name: str) -> tuple[int | None, int | None]:
+    """Sender and receiver, None at the system boundary; an unknown one leaves that end in doubt."""
+    given, index = spec.connections[name], {item.name: number for number, item in enumerate(components)}
+    if given.from_ is None and given.to is None:
+        ledger.error(("connections", name), "a connection needs `from` or `to`")
+        ledger.doubt(f"{name}.from", f"{name}.to")
+    for key, end in (("from", given.from_), ("to", given.to)):
+        if end is not None and end not in index:
+            ledger.unknown(("connections", name, key), "thread or device", end, index)
+            ledger.doubt(f"{name}.{key}")
+    source, target = (index.get(end) if end is not None else None for end in (given.from_, given.to))
+    return source, target
+
+
 def _connection_bus(ledger: Ledger, spec: Spec, name: str, index: Mapping[str, int]) -> Tree:
     given, path = spec.connections[name].bus, ("connections", name, "bus")
     if not given:
         return None
     for bus in given:
         if bus not in index and bus in spec.bus_types:
-            ledger.error(path, f"{bus!r} is a type of physical bus: name a slot under `buses`", closest(bus, index))
+            message = f"{shown(bus)} is a type of physical bus: name a slot under `buses`"
+            ledger.error((*path, given.index(bus)), message, closest(bus, index))
+            ledger.doubt(f"{name}.bus")
             return None
     return read_named(ledger, name, "bus", path, given, index)
 
@@ -175,16 +195,25 @@ def check_machines(
     """Every virtual bus with figures per processor type finds a figure on every machine that may run it."""
     for connection in connections:
         machines = machine_tree(components, connection)
-        stack = {leaf for leaf in leaves(connection.bus) if leaf is not None}
-        while more := {leaf for item in stack for leaf in leaves(buses[item].carrier) if leaf is not None} - stack:
-            stack |= more
-        for bus in (buses[item] for item in sorted(stack)):
+        for bus in (buses[item] for item in sorted(carriers(buses, connection))):
             tables = [
                 leaf for tree in (bus.fixed_ns, bus.latency_ns) for leaf in leaves(tree)
                 if isinstance(leaf, PerProcessorType)
             ]  # fmt: skip
             for table in tables:
-                _check_machine(ledger, processors, connection, bus, table, machines)
+                if set(leaves(machines)) - {None}:
+                    _check_machine(ledger, processors, connection, bus, table, machines)
+                elif not _runs_in_doubt(ledger, components, connection):
+                    path = ("connections", connection.name, "bus")
+                    message = f"{shown(bus.name)} has figures per processor type, but neither end runs on a processor"
+                    ledger.error(path, message)
+
+
+def _runs_in_doubt(ledger: Ledger, components: Sequence[Component], connection: Connection) -> bool:
+    """Whether a mistake hides which processor runs either end."""
+    ends = [components[end].name for end in (connection.source, connection.target) if end is not None]
+    fields = [f"{connection.name}.from", f"{connection.name}.to", *(f"{end}.processor" for end in ends)]
+    return ledger.is_doubtful(*ends, *fields)
 
 
 def _check_machine(
@@ -196,14 +225,30 @@ def _check_machine(
     machines: Tree,
 ) -> None:
     path = ("connections", connection.name, "bus")
-    for leaf in set(leaves(machines)):
-        if leaf is None:
-            ledger.error(path, f"{bus.name!r} has figures per processor type, but neither end runs on a processor")
-            continue
+    for leaf in sorted(set(leaves(machines)) - {None}):
         slot = processors[leaf]
         for name in slot.types:
-            if name != EMPTY and name not in table.by_type:
-                ledger.error(path, f"{bus.name!r} has no figure for processor type {name!r}, which {slot.name!r} may have")
+            if name not in (EMPTY, UNKNOWN_TYPE) and name not in table.by_type:
+                what = f"{shown(bus.name)} has no figure for processor type {shown(name)}"
+                ledger.error(path, f"{what}, which {shown(slot.name)} may have")
+
+
+def check_processes(ledger: Ledger, processors: Sequence[Processor], components: Sequence[Component]) -> None:
+    """Threads of one process must have a processor in common; where it is a decision, the search sees to it."""
+    first: dict[str, Component] = {}
+    for component in components:
+        if not isinstance(component.process, str) or component.processor is None:
+            continue
+        other = first.setdefault(component.process, component)
+        if set(leaves(component.processor)).isdisjoint(leaves(other.processor)):
+            if ledger.is_doubtful(*(f"{item.name}.processor" for item in (component, other))):
+                continue
+            here, there = (
+                " or ".join(processors[leaf].name for leaf in leaves(item.processor)) for item in (component, other)
+            )
+            process = shown(component.process)
+            message = f"runs on {here}, but {shown(other.name)} of the same process {process} on {there}"
+            ledger.error((component.section, component.name, "processor"), message)
 
 
 def machine_tree(components: Sequence[Component], connection: Connection) -> Tree:
@@ -211,5 +256,3 @@ def machine_tree(components: Sequence[Component], connection: Connection) -> Tre
     source = components[connection.source].processor if connection.source is not None else None
     target = components[connection.target].processor if connection.target is not None else None
     return source if source is not None else target
-
-

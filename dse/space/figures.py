@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from difflib import get_close_matches
@@ -9,12 +10,18 @@ from typing import Any, TypeAlias
 
 from dse.errors import Diagnostic
 from dse.space.trees import NOT_OFFERED, Choice, PerProcessorType, Tree, graft
-from dse.space.types import EMPTY, Decision, Processor, Reference
+from dse.space.types import EMPTY, UNKNOWN_TYPE, Decision, Processor, Reference
 from dse.spec.load import LoadedSpec
+from dse.units import shown
 
 Path: TypeAlias = tuple[str | int, ...]
 Alternatives: TypeAlias = tuple[Any, ...]
 ByProcessorType: TypeAlias = Mapping[str, Alternatives]
+
+NAMED = (
+    "processor_types", "bus_types", "device_types", "thread_types", "processors", "buses", "devices", "threads",
+    "connections", "flows", "baseline",
+)  # fmt: skip
 
 
 @dataclass
@@ -37,21 +44,61 @@ class Ledger:
     decisions: list[Decision] = field(default_factory=list)
     references: dict[str, Reference] = field(default_factory=dict)
     diagnostics: list[Diagnostic] = field(default_factory=list)
+    _doubtful: set[str] = field(default_factory=set)
+    _doubtful_words: set[str] = field(default_factory=set)
+    _doubtful_metrics: set[str] = field(default_factory=set)
 
-    def error(self, path: Path, message: str, hint: str = "") -> None:
-        """Note a mistake at `path` of the problem file."""
-        self.diagnostics.append(self.loaded.diagnostic(path, message, hint))
+    def error(self, path: Path, message: str, hint: str = "", *, at_key: bool = False) -> None:
+        """Note a mistake at `path` of the problem file; one about a whole entry points at its name."""
+        depth = max(len(source.node.known(path)) for source in self.loaded.sources)
+        at_key = at_key or (depth == 2 and path[0] in NAMED)
+        found = self.loaded.diagnostic(path, message, hint, at_key=at_key)
+        if found not in self.diagnostics:
+            self.diagnostics.append(found)
+
+    def sorted_diagnostics(self) -> list[Diagnostic]:
+        """Every mistake noted, by file in the order of inclusion, line and column."""
+        order = {source.file: number for number, source in enumerate(self.loaded.sources)}
+        return sorted(self.diagnostics, key=lambda item: (order[item.file], item.line, item.column))
+
+    def doubt(self, *names: str) -> None:
+        """Remember what a mistake leaves open, so that nothing is reported that merely follows from it.
+
+        Names are those of components and slots (nothing about them is sure), or ``COMPONENT.FIELD``.
+        """
+        self._doubtful.update(names)
+
+    def doubt_types(self, names: Iterable[str]) -> None:
+        """Remember that some type is misnamed: any of these may have been meant."""
+        self._doubtful_words.update(names)
+
+    def doubt_metric(self, name: str) -> None:
+        """Remember that a derived metric could not be read."""
+        self._doubtful_metrics.add(name)
+
+    def is_doubtful(self, *names: str) -> bool:
+        """Whether any of the names is open because of a mistake that is noted already."""
+        return not self._doubtful.isdisjoint(names)
+
+    def mentions_doubt(self, path: Path, text: str) -> bool:
+        """Whether an expression at `path` names something that a mistake leaves open."""
+        words = self._doubtful_metrics
+        if path[0] == "rules":
+            words = self._doubtful | self._doubtful_words
+        return any(re.search(rf"(?<!\w){re.escape(word)}(?!\w)", text) for word in words)
 
     def origin(self, path: Path) -> str:
         """Where `path` stands in the problem file, as ``file:line``."""
         place = self.loaded.diagnostic(path, "")
         return f"{place.file}:{place.line}"
 
-    def unknown(self, path: Path, what: str, name: str, known: Iterable[str]) -> None:
+    def unknown(self, path: Path, what: str, name: str, known: Iterable[str], *, at_key: bool = False) -> None:
         """Note a name that is not known, with the closest one that is."""
-        self.error(path, f"unknown {what} {name!r}", closest(name, known))
+        self.error(path, f"unknown {what} {shown(name)}", closest(name, known), at_key=at_key)
 
-    def decide(self, component: str, field_name: str, kind: str, values: Alternatives, write: Callable[[Any], str]) -> int:
+    def decide(
+        self, component: str, field_name: str, kind: str, values: Alternatives, write: Callable[[Any], str]
+    ) -> int:
         """Add a decision and return its index; the caller sets its home when the tree is known."""
         options = tuple(write(value) for value in values)
         name = f"{component}.{field_name}"
@@ -93,7 +140,10 @@ def _tuples(given: Alternatives | ByProcessorType | None) -> list[Alternatives]:
 
 @dataclass(frozen=True)
 class FieldReader:
-    """Reads one field of one owner into a tree; `by_type` turns per-processor-type figures into a subtree."""
+    """Reads one field of one owner into a tree; `by_type` turns per-processor-type figures into a subtree.
+
+    Only figures of the processor types in `machines` are read, where that is given: the others can never matter.
+    """
 
     ledger: Ledger
     owner: Owner
@@ -101,12 +151,14 @@ class FieldReader:
     kind: str
     write: Callable[[Any], str]
     by_type: Callable[[Mapping[str, Tree], Path], Tree] | None = None
+    machines: frozenset[str] | None = None
 
     def read(self, given_by: Callable[[Any], Alternatives | ByProcessorType | None]) -> Tree:
         """The tree of the field; alternatives anywhere in it become one decision of the owner."""
         owner = self.owner
         own = given_by(owner.own) if owner.own is not None else None
         given = [own] if own is not None or not owner.types else [given_by(model) for _, model in owner.types]
+        given = [self._reachable(item) for item in given]
         union = tuple(dict.fromkeys(value for item in given for options in _tuples(item) for value in options))
         is_decision = any(len(options) > 1 for item in given for options in _tuples(item))
         decision = (
@@ -123,6 +175,11 @@ class FieldReader:
         texts = {value: self.write(value) for value in union}
         self.ledger.refer(f"{owner.name}.{self.field_name}", self.kind, tree, texts)
         return tree
+
+    def _reachable(self, given: Any) -> Any:
+        if self.machines is None or not isinstance(given, Mapping):
+            return given
+        return {name: options for name, options in given.items() if name in self.machines}
 
     def _tree(self, given: Any, path: Path, union: Alternatives, decision: int | None) -> Tree:
         if given is None:
@@ -150,9 +207,9 @@ class FieldReader:
 
 
 def by_machine(
-    ledger: Ledger, processors: Sequence[Processor], processor: Tree
+    ledger: Ledger, processors: Sequence[Processor], name: str, processor: Tree
 ) -> Callable[[Mapping[str, Tree], Path], Tree]:
-    """Figures per processor type for a thread that runs on `processor` (a tree of processor indices or None)."""
+    """Figures per processor type for thread `name`, which runs on `processor`: a tree of processor indices, or None."""
 
     def make(subtrees: Mapping[str, Tree], path: Path) -> Tree:
         missing: dict[str, str] = {}
@@ -161,17 +218,17 @@ def by_machine(
             if index is None:
                 return None
             slot = processors[index]
-            for name in slot.types:
-                if name != EMPTY and name not in subtrees:
-                    missing.setdefault(name, slot.name)
-            figures = [NOT_OFFERED if name == EMPTY else subtrees.get(name) for name in slot.types]
+            for type_name in slot.types:
+                if type_name not in (EMPTY, UNKNOWN_TYPE) and type_name not in subtrees:
+                    missing.setdefault(type_name, slot.name)
+            figures = [NOT_OFFERED if item == EMPTY else subtrees.get(item) for item in slot.types]
             return type_choice(slot.type_decision, figures)
 
         tree = graft(processor, on)
-        if processor is None:
+        if processor is None and not ledger.is_doubtful(name, f"{name}.processor"):
             ledger.error(path, "figures per processor type need a `processor`")
-        for name, slot_name in missing.items():
-            ledger.error(path, f"no figure for processor type {name!r}, which {slot_name!r} may have")
+        for type_name, slot_name in missing.items():
+            ledger.error(path, f"no figure for processor type {shown(type_name)}, which {shown(slot_name)} may have")
         return tree
 
     return make

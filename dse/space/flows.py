@@ -3,90 +3,139 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass, field
 
 from dse.space.figures import Ledger, Path
-from dse.space.types import Component, Connection, Flow, Step
+from dse.space.slots import carriers
+from dse.space.trees import PerProcessorType, Tree, leaves
+from dse.space.types import Component, Connection, Flow, Space, Step
 from dse.spec.model import Spec
+from dse.units import shown
 
 
 def build_flows(
     ledger: Ledger, spec: Spec, components: Sequence[Component], connections: Sequence[Connection]
 ) -> tuple[Flow, ...]:
     """Every flow of the problem, connected."""
-    by_name = {item.name: number for number, item in enumerate(components)}
-    wires = {item.name: number for number, item in enumerate(connections)}
     result = []
     for name, given in spec.flows.items():
-        path: Path = ("flows", name, "path")
-        unknown = [element for element in given.path if element not in by_name and element not in wires]
-        for element in unknown:
-            where = (*path, given.path.index(element))
-            ledger.unknown(where, "component or connection", element, [*by_name, *wires])
-        steps = () if unknown else _steps(ledger, path, given.path, by_name, wires, components, connections)
+        steps = _Tracer(ledger, ("flows", name, "path"), components, connections).trace(given.path)
         required = (given.latency.min_ns, given.latency.max_ns) if given.latency else None
         result.append(Flow(name, steps, required))
     return tuple(result)
 
 
-def _steps(
-    ledger: Ledger,
-    path: Path,
-    elements: Sequence[str],
-    by_name: dict[str, int],
-    wires: dict[str, int],
-    components: Sequence[Component],
-    connections: Sequence[Connection],
-) -> tuple[Step, ...]:
-    steps: list[Step] = []
+@dataclass
+class _Tracer:
+    """Follows one path; after a mistake it goes on behind it, so that every mistake of a path is reported."""
+
+    ledger: Ledger
+    path: Path
+    components: Sequence[Component]
+    connections: Sequence[Connection]
+    steps: list[Step] = field(default_factory=list)
     previous: int | None = None
     wire: int | None = None
-    for position, element in enumerate(elements):
-        where = (*path, position)
-        if element in by_name:
-            here = by_name[element]
-            if wire is None and previous is not None:
-                wire = _only_connection(ledger, where, previous, here, components, connections)
-                if wire is None:
-                    return ()
-                steps.append(Step("connection", wire))
-            if wire is not None and connections[wire].target != here:
-                ledger.error(where, f"connection {connections[wire].name!r} does not lead to {element!r}")
-                return ()
-            steps.append(Step("component", here, wire, previous))
-            previous, wire = here, None
+    is_broken: bool = False
+
+    def trace(self, elements: Sequence[str]) -> tuple[Step, ...]:
+        """The steps of the path; none when it has a mistake."""
+        by_name = {item.name: number for number, item in enumerate(self.components)}
+        wires = {item.name: number for number, item in enumerate(self.connections)}
+        for position, element in enumerate(elements):
+            where = (*self.path, position)
+            if element in by_name:
+                self._component(where, by_name[element])
+            elif element in wires:
+                self._connection(where, wires[element])
+            else:
+                self.ledger.unknown(where, "component or connection", element, [*by_name, *wires])
+                self._forget()
+        return () if self.is_broken else tuple(self.steps)
+
+    def _forget(self) -> None:
+        self.is_broken, self.previous, self.wire = True, None, None
+
+    def _component(self, where: Path, here: int) -> None:
+        if self.wire is None and self.previous is not None:
+            self.wire = self._only_connection(where, self.previous, here)
+            if self.wire is None:
+                self._forget()
+            else:
+                self.steps.append(Step("connection", self.wire))
+        elif self.wire is not None and self.connections[self.wire].target != here:
+            connection = self.connections[self.wire]
+            if not self.ledger.is_doubtful(f"{connection.name}.to", self.components[here].name):
+                message = f"connection {shown(connection.name)} does not lead to {shown(self.components[here].name)}"
+                self.ledger.error(where, message)
+            self._forget()
+        self.steps.append(Step("component", here, self.wire, self.previous))
+        self.previous, self.wire = here, None
+
+    def _connection(self, where: Path, number: int) -> None:
+        connection = self.connections[number]
+        self.steps.append(Step("connection", number))
+        if self.wire is not None:
+            one, other = self.connections[self.wire].name, connection.name
+            self.ledger.error(where, f"expected a component between {shown(one)} and {shown(other)}")
+            self._forget()
+        elif self.previous is not None and connection.source != self.previous:
+            sender = self.components[self.previous].name
+            if not self.ledger.is_doubtful(f"{connection.name}.from", sender):
+                self.ledger.error(where, f"connection {shown(connection.name)} does not start at {shown(sender)}")
+            self._forget()
         else:
-            number = wires[element]
-            if wire is not None:
-                ledger.error(where, f"expected a component between {connections[wire].name!r} and {element!r}")
-                return ()
-            if previous is not None and connections[number].source != previous:
-                ledger.error(where, f"connection {element!r} does not start at {components[previous].name!r}")
-                return ()
-            steps.append(Step("connection", number))
-            wire = number
-            if previous is None:
-                previous = connections[number].source
-    return tuple(steps)
+            self.wire = number
+            if self.previous is None:
+                self.previous = connection.source
+
+    def _only_connection(self, where: Path, source: int, target: int) -> int | None:
+        """The one connection between two neighbours of a path; none or several are mistakes."""
+        found = [
+            number for number, item in enumerate(self.connections) if item.source == source and item.target == target
+        ]  # fmt: skip
+        if len(found) == 1:
+            return found[0]
+        one, other = self.components[source].name, self.components[target].name
+        if len(found) > 1:
+            names = ", ".join(self.connections[number].name for number in found)
+            message = f"several connections from {shown(one)} to {shown(other)}"
+            self.ledger.error(where, message, f"name one of them in the path: {names}")
+        elif not self._hidden_connection(source, target):
+            self.ledger.error(where, f"no connection from {shown(one)} to {shown(other)}")
+        return None
+
+    def _hidden_connection(self, source: int, target: int) -> bool:
+        """Whether a connection with a misnamed end may be the one that is missing, or an end's name is taken twice."""
+        for item in self.connections:
+            sends = item.source == source or self.ledger.is_doubtful(f"{item.name}.from")
+            receives = item.target == target or self.ledger.is_doubtful(f"{item.name}.to")
+            if sends and receives:
+                return True
+        names = [item.name for item in self.components]
+        return any(names.count(names[end]) > 1 for end in (source, target))
 
 
-def _only_connection(
-    ledger: Ledger,
-    where: Path,
-    source: int,
-    target: int,
-    components: Sequence[Component],
-    connections: Sequence[Connection],
-) -> int | None:
-    """The one connection between two neighbours of a path; none or several are mistakes."""
-    found = [
-        number for number, item in enumerate(connections) if item.source == source and item.target == target
-    ]  # fmt: skip
-    one, other = components[source].name, components[target].name
-    if not found:
-        ledger.error(where, f"no connection from {one!r} to {other!r}")
-        return None
-    if len(found) > 1:
-        names = ", ".join(connections[number].name for number in found)
-        ledger.error(where, f"several connections from {one!r} to {other!r}", f"name one of them in the path: {names}")
-        return None
-    return found[0]
+def check_flow_sizes(ledger: Ledger, space: Space) -> None:
+    """A connection of a flow whose transmission takes time per byte must tell how many bytes there are."""
+    for flow in space.flows:
+        for step in flow.steps:
+            if step.kind != "connection":
+                continue
+            connection = space.connections[step.index]
+            if ledger.is_doubtful(f"{connection.name}.data_size"):
+                continue
+            buses = [space.buses[bus] for bus in carriers(space.buses, connection)]
+            only_rate = connection.data_rate is not None and connection.size_bytes is None
+            if only_rate and any(_takes_time_per_byte(bus.per_byte_ns) for bus in buses):
+                ledger.doubt(f"{connection.name}.data_size")
+                path = ("connections", connection.name)
+                ledger.error(path, f"needs a `data_size`, it is part of flow {shown(flow.name)}")
+
+
+def _takes_time_per_byte(per_byte_ns: Tree) -> bool:
+    for leaf in leaves(per_byte_ns):
+        subtrees = leaf.by_type.values() if isinstance(leaf, PerProcessorType) else (leaf,)
+        if any(value and value[1] for tree in subtrees for value in leaves(tree)):
+            return True
+    return False

@@ -9,13 +9,23 @@ from collections.abc import Callable, Mapping
 from dataclasses import replace
 from difflib import get_close_matches
 from fractions import Fraction
+from functools import partial
+from graphlib import CycleError, TopologicalSorter
 from typing import Any, TypeVar
 
 from dse.space.figures import Ledger, Path, closest
+from dse.space.metrics import (
+    RESERVED,
+    QuestionError,
+    check_limit,
+    metric_dimension,
+    one_metric,
+    read_derived,
+    resolve_metrics,
+)
 from dse.space.types import (
     EMPTY,
     Atom,
-    Derived,
     Metric,
     MultipleTest,
     Objective,
@@ -28,28 +38,11 @@ from dse.space.types import (
     UsedTest,
     ValueTest,
 )
-from dse.spec.expressions import (
-    And,
-    Compare,
-    Condition,
-    DerivedExpr,
-    MetricRef,
-    MultipleOf,
-    Not,
-    OneOf,
-    Or,
-    Ref,
-    Used,
-)
+from dse.spec.expressions import And, Compare, Condition, MultipleOf, Not, OneOf, Or, Ref, Used
 from dse.spec.grammar import ExpressionError, parse_derived, parse_objective, parse_requirement, parse_rule
 from dse.spec.model import Spec
 from dse.units import (
-    DATA_RATE,
-    DIMENSIONLESS,
-    MONEY,
-    POWER,
     TIME,
-    Dimension,
     Quantity,
     UnitError,
     format_duration,
@@ -62,8 +55,21 @@ from dse.units import (
     parse_size_bytes,
     parse_time_range_ns,
     parse_total,
+    shown,
 )
 
+__all__ = [
+    "QuestionError",
+    "metric_dimension",
+    "read_objective",
+    "read_option",
+    "read_requirements",
+    "read_rule",
+    "resolve_metrics",
+    "with_questions",
+]
+
+SHOWN_OPTIONS = 12
 PARSERS: Mapping[str, Callable[[str], Any]] = {
     "duration": parse_period_ns,
     "time range": parse_time_range_ns,
@@ -77,75 +83,109 @@ PARSERS: Mapping[str, Callable[[str], Any]] = {
     "count": int,
 }
 ORDERED = ("duration", "data size", "bandwidth", "data rate", "rate", "money", "power", "total", "count")
-SYSTEM_METRICS = {"price": MONEY, "power": POWER}
-FLOW_METRICS = ("latency", "min latency", "jitter")
-EXAMPLES = {TIME: "20 ms", DATA_RATE: "5 KB/s", MONEY: "500 EUR", POWER: "10 W", DIMENSIONLESS: "70 %"}
-
 T = TypeVar("T")
-
-
-class QuestionError(ValueError):
-    """A question that does not fit the architecture: an unknown name, a unit of the wrong kind."""
-
-    def __init__(self, message: str, hint: str = "") -> None:
-        super().__init__(f"{message} ({hint})" if hint else message)
-        self.message, self.hint = message, hint
 
 
 def with_questions(ledger: Ledger, space: Space, spec: Spec) -> Space:
     """The space with everything that the problem file asks; mistakes go to the ledger."""
+    space = _with_derived(ledger, space, spec)
+    requirements = _required_latencies(ledger, space)
+    for number, text in enumerate(spec.requirements):
+        path: Path = ("requirements", number)
+        origin = ledger.origin(path)
+        for found in _attempt(ledger, path, text, partial(read_requirements, space, text, origin)):
+            requirements.extend(found)
+    rules: list[Rule] = []
+    for number, text in enumerate(spec.rules):
+        path = ("rules", number)
+        origin = ledger.origin(path)
+        rules += _attempt(ledger, path, text, partial(read_rule, space, text, origin))
+    objectives = _objectives(ledger, space, spec)
+    space = replace(space, requirements=tuple(requirements), objectives=tuple(objectives), rules=tuple(rules))
+    return replace(space, baseline=_baseline(ledger, space, spec))
 
-    def attempt(path: Path, make: Callable[[], T]) -> list[T]:
-        try:
-            return [make()]
-        except (QuestionError, ExpressionError) as error:
+
+def _attempt(ledger: Ledger, path: Path, text: str, make: Callable[[], T]) -> list[T]:
+    """What `make` gives, or nothing when it fails; a failure is noted unless it follows from one that is."""
+    try:
+        return [make()]
+    except (QuestionError, ExpressionError) as error:
+        if not ledger.mentions_doubt(path, text):
             ledger.error(path, error.message, error.hint)
-            return []
+        return []
 
-    for name, text in spec.metrics.items():
-        found = attempt(("metrics", name), lambda name=name, text=text: read_derived(space, name, text))  # type: ignore[misc]
+
+def _with_derived(ledger: Ledger, space: Space, spec: Spec) -> Space:
+    """The space with its derived metrics; each may use any other, in whatever order they stand."""
+    graph = {name: _metrics_used(text) & set(spec.metrics) for name, text in spec.metrics.items()}
+    while True:
+        try:
+            order = list(TopologicalSorter(graph).static_order())
+            break
+        except CycleError as error:
+            circle: list[str] = error.args[1]
+            ledger.error(("metrics", circle[-1]), f"defined by itself: {' -> '.join(reversed(circle))}")
+            ledger.doubt_metric(circle[-1])
+            graph = {name: used - {circle[-1]} for name, used in graph.items() if name != circle[-1]}
+    for name in order:
+        path: Path = ("metrics", name)
+        text = spec.metrics[name]
+        if name in RESERVED:
+            ledger.error(path, f"{shown(name)} is a metric already: choose another name", at_key=True)
+            continue
+        found = _attempt(ledger, path, text, partial(read_derived, space, name, text))
+        if not found:
+            ledger.doubt_metric(name)
         space = replace(space, derived=(*space.derived, *found))
-    requirements: list[Requirement] = []
+    return space
+
+
+def _metrics_used(text: str) -> set[str]:
+    try:
+        return {ref.metric for _, ref in parse_derived(text).terms}
+    except ExpressionError:
+        return set()
+
+
+def _required_latencies(ledger: Ledger, space: Space) -> list[Requirement]:
+    """The latency that a flow itself states: its maximum is a requirement."""
+    found = []
     for number, flow in enumerate(space.flows):
         if flow.required_ns is not None:
             text = f"latency of {flow.name} <= {format_duration(flow.required_ns[1])}"
             metric = Metric(f"latency of {flow.name}", "latency", number)
             limit = Quantity(Fraction(flow.required_ns[1], 10**9), TIME, "s")
-            origin = ledger.origin(("flows", flow.name, "latency"))
-            requirements.append(Requirement(text, metric, "<=", limit, origin))
-    for number, text in enumerate(spec.requirements):
-        path: Path = ("requirements", number)
-        for more in attempt(path, lambda text=text, path=path: read_requirements(space, text, ledger.origin(path))):  # type: ignore[misc]
-            requirements.extend(more)
+            found.append(Requirement(text, metric, "<=", limit, ledger.origin(("flows", flow.name, "latency"))))
+    return found
+
+
+def _objectives(ledger: Ledger, space: Space, spec: Spec) -> list[Objective]:
     objectives: list[Objective] = []
     for number, text in enumerate(spec.objectives):
-        found_one = attempt(("objectives", number), lambda text=text: read_objective(space, text))  # type: ignore[misc]
-        for objective in found_one:
+        path: Path = ("objectives", number)
+        for objective in _attempt(ledger, path, text, partial(read_objective, space, text)):
             if any(objective.metric == other.metric for other in objectives):
-                ledger.error(("objectives", number), f"{objective.metric.name!r} is already an objective")
+                ledger.error(path, f"{shown(objective.metric.name)} is already an objective")
             else:
                 objectives.append(objective)
-    rules: list[Rule] = []
-    for number, text in enumerate(spec.rules):
-        path = ("rules", number)
-        rules += attempt(path, lambda text=text, path=path: read_rule(space, text, ledger.origin(path)))  # type: ignore[misc]
-    space = replace(space, requirements=tuple(requirements), objectives=tuple(objectives), rules=tuple(rules))
-    return replace(space, baseline=_baseline(ledger, space, spec))
+    return objectives
 
 
 def _baseline(ledger: Ledger, space: Space, spec: Spec) -> dict[int, int]:
     result: dict[int, int] = {}
-    components = {name.rsplit(".", 1)[0]: None for name in space.references}
-    known = [item.name for group in (space.processors, space.buses, space.components, space.connections) for item in group]
+    known = [item.name for item in (*space.processors, *space.buses)]
+    known += [item.name for item in space.components] + [item.name for item in space.connections]
     for component, fields in spec.baseline.items():
         if component not in known:
-            ledger.unknown(("baseline", component), "component", component, components)
+            ledger.unknown(("baseline", component), "component", component, known)
             continue
         for field_name, value in fields.items():
+            name, path = f"{component}.{field_name}", ("baseline", component, field_name)
             try:
-                decision, option = read_option(space, f"{component}.{field_name}", str(value))
+                decision, option = read_option(space, name, str(value))
             except QuestionError as error:
-                ledger.error(("baseline", component, field_name), error.message, error.hint)
+                if not ledger.is_doubtful(component, name):
+                    ledger.error(path, error.message, error.hint, at_key=name not in space.references)
                 continue
             if decision is not None:
                 result[decision] = option
@@ -162,13 +202,19 @@ def read_option(space: Space, name: str, text: str) -> tuple[int | None, int]:
     """
     reference = space.references.get(name)
     if reference is None:
-        raise QuestionError(f"nothing is called {name!r}", closest(name, space.references))
-    value = read_value(reference, text)
-    if value not in reference.texts:
-        options = ", ".join(str(option) for option in reference.texts.values())
-        raise QuestionError(f"{name} = {text} is not among its options", f"options: {options}")
+        fields = [item for item in space.references if item.rpartition(".")[0] == name.rpartition(".")[0]]
+        raise QuestionError(f"nothing is called {shown(name)}", closest(name, fields or space.references))
+    value = offered_value(reference, text)
     decision = space.decision_index(name)
     return (None, 0) if decision is None else (decision, space.decisions[decision].values.index(value))
+
+
+def offered_value(reference: Reference, text: str) -> Any:
+    """The value that `text` means, which must be one of the options."""
+    value = read_value(reference, text)
+    if value not in reference.texts:
+        raise _never(reference, text)
+    return value
 
 
 def read_value(reference: Reference, text: str) -> Any:
@@ -179,92 +225,24 @@ def read_value(reference: Reference, text: str) -> Any:
         except UnitError as error:
             raise QuestionError(f"{reference.name}: {error.message}", error.hint) from error
         except ValueError as error:
-            raise QuestionError(f"{reference.name}: expected a {reference.kind}, got {text!r}") from error
+            raise QuestionError(f"{reference.name}: expected a {reference.kind}, got {shown(text)}") from error
     by_text = {str(option): value for value, option in reference.texts.items()}
     if text in by_text:
         return by_text[text]
     if reference.kind == "type" and text == EMPTY:
         return EMPTY
-    raise QuestionError(f"{reference.name} is never {text!r}", closest(text, by_text))
+    raise _never(reference, text)
 
 
-def resolve_metrics(space: Space, ref: MetricRef) -> tuple[Metric, ...]:
-    """What ``METRIC [of NAME]`` means; several metrics where NAME is left out and there are several candidates.
-
-    Raises
-    ------
-    QuestionError
-        for an unknown metric or name.
-    """
-    kind = ref.metric
-    if kind in FLOW_METRICS:
-        return _indexed(kind, ref.of, "flow", [flow.name for flow in space.flows])
-    if kind == "utilisation":
-        return _indexed(kind, ref.of, "processor", [slot.name for slot in space.processors])
-    if kind == "load":
-        return _indexed(kind, ref.of, "bus", [bus.name for bus in space.buses])
-    if kind in SYSTEM_METRICS or kind in space.totals:
-        if ref.of is not None:
-            named = [item.name for group in (space.processors, space.buses, space.components) for item in group]
-            if ref.of not in named:
-                raise QuestionError(f"no component is called {ref.of!r}", closest(ref.of, named))
-        name, of = str(ref), ref.of or ""
-        return (Metric(name, kind if kind in SYSTEM_METRICS else "total", None, kind, of),)
-    for number, derived in enumerate(space.derived):
-        if derived.name == kind:
-            if ref.of is not None:
-                raise QuestionError(f"the derived metric {kind!r} has no `of`")
-            return (Metric(kind, "derived", number),)
-    known = [*FLOW_METRICS, "utilisation", "load", *SYSTEM_METRICS, *space.totals, *(item.name for item in space.derived)]
-    raise QuestionError(f"unknown metric {kind!r}", closest(kind, known) or "known: " + ", ".join(known))
-
-
-def _indexed(kind: str, of: str | None, what: str, names: list[str]) -> tuple[Metric, ...]:
-    if of is None:
-        if not names:
-            raise QuestionError(f"there is no {what} to measure the {kind} of")
-        return tuple(Metric(f"{kind} of {name}", kind, number) for number, name in enumerate(names))
-    if of not in names:
-        raise QuestionError(f"no {what} is called {of!r}", closest(of, names))
-    return (Metric(f"{kind} of {of}", kind, names.index(of)),)
-
-
-def metric_dimension(space: Space, metric: Metric) -> Dimension | None:
-    """The dimension of a metric; None for a declared total, whose unit is the user's own."""
-    if metric.kind == "derived":
-        coefficient, inner = space.derived[metric.index or 0].terms[0]
-        inner_dimension = metric_dimension(space, inner)
-        if inner_dimension is None or coefficient.dimension is None:
-            return None
-        return coefficient.dimension.times(inner_dimension)
-    if metric.kind == "total":
-        return None
-    return {"utilisation": DIMENSIONLESS, "load": DATA_RATE, **SYSTEM_METRICS}.get(metric.kind, TIME)
-
-
-def _one_metric(space: Space, ref: MetricRef) -> Metric:
-    metrics = resolve_metrics(space, ref)
-    if len(metrics) > 1:
-        names = ", ".join(metric.name for metric in metrics)
-        raise QuestionError(f"{ref} could be several", f"say which: {names}")
-    return metrics[0]
-
-
-def read_derived(space: Space, name: str, text: str) -> Derived:
-    """A derived metric; all its terms must have one dimension."""
-    expression: DerivedExpr = parse_derived(text)
-    terms = tuple((coefficient, _one_metric(space, ref)) for coefficient, ref in expression.terms)
-    dimensions = set()
-    for coefficient, metric in terms:
-        inner = metric_dimension(space, metric)
-        if inner is None and coefficient.dimension != DIMENSIONLESS:
-            raise QuestionError(f"{metric.name} can only be multiplied by plain numbers")
-        dimensions.add(
-            (metric.key,) if inner is None else (coefficient.dimension or DIMENSIONLESS).times(inner)
-        )
-    if len(dimensions) > 1:
-        raise QuestionError(f"the terms of {text!r} are of different kinds and cannot be added")
-    return Derived(name, text, terms)
+def _never(reference: Reference, text: str) -> QuestionError:
+    """A field that has no such option: the options, shortened where there are many."""
+    options = list(dict.fromkeys(str(option) for option in reference.texts.values()))
+    if len(options) == 1:
+        return QuestionError(f"{reference.name} is always {options[0]}, never {shown(text)}")
+    match = get_close_matches(text, options, n=1) if reference.kind not in PARSERS else []
+    shortened = options[:SHOWN_OPTIONS] + ["..."] * (len(options) > SHOWN_OPTIONS)
+    hint = f'did you mean "{match[0]}"?' if match else f"options: {', '.join(shortened)}"
+    return QuestionError(f"{reference.name} is never {shown(text)}", hint)
 
 
 def read_requirements(space: Space, text: str, origin: str = "") -> tuple[Requirement, ...]:
@@ -282,41 +260,10 @@ def read_requirements(space: Space, text: str, origin: str = "") -> tuple[Requir
     return tuple(result)
 
 
-def check_limit(space: Space, metric: Metric, limit: Quantity) -> None:
-    """A limit must be of its metric's kind; a load may also be limited by a share of the bandwidth."""
-    wanted = metric_dimension(space, metric)
-    if wanted is None:
-        unit = space.totals.get(metric.key, "")
-        if limit.unit != unit:
-            raise QuestionError(f"expected a limit in {unit} for {metric.name}, got {limit.unit or 'a bare number'}")
-        return
-    is_share = metric.kind == "load" and limit.dimension == DIMENSIONLESS
-    if limit.unit == "" and wanted != DIMENSIONLESS or limit.unit == "" and metric.kind == "utilisation":
-        example = EXAMPLES.get(wanted, "a quantity with its unit")
-        raise QuestionError(f"expected a limit with its unit for {metric.name}, got a bare number", f"such as {example}")
-    if limit.dimension != wanted and not is_share:
-        example = EXAMPLES.get(wanted, "a quantity of its kind")
-        raise QuestionError(f"{limit.unit!r} is no unit of {metric.name}", f"expected something like {example}")
-    if wanted == MONEY and limit.unit != space.currency:
-        raise QuestionError(f"prices are in {space.currency}, got {limit.unit}")
-    if is_share:
-        bus = space.buses[metric.index or 0]
-        unlimited = [name for name, has in _bandwidths(bus) if not has and name != EMPTY]
-        if unlimited:
-            raise QuestionError(f"{bus.name!r} has no bandwidth to take a share of", f"type {unlimited[0]!r} states none")
-
-
-def _bandwidths(bus: Any) -> list[tuple[str, bool]]:
-    tree = bus.bandwidth_bps
-    if hasattr(tree, "decision") and tree.decision == bus.type_decision:
-        return [(name, branch is not None) for name, branch in zip(bus.types, tree.branches, strict=True)]
-    return [(name, tree is not None) for name in bus.types]
-
-
 def read_objective(space: Space, text: str) -> Objective:
     """What to minimise or maximise; without ``of`` there must be one candidate only."""
     expression = parse_objective(text)
-    return Objective(text, expression.sense, _one_metric(space, expression.metric))
+    return Objective(text, expression.sense, one_metric(space, expression.metric))
 
 
 def read_rule(space: Space, text: str, origin: str = "") -> Rule:
@@ -333,10 +280,10 @@ def _bare_names(space: Space) -> list[str]:
 
 def _resolve(space: Space, condition: Condition) -> ResolvedCondition:
     if isinstance(condition, Not):
-        return Not(_resolve(space, condition.operand))  # type: ignore[arg-type]
+        return Not(_resolve(space, condition.operand))
     if isinstance(condition, And | Or):
         operands = tuple(_resolve(space, item) for item in condition.operands)
-        return type(condition)(operands)  # type: ignore[arg-type]
+        return And(operands) if isinstance(condition, And) else Or(operands)
     return _atom(space, condition)
 
 
@@ -346,7 +293,7 @@ def _atom(space: Space, condition: Condition) -> Atom:
         return _used(space, condition.name)
     if isinstance(condition, OneOf):
         reference = references[condition.ref.name]
-        return ValueTest(reference.tree, "in", tuple(read_value(reference, text) for text in condition.values))
+        return ValueTest(reference.tree, "in", tuple(offered_value(reference, text) for text in condition.values))
     if isinstance(condition, MultipleOf):
         left, right = references[condition.left.name], references[condition.right.name]
         if left.kind != "duration" or right.kind != "duration":
@@ -362,7 +309,8 @@ def _atom(space: Space, condition: Condition) -> Atom:
         if right.kind != left.kind:
             raise QuestionError(f"{left.name} and {right.name} are of different kinds")
         return PairTest(left.tree, condition.operator, right.tree)
-    return ValueTest(left.tree, condition.operator, read_value(left, condition.right))
+    read = offered_value if condition.operator == "==" else read_value
+    return ValueTest(left.tree, condition.operator, read(left, condition.right))
 
 
 def _used(space: Space, name: str) -> UsedTest:
@@ -374,5 +322,5 @@ def _used(space: Space, name: str) -> UsedTest:
     having = [item for item in space.references.values() if item.kind == "type" and name in item.texts]
     if not having:
         match = get_close_matches(name, _bare_names(space), n=1)
-        raise QuestionError(f"nothing is called {name!r}", f'did you mean "{match[0]}"?' if match else "")
+        raise QuestionError(f"nothing is called {shown(name)}", f'did you mean "{match[0]}"?' if match else "")
     return UsedTest(tuple((item.tree, (name,)) for item in having))

@@ -5,11 +5,13 @@ from __future__ import annotations
 from math import prod
 
 from dse.space.trees import NOT_OFFERED, Choice, Tree
-from dse.space.types import Space
+from dse.space.types import EMPTY, Space
 
 
 def space_size(space: Space) -> int:
     """The number of combinations of options, an option that a design does not use counted once.
+
+    An optional slot counts its types: whether it is empty follows from what is bound to it.
 
     Rules, bindings and requirements are not considered; where the use of a decision depends on several others, its options are
     counted everywhere.
@@ -24,7 +26,7 @@ def space_size(space: Space) -> int:
             alone.append(index)
     total = 1
     for index in alone:
-        options = range(len(space.decisions[index].options))
+        options = [number for number, text in enumerate(space.decisions[index].options) if text != EMPTY]
         chained = owners.pop(index, [])
         total *= sum(prod(_offered(space, follower, index, option) for follower in chained) for option in options)
     for followers in owners.values():

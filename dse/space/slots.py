@@ -7,17 +7,20 @@ from typing import Any
 
 from dse.space.figures import FieldReader, Ledger, Owner, Path, per_processor_type, type_choice
 from dse.space.trees import Choice, Tree, graft, leaves
-from dse.space.types import EMPTY, Bus, Figures, Processor
+from dse.space.types import EMPTY, UNKNOWN_TYPE, Bus, Connection, Figures, Processor
 from dse.spec.model import Spec
-from dse.units import format_bandwidth, format_money, format_power, format_size, format_time_range, format_total
+from dse.units import format_bandwidth, format_money, format_power, format_size, format_time_range, format_total, shown
 
 
 def known_types(
     ledger: Ledger, path: Path, what: str, names: Sequence[str], catalogue: Mapping[str, Any]
 ) -> list[tuple[str, Any]]:
-    for name in names:
+    """The types that `names` means; one that is not in the catalogue leaves its slot or component in doubt."""
+    for position, name in enumerate(names):
         if name not in catalogue:
-            ledger.unknown((*path, "type"), what, name, catalogue)
+            ledger.unknown((*path, "type", position), what, name, catalogue)
+            ledger.doubt(str(path[1]))
+            ledger.doubt_types(catalogue)
     return [(name, catalogue[name]) for name in names if name in catalogue]
 
 
@@ -60,12 +63,14 @@ class _Nothing:
         return None
 
 
+UNKNOWN = ((UNKNOWN_TYPE, _Nothing()),)
+
+
 def build_processor(ledger: Ledger, spec: Spec, name: str) -> Processor:
+    """The processor slot called `name`."""
     given, path = spec.processors[name], ("processors", name)
     types = known_types(ledger, path, "processor type", given.type, spec.processor_types)
-    if not types:
-        types = [("?", _Nothing())]
-    (options, decision), owner = _slot(ledger, path, name, types, given.optional)
+    (options, decision), owner = _slot(ledger, path, name, types or UNKNOWN, given.optional)
     cores = FieldReader(ledger, owner, "cores", "count", str).read(lambda model: model.cores)
     figures = read_figures(ledger, owner, spec.totals)
     return Processor(name, options, decision, given.optional, figures, graft(cores, lambda count: count or 0))
@@ -97,16 +102,15 @@ def _bus(ledger: Ledger, spec: Spec, name: str, index: Mapping[str, int]) -> Bus
     if len({model.virtual for _, model in types}) > 1:
         ledger.error((*path, "type"), "a slot takes either buses or virtual buses, not both")
     virtual = bool(types) and types[0][1].virtual
-    (options, decision), owner = _slot(ledger, ("buses", name), name, types or [("?", _Nothing())], optional)
-    read = _bus_reader(ledger, owner)
+    (options, decision), owner = _slot(ledger, ("buses", name), name, types or UNKNOWN, optional)
+    read = _bus_reader(ledger, owner, virtual)
     bandwidth = read("bandwidth", "bandwidth", format_bandwidth, lambda model: model.bandwidth)
-    _check_bus_types(ledger, spec, types)
-    fixed, per_byte = (_transmission_part(ledger, owner, part) for part in ("fixed", "per_byte"))
+    fixed, per_byte = (_transmission_part(ledger, owner, part, virtual) for part in ("fixed", "per_byte"))
     latency = read("latency", "time range", format_time_range, lambda model: model.latency)
     overhead = read("overhead", "data size", format_size, lambda model: model.overhead)
     carrier = None
     if given and given.bus:
-        if not virtual:
+        if types and not virtual:
             ledger.error((*path, "bus"), "only a virtual bus is carried by another bus")
         carrier = read_named(ledger, name, "bus", (*path, "bus"), given.bus, index)
         carrier = type_choice(decision, [None if option == EMPTY else carrier for option in options])
@@ -129,15 +133,21 @@ def _bus(ledger: Ledger, spec: Spec, name: str, index: Mapping[str, int]) -> Bus
     )
 
 
-def _bus_reader(ledger: Ledger, owner: Owner) -> Callable[..., Tree]:
+def _bus_reader(ledger: Ledger, owner: Owner, virtual: bool) -> Callable[..., Tree]:
+    by_type = per_processor_type if virtual else _nothing_known
+
     def read(name: str, kind: str, write: Callable[[Any], str], given_by: Callable[[Any], Any]) -> Tree:
-        return FieldReader(ledger, owner, name, kind, write, per_processor_type).read(given_by)
+        return FieldReader(ledger, owner, name, kind, write, by_type).read(given_by)
 
     return read
 
 
+def _nothing_known(subtrees: Mapping[str, Tree], path: Path) -> Tree:
+    """Figures per processor type of a bus that is not virtual: `check_bus_types` reports them."""
+    return None
 
-def _transmission_part(ledger: Ledger, owner: Owner, part: str) -> Tree:
+
+def _transmission_part(ledger: Ledger, owner: Owner, part: str, virtual: bool) -> Tree:
     """One part of the transmission time: leaves are time ranges, `PerProcessorType`, or None where a type has none."""
 
     def given_by(model: Any) -> Any:
@@ -146,37 +156,52 @@ def _transmission_part(ledger: Ledger, owner: Owner, part: str) -> Tree:
             return {key: getattr(value, part) for key, value in times.items()}
         return None if times is None else getattr(times, part)
 
-    reader = FieldReader(ledger, owner, f"transmission_time.{part}", "time range", format_time_range, per_processor_type)
+    by_type = per_processor_type if virtual else _nothing_known
+    reader = FieldReader(ledger, owner, f"transmission_time.{part}", "time range", format_time_range, by_type)
     return reader.read(given_by)
 
 
-def _check_bus_types(ledger: Ledger, spec: Spec, types: Sequence[tuple[str, Any]]) -> None:
-    """Figures per processor type belong to virtual buses and name known processor types."""
-    for type_name, model in types:
+def check_bus_types(ledger: Ledger, spec: Spec) -> None:
+    """Figures per processor type belong to virtual buses and name known processor types; in every type that is used."""
+    used = {name for bus in spec.buses.values() for name in bus.type}
+    used |= {name for connection in spec.connections.values() for name in connection.bus or ()}
+    used |= {name for bus in spec.buses.values() for name in bus.bus or ()}
+    for type_name, model in spec.bus_types.items():
         for field_name in ("transmission_time", "latency"):
             given = getattr(model, field_name)
-            if not isinstance(given, Mapping):
+            if type_name not in used or not isinstance(given, Mapping):
                 continue
             path = ("bus_types", type_name, field_name)
             if not model.virtual:
                 ledger.error(path, "only a virtual bus has figures per processor type")
             for processor_type in given:
                 if processor_type not in spec.processor_types:
-                    ledger.unknown((*path, processor_type), "processor type", processor_type, spec.processor_types)
+                    place = (*path, processor_type)
+                    ledger.unknown(place, "processor type", processor_type, spec.processor_types, at_key=True)
 
 
 def _check_carriers(ledger: Ledger, buses: Sequence[Bus]) -> None:
     """A virtual bus must not carry itself, directly or through others."""
     for start, bus in enumerate(buses):
-        seen, frontier = set(), {start}
+        seen: set[int] = set()
+        frontier = {start}
         while frontier:
             frontier = {leaf for item in frontier for leaf in leaves(buses[item].carrier) if leaf is not None} - seen
             seen |= frontier
         if start in seen:
-            ledger.error(("buses", bus.name, "bus"), f"{bus.name!r} would carry itself")
+            ledger.error(("buses", bus.name, "bus"), f"{shown(bus.name)} would carry itself")
+
+
+def carriers(buses: Sequence[Bus], connection: Connection) -> frozenset[int]:
+    """Every bus that may carry the connection, directly or under a virtual bus."""
+    found = {leaf for leaf in leaves(connection.bus) if leaf is not None}
+    while more := {leaf for bus in found for leaf in leaves(buses[bus].carrier) if leaf is not None} - found:
+        found |= more
+    return frozenset(found)
 
 
 def decision_of(ledger: Ledger, name: str) -> int | None:
+    """The index of the decision called `name`, or None where there is nothing to decide."""
     for number, decision in enumerate(ledger.decisions):
         if decision.name == name:
             return number
@@ -189,9 +214,10 @@ def read_named(
     """A tree of indices for a field that names processors or buses."""
     what = "processor" if field_name == "processor" else "bus"
     known = tuple(name for name in names if name in index)
-    for name in names:
+    for position, name in enumerate(names):
         if name not in index:
-            ledger.unknown(path, what, name, index)
+            ledger.unknown((*path, position), what, name, index)
+            ledger.doubt(f"{owner}.{field_name}")
     if not known:
         return None
     texts = {index[name]: name for name in known}
@@ -204,5 +230,3 @@ def read_named(
         ledger.settle(decision, tree)
     ledger.refer(f"{owner}.{field_name}", what, tree, texts)
     return tree
-
-

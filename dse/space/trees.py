@@ -1,8 +1,8 @@
 """Values that depend on decisions.
 
 A figure of the architecture is either a plain value or a `Choice`: a node that a decision answers, with one subtree for
-each option. Reading a figure (`at`) walks from the root to a leaf and so consults exactly the decisions that matter; the
-search's tables are built by watching which ones those are (see `dse.analysis.cases`).
+each option. Reading a figure (`at`) walks from the root to a leaf and so consults exactly the decisions that matter:
+the search's tables are built by watching which ones those are (see `dse.analysis.views`).
 """
 
 from __future__ import annotations
@@ -78,11 +78,18 @@ def graft(tree: Tree, make: Callable[[Any], Tree]) -> Tree:
     return make(tree)
 
 
-def leaves(tree: Tree) -> Iterator[Any]:
-    """Every leaf that can be reached, left to right, without those that are not offered; may repeat."""
+def leaves(tree: Tree, made: Mapping[int, int] | None = None) -> Iterator[Any]:
+    """Every leaf that some design reaches, left to right, without those that are not offered; may repeat.
+
+    A decision that the walk meets twice takes the same option both times; `made` holds those taken so far.
+    """
     if isinstance(tree, Choice):
-        for branch in tree.branches:
-            yield from leaves(branch)
+        taken = made or {}
+        if tree.decision in taken:
+            yield from leaves(tree.branches[taken[tree.decision]], taken)
+        else:
+            for option, branch in enumerate(tree.branches):
+                yield from leaves(branch, {**taken, tree.decision: option})
     elif tree is not NOT_OFFERED:
         yield tree
 

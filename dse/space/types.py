@@ -1,7 +1,8 @@
 """The space of designs: integers, ids and tuples, ready for analysis and search.
 
-Components are referred to by their index in the tuples of `Space`; times are integer nanoseconds, sizes bytes, bandwidths
-bit/s, rates exact fractions of Hz, prices cents, powers mW. Fields called trees hold a value or a `Choice` over decisions.
+Components are referred to by their index in the tuples of `Space`; times are integer nanoseconds, sizes bytes,
+bandwidths bit/s, rates exact fractions of Hz, prices cents, powers mW. Fields called trees hold a value or a `Choice`
+over decisions.
 """
 
 from __future__ import annotations
@@ -16,6 +17,9 @@ from dse.spec.expressions import And, Not, Operator, Or
 from dse.units import Quantity
 
 EMPTY = "none"
+UNKNOWN_TYPE = "?\n"
+"""Stands in for the type of a slot whose types are all misnamed, while the other mistakes are looked for; no name of
+a problem file has a line break."""
 INACTIVE = -1
 
 Design: TypeAlias = tuple[int, ...]
@@ -154,8 +158,8 @@ class Flow:
 class Metric:
     """A resolved metric: `kind` and the index (or component name) it is of.
 
-    `kind` is ``latency``, ``min latency``, ``jitter`` (of a flow), ``utilisation`` (of a processor), ``load`` (of a bus), ``price``,
-    ``power``, ``total`` (`key` names it; `of` a component, or all) or ``derived``.
+    `kind` is ``latency``, ``min latency``, ``jitter`` (of a flow), ``utilisation`` (of a processor), ``load`` (of a
+    bus), ``price``, ``power``, ``total`` (`key` names it; `of` a component, or all) or ``derived``.
     """
 
     name: str
@@ -199,7 +203,7 @@ class UsedTest:
 
 
 Atom: TypeAlias = ValueTest | PairTest | MultipleTest | UsedTest
-ResolvedCondition: TypeAlias = Atom | Not | And | Or
+ResolvedCondition: TypeAlias = Atom | Not["ResolvedCondition"] | And["ResolvedCondition"] | Or["ResolvedCondition"]
 
 
 @dataclass(frozen=True)

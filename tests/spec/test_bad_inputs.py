@@ -2,34 +2,28 @@
 
 from __future__ import annotations
 
+from functools import partial
 from pathlib import Path
 
 import pytest
 
-from dse.errors import EXIT_INVALID, ProblemError
+from dse.errors import ProblemError
 from dse.spec.load import load_spec, parse_spec
 from dse.spec.reader import MAX_BYTES
+from tests import diagnostics
+from tests.diagnostics import FOLDER, assert_every_input_has_its_messages, bad_inputs, expected_messages
 
-FOLDER = Path(__file__).parents[1] / "bad_inputs"
 VALID = (FOLDER / "valid.yaml").read_text(encoding="utf-8")
-FILES = sorted(path for path in FOLDER.glob("*.yaml") if path.stem != "valid")
+messages = partial(diagnostics.messages, read=load_spec)
 
 
-def messages(path: Path) -> list[str]:
-    """The diagnostics of a file that must be refused, with its folder taken out of them."""
-    with pytest.raises(ProblemError) as caught:
-        load_spec(path)
-    assert caught.value.exit_code == EXIT_INVALID
-    return str(caught.value).replace(f"{path.parent}/", "").splitlines()
-
-
-@pytest.mark.parametrize("path", FILES, ids=lambda path: path.stem)
+@pytest.mark.parametrize("path", bad_inputs(FOLDER), ids=lambda path: path.stem)
 def test_message(path: Path) -> None:
-    assert messages(path) == path.with_suffix(".expected").read_text(encoding="utf-8").splitlines()
+    assert messages(path) == expected_messages(path)
 
 
 def test_every_bad_input_has_its_message_and_the_base_is_valid() -> None:
-    assert {path.stem for path in FILES} == {path.stem for path in FOLDER.glob("*.expected")}
+    assert_every_input_has_its_messages(FOLDER)
     load_spec(FOLDER / "valid.yaml")
 
 

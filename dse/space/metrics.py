@@ -1,0 +1,189 @@
+"""Metrics by name: what ``METRIC [of NAME]`` means, of which kind it is, and which limits fit it.
+
+The same functions serve the problem file (mistakes become diagnostics) and the command line (they become usage errors).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from dse.space.figures import closest
+from dse.space.trees import Choice
+from dse.space.types import EMPTY, UNKNOWN_TYPE, Bus, Derived, Metric, Space
+from dse.spec.expressions import DerivedExpr, MetricRef
+from dse.spec.grammar import parse_derived
+from dse.units import DATA_RATE, DIMENSIONLESS, MONEY, POWER, TIME, Dimension, Quantity, shown, unit_hint
+
+SYSTEM_METRICS = {"price": MONEY, "power": POWER}
+FLOW_METRICS = ("latency", "min latency", "jitter")
+BUILT_IN = (*FLOW_METRICS, "utilisation", "load", *SYSTEM_METRICS)
+RESERVED = (*BUILT_IN, "utilization", "max latency", "maximum latency", "minimum latency")
+EXAMPLES = {TIME: "20 ms", DATA_RATE: "5 KB/s", MONEY: "500 EUR", POWER: "10 W", DIMENSIONLESS: "70 %"}
+_MEANT = {
+    "cost": "price", "delay": "latency", "response time": "latency", "cpu": "utilisation", "cpu load": "utilisation",
+    "cpu usage": "utilisation", "usage": "utilisation", "bandwidth": "load", "energy": "power", "variation": "jitter",
+}  # fmt: skip
+
+
+class QuestionError(ValueError):
+    """A question that does not fit the architecture: an unknown name, a unit of the wrong kind."""
+
+    def __init__(self, message: str, hint: str = "") -> None:
+        super().__init__(f"{message} ({hint})" if hint else message)
+        self.message, self.hint = message, hint
+
+
+def resolve_metrics(space: Space, ref: MetricRef) -> tuple[Metric, ...]:
+    """What ``METRIC [of NAME]`` means; several metrics where NAME is left out and there are several candidates.
+
+    Raises
+    ------
+    QuestionError
+        for an unknown metric or name.
+    """
+    kind = ref.metric
+    if kind in FLOW_METRICS:
+        return _indexed(space, kind, ref.of, "flow")
+    if kind == "utilisation":
+        return _indexed(space, kind, ref.of, "processor")
+    if kind == "load":
+        return _indexed(space, kind, ref.of, "bus")
+    if kind in SYSTEM_METRICS or kind in space.totals:
+        return (_system_metric(space, ref),)
+    for number, derived in enumerate(space.derived):
+        if derived.name == kind:
+            if ref.of is not None:
+                raise QuestionError(f"the derived metric {shown(kind)} has no `of`")
+            return (Metric(kind, "derived", number),)
+    known = [*BUILT_IN, *space.totals, *(item.name for item in space.derived)]
+    meant = _MEANT.get(kind.lower())
+    hint = f'did you mean "{meant}"?' if meant else closest(kind, known) or "known: " + ", ".join(known)
+    raise QuestionError(f"unknown metric {shown(kind)}", hint)
+
+
+def _system_metric(space: Space, ref: MetricRef) -> Metric:
+    """A price, a power or a declared total: of a component, or of the whole system."""
+    if ref.of is not None:
+        named = [item.name for item in (*space.processors, *space.buses)]
+        named += [item.name for item in space.components]
+        if ref.of not in named:
+            raise QuestionError(f"no component is called {shown(ref.of)}", closest(ref.of, named))
+    kind = ref.metric if ref.metric in SYSTEM_METRICS else "total"
+    return Metric(str(ref), kind, None, ref.metric, ref.of or "")
+
+
+def _indexed(space: Space, kind: str, of: str | None, what: str) -> tuple[Metric, ...]:
+    groups = {
+        "flow": [item.name for item in space.flows],
+        "processor": [item.name for item in space.processors],
+        "bus": [item.name for item in space.buses],
+        "component": [item.name for item in space.components],
+    }
+    names = groups[what]
+    if of is None:
+        if not names:
+            raise QuestionError(f"there is no {what} to measure the {kind} of")
+        return tuple(Metric(f"{kind} of {name}", kind, number) for number, name in enumerate(names))
+    if of in names:
+        return (Metric(f"{kind} of {of}", kind, names.index(of)),)
+    other = next((word for word, others in groups.items() if of in others), None)
+    if other is not None:
+        raise QuestionError(f"{shown(of)} is a {other}, {kind} is measured of a {what}", closest(of, names))
+    raise QuestionError(f"no {what} is called {shown(of)}", closest(of, names))
+
+
+def metric_dimension(space: Space, metric: Metric) -> Dimension | None:
+    """The dimension of a metric; None for a declared total, whose unit is the user's own."""
+    if metric.kind == "derived":
+        coefficient, inner = space.derived[metric.index or 0].terms[0]
+        inner_dimension = metric_dimension(space, inner)
+        if inner_dimension is None or coefficient.dimension is None:
+            return None
+        return coefficient.dimension.times(inner_dimension)
+    if metric.kind == "total":
+        return None
+    return {"utilisation": DIMENSIONLESS, "load": DATA_RATE, **SYSTEM_METRICS}.get(metric.kind, TIME)
+
+
+def one_metric(space: Space, ref: MetricRef) -> Metric:
+    """The single metric that the words mean."""
+    metrics = resolve_metrics(space, ref)
+    if len(metrics) > 1:
+        names = ", ".join(metric.name for metric in metrics)
+        raise QuestionError(f"{ref} could be several", f"say which: {names}")
+    return metrics[0]
+
+
+def read_derived(space: Space, name: str, text: str) -> Derived:
+    """A derived metric; all its terms must have one dimension."""
+    expression: DerivedExpr = parse_derived(text)
+    terms = tuple((coefficient, one_metric(space, ref)) for coefficient, ref in expression.terms)
+    kinds: set[object] = set()
+    for coefficient, metric in terms:
+        inner = metric_dimension(space, metric)
+        if inner is None and coefficient.dimension != DIMENSIONLESS:
+            raise QuestionError(f"{metric.name} can only be multiplied by plain numbers")
+        scale = coefficient.dimension or DIMENSIONLESS
+        kinds.add((total_unit(space, metric),) if inner is None else scale.times(inner))
+    if len(kinds) > 1:
+        raise QuestionError(f"the terms of {shown(text)} are of different kinds and cannot be added")
+    return Derived(name, text, terms)
+
+
+def total_unit(space: Space, metric: Metric) -> str:
+    """The unit of a declared total, or of a metric derived from one."""
+    while metric.kind == "derived":
+        metric = space.derived[metric.index or 0].terms[0][1]
+    return space.totals[metric.key]
+
+
+def check_limit(space: Space, metric: Metric, limit: Quantity) -> None:
+    """A limit must be of its metric's kind; a load may also be limited by a share of the bandwidth.
+
+    Raises
+    ------
+    QuestionError
+        when it is not.
+    """
+    wanted = metric_dimension(space, metric)
+    if wanted is None:
+        unit = total_unit(space, metric)
+        if limit.unit != unit:
+            got = shown(limit.unit) if limit.unit else "a bare number"
+            raise QuestionError(f"expected a limit in {unit} for {metric.name}, got {got}")
+        return
+    is_share = metric.kind == "load" and limit.dimension == DIMENSIONLESS and limit.unit != ""
+    if limit.unit == "" and (wanted != DIMENSIONLESS or metric.kind == "utilisation"):
+        hint = f"such as {EXAMPLES[wanted]}" if wanted in EXAMPLES else _units(space, wanted)
+        raise QuestionError(f"expected a limit with its unit for {metric.name}, got a bare number", hint)
+    if limit.dimension != wanted and not is_share:
+        raise QuestionError(f"{shown(limit.unit)} is no unit of {metric.name}", _units(space, wanted, limit.unit))
+    if wanted == MONEY and limit.unit != space.currency:
+        raise QuestionError(f"prices are in {space.currency}, got {limit.unit}")
+    if is_share:
+        _check_bandwidth(space.buses[metric.index or 0])
+
+
+def _units(space: Space, wanted: Dimension, unit: str = "") -> str:
+    """The closest unit of the wanted kind, or all of them."""
+    if wanted == MONEY:
+        return f"units: {space.currency}"
+    hint = unit_hint(unit, wanted)
+    is_list = wanted == DATA_RATE and hint.startswith("units")
+    return f"{hint}, or a share of the bandwidth such as 50 %" if is_list else hint
+
+
+def _check_bandwidth(bus: Bus) -> None:
+    """Every type that the slot may have needs a bandwidth."""
+    for name, has in _bandwidths(bus):
+        if not has and name not in (EMPTY, UNKNOWN_TYPE):
+            message = f"{shown(bus.name)} has no bandwidth to take a share of"
+            raise QuestionError(message, f"type {shown(name)} states none")
+
+
+def _bandwidths(bus: Bus) -> Iterator[tuple[str, bool]]:
+    tree = bus.bandwidth_bps
+    if isinstance(tree, Choice) and tree.decision == bus.type_decision:
+        yield from ((name, branch is not None) for name, branch in zip(bus.types, tree.branches, strict=True))
+    else:
+        yield from ((name, tree is not None) for name in bus.types)

@@ -1,0 +1,47 @@
+"""What the tests of bad inputs share: one defect per file, the exact messages beside it, places that exist."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from pathlib import Path
+
+import pytest
+
+from dse.errors import EXIT_INVALID, Diagnostic, ProblemError
+
+FOLDER = Path(__file__).parent / "bad_inputs"
+
+
+def bad_inputs(folder: Path) -> list[Path]:
+    """The bad inputs of a folder; `valid` is what they are made from."""
+    return sorted(path for path in folder.glob("*.yaml") if path.stem != "valid")
+
+
+def messages(path: Path, read: Callable[[Path], object]) -> list[str]:
+    """The diagnostics of a file that `read` must refuse, with its folder taken out of them."""
+    with pytest.raises(ProblemError) as caught:
+        read(path)
+    assert caught.value.exit_code == EXIT_INVALID
+    assert_places_exist(caught.value.diagnostics)
+    return str(caught.value).replace(f"{path.parent}/", "").splitlines()
+
+
+def expected_messages(path: Path) -> list[str]:
+    """The messages beside a bad input."""
+    return path.with_suffix(".expected").read_text(encoding="utf-8").splitlines()
+
+
+def assert_every_input_has_its_messages(folder: Path) -> None:
+    assert {path.stem for path in bad_inputs(folder)} == {path.stem for path in folder.glob("*.expected")}
+
+
+def assert_places_exist(diagnostics: Sequence[Diagnostic], text: str | None = None) -> None:
+    """Lines and columns point into the file (or into `text`): at most one past the end of a line."""
+    for item in diagnostics:
+        if not item.line:
+            continue
+        whole = text if text is not None else Path(item.file).read_bytes().decode("utf-8-sig", "replace")
+        lines = whole.splitlines()
+        assert 1 <= item.line <= len(lines) + 1, item
+        line = lines[item.line - 1] if item.line <= len(lines) else ""
+        assert 0 <= item.column <= len(line) + 1, item
