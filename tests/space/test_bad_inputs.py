@@ -1,4 +1,4 @@
-"""Semantic mistakes: one defect per file and nothing that merely follows from it; several mistakes at once; mutations."""
+"""Semantic mistakes: one defect per file and nothing that merely follows from it; several at once; mutations."""
 
 from __future__ import annotations
 
