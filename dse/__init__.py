@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     from dse.api.problem import Problem as Problem
     from dse.api.problem import load as load
     from dse.api.problem import loads as loads
+    from dse.api.solving import resume as resume
     from dse.api.solving import solve as solve
     from dse.errors import Diagnostic as Diagnostic
     from dse.errors import DseError as DseError
@@ -32,6 +33,7 @@ _HOMES = {
     "Problem": "dse.api.problem",
     "load": "dse.api.problem",
     "loads": "dse.api.problem",
+    "resume": "dse.api.solving",
     "solve": "dse.api.solving",
     "Diagnostic": "dse.errors",
     "DseError": "dse.errors",

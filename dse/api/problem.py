@@ -6,6 +6,7 @@ import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import Any
 
 from dse.analysis.validity import is_met, slot_users
 from dse.analysis.views import View
@@ -53,6 +54,11 @@ class Changes:
     fix: Sequence[str] = ()
     profile: str | None = None
     worst_case: str | None = None
+
+    @property
+    def is_anything(self) -> bool:
+        """Whether there is any change."""
+        return any((self.limits, self.require, self.objectives, self.fix, self.profile, self.worst_case))
 
 
 def load(path: str | Path) -> Problem:
@@ -109,6 +115,34 @@ def changed(problem: Problem, changes: Changes) -> Problem:
             space, requirements=tuple(requirements), rules=tuple(rules), objectives=objectives, fixed=fixed
         ),
     )
+
+
+def restated(problem: Problem, effective: Mapping[str, Any]) -> Problem:
+    """The problem with exactly the question that the ``effective`` block of a result states.
+
+    Raises
+    ------
+    UsageError
+        when the block is not one that `dse.solve` writes for this problem.
+    """
+    space = problem.space
+    origins = {item.text: item.origin for item in (*space.requirements, *space.rules)}
+    try:
+        space = replace(space, profile=effective["profile"], worst_case=effective["worst_case"])
+        requirements = [
+            replace(item, text=text)
+            for text in effective["requirements"]
+            for item in read_requirements(space, text, origins.get(text, ORIGIN))
+        ]
+        rules = [read_rule(space, text, origins.get(text, ORIGIN)) for text in effective["rules"]]
+        objectives = _objectives(space, effective["objectives"])
+        fixed = read_choices(space, [f"'{name}' = {option}" for name, option in effective["fixed"].items()])
+    except (KeyError, TypeError, AttributeError, ExpressionError, QuestionError) as error:
+        raise UsageError(f"the result does not state a question that fits the problem: {error}") from error
+    space = replace(
+        space, requirements=tuple(requirements), rules=tuple(rules), objectives=objectives, fixed=dict(fixed)
+    )
+    return replace(problem, space=space)
 
 
 def _limit(space: Space, metric: str, text: str) -> tuple[Requirement, ...]:

@@ -4,14 +4,16 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
 from importlib.metadata import version
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 from dse.analysis.evaluate import Evaluator
 from dse.api.problem import Changes, Problem, changed, load
+from dse.api.resuming import read_search
 from dse.errors import UsageError
-from dse.pareto.front import Budget, FrontSearch, Progress, search_front
+from dse.pareto.front import Budget, FrontSearch, Progress, Watch, search_front
 from dse.pareto.nearest import Miss, nearest_misses
 from dse.results.result import Clash, Conflict, ObjectiveInfo, Origin, Point, Result, Search, decisions_of, ranked
 from dse.space.size import space_size
@@ -37,7 +39,7 @@ def solve(
     worst_case: str | None = None,
     time_limit_s: float | None = None,
     seed: int = 0,
-    workers: int = 1,
+    workers: int = 2,
     progress: Callable[[Progress], None] | None = None,
 ) -> Result:
     """The proven Pareto front of a problem.
@@ -59,7 +61,7 @@ def solve(
     time_limit_s
         seconds of wall time for the search; then the front so far is returned as ``incomplete``.
     seed, workers
-        of the solver. The front does not depend on them.
+        of the solver, and how many regions are searched at the same time. The front does not depend on them.
     progress
         called after every solver call.
 
@@ -93,36 +95,84 @@ def solve(
         worst_case=worst_case,
     )
     loaded = problem if isinstance(problem, Problem) else load(problem)
-    return solve_changed(loaded, changes, Budget(time_limit_s, seed, workers), progress)
+    return solve_changed(loaded, changes, Budget(time_limit_s, seed, workers), Watcher(progress))
+
+
+def resume(
+    path: str | Path,
+    *,
+    problem: str | Path | None = None,
+    time_limit_s: float | None = None,
+    seed: int = 0,
+    workers: int = 2,
+    progress: Callable[[Progress], None] | None = None,
+) -> Result:
+    """Go on with a search that was stopped, to the same front as an undisturbed one.
+
+    Parameters
+    ----------
+    path
+        the incomplete result that `Result.to_json` or ``dse solve --json`` wrote.
+    problem
+        the problem file, where it is no longer where the result says.
+    time_limit_s, seed, workers, progress
+        as for `solve`.
+
+    Raises
+    ------
+    UsageError
+        when the file is no result, or of another problem: its text has changed since.
+    """
+    asked, earlier = read_search(path, problem)
+    return solve_asked(asked, Budget(time_limit_s, seed, workers), Watcher(progress), earlier)
 
 
 def _texts(given: str | Sequence[str]) -> Sequence[str]:
     return (given,) if isinstance(given, str) else given
 
 
-def solve_changed(
-    problem: Problem, changes: Changes, budget: Budget, progress: Callable[[Progress], None] | None = None
-) -> Result:
+@dataclass(frozen=True)
+class Watcher:
+    """Who is told how a solve goes: `progress` after every solver call, `checkpoint` every second with the result so far."""
+
+    progress: Callable[[Progress], None] | None = None
+    checkpoint: Callable[[Result], None] | None = None
+
+
+def solve_changed(problem: Problem, changes: Changes, budget: Budget, watcher: Watcher | None = None) -> Result:
     """Solve a problem with changes; see `solve`."""
+    return solve_asked(changed(problem, changes), budget, watcher or Watcher())
+
+
+def solve_asked(asked: Problem, budget: Budget, watcher: Watcher, earlier: FrontSearch | None = None) -> Result:
+    """Solve the question of a problem as it stands, or go on with an earlier search of it."""
     started = time.monotonic()
-    asked = changed(problem, changes)
     space = asked.space
     if not space.objectives:
         raise UsageError(
             "nothing to minimise: state `objectives` in the problem file, or give --minimise \"price\" or the like"
         )
     evaluator = Evaluator(space)
-    search = search_front(evaluator, budget, progress)
-    infeasible = search.is_complete and not search.points
-    conflicts: tuple[Conflict, ...] = ()
-    if infeasible:
+    watch = Watch(watcher.progress)
+    if watcher.checkpoint is not None:
+        write = watcher.checkpoint
+        watch = Watch(watcher.progress, lambda state: write(_result(asked, evaluator, state, budget)))
+    search = search_front(evaluator, budget, watch, earlier)
+    result = _result(asked, evaluator, search, budget)
+    if result.status == "infeasible":
         misses = nearest_misses(space, seed=budget.seed, deadline=_deadline(budget, started))
-        conflicts = tuple(_conflict(miss) for miss in misses)
-    status = "infeasible" if infeasible else "complete" if search.is_complete else "incomplete"
+        result = replace(result, conflicts=tuple(_conflict(miss) for miss in misses))
+    return replace(result, search=replace(result.search, wall_s=round(time.monotonic() - started, 3)))
+
+
+def _result(asked: Problem, evaluator: Evaluator, search: FrontSearch, budget: Budget) -> Result:
+    """What a search, finished or not, amounts to."""
+    space = evaluator.space
+    status: Literal["complete", "incomplete", "infeasible"] = "complete" if search.is_complete else "incomplete"
     return Result(
         problem=_origin(asked),
         space=space,
-        status=status,
+        status="infeasible" if search.is_complete and not search.points else status,
         objectives=tuple(
             ObjectiveInfo(measure.metric.name, objective.sense, measure.counting_unit)
             for measure, objective in zip(evaluator.objectives, space.objectives, strict=True)
@@ -131,16 +181,24 @@ def solve_changed(
         front=_points(evaluator, search),
         unexplored=tuple(_region(evaluator, bound) for bound in search.unexplored),
         refuted=tuple(_region(evaluator, bound) for bound in search.refuted),
-        conflicts=conflicts,
+        potential=_potential(evaluator, search),
+        conflicts=(),
         search=Search(
             solver_calls=search.calls,
-            wall_s=round(time.monotonic() - started, 3),
+            wall_s=round(search.elapsed_s, 3),
             space_size=space_size(space),
             solver=f"OR-tools CP-SAT {version('ortools')}",
             workers=budget.workers,
             seed=budget.seed,
         ),
     )
+
+
+def _potential(evaluator: Evaluator, search: FrontSearch) -> Mapping[str, int]:
+    """For each objective the best value that the unexplored regions may still hold, as far as it is proved."""
+    if not search.floors:
+        return {}
+    return _region(evaluator, tuple(min(column) for column in zip(*search.floors, strict=True)))
 
 
 def _deadline(budget: Budget, started: float) -> float:

@@ -14,7 +14,6 @@ from dse.cli.common import (
     check_writable,
     console,
     json_option,
-    problem_argument,
     question_options,
     write_text,
 )
@@ -46,23 +45,30 @@ class Seconds(click.ParamType[float]):
 
 
 @click.command("solve")
-@problem_argument
+@click.argument("file", type=click.Path(exists=True, dir_okay=False), required=False)
 @question_options
 @click.option("--minimise", "--minimize", multiple=True, metavar="METRIC", help="Objectives instead of those of the file.")
 @click.option("--maximise", "--maximize", multiple=True, metavar="METRIC", help="The same, to be maximised.")
 @click.option("--time-limit", type=Seconds(), help="Stop after this time with the front so far, e.g. 60s (exit code 5).")
 @click.option("--seed", type=click.IntRange(0, 2**31 - 1), default=0, show_default=True, help="Of the solver; the front does not depend on it.")
-@click.option("--workers", type=click.IntRange(1, 64), default=1, show_default=True, help="Solver workers; the front does not depend on them.")
+@click.option("--workers", type=click.IntRange(1, 64), default=2, show_default=True, help="Regions searched at the same time; the front does not depend on it.")
+@click.option(
+    "--resume",
+    type=click.Path(exists=True, dir_okay=False),
+    metavar="RESULT",
+    help="Go on with the stopped search of a result file; the question is that of the result.",
+)
 @json_option
 @click.option("--csv", "csv_path", metavar="PATH", help="Also write the front as CSV; - for standard output.")
 @click.option("-q", "--quiet", is_flag=True, help="Print nothing but what --json or --csv ask for.")
 def command(
-    file: str,
+    file: str | None,
     minimise: tuple[str, ...],
     maximise: tuple[str, ...],
     time_limit: float | None,
     seed: int,
     workers: int,
+    resume: str | None,
     json_path: str | None,
     csv_path: str | None,
     quiet: bool,
@@ -71,20 +77,33 @@ def command(
     """The proven Pareto front of a problem, ranked.
 
     Requirements given here are added to those of the file; --minimise and --maximise replace its objectives.
-    Ctrl-C ends the search and keeps what was found.
+    Ctrl-C ends the search and keeps what was found. While it searches, --json PATH holds the result so far, marked
+    incomplete, from which --resume goes on.
     """
     if json_path == "-" and csv_path == "-":
         raise click.UsageError("only one of --json and --csv can go to standard output")
     check_writable(json_path, csv_path)
-    from dse.api.problem import load
-    from dse.api.solving import solve_changed
+    from dse.api.problem import changed, load
+    from dse.api.resuming import read_search
+    from dse.api.solving import Watcher, solve_asked
     from dse.pareto.front import Budget
 
     texts = [f"minimise {text}" for text in minimise] + [f"maximise {text}" for text in maximise]
     changes = changes_of(options, tuple(texts))
-    problem = load(file)
+    if resume is not None:
+        if changes.is_anything:
+            raise click.UsageError("--resume goes on with the question of the result: no further limits or objectives")
+        asked, earlier = read_search(resume, file)
+    elif file is not None:
+        asked, earlier = changed(load(file), changes), None
+    else:
+        raise click.UsageError("missing argument FILE")
+    checkpoint = None
+    if json_path is not None and json_path != "-":
+        path = json_path
+        checkpoint = lambda result: write_text(path, result.to_json())  # noqa: E731
     with _Reporter(quiet=quiet) as progress:
-        result = solve_changed(problem, changes, Budget(time_limit, seed, workers), progress)
+        result = solve_asked(asked, Budget(time_limit, seed, workers), Watcher(progress, checkpoint), earlier)
     if not quiet and "-" not in (json_path, csv_path):
         from dse.report.terminal import print_result
 

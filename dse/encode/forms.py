@@ -131,10 +131,15 @@ class Board:
 
     def expression(self, form: Form) -> Any:
         """The form as a solver expression; raises OverflowError where exact arithmetic would be lost."""
-        if max(abs(form.low), abs(form.high)) >= EXACT_LIMIT:
-            raise OverflowError(f"a sum may reach {max(abs(form.low), abs(form.high))}, beyond exact arithmetic")
+        check_exact(max(abs(form.low), abs(form.high)), "a sum")
         variables = [self.model.get_int_var_from_proto_index(index) for index in form.coefficients]
         return cp_model.LinearExpr.weighted_sum(variables, list(form.coefficients.values())) + form.constant
+
+
+def check_exact(value: int, what: str) -> None:
+    """Raise OverflowError where `value` is beyond what is computed exactly."""
+    if abs(value) >= EXACT_LIMIT:
+        raise OverflowError(f"{what} may reach {abs(value)}, beyond exact arithmetic")
 
 
 def floor_int(value: Fraction) -> int:

@@ -8,7 +8,7 @@ to the safe side, which loses no design, and the referee refuses what exact comp
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 from ortools.sat.python import cp_model
@@ -130,14 +130,17 @@ def add_validity(board: Board, rulebook: Rulebook) -> None:
 
 def _add_objective(board: Board, rates: RateVariables, evaluator: Evaluator, number: int) -> EncodedObjective:
     """The objective as offset + step * variable, where step divides every coefficient (lossless)."""
-    measure = evaluator.objectives[number]
-    sign = 1 if board.space.objectives[number].sense == "minimise" else -1
-    form = measure_form(board, rates, measure)
+    measure, objective = evaluator.objectives[number], board.space.objectives[number]
+    sign = 1 if objective.sense == "minimise" else -1
+    try:
+        form = measure_form(board, rates, measure)
+        expression = board.expression(form)
+    except OverflowError as error:
+        raise OverflowError(f"{objective.text}: {error}") from error
     step = form.shared_divisor()
     ends = sorted((sign * form.low, sign * form.high))
-    base = sign * form.constant
-    offset = ends[0] + (base - ends[0]) % step
+    offset = ends[0] + (sign * form.constant - ends[0]) % step
     size = max(0, (ends[1] - offset) // step)
     variable = board.model.new_int_var(0, size, measure.metric.name)
-    board.model.add(sign * board.expression(form) == offset + step * variable)
+    board.model.add(sign * expression == offset + step * variable)
     return EncodedObjective(variable, offset, step, size)

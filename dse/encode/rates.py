@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from fractions import Fraction
-from functools import partial
+from functools import cached_property, partial
 from math import lcm
 from typing import Any
 
@@ -11,11 +11,12 @@ import networkx
 from ortools.sat.python import cp_model
 
 from dse.analysis.measures import Term
-from dse.analysis.rates import NS_PER_S, RateKey, is_event_triggered, source_rates_hz
+from dse.analysis.rates import NS_PER_S, RateKey, all_keys, is_event_triggered, source_rates_hz
 from dse.analysis.views import View
-from dse.encode.forms import EXACT_LIMIT, Board, Form, ceil_int
+from dse.encode.forms import EXACT_LIMIT, Board, Form, ceil_int, check_exact
 from dse.space.activation import trigger_graph
 from dse.space.trees import at, leaves
+from dse.space.types import Space
 
 
 def add_acyclic_activation(board: Board) -> None:
@@ -59,20 +60,25 @@ class RateVariables:
         assert term.coefficient is not None and term.rate is not None
         board = self.board
         rate, most = self.variable(term.rate)
-        cases = board.table(term.coefficient) or []
-        high = max((ceil_int(value * scale * most / self.scale) for _, value in cases), default=0)
-        product = board.model.new_int_var(0, high, "")
-        for literal, coefficient in cases:
-            factor = coefficient * Fraction(scale, self.scale)
+        factors = [
+            (literal, value * Fraction(scale, self.scale)) for literal, value in board.table(term.coefficient) or []
+        ]
+        ends = [ceil_int(factor * most) for _, factor in factors]
+        low, high = min(0, *ends), max(0, *ends)
+        product = board.model.new_int_var(low, high, "")
+        for literal, factor in factors:
+            check_exact(factor.numerator * most, f"the rate of {term.label} times its work or size")
+            check_exact(factor.denominator * max(high, -low), f"the sum over {term.label}")
             exact = factor.numerator * rate
             board.model.add(factor.denominator * product >= exact).only_enforce_if(literal)
             board.model.add(factor.denominator * product <= exact + factor.denominator - 1).only_enforce_if(literal)
-        return Form(0, {product.index: 1}, 0, high)
+        return Form(0, {product.index: 1}, low, high)
 
     def variable(self, key: RateKey) -> tuple[cp_model.IntVar, int]:
         """The variable of a rate and its upper bound."""
         if key not in self._made:
-            most = self._bound(key, frozenset())
+            most = self._bounds[key]
+            check_exact(most, "a rate in its common denominator")
             made = self.board.model.new_int_var(0, most, "")
             self._made[key] = (made, most)
             self._define(key, made)
@@ -129,23 +135,53 @@ class RateVariables:
                 model.add_min_equality(smaller, [arriving, cap])
                 model.add(variable == smaller).only_enforce_if(literal)
 
-    def _bound(self, key: RateKey, above: frozenset[RateKey]) -> int:
-        """An upper bound on a rate in any design whose dispatch is acyclic."""
-        if key in above:
-            return 0
+    @cached_property
+    def _bounds(self) -> dict[RateKey, int]:
+        """Upper bounds on all rates, over the designs whose dispatch is acyclic.
+
+        There no chain of dispatches comes back to where it was: as many rounds as a circle has members are enough.
+        """
+        space = self.board.space
+        graph: networkx.DiGraph[RateKey] = networkx.DiGraph()
+        for key in all_keys(space):
+            graph.add_node(key)
+            graph.add_edges_from((source, key) for source in _summands(space, key))
+        bounds = dict.fromkeys(all_keys(space), 0)
+        circles = networkx.condensation(graph)
+        for circle in networkx.topological_sort(circles):
+            members = sorted(circles.nodes[circle]["members"])
+            for _ in members:
+                bounds.update({key: self._bound(key, bounds) for key in members})
+        return bounds
+
+    def _bound(self, key: RateKey, bounds: dict[RateKey, int]) -> int:
+        """The bound that follows from those of the rates that this one sums."""
         kind, number = key
-        space, seen = self.board.space, above | {key}
-        if kind == "input":
-            return sum(self._bound(("delivery", wire), seen) for wire in space.components[number].triggers)
+        space = self.board.space
+        total = sum(bounds[source] for source in _summands(space, key))
         if kind == "activation":
             periods = [leaf for leaf in leaves(space.components[number].period_ns) if leaf is not None]
-            own = max((int(Fraction(NS_PER_S, period) * self.scale) for period in periods), default=0)
-            return max(own, self._bound(("input", number), seen))
+            return max(total, *(int(Fraction(NS_PER_S, period) * self.scale) for period in periods), 0)
+        if kind == "input" or total:
+            return total
         connection = space.connections[number]
         if connection.rate_hz is not None:
             return max(int(Fraction(leaf) * self.scale) for leaf in leaves(connection.rate_hz))
-        if connection.data_rate is not None:
-            sizes = [leaf for leaf in leaves(connection.size_bytes) if leaf]
-            rates = [Fraction(leaf) / size for leaf in leaves(connection.data_rate) for size in sizes]
-            return max((int(rate * self.scale) for rate in rates), default=0)
-        return self._bound(("activation", connection.source), seen) if connection.source is not None else 0
+        if connection.data_rate is None:
+            return 0
+        sizes = [leaf for leaf in leaves(connection.size_bytes) if leaf]
+        rates = [Fraction(leaf) / size for leaf in leaves(connection.data_rate) for size in sizes]
+        return max((int(rate * self.scale) for rate in rates), default=0)
+
+
+def _summands(space: Space, key: RateKey) -> list[RateKey]:
+    """The rates that a rate is the sum, or the larger, or the smaller of."""
+    kind, number = key
+    if kind == "activation":
+        return [("input", number)]
+    if kind == "input":
+        return [("delivery", wire) for wire in space.components[number].triggers]
+    connection = space.connections[number]
+    if connection.rate_hz is not None or connection.data_rate is not None or connection.source is None:
+        return []
+    return [("activation", connection.source)]

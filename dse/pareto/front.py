@@ -8,17 +8,25 @@ passes the referee (`Evaluator`), which computes its figures without the solver.
 from __future__ import annotations
 
 import time
-from collections.abc import Callable
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
 
 from dse.analysis.evaluate import Evaluator
 from dse.encode.forms import EXACT_LIMIT
 from dse.encode.model import EncodedObjective, EncodedSpace, encode
 from dse.errors import RefereeError
 from dse.pareto.canonical import canonical_design
+from dse.pareto.crew import Crew, stop_on_interrupt
 from dse.pareto.subproblem import Answer, Found, NoSuchDesign, Solver, Unfinished
-from dse.pareto.zones import Bound, SearchRegion
+from dse.pareto.zones import Bound, SearchRegion, local_upper_bounds
 from dse.space.types import Design
+
+CHECKPOINT_S = 1.0
+"""How often the state of a running search is handed out."""
+HELP_AFTER_S = 0.5
+"""After how long further solvers join: a small problem is done before they are ready."""
+MOST_BOXES = 20_000
+"""A certificate with more boxes than this is left as the search made it."""
 
 
 @dataclass(frozen=True)
@@ -37,14 +45,15 @@ class FrontSearch:
 
     `points` maps objective vectors (counted, as `Measure.integer` gives them) to designs. `unexplored` are the regions
     still open and `refuted` those proved empty: exclusive upper bounds in the same units, minimised objectives
-    (maximised ones negated).
+    (maximised ones negated). `floors` has for each open region the least value that each objective may still have there.
     """
 
-    points: dict[tuple[int, ...], Design]
+    points: Mapping[tuple[int, ...], Design]
     unexplored: tuple[Bound, ...]
     refuted: tuple[Bound, ...]
     calls: int
     elapsed_s: float
+    floors: tuple[Bound, ...] = ()
 
     @property
     def is_complete(self) -> bool:
@@ -54,60 +63,171 @@ class FrontSearch:
 
 @dataclass(frozen=True)
 class Budget:
-    """How long, with which seed, on how many solver workers."""
+    """How long, with which seed, and on how many regions at the same time."""
 
     time_limit_s: float | None = None
     seed: int = 0
     workers: int = 1
 
 
+@dataclass(frozen=True)
+class Watch:
+    """Who is told how the search goes: `progress` after every call, `checkpoint` now and then with the state so far."""
+
+    progress: Callable[[Progress], None] | None = None
+    checkpoint: Callable[[FrontSearch], None] | None = None
+
+
+@dataclass
+class _State:
+    """A search under way: counted in steps above each objective's offset."""
+
+    evaluator: Evaluator
+    encoded: EncodedSpace
+    region: SearchRegion
+    started: float
+    crew: Crew[tuple[Bound, int], Answer] = field(default_factory=Crew)
+    designs: dict[Bound, Design] = field(default_factory=dict)
+    hint: Design | None = None
+    calls_before: int = 0
+
+    def take(self, zone: Bound, axis: int, answer: Answer) -> None:
+        """What an answer tells about the region."""
+        if isinstance(answer, NoSuchDesign):
+            self.region.refute(zone)
+        elif isinstance(answer, Found):
+            self.hint = answer.design
+            self.designs.setdefault(answer.point, answer.design)
+            self.region.refute((*zone[:axis], answer.point[axis], *zone[axis + 1 :]))
+            self.region.cut(answer.point)
+
+    def progress(self) -> Progress:
+        """Where the search stands."""
+        elapsed = time.monotonic() - self.started
+        return Progress(len(self.designs), len(self.region.open), self.calls_before + self.crew.calls, elapsed)
+
+    def snapshot(self) -> FrontSearch:
+        """The state in counted units, every point refereed."""
+        objectives = self.encoded.objectives
+        points = {
+            _signed(self.evaluator, counted(objectives, point)): _refereed(self.evaluator, self.encoded, design, point)
+            for point, design in sorted(self.designs.items())
+        }
+        zones = sorted(self.region.open)
+        return FrontSearch(
+            points=points,
+            unexplored=tuple(counted(objectives, zone) for zone in zones),
+            refuted=tuple(sorted(counted(objectives, box) for box in self.region.refuted)),
+            calls=self.calls_before + self.crew.calls,
+            elapsed_s=time.monotonic() - self.started,
+            floors=tuple(counted(objectives, self.region.floor(zone)) for zone in zones),
+        )
+
+
 def search_front(
-    evaluator: Evaluator, budget: Budget | None = None, progress: Callable[[Progress], None] | None = None
+    evaluator: Evaluator,
+    budget: Budget | None = None,
+    watch: Watch | None = None,
+    earlier: FrontSearch | None = None,
 ) -> FrontSearch:
     """All non-dominated points of the evaluator's space, each with its canonical design.
 
     Ctrl-C and the time limit end the search early: the points found so far are non-dominated all the same, and the open
-    regions say where more may lie.
+    regions say where more may lie. `earlier` is the outcome of a stopped search of the same space, which is continued.
 
     Raises
     ------
     RefereeError
         when the solver's figures and the analysis disagree.
     """
-    budget = budget or Budget()
+    budget, watch = budget or Budget(), watch or Watch()
     started = time.monotonic()
     deadline = None if budget.time_limit_s is None else started + budget.time_limit_s
     encoded = encode(evaluator)
-    solver = Solver(encoded, seed=budget.seed, workers=budget.workers, deadline=deadline)
-    objectives = encoded.objectives
-    region = SearchRegion(tuple(objective.size + 1 for objective in objectives))
-    designs: dict[Bound, Design] = {}
-    hint: Design | None = None
-    while region.open:
-        zone, axis = region.next_zone()
-        answer = _minimise_in(solver, evaluator, zone, axis, hint)
+    start = tuple(objective.size + 1 for objective in encoded.objectives)
+    state = _State(evaluator, encoded, SearchRegion(start), started)
+    if earlier is not None:
+        _restore(state, earlier)
+    state.crew.solvers.append(Solver(encoded, seed=budget.seed, deadline=deadline))
+    with stop_on_interrupt(state.crew.stop):
+        _explore(state, budget, watch)
+        _make_canonical(state)
+    if not state.region.open:
+        boxes = local_upper_bounds(start, sorted(state.designs), MOST_BOXES)
+        state.region.refuted = boxes if boxes is not None else state.region.refuted
+    return state.snapshot()
+
+
+def _explore(state: _State, budget: Budget, watch: Watch) -> None:
+    """Search zones until none is open, or time is up; each solver of the crew has a zone of its own."""
+    crew, region = state.crew, state.region
+    saved = time.monotonic()
+    while region.open and not crew.stopped:
+        now = time.monotonic()
+        if len(crew.solvers) < budget.workers and now - state.started > HELP_AFTER_S:
+            first = crew.solvers[0]
+            crew.solvers.append(Solver(state.encoded.copy(), seed=budget.seed, deadline=first.deadline))
+        for solver in crew.idle:
+            choice = region.next_zone(list(crew.busy.values()))
+            if choice is not None:
+                hint = state.hint
+                crew.start(solver, choice, lambda s=solver, c=choice, h=hint: _minimise_in(s, state.evaluator, *c, h))
+        (zone, axis), answer = crew.wait()
         if isinstance(answer, Unfinished):
-            break
-        if isinstance(answer, NoSuchDesign):
-            region.refute(zone)
-        else:
-            point, hint = answer.point, answer.design
-            designs[point] = answer.design
-            region.refute((*zone[:axis], point[axis], *zone[axis + 1 :]))
-            region.cut(point)
-        if progress is not None:
-            progress(Progress(len(designs), len(region.open), solver.calls, time.monotonic() - started))
-    points = {}
-    for point in sorted(designs):
-        design = canonical_design(solver, point, designs[point]) or designs[point]
-        points[_signed(evaluator, counted(objectives, point))] = _refereed(evaluator, encoded, design, point).design
-    return FrontSearch(
-        points=points,
-        unexplored=tuple(sorted(counted(objectives, zone) for zone in region.open)),
-        refuted=tuple(sorted(counted(objectives, box) for box in region.refuted)),
-        calls=solver.calls,
-        elapsed_s=time.monotonic() - started,
-    )
+            crew.stop()
+        state.take(zone, axis, answer)
+        if watch.progress is not None:
+            watch.progress(state.progress())
+        if watch.checkpoint is not None and now - saved >= CHECKPOINT_S and region.open:
+            saved = now
+            watch.checkpoint(state.snapshot())
+    if region.open:
+        crew.stop()
+    for (zone, axis), answer in crew.drain():
+        state.take(zone, axis, answer)
+
+
+def _make_canonical(state: _State) -> None:
+    """Replace each design by the canonical one of its point, unless the search was stopped."""
+    if state.region.open:
+        return
+    crew: Crew[Bound, Design | None] = Crew(state.crew.solvers)
+    for solver in crew.solvers:
+        solver.deadline = None  # the front is proved; what is left is short, and makes the result reproducible
+    waiting = sorted(state.designs, reverse=True)
+    while (waiting and not crew.stopped) or crew.busy:
+        for solver in crew.idle:
+            if waiting and not crew.stopped:
+                point = waiting.pop()
+                crew.start(solver, point, lambda s=solver, p=point: canonical_design(s, p, state.designs[p]))  # type: ignore[misc]
+        point, design = crew.wait()
+        state.designs[point] = design or state.designs[point]
+
+
+def _restore(state: _State, earlier: FrontSearch) -> None:
+    """Take up a stopped search: its points, refuted boxes and open zones.
+
+    Raises
+    ------
+    ValueError
+        when the earlier outcome is not one of this space.
+    """
+    objectives = state.encoded.objectives
+    for vector, design in earlier.points.items():
+        point = _steps(objectives, _signed(state.evaluator, vector))
+        _refereed(state.evaluator, state.encoded, design, point)
+        state.designs[point] = design
+    state.region.refuted = [_steps(objectives, box) for box in earlier.refuted]
+    state.region.open = [_steps(objectives, zone) for zone in earlier.unexplored]
+    state.calls_before = earlier.calls
+
+
+def _steps(objectives: tuple[EncodedObjective, ...], values: Bound) -> Bound:
+    """Counted (minimised) objectives to solver steps."""
+    pairs = [divmod(value - item.offset, item.step) for item, value in zip(objectives, values, strict=True)]
+    if any(rest for _, rest in pairs):
+        raise ValueError(f"{values} are no values that these objectives can have")
+    return tuple(steps for steps, _ in pairs)
 
 
 def counted(objectives: tuple[EncodedObjective, ...], steps: Bound) -> Bound:
@@ -169,10 +289,10 @@ def _is_exactly_feasible(evaluator: Evaluator, design: Design) -> bool:
     return not broken
 
 
-def _refereed(evaluator: Evaluator, encoded: EncodedSpace, design: Design, point: Bound) -> Found:
+def _refereed(evaluator: Evaluator, encoded: EncodedSpace, design: Design, point: Bound) -> Design:
     """The design, after the analysis has recomputed its objectives and requirements."""
     evaluation = evaluator.evaluate(design)
     claimed = _signed(evaluator, counted(encoded.objectives, point))
     if not evaluation.is_feasible or evaluation.objectives != claimed:
         raise RefereeError(f"the solver claims {claimed}, the analysis finds {evaluation}")
-    return Found(point, evaluation.design)
+    return evaluation.design

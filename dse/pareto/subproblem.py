@@ -5,7 +5,6 @@ Every question the search asks goes through `Solver.minimise`, which answers wit
 
 from __future__ import annotations
 
-import threading
 import time
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -45,16 +44,13 @@ Answer = Found | NoSuchDesign | Unfinished
 class Solver:
     """A model with its search settings, a deadline and a stop switch.
 
-    `calls` counts the questions asked. Same model, same seed, same answers: one worker and limits in deterministic
-    time.
+    `calls` counts the questions asked. Same model, same seed, same answers: one CP-SAT worker, and limits in deterministic time.
+    Solving releases the GIL: several solvers, each with a model of its own, can work in threads (see `dse.pareto.crew`).
     """
 
-    def __init__(
-        self, encoded: EncodedSpace, *, seed: int = 0, workers: int = 1, deadline: float | None = None
-    ) -> None:
+    def __init__(self, encoded: EncodedSpace, *, seed: int = 0, deadline: float | None = None) -> None:
         self.encoded = encoded
         self.seed = seed
-        self.workers = workers
         self.deadline = deadline
         self.calls = 0
         self.stopped = False
@@ -129,7 +125,7 @@ class Solver:
             return Unfinished()
         solver = cp_model.CpSolver()
         parameters: Any = solver.parameters
-        parameters.num_workers = self.workers
+        parameters.num_workers = 1
         parameters.random_seed = self.seed
         parameters.catch_sigint_signal = False
         if light:
@@ -140,7 +136,9 @@ class Solver:
             parameters.max_presolve_iterations = 1
         if self.deadline is not None:
             parameters.max_time_in_seconds = max(0.01, self.deadline - time.monotonic())
-        status = self._run(solver)
+        self._running = solver
+        status = solver.solve(self.encoded.model)
+        self._running = None
         if status == cp_model.OPTIMAL:
             point = tuple(solver.value(objective.variable) for objective in self.encoded.objectives)
             return Found(point, self.encoded.design(solver.boolean_value))
@@ -148,30 +146,3 @@ class Solver:
             return NoSuchDesign()
         assert status != cp_model.MODEL_INVALID, "the model is invalid"
         return Unfinished()
-
-    def _run(self, solver: cp_model.CpSolver) -> Any:
-        """Solve in a daemon thread while this one waits in short steps, so that Ctrl-C is never lost or deadlocked."""
-        result: list[Any] = []
-        done = threading.Event()
-
-        def work() -> None:
-            try:
-                result.append(solver.solve(self.encoded.model))
-            except BaseException as error:  # noqa: BLE001 - handed to the waiting thread, which raises it
-                result.append(error)
-            finally:
-                done.set()
-
-        self._running = solver
-        threading.Thread(target=work, daemon=True).start()
-        while not done.is_set():
-            try:
-                while not done.wait(0.2):
-                    pass
-            except KeyboardInterrupt:
-                self.stopped = True
-                solver.stop_search()
-        self._running = None
-        if isinstance(result[0], BaseException):
-            raise result[0]
-        return result[0]

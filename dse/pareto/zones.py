@@ -8,7 +8,7 @@ point is dominated by a found one, equal to it, or proved to belong to no design
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Collection, Iterable, Sequence
 from math import prod
 from typing import TypeAlias
 
@@ -47,7 +47,9 @@ class SearchRegion:
         for zone in hit:
             for axis, value in enumerate(point):
                 child = (*zone[:axis], value, *zone[axis + 1 :])
-                if value > 0 and not any(inside(child, box) for box in self.refuted):
+                if value == 0:  # nothing is below the least value that the terms can sum to
+                    self.refute(child)
+                elif not any(inside(child, box) for box in self.refuted):
                     children.add(child)
         ordered = sorted(children)
         maximal = [
@@ -58,21 +60,46 @@ class SearchRegion:
         ]
         self.open = kept + maximal
 
-    def next_zone(self) -> tuple[Bound, int]:
-        """The zone to search next and the objective to minimise in it.
+    def next_zone(self, taken: Collection[tuple[Bound, int]] = ()) -> tuple[Bound, int] | None:
+        """The zone to search next and the objective to minimise in it; None when every choice is `taken` already.
 
         The largest projection wins (Tamby and Vanderpooten, "Enumeration of the nondominated set of multiobjective
-        discrete optimization problems", INFORMS Journal on Computing 33, 2021).
+        discrete optimization problems", INFORMS Journal on Computing 33, 2021); zones that nobody searches come first.
         """
-        best: tuple[int, Bound, int] | None = None
+        busy = {zone for zone, _ in taken}
+        best: tuple[bool, int, Bound, int] | None = None
         for zone in self.open:
             volume = prod(zone)
             for axis, extent in enumerate(zone):
-                candidate = (-(volume // extent), zone, axis)
-                if best is None or candidate < best:
+                candidate = (zone in busy, -(volume // extent), zone, axis)
+                if (best is None or candidate < best) and (zone, axis) not in taken:
                     best = candidate
-        assert best is not None
-        return best[1], best[2]
+        return None if best is None else (best[2], best[3])
+
+    def floor(self, zone: Bound) -> Bound:
+        """For each objective the least value that a design in `zone` may still have, as far as it is proved."""
+        result = []
+        for axis in range(len(zone)):
+            covering = [
+                box[axis]
+                for box in self.refuted
+                if all(box[other] >= zone[other] for other in range(len(zone)) if other != axis)
+            ]
+            result.append(max(covering, default=0))
+        return tuple(result)
+
+
+def local_upper_bounds(start: Bound, points: Iterable[Bound], most: int) -> list[Bound] | None:
+    """The maximal boxes below `start` that hold no point and none that a point dominates; None beyond `most` boxes.
+
+    They depend on the points alone: the shortest certificate of a complete front.
+    """
+    region = SearchRegion(start)
+    for point in points:
+        region.cut(point)
+        if len(region.open) > most:
+            return None
+    return sorted({*region.open, *region.refuted})
 
 
 def dominates(one: Sequence[int], other: Sequence[int]) -> bool:

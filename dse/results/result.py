@@ -103,6 +103,7 @@ class Result:
 
     `status` is ``complete`` (the front is proved), ``incomplete`` (stopped early: every point is non-dominated among all designs,
     but others may be missing in the `unexplored` regions) or ``infeasible`` (proved). The front is in the order of rank.
+    Regions are exclusive bounds by objective; `potential` is the best value of each objective that may still be unexplored.
     """
 
     problem: Origin
@@ -113,6 +114,7 @@ class Result:
     front: tuple[Point, ...]
     unexplored: tuple[Mapping[str, int], ...]
     refuted: tuple[Mapping[str, int], ...]
+    potential: Mapping[str, int]
     conflicts: tuple[Conflict, ...]
     search: Search
 
@@ -148,6 +150,7 @@ class Result:
             ],
             "unexplored": [dict(region) for region in self.unexplored],
             "refuted": [dict(region) for region in self.refuted],
+            "potential": dict(self.potential),
             "conflicts": [{"members": [clash.to_dict() for clash in item.members]} for item in self.conflicts],
             "search": vars(self.search),
         }
