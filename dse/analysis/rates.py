@@ -86,7 +86,7 @@ def source_rates_hz(space: Space) -> dict[RateKey, frozenset[Fraction]]:
     changed = True
     while changed:
         changed = False
-        for key in _all_keys(space):
+        for key in all_keys(space):
             rates = _direct_sources(space, key, found)
             if rates != found.get(key):
                 found[key] = rates
@@ -94,7 +94,8 @@ def source_rates_hz(space: Space) -> dict[RateKey, frozenset[Fraction]]:
     return found
 
 
-def _all_keys(space: Space) -> list[RateKey]:
+def all_keys(space: Space) -> list[RateKey]:
+    """Every rate that a space has."""
     keys: list[RateKey] = [("delivery", number) for number in range(len(space.connections))]
     for number in range(len(space.components)):
         keys += [("input", number), ("activation", number)]

@@ -8,17 +8,19 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+from functools import partial
 from typing import Any
 
-from dse.analysis.binding import bus_stack
+from dse.analysis.binding import bus_figure, bus_stack
 from dse.analysis.limits import HOLDS
 from dse.analysis.measures import reachable_buses
 from dse.analysis.views import View
-from dse.space.trees import NOT_OFFERED, Choice, NotOffered, Tree, at, consulted, leaves
+from dse.space.trees import NOT_OFFERED, Choice, NotOffered, PerProcessorType, Tree, at, consulted, leaves
 from dse.space.types import (
     EMPTY,
     INACTIVE,
     Atom,
+    Connection,
     Decision,
     Design,
     MultipleTest,
@@ -72,6 +74,7 @@ def structural_predicates(space: Space) -> Iterator[Predicate]:
     for decision in space.decisions:
         if _mentions_not_offered(decision.home):
             yield Predicate(f"{decision.name} is offered", lambda view, home=decision.home: _is_offered(home, view))
+    yield from _offered_by_machines(space)
     yield from _filled_slots(space)
     yield from _shared_processes(space)
 
@@ -84,6 +87,29 @@ def _mentions_not_offered(tree: Tree) -> bool:
 
 def _is_offered(home: Tree, view: View) -> bool:
     return consulted(home, view)[1] is not NOT_OFFERED
+
+
+def _offered_by_machines(space: Space) -> Iterator[Predicate]:
+    """The chosen figures of a virtual bus are offered on each machine that runs it."""
+    for connection in space.connections:
+        carriers = [space.buses[bus] for bus in sorted(reachable_buses(space, connection))]
+        trees = [tree for bus in carriers for tree in (bus.fixed_ns, bus.per_byte_ns, bus.latency_ns)]
+        tables = [leaf for tree in trees for leaf in leaves(tree) if isinstance(leaf, PerProcessorType)]
+        if any(_mentions_not_offered(subtree) for table in tables for subtree in table.by_type.values()):
+            yield Predicate(
+                f"what carries {connection.name} is offered on the machine that runs it",
+                partial(_has_figures, space, connection),
+            )
+
+
+def _has_figures(space: Space, connection: Connection, view: View) -> bool:
+    try:
+        for bus in (space.buses[index] for index in bus_stack(space, connection, view)):
+            for tree in (bus.fixed_ns, bus.per_byte_ns, bus.latency_ns):
+                bus_figure(space, tree, connection, view)
+    except NotOffered:
+        return False
+    return True
 
 
 def _filled_slots(space: Space) -> Iterator[Predicate]:

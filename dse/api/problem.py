@@ -126,7 +126,7 @@ def restated(problem: Problem, effective: Mapping[str, Any]) -> Problem:
         when the block is not one that `dse.solve` writes for this problem.
     """
     space = problem.space
-    origins = {item.text: item.origin for item in (*space.requirements, *space.rules)}
+    origins = {item.text: item.origin for item in space.requirements} | {item.text: item.origin for item in space.rules}
     try:
         space = replace(space, profile=effective["profile"], worst_case=effective["worst_case"])
         requirements = [
@@ -234,6 +234,16 @@ def complete_design(space: Space, choices: Mapping[int, int]) -> Design:
             f"the design leaves open: {', '.join(missing)} (give them with --design \"{missing[0]} = …\", or state a baseline)"
         )
     return tuple(max(option, 0) for option in design)
+
+
+def baseline_design(space: Space) -> Design | None:
+    """Today's design; None when the problem states none, or only a part of it."""
+    if not space.baseline:
+        return None
+    try:
+        return complete_design(space, space.baseline)
+    except UsageError:
+        return None
 
 
 def _with_slots(space: Space, made: Sequence[int]) -> list[int]:

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any, Literal
 
 from dse.analysis.evaluate import Evaluator
-from dse.api.problem import Changes, Problem, changed, load
+from dse.api.problem import Changes, Problem, baseline_design, changed, load
 from dse.api.resuming import read_search
 from dse.errors import UsageError
 from dse.pareto.front import Budget, FrontSearch, Progress, Watch, search_front
@@ -183,6 +183,7 @@ def _result(asked: Problem, evaluator: Evaluator, search: FrontSearch, budget: B
         refuted=tuple(_region(evaluator, bound) for bound in search.refuted),
         potential=_potential(evaluator, search),
         conflicts=(),
+        baseline=baseline_design(space),
         search=Search(
             solver_calls=search.calls,
             wall_s=round(search.elapsed_s, 3),

@@ -47,6 +47,20 @@ class EncodedSpace:
     inactive: Sequence[cp_model.IntVar | None]
     objectives: tuple[EncodedObjective, ...]
 
+    def copy(self) -> EncodedSpace:
+        """The same model again, for another thread to solve."""
+        model = self.model.clone()
+
+        def again(variable: cp_model.IntVar) -> cp_model.IntVar:
+            return model.get_int_var_from_proto_index(variable.index)
+
+        return EncodedSpace(
+            model,
+            [[again(literal) for literal in literals] for literals in self.options],
+            [again(literal) if literal is not None else None for literal in self.inactive],
+            tuple(replace(objective, variable=again(objective.variable)) for objective in self.objectives),
+        )
+
     def design(self, is_true: Callable[[cp_model.IntVar], bool]) -> Design:
         """The design of a solution; `is_true` gives the value of a literal."""
         result = []

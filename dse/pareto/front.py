@@ -10,6 +10,7 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
+from functools import partial
 
 from dse.analysis.evaluate import Evaluator
 from dse.encode.forms import EXACT_LIMIT
@@ -170,8 +171,7 @@ def _explore(state: _State, budget: Budget, watch: Watch) -> None:
         for solver in crew.idle:
             choice = region.next_zone(list(crew.busy.values()))
             if choice is not None:
-                hint = state.hint
-                crew.start(solver, choice, lambda s=solver, c=choice, h=hint: _minimise_in(s, state.evaluator, *c, h))
+                crew.start(solver, choice, partial(_minimise_in, solver, state.evaluator, *choice, state.hint))
         (zone, axis), answer = crew.wait()
         if isinstance(answer, Unfinished):
             crew.stop()
@@ -199,7 +199,7 @@ def _make_canonical(state: _State) -> None:
         for solver in crew.idle:
             if waiting and not crew.stopped:
                 point = waiting.pop()
-                crew.start(solver, point, lambda s=solver, p=point: canonical_design(s, p, state.designs[p]))  # type: ignore[misc]
+                crew.start(solver, point, partial(canonical_design, solver, point, state.designs[point]))
         point, design = crew.wait()
         state.designs[point] = design or state.designs[point]
 

@@ -11,7 +11,7 @@ from fractions import Fraction
 from typing import TYPE_CHECKING, Any, Literal
 
 from dse.errors import EXIT_COMPLETE, EXIT_INCOMPLETE, EXIT_INFEASIBLE
-from dse.results.ranking import METHOD, ideal_distances, ranks
+from dse.results.ranking import METHOD, competition_ranks, ideal_distances
 from dse.space.types import Design, Space
 
 if TYPE_CHECKING:
@@ -31,7 +31,10 @@ class ObjectiveInfo:
 
 @dataclass(frozen=True)
 class Point:
-    """A non-dominated design: `objectives` and `metrics` count in the units of the result, `decisions` are active open ones."""
+    """A non-dominated design: `objectives` and `metrics` count in the units of the result, `decisions` are active open ones.
+
+    `id` names the point in a result whatever it is ranked by; `score` says in words what the rank is founded on.
+    """
 
     id: int
     rank: int
@@ -39,6 +42,7 @@ class Point:
     metrics: Mapping[str, int]
     decisions: Mapping[str, str]
     design: Design
+    score: str = ""
 
 
 @dataclass(frozen=True)
@@ -75,6 +79,51 @@ class Conflict:
 
 
 @dataclass(frozen=True)
+class Sibling:
+    """Another design at or near a point of the front; `id` is ``POINT.NUMBER``.
+
+    `dominated_by` are the ids of the points that dominate it; `different` counts the decisions that differ from the point's.
+    """
+
+    id: str
+    objectives: Mapping[str, int]
+    metrics: Mapping[str, int]
+    decisions: Mapping[str, str]
+    design: Design
+    dominated_by: tuple[int, ...]
+    different: int
+
+
+@dataclass(frozen=True)
+class Others:
+    """Further designs of point `of`: with its objectives (`within` 0), or with each at most that share worse.
+
+    They are chosen to differ from the point and from one another. `more` says whether there are others still: None where the
+    solver was stopped before it could tell.
+    """
+
+    of: int
+    within: Fraction
+    designs: tuple[Sibling, ...]
+    more: bool | None
+
+    def to_dict(self) -> dict[str, Any]:
+        """For JSON."""
+        designs = [
+            {
+                "id": item.id,
+                "objectives": dict(item.objectives),
+                "metrics": dict(item.metrics),
+                "decisions": dict(item.decisions),
+                "dominated_by": list(item.dominated_by),
+                "different_decisions": item.different,
+            }
+            for item in self.designs
+        ]
+        return {"of": self.of, "within": exact(self.within), "designs": designs, "more": self.more}
+
+
+@dataclass(frozen=True)
 class Search:
     """What the search did: calls, seconds, size of the space, solver, workers, seed."""
 
@@ -103,6 +152,8 @@ class Result:
 
     `status` is ``complete`` (the front is proved), ``incomplete`` (stopped early: every point is non-dominated among all designs,
     but others may be missing in the `unexplored` regions) or ``infeasible`` (proved). The front is in the order of rank.
+    `baseline` is today's design where the problem states all of it; `ranking` is the method as asked for, `ranking_words` the method with
+    its parameters; `others` are further designs at or near points of the front, where they were asked for.
     Regions are exclusive bounds by objective; `potential` is the best value of each objective that may still be unexplored.
     """
 
@@ -117,6 +168,10 @@ class Result:
     potential: Mapping[str, int]
     conflicts: tuple[Conflict, ...]
     search: Search
+    baseline: Design | None = None
+    ranking: str = "ideal"
+    ranking_words: str = METHOD
+    others: tuple[Others, ...] = ()
 
     @property
     def exit_code(self) -> int:
@@ -135,13 +190,14 @@ class Result:
                 "effective": dict(self.problem.effective),
             },
             "status": self.status,
-            "ranking": METHOD,
+            "ranking": {"method": self.ranking, "words": self.ranking_words},
             "objectives": [vars(item) for item in self.objectives],
             "metric_units": dict(self.metric_units),
             "front": [
                 {
                     "id": point.id,
                     "rank": point.rank,
+                    "score": point.score,
                     "objectives": dict(point.objectives),
                     "metrics": dict(point.metrics),
                     "decisions": dict(point.decisions),
@@ -152,6 +208,7 @@ class Result:
             "refuted": [dict(region) for region in self.refuted],
             "potential": dict(self.potential),
             "conflicts": [{"members": [clash.to_dict() for clash in item.members]} for item in self.conflicts],
+            "others": [item.to_dict() for item in self.others],
             "search": vars(self.search),
         }
 
@@ -215,5 +272,5 @@ def decisions_of(space: Space, design: Design) -> dict[str, str]:
 def ranked(rows: Sequence[tuple[tuple[int, ...], Design]], senses: Sequence[str]) -> list[tuple[int, tuple[int, ...], Design]]:
     """(rank, vector, design) in the order of rank, then of the objectives."""
     distances = ideal_distances([vector for vector, _ in rows], senses)
-    found = zip(ranks(distances), rows, strict=True)
+    found = zip(competition_ranks(distances), rows, strict=True)
     return sorted((rank, vector, design) for rank, (vector, design) in found)

@@ -68,6 +68,7 @@ def build_space(loaded: LoadedSpec) -> Space:
         currency=_currency(spec, ledger),
         baseline={},
         assumptions=spec.assumptions,
+        processing=spec.processing,
     )
     check_activation(ledger, space)
     check_flow_sizes(ledger, space)

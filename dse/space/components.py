@@ -39,12 +39,19 @@ def build_component(ledger: Ledger, spec: Spec, processors: Sequence[Processor],
     owner = _typed_owner(ledger, spec, section, name)
     processor: Tree = None
     process: Tree = None
+    priority: Tree = None
+    core: Tree = None
     if section == "threads":
         index = {slot.name: number for number, slot in enumerate(processors)}
         if given.processor:
             processor = read_named(ledger, name, "processor", (*path, "processor"), given.processor, index)
         reader = FieldReader(ledger, _without_types(owner), "process", "process", str)
         process = reader.read(lambda model: model.process)
+        reader = FieldReader(ledger, _without_types(owner), "priority", "count", str)
+        priority = reader.read(lambda model: model.priority)
+        reader = FieldReader(ledger, _without_types(owner), "core", "count", str)
+        core = reader.read(lambda model: model.core)
+        _check_core(ledger, processors, name, processor, core)
     machine = by_machine(ledger, processors, name, processor)
     machines = frozenset(item for leaf in leaves(processor) if leaf is not None for item in processors[leaf].types)
 
@@ -72,7 +79,21 @@ def build_component(ledger: Ledger, spec: Spec, processors: Sequence[Processor],
         response_ns=read("response_time", "time range", format_time_range),
         queue_size=read("queue_size", "count", str),
         figures=read_figures(ledger, owner, spec.totals),
+        priority=priority,
+        core=core,
     )
+
+
+def _check_core(ledger: Ledger, processors: Sequence[Processor], name: str, processor: Tree, core: Tree) -> None:
+    """A stated core exists on some processor that the thread may have; a design that chooses another is invalid."""
+    numbers = [leaf for leaf in leaves(core) if leaf is not None]
+    slots = [leaf for leaf in leaves(processor) if leaf is not None]
+    path = ("threads", name, "core")
+    if numbers and not slots and not ledger.is_doubtful(name, f"{name}.processor"):
+        ledger.error(path, "a core needs a `processor`")
+    most = max((count for slot in slots for count in leaves(processors[slot].cores)), default=0)
+    if slots and numbers and min(numbers) > most:
+        ledger.error(path, f"core {min(numbers)} does not exist: there are {most} at most")
 
 
 def _without_types(owner: Owner) -> Owner:

@@ -95,6 +95,7 @@ class Component:
     """A thread, device or abstract component. Leaves are None where the user gave nothing.
 
     `period_ns` is None in designs whose protocol has no period; `protocol` None where none is stated.
+    `priority`: a larger number is more urgent; `core` counts from 1.
     `triggers` are the connections that dispatch it when it is event-triggered; `incoming` all that end in it.
     """
 
@@ -112,6 +113,8 @@ class Component:
     response_ns: Tree
     queue_size: Tree
     figures: Figures
+    priority: Tree = None
+    core: Tree = None
     incoming: tuple[int, ...] = ()
     triggers: tuple[int, ...] = ()
 
@@ -159,7 +162,8 @@ class Metric:
     """A resolved metric: `kind` and the index (or component name) it is of.
 
     `kind` is ``latency``, ``min latency``, ``jitter`` (of a flow), ``utilisation`` (of a processor), ``load`` (of a
-    bus), ``price``, ``power``, ``total`` (`key` names it; `of` a component, or all) or ``derived``.
+    bus), ``response time`` (of a thread; `key` is ``deadline`` where its own deadline is the limit), ``price``, ``power``,
+    ``total`` (`key` names it; `of` a component, or all) or ``derived``.
     """
 
     name: str
@@ -281,6 +285,8 @@ class Space:
     baseline: Mapping[int, int]
     fixed: Mapping[int, int] = field(default_factory=dict)
     assumptions: tuple[str, ...] = ()
+    processing: str = "execution_time"
+    """What a flow counts as the longest processing of a thread: ``execution_time`` or ``response_time``."""
 
     def decision_index(self, name: str) -> int | None:
         """The index of the decision called `name`, or None."""

@@ -134,6 +134,8 @@ class Thread(ThreadType):
     type: Alternatives[Name] | None = None
     processor: Alternatives[Name] | None = None
     process: Alternatives[Name] | None = None
+    priority: Alternatives[QueueSize] | None = None
+    core: Alternatives[Count] | None = None
     dispatch_trigger: Items[Name] | None = None
 
 
@@ -233,6 +235,8 @@ class Spec(Catalogue):
     name: Line
     profile: Literal["dse", "osate-2.2", "osate-2.19"] = "dse"
     worst_case: Literal["execution_time", "deadline"] = "execution_time"
+    processing: Literal["execution_time", "response_time"] = "execution_time"
+    deadlines: bool = False
     requirements: Items[Line] = ()
     rules: Items[RuleText] = ()
     objectives: Items[Line] = ()

@@ -1,0 +1,136 @@
+"""A random problem as the text of a problem file.
+
+The system is drawn first, with a starting design that becomes the baseline. Then the analysis itself says what that design uses, and the
+limits are set just above: every problem has at least one design, and its limits bind.
+"""
+
+from __future__ import annotations
+
+import random
+from math import ceil
+from typing import Any
+
+from dse.analysis.evaluate import Evaluator
+from dse.errors import UsageError
+from dse.generator.document import build_document, bus_names, processor_names
+from dse.generator.draft import MOST_OF_ONE_CORE, Draft, draw_draft
+from dse.generator.families import FAMILIES
+from dse.generator.figures import REFERENCE, WIRE_CLASSES
+from dse.generator.text import to_yaml
+from dse.generator.topology import draw_topology
+from dse.space.build import build_space
+from dse.spec.load import parse_spec
+
+LEAST_THREADS = 5
+MOST_OBJECTIVES = 5
+CORE_SHARE = 66
+"""Percent of a processor that the starting design uses at most; of a bus, half."""
+
+
+def random_problem(threads: int, seed: int = 1, objectives: int = 2, family: str = "robot") -> str:
+    """The text of a problem file: same arguments, same bytes.
+
+    Parameters
+    ----------
+    threads
+        at least 5.
+    seed
+        of everything that is drawn.
+    objectives
+        1 to 5 of: jitter of the first flow, price, jitter of the second flow, power, utilisation of the first processor.
+    family
+        one of `FAMILIES`.
+
+    Raises
+    ------
+    UsageError
+        when an argument is out of range.
+    """
+    if threads < LEAST_THREADS:
+        raise UsageError(f"a random problem has at least {LEAST_THREADS} threads, got {threads}")
+    if not 1 <= objectives <= MOST_OBJECTIVES:
+        raise UsageError(f"a random problem has 1 to {MOST_OBJECTIVES} objectives, got {objectives}")
+    if family not in FAMILIES:
+        raise UsageError(f'no family is called "{family}" (known: {", ".join(FAMILIES)})')
+    rng = random.Random(f"{family} {threads} {seed}")
+    draft = draw_draft(rng, FAMILIES[family], draw_topology(rng, threads))
+    cores, wire_classes, used = 1, [0] * draft.buses, {}
+    for _ in range(2):  # first to see what is used, then with processors and buses that bear it
+        document = build_document(draft, cores, wire_classes)
+        used = _starting_figures(document)
+        wire_classes = [_wire_class(used[f"load of {name}"]) for name in bus_names(draft)]
+        most = max(used[f"utilisation of {name}"] for name in processor_names(draft))
+        cores = max(1, ceil(most / (CORE_SHARE * 10_000)))
+    document = build_document(draft, cores, wire_classes)
+    head = _head(draft, threads, seed, objectives)
+    question = {
+        "requirements": _requirements(rng, draft, _starting_figures(document), cores, wire_classes),
+        "objectives": _objectives(draft, objectives),
+    }
+    rules, baseline = document.pop("rules"), document.pop("baseline")
+    return to_yaml({**head, **document, **question, **({"rules": rules} if rules else {}), "baseline": baseline})
+
+
+def _starting_figures(document: dict[str, Any]) -> dict[str, int]:
+    """Every metric of the starting design, as the analysis gives it; all of them are counted in whole units."""
+    spare = {key: value for key, value in document.items() if value}
+    text = to_yaml({"dse": 1, "name": "draft", "objectives": ["minimise price"], **spare})
+    space = build_space(parse_spec(text, "draft"))
+    evaluator = Evaluator(space)
+    assert all(measure.scale == 1 for measure in evaluator.metrics)
+    return evaluator.metric_values(tuple(space.baseline.get(number, 0) for number in range(len(space.decisions))))
+
+
+def _wire_class(load: int) -> int:
+    """The first class of buses whose reference type is at most half full."""
+    for number, wires in enumerate(WIRE_CLASSES):
+        if load * 8 * 2 <= wires[REFERENCE].kbit_s * 1000:
+            return number
+    return len(WIRE_CLASSES) - 1
+
+
+def _head(draft: Draft, threads: int, seed: int, objectives: int) -> dict[str, Any]:
+    family = draft.family
+    source = (
+        "Kramer, Ziegenbein, Hamann, Real world automotive benchmarks for free, WATERS 2015 (periods, execution times)"
+        if family.automotive
+        else "Autoware reference system and ECE-TR-25 (execution times), common ROS 2 rates (periods)"
+    )
+    return {
+        "dse": 1,
+        "name": f"{family.title}, {threads} threads, seed {seed}",
+        "source": f'"Random: dse new --random --family {family.name} --threads {threads} --seed {seed} --objectives {objectives}"',
+        "assumptions": [
+            f'"Figures drawn from {source}; prices and powers are assumed."',
+            '"Where flows meet at an event-driven thread, the first one dispatches it; the wait for the other input is not counted."',
+        ],
+    }
+
+
+def _requirements(
+    rng: random.Random, draft: Draft, used: dict[str, int], cores: int, wire_classes: list[int]
+) -> list[str]:
+    """Limits just above what the starting design uses."""
+    made = []
+    for number in range(len(draft.flows)):
+        flow, slack = f"flow_{number + 1}", rng.randint(100, 125)
+        made.append(f"jitter of {flow} <= {_ms(used[f'jitter of {flow}'] * slack // 100)}")
+        if rng.randrange(2):
+            made.append(f"latency of {flow} <= {_ms(used[f'latency of {flow}'] * slack // 100)}")
+    for name in processor_names(draft):
+        share = -(-used[f"utilisation of {name}"] * rng.randint(101, 108) // (cores * 1_000_000))
+        made.append(f"utilisation of {name} <= {max(MOST_OF_ONE_CORE + 5, share)} %")
+    for name, wires in zip(bus_names(draft), wire_classes, strict=True):
+        bandwidth = WIRE_CLASSES[wires][REFERENCE].kbit_s * 1000
+        share = -(-used[f"load of {name}"] * 8 * rng.randint(101, 115) // bandwidth)
+        made.append(f"load of {name} <= {min(100, max(1, share))} %")
+    return made
+
+
+def _ms(value_ns: int) -> str:
+    return f"{-(-value_ns // 1_000_000)} ms"
+
+
+def _objectives(draft: Draft, count: int) -> list[str]:
+    asked = ("jitter of flow_1", "price", "jitter of flow_2", "power", f"utilisation of {processor_names(draft)[0]}")
+    return [f"minimise {metric}" for metric in asked[:count]]

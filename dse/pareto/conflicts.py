@@ -1,0 +1,137 @@
+"""Minimal conflicts and smallest corrections of an infeasible problem.
+
+A *conflict* is a set of members (`dse.pareto.feasibility`) that cannot hold together although every proper part of it can; a *correction*
+is a set of members that, given up, leaves a design, although giving up any proper part does not. Both are enumerated as by
+Liffiton, Previti, Malik and Marques-Silva, "Fast, flexible MUS enumeration", Constraints 21 (2016): a map of the sets that are still
+unexplored proposes the largest; where that has no design it is shrunk to a conflict by leaving members out one by one, each
+time solving anew, else what it lacks is a correction. Because the largest unexplored set is always asked first, the first
+correction is one of the smallest (implicit hitting sets: Davies and Bacchus, CP 2011).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from ortools.sat.python import cp_model
+
+from dse.pareto.feasibility import OutOfTime, Oracle
+from dse.space.types import Design
+
+
+@dataclass(frozen=True)
+class ConflictSet:
+    """Members (by position) that cannot hold together; `witnesses[i]` is a design that meets all of them but member i."""
+
+    members: tuple[int, ...]
+    witnesses: dict[int, Design]
+
+
+@dataclass(frozen=True)
+class Correction:
+    """Members (by position) without which the others have the design `witness`."""
+
+    members: tuple[int, ...]
+    witness: Design
+
+
+@dataclass(frozen=True)
+class Conflicts:
+    """What was found: `all_conflicts` where the list of conflicts is complete; `smallest` is a correction of least size.
+
+    `limited` says that the enumeration ended at its limit, `stopped` that time ran out.
+    """
+
+    conflicts: tuple[ConflictSet, ...]
+    corrections: tuple[Correction, ...]
+    all_conflicts: bool
+    limited: bool
+    stopped: bool
+
+    @property
+    def smallest(self) -> Correction | None:
+        """A correction that no smaller one can replace (proved), or None when time ran out before there was one."""
+        return self.corrections[0] if self.corrections else None
+
+
+class _Map:
+    """The sets of members that are neither known to have a design nor known to contain a conflict."""
+
+    def __init__(self, count: int, seed: int) -> None:
+        self.model = cp_model.CpModel()
+        self.chosen = [self.model.new_bool_var("") for _ in range(count)]
+        self.model.maximize(sum(self.chosen))
+        self.seed = seed
+
+    def largest(self) -> frozenset[int] | None:
+        """A largest unexplored set, or None when all are explored."""
+        solver = cp_model.CpSolver()
+        solver.parameters.num_workers = 1
+        solver.parameters.random_seed = self.seed
+        solver.parameters.catch_sigint_signal = False
+        status = solver.solve(self.model)
+        if status == cp_model.INFEASIBLE:
+            return None
+        assert status == cp_model.OPTIMAL
+        return frozenset(number for number, literal in enumerate(self.chosen) if solver.boolean_value(literal))
+
+    def without_conflict(self, conflict: frozenset[int]) -> None:
+        """Sets that contain the conflict have no design."""
+        self.model.add_bool_or([self.chosen[number].negated() for number in sorted(conflict)])
+
+    def beyond(self, kept: frozenset[int]) -> None:
+        """Parts of a set that has a design have one."""
+        self.model.add_bool_or([literal for number, literal in enumerate(self.chosen) if number not in kept])
+
+
+def find_conflicts(oracle: Oracle, *, every: bool = False, limit: int = 100) -> Conflicts:
+    """The conflicts of a problem that is infeasible although its structure has designs, and its smallest correction.
+
+    With `every` all minimal conflicts (at most `limit`), else those that the search for the smallest correction comes across:
+    at least one.
+    """
+    explored = _Map(len(oracle.members), oracle.seed)
+    conflicts: list[ConflictSet] = []
+    corrections: list[Correction] = []
+    complete = limited = stopped = False
+    try:
+        while not limited:
+            seed = explored.largest()
+            if seed is None:
+                complete = True
+                break
+            witness = oracle.witness(seed)
+            if witness is None:
+                conflict = shrink(oracle, seed)
+                conflicts.append(conflict)
+                explored.without_conflict(frozenset(conflict.members))
+                limited = len(conflicts) >= limit
+                continue
+            corrections.append(Correction(tuple(sorted(oracle.everything - seed)), witness))
+            explored.beyond(seed)
+            if not every:
+                break
+    except OutOfTime:
+        stopped = True
+    found = sorted(conflicts, key=lambda item: (len(item.members), item.members))
+    return Conflicts(tuple(found), tuple(corrections), complete, limited and not complete, stopped)
+
+
+def shrink(oracle: Oracle, members: frozenset[int]) -> ConflictSet:
+    """A minimal conflict inside a set that has no design: leave out each member in turn, keep it out where that changes nothing.
+
+    Members that come later in the problem are kept where there is a choice. The conflict is proved again, by another search, before
+    it is returned.
+    """
+    kept = members
+    for number in sorted(members):
+        rest = kept - {number}
+        if oracle.witness(rest) is None:
+            kept = rest
+    witnesses = {}
+    for number in sorted(kept):
+        witness = oracle.witness(kept - {number})
+        assert witness is not None
+        witnesses[number] = witness
+    again = oracle.solve(kept, seed=oracle.seed + 1)
+    assert again is None, f"a conflict was refuted once and then had the design {again}"
+    return ConflictSet(tuple(sorted(kept)), witnesses)

@@ -1,0 +1,159 @@
+"""Whether some of a problem's demands can hold together: every answer is a design that the analysis accepts, or a proof.
+
+A *member* is a demand that can be given up: a requirement, a rule, or a decision that the caller has fixed. The structure of the
+architecture (bindings, options that are offered, acyclic dispatch) always holds.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Iterable
+from dataclasses import dataclass, replace
+from typing import TypeAlias
+
+from dse.analysis.evaluate import Evaluator
+from dse.analysis.limits import judge
+from dse.analysis.measures import Measure
+from dse.analysis.validity import is_broken
+from dse.analysis.views import View
+from dse.encode.model import encode
+from dse.errors import RefereeError
+from dse.pareto.front import exclude
+from dse.pareto.subproblem import Found, Solver, Unfinished
+from dse.space.types import INACTIVE, Design, Objective, Requirement, Rule, Space
+
+
+@dataclass(frozen=True)
+class Fixed:
+    """A decision that the caller has fixed at one option."""
+
+    decision: int
+    option: int
+    text: str
+    origin: str = "command line"
+
+
+Member: TypeAlias = Requirement | Rule | Fixed
+
+
+class OutOfTime(Exception):
+    """The deadline came, or the search was stopped, before there was an answer."""
+
+
+def members_of(space: Space) -> tuple[Member, ...]:
+    """Everything that the question demands: requirements, rules, fixed decisions, in this order."""
+    fixed = [
+        Fixed(decision, option, f"{space.decisions[decision].name} = {space.decisions[decision].options[option]}")
+        for decision, option in space.fixed.items()
+    ]
+    return (*space.requirements, *space.rules, *fixed)
+
+
+def demanding(space: Space, members: Iterable[Member]) -> Space:
+    """The space with exactly these demands and no objectives."""
+    kept = tuple(members)
+    return replace(
+        space,
+        requirements=tuple(item for item in kept if isinstance(item, Requirement)),
+        rules=tuple(item for item in kept if isinstance(item, Rule)),
+        fixed={item.decision: item.option for item in kept if isinstance(item, Fixed)},
+        objectives=(),
+    )
+
+
+def find_design(
+    space: Space, measure: Measure | None = None, *, seed: int = 0, deadline: float | None = None
+) -> Design | None:
+    """A design of the space, or None where there is none; with `measure` one in which it is small.
+
+    The least is found exactly unless the measure is `rounded`.
+
+    Raises
+    ------
+    OutOfTime
+        when there is no answer by the deadline.
+    RefereeError
+        when the analysis refuses the solver's design.
+    """
+    measures = () if measure is None else (measure,)
+    objectives = tuple(Objective(item.metric.name, "minimise", item.metric) for item in measures)
+    evaluator = Evaluator(replace(space, objectives=objectives), measures)
+    encoded = encode(evaluator)
+    solver = Solver(encoded, seed=seed, deadline=deadline)
+    sizes = [objective.size for objective in encoded.objectives]
+    while True:
+        answer = solver.minimise([1] * len(sizes), sizes)
+        if isinstance(answer, Unfinished):
+            raise OutOfTime
+        if not isinstance(answer, Found):
+            return None
+        evaluation = evaluator.evaluate(answer.design)
+        if evaluation.is_feasible:
+            return evaluation.design
+        rounded = {limit.requirement for limit in evaluator.limits if limit.measure.rounded}
+        broken = {verdict.requirement for verdict in evaluation.verdicts if not verdict.holds}
+        if evaluation.breaches or broken - rounded:
+            raise RefereeError(f"the solver's design is refused by the analysis: {evaluation}")
+        exclude(encoded, answer.design)  # within what rounding admits, but not exactly
+
+
+class Oracle:
+    """Which sets of members have a design; remembers witnesses and refuted sets, so that few questions reach the solver.
+
+    Sets are those of positions in `members`. `calls` counts the questions that were solved.
+    """
+
+    def __init__(self, space: Space, *, seed: int = 0, deadline: float | None = None) -> None:
+        self.space = space
+        self.members = members_of(space)
+        self.everything = frozenset(range(len(self.members)))
+        self.seed = seed
+        self.deadline = deadline
+        self.calls = 0
+        self._structure = Evaluator(demanding(space, ()))
+        self._limits = Evaluator(replace(space, objectives=())).limits
+        self._witnesses: dict[Design, frozenset[int]] = {}
+        self._refuted: list[frozenset[int]] = []
+
+    def space_of(self, kept: Iterable[int]) -> Space:
+        """The space that demands only these members."""
+        return demanding(self.space, (self.members[number] for number in sorted(kept)))
+
+    def witness(self, kept: frozenset[int]) -> Design | None:
+        """A design that meets these members, or None where it is proved that there is none."""
+        for design, met in self._witnesses.items():
+            if kept <= met:
+                return design
+        if any(refuted <= kept for refuted in self._refuted):
+            return None
+        return self.solve(kept)
+
+    def solve(self, kept: frozenset[int], *, seed: int | None = None) -> Design | None:
+        """The same, always by solving."""
+        if self.deadline is not None and time.monotonic() >= self.deadline:
+            raise OutOfTime
+        self.calls += 1
+        found = find_design(
+            self.space_of(kept), seed=self.seed if seed is None else seed, deadline=self.deadline
+        )
+        if found is None:
+            self._refuted.append(kept)
+        else:
+            met = self.met_by(found)
+            if not kept <= met:
+                raise RefereeError(f"the solver's design {found} does not meet {sorted(kept - met)}")
+            self._witnesses[found] = met
+        return found
+
+    def met_by(self, design: Design) -> frozenset[int]:
+        """The members that a design meets, by the analysis alone."""
+        assert not self._structure.invalid(design), design
+        view = View(design)
+        verdicts = [judge(limit, view).holds for limit in self._limits]
+        for member in self.members[len(verdicts) :]:
+            if isinstance(member, Fixed):
+                verdicts.append(design[member.decision] in (member.option, INACTIVE))
+            else:
+                assert isinstance(member, Rule)
+                verdicts.append(not is_broken(member, view))
+        return frozenset(number for number, holds in enumerate(verdicts) if holds)

@@ -1,0 +1,62 @@
+"""What differs between two designs of a space: decisions, and the gain or loss in each objective."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+
+from dse.results.result import ObjectiveInfo
+from dse.space.types import EMPTY, Design, Space
+
+
+@dataclass(frozen=True)
+class Change:
+    """A decision that differs; None where a design has no use for it.
+
+    `follows` marks what is no choice of its own: a decision that falls away with another one, or an optional slot of one type, which
+    is filled exactly when something is bound to it.
+    """
+
+    name: str
+    before: str | None
+    after: str | None
+    follows: bool
+
+
+@dataclass(frozen=True)
+class Delta:
+    """An objective in two designs, in its counting unit."""
+
+    name: str
+    sense: str
+    unit: str
+    before: int
+    after: int
+
+    @property
+    def gain(self) -> int:
+        """By how much `after` is better; negative when it is worse."""
+        return self.before - self.after if self.sense == "minimise" else self.after - self.before
+
+
+def changes_between(space: Space, before: Design, after: Design) -> tuple[Change, ...]:
+    """The open decisions in which two canonical designs differ, in the order of the problem."""
+    return tuple(_changes(space, before, after))
+
+
+def _changes(space: Space, before: Design, after: Design) -> Iterator[Change]:
+    for decision, old, new in zip(space.decisions, before, after, strict=True):
+        if old == new or not decision.is_open:
+            continue
+        slot = decision.field == "type" and len(decision.options) == 2 and EMPTY in decision.options
+        yield Change(
+            decision.name,
+            decision.options[old] if old >= 0 else None,
+            decision.options[new] if new >= 0 else None,
+            follows=new < 0 or slot,
+        )
+
+
+def deltas(infos: Sequence[ObjectiveInfo], before: Mapping[str, int], after: Mapping[str, int]) -> tuple[Delta, ...]:
+    """Each objective before and after."""
+    return tuple(Delta(info.name, info.sense, info.unit, before[info.name], after[info.name]) for info in infos)

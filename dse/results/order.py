@@ -1,0 +1,33 @@
+"""A result in another order: the same points, ranked by another method."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+from dse.results.changes import changes_between
+from dse.results.ranking import rank
+from dse.results.result import Result
+
+
+def ranked_by(result: Result, method: str) -> Result:
+    """The result with its front ranked by `method` (see `dse.results.ranking.rank`); every point stays, with its id.
+
+    Raises
+    ------
+    UsageError
+        when the method does not exist or does not fit the result.
+    """
+    names = [item.name for item in result.objectives]
+    objectives = [(item.name, item.sense) for item in result.objectives]
+    points = [[point.objectives[name] for name in names] for point in result.front]
+    changed = None
+    if result.baseline is not None:
+        base = result.baseline
+        changed = [
+            sum(not change.follows for change in changes_between(result.space, base, point.design)) for point in result.front
+        ]
+    ranking = rank(method, points, objectives, changed)
+    rows = zip(ranking.ranks, ranking.scores, result.front, strict=True)
+    front = [replace(point, rank=number, score=score) for number, score, point in rows]
+    front.sort(key=lambda point: (point.rank, point.id))
+    return replace(result, front=tuple(front), ranking=method, ranking_words=ranking.words)

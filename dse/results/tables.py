@@ -1,0 +1,72 @@
+"""Every figure of one design: contributor tables, processor and bus shares, metrics, verdicts."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from fractions import Fraction
+
+from dse.analysis.evaluate import Evaluator
+from dse.analysis.latency import flow_rows
+from dse.analysis.measures import PPM, Term, load_terms, utilisation_terms
+from dse.analysis.views import View
+from dse.results.analysis import Analysis, FlowTable, Usage
+from dse.results.result import decisions_of
+from dse.space.trees import at
+from dse.space.types import EMPTY, Design, Slot, Space
+
+
+def analyse_design(evaluator: Evaluator, design: Design) -> Analysis:
+    """The analysis of a complete design; one that is not valid has no tables, only `breaches`."""
+    space = evaluator.space
+    evaluation = evaluator.evaluate(design)
+    if evaluation.breaches:
+        shown = decisions_of(space, design)
+        return Analysis(space, design, shown, (), (), (), {}, {}, (), breaches=evaluation.breaches)
+    view = View(evaluation.design)
+    flows = tuple(FlowTable(flow.name, flow_rows(space, flow, view)) for flow in space.flows)
+    processors = tuple(
+        _usage(slot, utilisation_terms(space, number), view, PPM * Fraction(at(slot.cores, view)))
+        for number, slot in enumerate(space.processors)
+    )
+    buses = tuple(
+        _usage(bus, load_terms(space, number), view, _bytes_per_s(at(bus.bandwidth_bps, view)))
+        for number, bus in enumerate(space.buses)
+    )
+    return Analysis(
+        space=space,
+        design=evaluation.design,
+        decisions=decisions_of(space, evaluation.design),
+        flows=flows,
+        processors=processors,
+        buses=buses,
+        metrics={measure.metric.name: measure.value(view) for measure in evaluator.metrics},
+        metric_units={measure.metric.name: measure.unit for measure in evaluator.metrics},
+        verdicts=evaluation.verdicts,
+        warnings=tuple(_warnings(space, flows, processors, buses)),
+    )
+
+
+def _bytes_per_s(bandwidth_bps: int | None) -> Fraction | None:
+    return None if bandwidth_bps is None else Fraction(bandwidth_bps, 8)
+
+
+def _usage(slot: Slot, terms: tuple[Term, ...], view: View, capacity: Fraction | None) -> Usage:
+    """The shares of those that really use the slot."""
+    shares = {term.label: term.value(view) for term in terms}
+    used = {label: value for label, value in shares.items() if value}
+    chosen = slot.types[view[slot.type_decision]]
+    return Usage(slot.name, chosen, used, None if chosen == EMPTY else capacity)
+
+
+def _warnings(
+    space: Space, flows: Sequence[FlowTable], processors: Sequence[Usage], buses: Sequence[Usage]
+) -> list[str]:
+    """What no requirement forbids but an engineer should know."""
+    found = []
+    for flow, table in zip(space.flows, flows, strict=True):
+        if flow.required_ns is not None and table.min_ns < flow.required_ns[0]:
+            found.append(f"{flow.name}: the minimum latency is below the required minimum")
+    for usage in (*processors, *buses):
+        if usage.capacity is not None and usage.total > usage.capacity:
+            found.append(f"{usage.name} is overloaded: it has less capacity than it would use")
+    return found

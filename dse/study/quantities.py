@@ -1,0 +1,311 @@
+"""The quantities of a problem file by their paths: found, read, set, scaled, as text.
+
+A path is what leads to a value in the file, joined by dots: ``threads.nav.compute_execution_time``,
+``bus_types.ros_ipc.transmission_time.RT101.fixed``; ``[2]`` picks one of several alternatives, counted from 0, ``.min`` and
+``.max`` an end of a time range.
+"""
+
+from __future__ import annotations
+
+import copy
+import json
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from difflib import get_close_matches
+from fractions import Fraction
+from typing import Any
+
+from dse.api.problem import Problem
+from dse.errors import UsageError
+from dse.spec.load import SECTIONS
+from dse.units import (
+    BANDWIDTH,
+    DIMENSIONLESS,
+    DURATION,
+    PERIOD,
+    POWER_DRAW,
+    PRICE,
+    RATE,
+    RATE_OF_DATA,
+    SIZE,
+    TIME_RANGE,
+    UNITS,
+    Kind,
+    Quantity,
+    UnitError,
+    expectation,
+    format_number,
+    parse_quantity,
+    shown,
+    unit_hint,
+)
+
+COUNT = Kind("a whole number", "4", DIMENSIONLESS)
+TOTAL = Kind("a figure", "90 g", DIMENSIONLESS)
+PRICED = {"price": PRICE, "power": POWER_DRAW}
+DEVICE = {
+    **PRICED, "period": PERIOD, "compute_execution_time": TIME_RANGE, "latency": TIME_RANGE, "deadline": DURATION,
+    "response_time": TIME_RANGE, "queue_size": COUNT,
+}  # fmt: skip
+FIELDS: Mapping[str, Mapping[str, Kind]] = {
+    "processor_types": {"cores": COUNT, **PRICED},
+    "bus_types": {"bandwidth": BANDWIDTH, "latency": TIME_RANGE, "overhead": SIZE, **PRICED},
+    "device_types": DEVICE,
+    "thread_types": {**DEVICE, "callback_execution_time": TIME_RANGE},
+    "devices": DEVICE,
+    "threads": {**DEVICE, "callback_execution_time": TIME_RANGE},
+    "connections": {
+        "data_size": SIZE, "rate": RATE, "data_rate": RATE_OF_DATA, "queue_size": COUNT, "latency": TIME_RANGE,
+    },
+    "flows": {"latency": TIME_RANGE},
+}  # fmt: skip
+PARTS = ("fixed", "per_byte")
+BASE = {PERIOD: "ns", DURATION: "ns", TIME_RANGE: "ns", SIZE: "B", BANDWIDTH: "bit/s", RATE: "Hz", RATE_OF_DATA: "B/s"}
+Place = tuple[str | int, ...]
+
+
+@dataclass(frozen=True)
+class InputValue:
+    """A single value in the file: its path, where it stands, what kind it is, and its text (or whole number).
+
+    `end` is ``min`` or ``max`` where only that end of a time range is meant.
+    """
+
+    path: str
+    place: Place
+    kind: Kind
+    text: str | int
+    end: str = ""
+
+
+def merged_data(problem: Problem) -> dict[str, Any]:
+    """The problem as plain data with its includes merged in; the baseline and stated uncertainties are left out.
+
+    Neither changes the front, so that editing them does not make a run a new one.
+    """
+    main, *others = (source.node.to_data() for source in problem.loaded.sources)
+    data = {key: value for key, value in main.items() if key not in ("include", "baseline", "uncertainty")}
+    for section in SECTIONS:
+        for other in others:
+            if other.get(section):
+                data[section] = {**(data.get(section) or {}), **other[section]}
+    return data
+
+
+def effective_text(data: Mapping[str, Any]) -> str:
+    """Plain data as the text of a problem file: JSON, which is YAML."""
+    return json.dumps(data, ensure_ascii=False, separators=(", ", ": "))
+
+
+class Inputs:
+    """Every quantity of a problem file, by path.
+
+    A path that leads to several values (alternatives, figures per processor type) stands for all of them.
+    """
+
+    def __init__(self, data: Mapping[str, Any]) -> None:
+        self.data = data
+        self.groups: dict[str, list[InputValue]] = {}
+        self.aliases: dict[str, list[str]] = {}
+        for path, place, kind, value in _fields(data):
+            for parents, item in _values(path, place, kind, value):
+                for name in dict.fromkeys((*parents, item.path)):
+                    self.groups.setdefault(name, []).append(item)
+                if kind is TIME_RANGE:
+                    for end in ("min", "max"):
+                        one = InputValue(f"{item.path}.{end}", item.place, kind, item.text, end)
+                        self.groups[one.path] = [one]
+        self._note_aliases()
+
+    def _note_aliases(self) -> None:
+        """Where a component takes a field from its types: what to say when its own path is asked for."""
+        for section, types in (("threads", "thread_types"), ("devices", "device_types")):
+            for name, entry in (self.data.get(section) or {}).items():
+                given = (entry or {}).get("type")
+                for of in given if isinstance(given, list) else [given]:
+                    for field_name in FIELDS[section]:
+                        target = f"{types}.{of}.{field_name}"
+                        if target in self.groups:
+                            self.aliases.setdefault(f"{section}.{name}.{field_name}", []).append(target)
+
+    def at(self, path: str) -> list[InputValue]:
+        """The values that a path leads to.
+
+        Raises
+        ------
+        UsageError
+            when there is none; with the closest path that exists.
+        """
+        if path in self.groups:
+            return self.groups[path]
+        raise UsageError(f"no quantity of the problem is called {shown(path)}{self._hint(path)}")
+
+    def _hint(self, path: str) -> str:
+        if path in self.aliases:
+            return f" (it comes from the type: {' or '.join(self.aliases[path])})"
+        if path.startswith("requirements"):
+            return ' (a limit is varied by its metric, such as "jitter of my_flow=5ms..100ms")'
+        for alias, targets in self.aliases.items():
+            if path.startswith(f"{alias}."):
+                return f" (it comes from the type: {' or '.join(target + path[len(alias):] for target in targets)})"
+        names = list(self.groups)
+        close = get_close_matches(path, names, 1, 0.5)
+        if not close:
+            last = path.rsplit(".", 1)[-1]
+            close = [name for name in names if name.endswith(f".{last}")][:1]
+        return f' (did you mean "{close[0]}"?)' if close else ""
+
+    def set(self, data: dict[str, Any], path: str, text: str) -> None:
+        """Put a value at a path of `data`, in place.
+
+        Raises
+        ------
+        UsageError
+            for a path that leads to several values, or a value of the wrong kind.
+        """
+        items = self.at(path)
+        if len(items) > 1:
+            names = ", ".join(item.path for item in items[:6]) + (", …" if len(items) > 6 else "")
+            raise UsageError(f"{path} holds {len(items)} values: say which ({names}), or scale all of them (*0.5, 1, 2)")
+        self._write(data, items[0], text)
+
+    def scale(self, data: dict[str, Any], path: str, factor: Fraction) -> None:
+        """Multiply every value at a path of `data`, in place."""
+        for item in self.at(path):
+            self._write(data, item, scaled_text(item, factor))
+
+    def _write(self, data: dict[str, Any], item: InputValue, text: str | int) -> None:
+        holder: Any = data
+        for part in item.place[:-1]:
+            holder = holder[part]
+        if item.kind is COUNT:
+            holder[item.place[-1]] = int(text)
+        elif item.end:
+            low, high = range_ends(str(holder[item.place[-1]]))
+            ends = (str(text), high) if item.end == "min" else (low, str(text))
+            holder[item.place[-1]] = f"{ends[0]} .. {ends[1]}"
+        else:
+            holder[item.place[-1]] = str(text)
+
+
+def copied(data: Mapping[str, Any]) -> dict[str, Any]:
+    """Data to change."""
+    return copy.deepcopy(dict(data))
+
+
+def _fields(data: Mapping[str, Any]) -> Iterator[tuple[str, Place, Kind, Any]]:
+    """Path, place, kind and value of each field that holds quantities."""
+    for section, fields in FIELDS.items():
+        for name, entry in (data.get(section) or {}).items():
+            if not isinstance(entry, dict):
+                continue
+            for field_name, kind in fields.items():
+                if entry.get(field_name) is not None:
+                    yield f"{section}.{name}.{field_name}", (section, name, field_name), kind, entry[field_name]
+            for key, value in (entry.get("totals") or {}).items():
+                yield f"{section}.{name}.totals.{key}", (section, name, "totals", key), TOTAL, value
+            times = entry.get("transmission_time")
+            if isinstance(times, dict):
+                yield from _transmission(f"{section}.{name}.transmission_time", (section, name, "transmission_time"), times)
+
+
+def _transmission(path: str, place: Place, times: Mapping[str, Any]) -> Iterator[tuple[str, Place, Kind, Any]]:
+    if set(times) & set(PARTS):
+        for part in PARTS:
+            if part in times:
+                yield f"{path}.{part}", (*place, part), TIME_RANGE, times[part]
+        return
+    for machine, parts in times.items():
+        for part in PARTS:
+            if part in parts:
+                yield f"{path}.{machine}.{part}", (*place, machine, part), TIME_RANGE, parts[part]
+
+
+def _values(path: str, place: Place, kind: Kind, value: Any) -> Iterator[tuple[tuple[str, ...], InputValue]]:
+    """Each single value of a field, with the paths that stand for several."""
+    if isinstance(value, dict):
+        for machine, inner in value.items():
+            for parents, item in _values(f"{path}.{machine}", (*place, machine), kind, inner):
+                yield (path, *parents), item
+    elif isinstance(value, list):
+        for number, inner in enumerate(value):
+            name = f"{path}[{number}]" if len(value) > 1 else path
+            yield (path,), InputValue(name, (*place, number), kind, inner)
+    else:
+        yield (), InputValue(path, place, kind, value)
+
+
+def range_ends(text: str) -> tuple[str, str]:
+    """The texts of both ends of a time range, each with its unit.
+
+    >>> range_ends("1 .. 3 ms")
+    ('1 ms', '3 ms')
+    """
+    low, separator, high = (part.strip() for part in text.partition(".."))
+    if not separator:
+        return low, low
+    unit = parse_quantity(high).unit
+    return (low if parse_quantity(low).unit else f"{low} {unit}"), high
+
+
+def scaled_text(item: InputValue, factor: Fraction) -> str | int:
+    """The item's text with its numbers multiplied."""
+    if item.kind is COUNT:
+        count = int(item.text) * factor
+        if count.denominator != 1:
+            raise UsageError(f"{item.path}: {item.text} times {format_number(factor)} is no whole number")
+        return int(count)
+    if item.end:
+        low, high = range_ends(str(item.text))
+        return _scaled(low if item.end == "min" else high, item.kind, factor)
+    if item.kind is TIME_RANGE and ".." in str(item.text):
+        return " .. ".join(_scaled(end, item.kind, factor) for end in range_ends(str(item.text)))
+    return _scaled(str(item.text), item.kind, factor)
+
+
+def _scaled(text: str, kind: Kind, factor: Fraction) -> str:
+    quantity = parse_quantity(text)
+    return quantity_text(Quantity(quantity.value * factor, quantity.dimension, quantity.unit), kind)
+
+
+def quantity_text(quantity: Quantity, kind: Kind) -> str:
+    """Exact text of a quantity, in the unit that it was written in.
+
+    >>> quantity_text(parse_quantity("1.5 ms"), PERIOD)
+    '1.5 ms'
+    """
+    scale = UNITS[_table_unit(quantity.unit)][0] if quantity.dimension is not None and quantity.unit else Fraction(1)
+    number = quantity.value / scale
+    text = format_number(number)
+    if "/" in text and kind in BASE:  # a fraction that has no decimals may have some in a finer unit
+        base = BASE[kind]
+        return f"{format_number(quantity.value / UNITS[base][0])} {base}"
+    return f"{text} {quantity.unit}".strip()
+
+
+def _table_unit(unit: str) -> str:
+    return {"µs": "us", "μs": "us"}.get(unit, unit)
+
+
+def read_value(text: str, kind: Kind, path: str) -> Quantity:
+    """A value for a path.
+
+    Raises
+    ------
+    UsageError
+        when it is no quantity of the kind.
+    """
+    try:
+        quantity = parse_quantity(text)
+    except UnitError as error:
+        raise UsageError(f"{path}: {error}") from error
+    if kind is COUNT:
+        if quantity.unit or quantity.value.denominator != 1:
+            raise UsageError(f"{path}: expected {expectation(kind)}, got {shown(text)}")
+        return quantity
+    if kind is TOTAL:
+        return quantity
+    if quantity.dimension != kind.dimension or not quantity.unit:
+        hint = unit_hint(quantity.unit, kind.dimension)
+        raise UsageError(f"{path}: expected {expectation(kind)}, got {shown(text)} ({hint})")
+    return quantity
