@@ -170,7 +170,7 @@ def _result(asked: Problem, evaluator: Evaluator, search: FrontSearch, budget: B
     space = evaluator.space
     status: Literal["complete", "incomplete", "infeasible"] = "complete" if search.is_complete else "incomplete"
     return Result(
-        problem=_origin(asked),
+        problem=origin_of(asked),
         space=space,
         status="infeasible" if search.is_complete and not search.points else status,
         objectives=tuple(
@@ -245,7 +245,8 @@ def _conflict(miss: Miss) -> Conflict:
     return Conflict(tuple(clashes))
 
 
-def _origin(problem: Problem) -> Origin:
+def origin_of(problem: Problem) -> Origin:
+    """Which problem this is: name, file, hashes, and the question as it is asked."""
     space = problem.space
     effective: dict[str, Any] = {
         "requirements": [item.text for item in space.requirements],
