@@ -1,88 +1,97 @@
-"""How far a requirement must move, alone, for the others to leave a design: the exact limit, with the design that needs it least.
-
-Every step asks for a design that meets a limit strictly tighter than what the last one needs; the answer is exact because the last
-question is refuted, whatever the units and capacities (a share of a processor whose cores are open, one core for each thread).
-"""
+"""After a proof of infeasibility: which requirement stands in the way, and by how much, when the others hold."""
 
 from __future__ import annotations
 
+import time
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
-from fractions import Fraction
+from itertools import combinations
 
-from dse.analysis.limits import build_limit, excess, thread_loads
+from dse.analysis.evaluate import Evaluator
+from dse.analysis.limits import Verdict, build_limit, excess, judge
 from dse.analysis.views import View
-from dse.pareto.feasibility import find_design
-from dse.space.types import Design, Requirement, Space
-from dse.units import Quantity
+from dse.encode.model import encode
+from dse.pareto.subproblem import Found, Solver
+from dse.space.types import Objective, Requirement, Rule, Space
+
+MOST_TOGETHER = 3
 
 
 @dataclass(frozen=True)
-class Closest:
-    """The limit, in coherent units as `Requirement.limit`, at which `witness` just meets the requirement.
+class Miss:
+    """What must give together: requirements or rules, and for each requirement its verdict on the design that comes closest.
 
-    For ``<`` and ``>`` the limit must lie beyond it. `thread` names the thread that needs it by itself, on one core.
+    Each verdict is on a design that meets everything but the members of the miss (None for a rule).
     """
 
-    limit: Fraction
-    witness: Design
-    thread: str = ""
+    members: tuple[Requirement | Rule, ...]
+    verdicts: tuple[Verdict | None, ...]
 
 
-def closest_limit(
-    rest: Space, requirement: Requirement, *, seed: int = 0, deadline: float | None = None
-) -> Closest | None:
-    """The limit nearest to the requirement's own at which it holds in a design of `rest`; None where `rest` has no design.
+def nearest_misses(space: Space, *, seed: int = 0, deadline: float | None = None) -> tuple[Miss, ...]:
+    """Every requirement and rule that alone makes the space infeasible, with the closest value of the requirements.
 
-    Raises
-    ------
-    OutOfTime
-        when there is no answer by the deadline.
+    Where none does alone, the first smallest set (up to three) whose removal leaves a design. Empty when even that does not
+    help, or time runs out. Every answer is a design that the analysis has checked, or a solver's proof.
     """
-    if requirement.operator != "==":
-        return _extreme(rest, requirement, (), seed, deadline)
-    sides = []
-    for away, back in ((">=", "<="), ("<=", ">=")):
-        beyond = replace(requirement, operator=away)
-        found = _extreme(rest, replace(requirement, operator=back), (beyond,), seed, deadline)
-        if found is not None:
-            sides.append(found)
-    return min(sides, key=lambda item: abs(item.limit - requirement.limit.value), default=None)
+    singles = tuple(_alone(space, seed, deadline))
+    if singles:
+        return singles
+    members: list[Requirement | Rule] = [*space.requirements, *space.rules]
+    for count in range(2, MOST_TOGETHER + 1):
+        for group in combinations(members, count):
+            if deadline is not None and time.monotonic() > deadline:
+                return ()
+            rest = _without(space, group)
+            if _design_exists(rest, seed, deadline):
+                return (Miss(group, tuple(_verdict(rest, member, seed, deadline) for member in group)),)
+    return ()
 
 
-def needed_limit(space: Space, requirement: Requirement, view: View) -> tuple[Fraction, str]:
-    """The limit at which a design just meets a requirement (as if by ``<=`` or ``>=``), and the thread that alone needs it."""
-    one = build_limit(space, _limited(requirement, Fraction(1)))
-    needed, thread = one.measure.value(view) / one.bound(view), ""
-    if one.each is not None:
-        for name, terms in thread_loads(one.measure.terms).items():
-            alone = sum((term.value(view) for term in terms), Fraction(0)) / one.each
-            if alone > needed:
-                needed, thread = alone, name
-    return needed, thread
+def _alone(space: Space, seed: int, deadline: float | None) -> Iterator[Miss]:
+    for requirement in space.requirements:
+        verdict = _closest(_without(space, (requirement,)), requirement, seed, deadline)
+        if verdict is not None:
+            yield Miss((requirement,), (verdict,))
+    for rule in space.rules:
+        if _design_exists(_without(space, (rule,)), seed, deadline):
+            yield Miss((rule,), (None,))
 
 
-def _extreme(
-    rest: Space, requirement: Requirement, others: tuple[Requirement, ...], seed: int, deadline: float | None
-) -> Closest | None:
-    """The least limit for ``<=`` and ``<``, the greatest for ``>=`` and ``>``."""
-    strict = "<" if requirement.operator in ("<=", "<") else ">"
-    base = replace(rest, requirements=(*rest.requirements, *others), objectives=())
-    tight, asked = requirement, base
-    best: Closest | None = None
-    while True:
-        measure = excess(rest, build_limit(rest, tight))
-        design = find_design(asked, measure, seed=seed, deadline=deadline)
-        if design is None:
-            return best
-        best = Closest(*_ordered(rest, requirement, design))
-        tight = replace(_limited(requirement, best.limit), operator=strict)
-        asked = replace(base, requirements=(*base.requirements, tight))
+def _verdict(rest: Space, member: Requirement | Rule, seed: int, deadline: float | None) -> Verdict | None:
+    return None if isinstance(member, Rule) else _closest(rest, member, seed, deadline)
 
 
-def _ordered(rest: Space, requirement: Requirement, design: Design) -> tuple[Fraction, Design, str]:
-    needed, thread = needed_limit(rest, requirement, View(design))
-    return needed, design, thread
+def _without(space: Space, members: tuple[Requirement | Rule, ...]) -> Space:
+    return replace(
+        space,
+        requirements=tuple(item for item in space.requirements if item not in members),
+        rules=tuple(item for item in space.rules if item not in members),
+        objectives=(),
+    )
 
 
-def _limited(requirement: Requirement, limit: Fraction) -> Requirement:
-    return replace(requirement, limit=Quantity(limit, requirement.limit.dimension, requirement.limit.unit))
+def _design_exists(space: Space, seed: int, deadline: float | None) -> bool:
+    evaluator = Evaluator(space)
+    return _best(evaluator, seed, deadline) is not None
+
+
+def _best(evaluator: Evaluator, seed: int, deadline: float | None) -> View | None:
+    """The design that is best in the evaluator's only objective (any design when it has none), or None."""
+    encoded = encode(evaluator)
+    solver = Solver(encoded, seed=seed, deadline=deadline)
+    count = len(encoded.objectives)
+    answer = solver.minimise([1] * count, [objective.size for objective in encoded.objectives])
+    if not isinstance(answer, Found):
+        return None
+    assert evaluator.evaluate(answer.design).is_feasible or any(item.measure.rounded for item in evaluator.limits)
+    return View(answer.design)
+
+
+def _closest(rest: Space, requirement: Requirement, seed: int, deadline: float | None) -> Verdict | None:
+    """The verdict on the design of `rest` that breaks `requirement` least; None when there is no design."""
+    limit = build_limit(rest, requirement)
+    measure = excess(rest, limit)
+    asked = replace(rest, objectives=(Objective(requirement.text, "minimise", measure.metric),))
+    view = _best(Evaluator(asked, (measure,)), seed, deadline)
+    return None if view is None else judge(limit, view)
