@@ -10,19 +10,69 @@ from dse.cli.common import check_writable, write_text
 from dse.errors import UsageError
 from dse.examples import example_files, example_path
 
+RANDOM_OPTIONS = ("threads", "seed", "objectives", "family")
+
 
 @click.command("new")
 @click.argument("file", type=click.Path(dir_okay=False), required=False)
 @click.option("--example", default="starter", show_default=True, metavar="NAME", help="Which example to copy.")
 @click.option("--list", "list_only", is_flag=True, help="List the examples.")
 @click.option("--force", is_flag=True, help="Overwrite files that exist.")
-def command(file: str | None, example: str, list_only: bool, force: bool) -> int:
-    """Write a problem file to start from (FILE, or the example's own name here), with the catalogues that it includes."""
+@click.option("--random", "is_random", is_flag=True, help="Draw a problem instead, from published figures; see below.")
+@click.option("--threads", type=click.IntRange(min=1), default=30, show_default=True, help="Of a random problem.")
+@click.option("--seed", type=click.IntRange(min=0), default=1, show_default=True, help="Same seed, same file.")
+@click.option("--objectives", type=click.IntRange(min=1), default=2, show_default=True, help="1 to 5 of them.")
+@click.option("--family", default="robot", show_default=True, metavar="NAME", help="Which kind of random problem.")
+@click.pass_context
+def command(
+    ctx: click.Context,
+    file: str | None,
+    example: str,
+    list_only: bool,
+    force: bool,
+    is_random: bool,
+    threads: int,
+    seed: int,
+    objectives: int,
+    family: str,
+) -> int:
+    """Write a problem file to start from (FILE, or the example's own name here), with the catalogues that it includes.
+
+    With --random the problem is drawn: the families are robot, two-computers, event-driven, many-buses and automotive.
+    """
     if list_only:
         for path in example_files():
             click.echo(path.stem)
         return 0
-    source = example_path(example)
+    if is_random:
+        if _is_given(ctx, "example"):
+            raise click.UsageError("--example and --random exclude each other")
+        from dse.generator import random_problem
+
+        text = random_problem(threads, seed, objectives, family)
+        return _write_random(text, file or f"{family}-{threads}-{seed}.yaml", force)
+    meant = [name for name in RANDOM_OPTIONS if _is_given(ctx, name)]
+    if meant:
+        raise click.UsageError(f"--{meant[0]} needs --random")
+    return _copy_example(example_path(example), file, force)
+
+
+def _is_given(ctx: click.Context, option: str) -> bool:
+    return ctx.get_parameter_source(option) is click.core.ParameterSource.COMMANDLINE
+
+
+def _write_random(text: str, file: str, force: bool) -> int:
+    if file != "-" and Path(file).exists() and not force:
+        raise UsageError(f"{file} exists already; --force overwrites it")
+    check_writable(file)
+    write_text(file, text)
+    if file != "-":
+        click.echo(f"wrote {file}")
+        click.echo(f"Next: dse check {file}; dse solve {file}")
+    return 0
+
+
+def _copy_example(source: Path, file: str | None, force: bool) -> int:
     target = Path(file) if file is not None else Path(source.name)
     from dse.spec.load import load_spec
 

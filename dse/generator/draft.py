@@ -4,13 +4,16 @@ from __future__ import annotations
 
 import random
 from dataclasses import dataclass, field
+from itertools import pairwise
 from typing import Literal
 
 from dse.generator.families import Family
 from dse.generator.figures import (
     ANGLE_SYNCHRONOUS,
+    AUTOMOTIVE_SIZES,
     CRANK_PERIOD_MS,
     ROBOT_ANCHORS_MS,
+    ROBOT_SIZES,
     ROBOT_WORST_US,
     RUNNABLES,
     PeriodClass,
@@ -23,7 +26,10 @@ MOST_OF_ONE_CORE = 40
 
 @dataclass
 class Thread:
-    """A thread: its options, and what it does in the starting design. `inputs` are connection numbers, the first of which dispatches it."""
+    """A thread: its options, and what it does in the starting design.
+
+    `inputs` are connection numbers; the first of them dispatches the thread.
+    """
 
     name: str
     mode: Literal["event", "both", "timer"]
@@ -38,7 +44,10 @@ class Thread:
 
 @dataclass
 class Wire:
-    """A connection: ends are thread numbers or device names; `buses` are bus numbers, none where both ends share a processor."""
+    """A connection: ends are thread numbers or device names.
+
+    `buses` are bus numbers, none where both ends share a processor.
+    """
 
     name: str
     source: int | str
@@ -132,8 +141,9 @@ def _draw_worst(rng: random.Random, runnables: PeriodClass | None) -> tuple[int,
         low, high = ROBOT_WORST_US
         return round(low * (high / low) ** rng.random()), rng.randint(15, 80)
     count = rng.randint(10, 60)
-    mean_ns = runnables.mean_ns - runnables.least_ns
-    average_ns = sum(min(runnables.most_ns, runnables.least_ns + round(rng.expovariate(1 / mean_ns))) for _ in range(count))
+    beyond_ns = runnables.mean_ns - runnables.least_ns
+    drawn_ns = [runnables.least_ns + round(rng.expovariate(1 / beyond_ns)) for _ in range(count)]
+    average_ns = sum(min(runnables.most_ns, figure) for figure in drawn_ns)
     low, high = runnables.worst
     worst = round(low * (high / low) ** rng.random())
     best = rng.randint(*runnables.best)
@@ -151,13 +161,13 @@ def _draw_slots(rng: random.Random, family: Family, crowd: list[int], near: int 
 
 
 def _draw_wires(rng: random.Random, draft: Draft, topology: Topology) -> None:
-    sizes = (1, 2, 2, 4, 8, 8, 8, 16, 32, 64) if draft.family.automotive else (8, 16, 30, 64, 100, 152, 256, 366, 1024, 4096)
+    sizes = AUTOMOTIVE_SIZES if draft.family.automotive else ROBOT_SIZES
     for number in range(len(draft.flows)):
         draft.flow_ends.append((topology.sensors[number], topology.actuators[number]))
     pairs: dict[tuple[int | str, int | str], None] = {}
     for flow, (sensor, actuator) in zip(draft.flows, draft.flow_ends, strict=True):
         ends: list[int | str] = [f"sensor_{sensor + 1}", *flow, f"actuator_{actuator + 1}"]
-        pairs.update(dict.fromkeys(zip(ends, ends[1:], strict=False)))
+        pairs.update(dict.fromkeys(pairwise(ends)))
     pairs.update(dict.fromkeys(topology.feeds))
     for source, target in pairs:
         number = len(draft.wires)

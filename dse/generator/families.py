@@ -22,8 +22,8 @@ AUTOMOTIVE_ROLES = ("acquire", "filter", "observer", "torque", "brake", "steer",
 class Family:
     """What distinguishes a family; shares are of all threads or connections, in percent.
 
-    `event` and `both` are the threads that are dispatched by events only, or by either protocol; the others have a timer only.
-    `movable` threads may run on either of two processors; `rerouted` connections may take either of two buses.
+    `event` and `both` are the threads that are dispatched by events only, or by either protocol; the others have a
+    timer only. `movable` threads may run on either of two processors, `rerouted` connections take either of two buses.
     """
 
     name: str
@@ -68,7 +68,7 @@ FAMILIES = {
     family.name: family
     for family in (
         Family("robot", "Robot with one computer", 10**6, 2, 15, 70, 0, 0),
-        Family("two-computers", "Robot with two computers and open bindings", 10**6, 1, 10, 75, 20, 0, least_processors=2),
+        Family("two-computers", "Robot with two computers", 10**6, 1, 10, 75, 20, 0, least_processors=2),
         Family("event-driven", "Event-driven perception chains", 40, 1, 50, 40, 0, 0, least_processors=2),
         Family("many-buses", "Distributed machine with many buses", 12, 1, 10, 75, 0, 40, least_processors=3),
         Family("automotive", "Automotive control units", 25, 1, 15, 65, 0, 15, automotive=True, least_processors=3),

@@ -1,11 +1,12 @@
 """Published figures that random problems are drawn from.
 
-* Automotive: S. Kramer, D. Ziegenbein, A. Hamann, "Real world automotive benchmarks for free", 6th International Workshop on
-  Analysis Tools and Methodologies for Embedded and Real-time Systems (WATERS), 2015: the shares of periods (Table III),
-  the execution times of runnables (Table IV) and the factors of best and worst case (Table V).
-* Robots: the Autoware reference system (github.com/ros-realtime/reference-system, every node 0.22837 ms on an i9, about ten times
-  that on an embedded computer), the nodes measured in ECE-TR-25 (73 us to 1.3 ms), and the rates at which ROS 2 systems
-  are commonly run (lidars 10 Hz, cameras 20 to 25 Hz, wheel odometry 50 Hz, IMU 100 to 200 Hz, controllers 20 to 100 Hz).
+* Automotive: S. Kramer, D. Ziegenbein, A. Hamann, "Real world automotive benchmarks for free", 6th International
+  Workshop on Analysis Tools and Methodologies for Embedded and Real-time Systems (WATERS), 2015: the shares of periods
+  (Table III), the execution times of runnables (Table IV) and the factors of best and worst case (Table V).
+* Robots: the Autoware reference system (github.com/ros-realtime/reference-system, every node 0.22837 ms on an i9, about
+  ten times that on an embedded computer), the nodes measured in ECE-TR-25 (73 us to 1.3 ms), and the rates at which
+  ROS 2 systems are commonly run (lidars 10 Hz, cameras 20 to 25 Hz, wheel odometry 50 Hz, IMU 100 to 200 Hz,
+  controllers 20 to 100 Hz).
 
 Prices and powers are assumptions.
 """
@@ -19,7 +20,8 @@ from dataclasses import dataclass
 class PeriodClass:
     """Runnables of one period: their share in percent, average times in ns, and factors in percent (lowest, highest).
 
-    `least_ns`, `mean_ns` and `most_ns` are over the runnables' averages; `best` and `worst` relate a runnable's extremes to its average.
+    `least_ns`, `mean_ns` and `most_ns` are over the runnables' averages; `best` and `worst` relate a runnable's
+    extremes to its average.
     """
 
     period_ms: int
@@ -89,7 +91,7 @@ REFERENCE = 1
 
 @dataclass(frozen=True)
 class WireType:
-    """A bus type: bandwidth in kbit/s, transmission in ns (fixed, and per byte from the least to the most), price in EUR."""
+    """A bus type: bandwidth in kbit/s, transmission (fixed, per byte; least and most) in ns, price in EUR."""
 
     name: str
     kbit_s: int
@@ -120,4 +122,11 @@ WIRE_CLASSES = (CAN, FAST_FIELD_BUS, ETHERNET)
 
 IPC_FIXED_US = (60, 320)
 IPC_PER_BYTE_NS = (8, 60)
-"""Middleware on the reference machine; ECE-TR-25 measured 113 us .. 1.1 ms and 7 .. 95 ns per byte on its two computers."""
+"""Middleware on the reference machine.
+
+ECE-TR-25 measured 113 us .. 1.1 ms and 7 .. 95 ns per byte on its two computers.
+"""
+
+AUTOMOTIVE_SIZES = (1, 2, 2, 4, 8, 8, 8, 16, 32, 64)
+ROBOT_SIZES = (8, 16, 30, 64, 100, 152, 256, 366, 1024, 4096)
+"""Messages in bytes, each as likely as the others; robots' from ECE-TR-25 and the Autoware reference system."""

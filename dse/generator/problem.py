@@ -1,7 +1,7 @@
 """A random problem as the text of a problem file.
 
-The system is drawn first, with a starting design that becomes the baseline. Then the analysis itself says what that design uses, and the
-limits are set just above: every problem has at least one design, and its limits bind.
+The system is drawn first, with a starting design that becomes the baseline. Then the analysis itself says what that
+design uses, and the limits are set just above: every problem has at least one design, and its limits bind.
 """
 
 from __future__ import annotations
@@ -37,7 +37,8 @@ def random_problem(threads: int, seed: int = 1, objectives: int = 2, family: str
     seed
         of everything that is drawn.
     objectives
-        1 to 5 of: jitter of the first flow, price, jitter of the second flow, power, utilisation of the first processor.
+        1 to 5: the jitter of the first flow, the price, the jitter of the second flow, the power, and the utilisation
+        of the first processor.
     family
         one of `FAMILIES`.
 
@@ -96,13 +97,14 @@ def _head(draft: Draft, threads: int, seed: int, objectives: int) -> dict[str, A
         if family.automotive
         else "Autoware reference system and ECE-TR-25 (execution times), common ROS 2 rates (periods)"
     )
+    drawn = f"--family {family.name} --threads {threads} --seed {seed} --objectives {objectives}"
     return {
         "dse": 1,
         "name": f"{family.title}, {threads} threads, seed {seed}",
-        "source": f'"Random: dse new --random --family {family.name} --threads {threads} --seed {seed} --objectives {objectives}"',
+        "source": f'"dse new --random {drawn}"',
         "assumptions": [
             f'"Figures drawn from {source}; prices and powers are assumed."',
-            '"Where flows meet at an event-driven thread, the first one dispatches it; the wait for the other input is not counted."',
+            '"Where flows meet at an event-driven thread, the first one dispatches it."',
         ],
     }
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import random
 from dataclasses import dataclass, field
+from itertools import pairwise
 
 SHORTEST, LONGEST = 3, 7
 """Threads of a flow: with the sensor and the actuator these make four to eight hops."""
@@ -23,15 +24,15 @@ class Topology:
 
     def edges(self) -> list[tuple[int, int]]:
         """Every pair of threads that communicate, once, in the order in which they were drawn."""
-        pairs = [pair for flow in self.flows for pair in zip(flow, flow[1:], strict=False)]
+        pairs = [pair for flow in self.flows for pair in pairwise(flow)]
         return list(dict.fromkeys([*pairs, *self.feeds]))
 
 
 def draw_topology(rng: random.Random, threads: int) -> Topology:
     """Flows over the first threads, the others as consumers beside them or alone.
 
-    Every flow but a few joins an earlier one (its own sensor, then the rest of that flow) or forks from it. Communication goes without
-    circles.
+    Every flow but a few joins an earlier one (its own sensor, then the rest of that flow) or forks from it. There are
+    no circles.
     """
     result = Topology(threads)
     used = 0
@@ -51,7 +52,9 @@ def _add_flow(rng: random.Random, result: Topology, used: int, threads: int) -> 
     sensor, actuator = len(set(result.sensors)), len(set(result.actuators))
     kept_head: list[int] = []
     kept_tail: list[int] = []
-    how = "new" if not result.flows or rng.randrange(100) < 10 and free >= LONGEST else rng.choice(("join", "join", "fork"))
+    how = rng.choice(("join", "join", "fork"))
+    if not result.flows or (free >= LONGEST and rng.randrange(100) < 10):
+        how = "new"
     if how != "new":
         number = rng.randrange(len(result.flows)) if len(result.flows) > 1 else 0
         base = result.flows[number]
