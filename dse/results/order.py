@@ -7,6 +7,18 @@ from dataclasses import replace
 from dse.results.changes import changes_between
 from dse.results.ranking import rank
 from dse.results.result import Result
+from dse.space.types import Space
+
+
+def check_ranking(method: str, space: Space, *, has_baseline: bool) -> None:
+    """Refuse a method that does not exist or does not fit the question, before there is a front.
+
+    Raises
+    ------
+    UsageError
+        saying why.
+    """
+    rank(method, [], [(item.metric.name, item.sense) for item in space.objectives], [] if has_baseline else None)
 
 
 def ranked_by(result: Result, method: str) -> Result:

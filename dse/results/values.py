@@ -11,6 +11,7 @@ READABLE: dict[str, tuple[tuple[str, Fraction], ...]] = {
     "ppm": (("%", Fraction(10**4)),),
     "mW": (("W", Fraction(1000)),),
 }
+MOST_DIGITS = 9
 PREFERRED = {"ns": "ms", "nm": "cm", "ppm": "%", "mW": "W", "B/s": "KB/s"}
 
 
@@ -23,6 +24,34 @@ def readable(value: Fraction | int, unit: str, currency: str = "EUR", digits: in
         return f"{_rounded(Fraction(value), digits)} {unit}"
     factor = dict(READABLE[unit])[name]
     return f"{_rounded(Fraction(value) / factor, digits)} {name}"
+
+
+def display_unit(unit: str, currency: str = "EUR") -> tuple[Fraction, str]:
+    """How many of a counting unit (``ns``, ``1/3 ppm``) make one of the unit that engineers read, and that unit's name.
+
+    >>> display_unit("ns"), display_unit("1/3 ppm")
+    ((Fraction(1000000, 1), 'ms'), (Fraction(30000, 1), '%'))
+    """
+    scale, _, base = unit.rpartition(" ") if unit.startswith("1/") else ("", "", unit)
+    count = int(scale.removeprefix("1/")) if scale else 1
+    if base == "ct":
+        return Fraction(100 * count), currency
+    name = PREFERRED.get(base, base)
+    return dict(READABLE.get(base, ())).get(name, Fraction(1)) * count, name
+
+
+def counted(value: Fraction | int, unit: str, currency: str = "EUR", digits: int = 3) -> str:
+    """A value in a counting unit (``1/3 ppm``) as `readable` shows it; never 0 for what is not 0.
+
+    >>> counted(1_000_000, "1/3 ppm"), counted(40, "ns")
+    ('33.333 %', '0.00004 ms')
+    """
+    scale, _, base = unit.rpartition(" ") if unit.startswith("1/") else ("", "", unit)
+    exact = Fraction(value) / int(scale.removeprefix("1/")) if scale else Fraction(value)
+    factor, _ = display_unit(base)
+    while exact and digits < MOST_DIGITS and not round(exact / factor, digits):
+        digits += 1
+    return readable(exact, base, currency, digits)
 
 
 def _rounded(value: Fraction, digits: int, keep: bool = False) -> str:

@@ -1,0 +1,213 @@
+"""Reasons as sentences: plain text, for the terminal, for Markdown and for HTML alike."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from fractions import Fraction
+
+from dse.results.changes import Change, Delta
+from dse.results.reasons import Comparison, Dominant, Improvement, Margin, Reasons
+from dse.results.result import Others, Result, Sibling
+from dse.results.values import counted, display_unit, readable
+
+REDUCED = "Latencies are reduced reaction times: a flow starts at its first component, without that component's own period."
+GAPS = (
+    "Worst execution time is not response time: CPU contention is not in the latency unless response times are computed.",
+    "The sum of periods over-estimates when sender and receiver are harmonic and synchronised.",
+    "A measured maximum is a sample maximum, not a bound.",
+)
+
+
+@dataclass(frozen=True)
+class Sentence:
+    """A statement about an alternative, under a short label."""
+
+    label: str
+    text: str
+
+
+def sentences(result: Result, reasons: Reasons) -> list[Sentence]:
+    """What is said about an alternative, most important first."""
+    currency = result.space.currency
+    found = [Sentence("Stands out", best_words(result, reasons))]
+    if reasons.baseline is not None:
+        found.append(Sentence("Against the baseline", comparison_words(reasons.baseline, currency)))
+    above, near = reasons.above, reasons.neighbour
+    if above is not None:
+        same = near is not None and near.with_ == above.with_
+        label = f"Against #{above.with_}, ranked above" + (" and its neighbour on the front" if same else "")
+        found.append(Sentence(label, comparison_words(above, currency)))
+    if near is not None and (above is None or near.with_ != above.with_):
+        found.append(Sentence(f"Against #{near.with_}, its neighbour on the front", comparison_words(near, currency)))
+    if reasons.margins:
+        found.append(Sentence("Tightest requirement", margin_words(reasons.margins[0], currency)))
+    for dominant in reasons.dominants:
+        found.append(Sentence(f"Most of the {dominant.of} of {dominant.flow}", dominant_words(dominant)))
+    for improvement in reasons.improvements:
+        found.append(Sentence(f"To better {improvement.objective}", improvement_words(improvement, result)))
+    return found
+
+
+def best_words(result: Result, reasons: Reasons) -> str:
+    """In which objectives the point has the best value of the front."""
+    point = reasons.point
+    best = []
+    for info in result.objectives:
+        values = [other.objectives[info.name] for other in result.front]
+        if point.objectives[info.name] == (min(values) if info.sense == "minimise" else max(values)):
+            sharing = values.count(point.objectives[info.name]) - 1
+            word = "least" if info.sense == "minimise" else "most"
+            best.append(f"{word} {info.name}" + (f" (as {sharing} other{'s' if sharing > 1 else ''})" if sharing else ""))
+    front = "of the front" if result.status == "complete" else "found so far"
+    if best:
+        return f"{_listed(best)} {front}."
+    return "a compromise: no objective is at its best here."
+
+
+def comparison_words(comparison: Comparison, currency: str) -> str:
+    """What changes, what gains, what is given up."""
+    return f"{changes_words(comparison.changes)}. {deltas_words(comparison.deltas, currency)}."
+
+
+def changes_words(changes: Sequence[Change]) -> str:
+    """``computer: RT101 to Spectra; nav.period: now 20 ms (with it: ser1 is left empty)``."""
+    if not changes:
+        return "Nothing changes"
+    chosen = [_change(change) for change in changes if not change.follows]
+    follow = [_following(change) for change in changes if change.follows]
+    tail = f" (with it: {', '.join(follow)})" if follow else ""
+    return f"Changes {'; '.join(chosen)}{tail}" if chosen else f"Changes: {', '.join(follow)}"
+
+
+def short_name(name: str) -> str:
+    """A decision's name; the type of a slot goes by the slot's name."""
+    return name.removesuffix(".type")
+
+
+def _change(change: Change) -> str:
+    name = short_name(change.name)
+    return f"{name} {change.before} to {change.after}" if change.before is not None else f"{name}, now {change.after}"
+
+
+def _following(change: Change) -> str:
+    name = short_name(change.name)
+    if change.after is None:
+        return f"no {name}"
+    return f"{name} is left empty" if change.after == "none" else f"{name} is used"
+
+
+def deltas_words(items: Sequence[Delta], currency: str) -> str:
+    """``Gains: price 290 EUR instead of 305 EUR (15 EUR less). Gives up: …. Unchanged: …``."""
+    gains = [_delta(item, currency) for item in items if item.gain > 0]
+    losses = [_delta(item, currency) for item in items if item.gain < 0]
+    same = [item.name for item in items if not item.gain]
+    parts = [f"Gains: {'; '.join(gains)}"] if gains else []
+    parts += [f"Gives up: {'; '.join(losses)}"] if losses else []
+    parts += [f"Unchanged: {', '.join(same)}"] if same else []
+    return ". ".join(parts)
+
+
+def _delta(item: Delta, currency: str) -> str:
+    after, before = counted(item.after, item.unit, currency), counted(item.before, item.unit, currency)
+    return f"{item.name} {after} instead of {before} ({difference_words(item, currency)})"
+
+
+def difference_words(item: Delta, currency: str) -> str:
+    """``15 EUR less``."""
+    change = item.after - item.before
+    return f"{counted(abs(change), item.unit, currency)} {'more' if change > 0 else 'less'}"
+
+
+def margin_words(margin: Margin, currency: str) -> str:
+    """``utilisation of computer <= 70 %: 69.3 % against 140 %, slack 70.7 % (50.5 % of the limit)``."""
+    value, limit = (readable(figure, margin.unit, currency) for figure in (margin.value, margin.limit))
+    who = f"{margin.thread} alone, {value} against {limit} of one core" if margin.thread else f"{value} against {limit}"
+    if not margin.slack:
+        return f"{margin.requirement.text}: {who}. It binds: there is no slack."
+    slack = counted(margin.slack, margin.unit, currency)
+    return f"{margin.requirement.text}: {who}, slack {slack} ({readable(margin.share * 10**6, 'ppm', digits=1)} of the limit)."
+
+
+def dominant_words(dominant: Dominant) -> str:
+    """``ekf_fusion.main_loop, sampling: 20 ms of 42.042 ms (47.6 %)``; several when they tie."""
+    rows = _listed([f"{row.contributor} ({row.max_method})" for row in dominant.rows])
+    share = readable(Fraction(dominant.part_ns, dominant.total_ns) * 10**6, "ppm", digits=1)
+    each = " each" if len(dominant.rows) > 1 else ""
+    return f"{rows}, {counted(dominant.part_ns, 'ns')}{each} of {counted(dominant.total_ns, 'ns')} ({share})."
+
+
+def improvement_words(item: Improvement, result: Result) -> str:
+    """Which point is next better in an objective, what it costs, and what has to change."""
+    if item.point is None:
+        best = result.status == "complete"
+        return "no design is better: proved." if best else "nothing better was found before the search stopped."
+    currency = result.space.currency
+    gained = next(delta for delta in item.deltas if delta.name == item.objective)
+    losses = [delta for delta in item.deltas if delta.gain < 0]
+    costs = [f"{delta.name} {difference_words(delta, currency)}" for delta in losses]
+    text = f"#{item.point} has {difference_words(gained, currency)}, for {_listed(costs)}"
+    if len(losses) == 1:
+        text += f" ({rate_words(losses[0], gained, currency)})"
+    return f"{text}. {changes_words(item.changes)}."
+
+
+def rate_words(loss: Delta, gain: Delta, currency: str) -> str:
+    """What one unit of gain costs: ``138.9 EUR per ms``."""
+    loss_factor, loss_unit = display_unit(loss.unit, currency)
+    gain_factor, gain_unit = display_unit(gain.unit, currency)
+    rate = (Fraction(-loss.gain) / loss_factor) / (Fraction(gain.gain) / gain_factor)
+    return f"{float(rate):.4g} {loss_unit} per {gain_unit}"
+
+
+def others_words(others: Others) -> str:
+    """How many designs share a point's objectives or come near, and whether these are all."""
+    count = len(others.designs)
+    what = f"with each objective at most {readable(others.within * 10**6, 'ppm')} worse" if others.within else "with exactly the same objectives"
+    if not count:
+        return f"No other design {what}" + (": proved." if others.more is False else " was found before the search stopped.")
+    said = f"{count} other design{'s' if count > 1 else ''} {what}, chosen to differ"
+    tail = {True: "there are more", False: "there are no more", None: "the search stopped before it could tell whether there are more"}
+    return f"{said}; {tail[others.more]}."
+
+
+def dominated_words(sibling: Sibling, result: Result) -> str:
+    """`` (dominated by #3 and #4)``; nothing for an exact tie."""
+    if sibling.dominated_by:
+        return f" (dominated by {_listed([f'#{number}' for number in sibling.dominated_by])})"
+    vectors = [point.objectives for point in result.front]
+    return "" if sibling.objectives in vectors else " (not dominated by what was found before the search stopped)"
+
+
+def proof_words(result: Result) -> str:
+    """What was proved about the front."""
+    count = len(result.front)
+    points = f"{count} non-dominated design{'s' if count != 1 else ''}"
+    if result.status == "complete":
+        return f"Pareto front, proved complete: {points}."
+    if result.status == "infeasible":
+        return "Infeasible, proved: no design meets every requirement and rule."
+    regions = len(result.unexplored)
+    return (
+        f"Incomplete front, stopped early: {points} so far; {regions} region{'s' if regions != 1 else ''} of the objective "
+        f"space may hold more."
+    )
+
+
+def tie_words(result: Result) -> str:
+    """Which points share a rank."""
+    groups: dict[int, list[int]] = {}
+    for point in result.front:
+        groups.setdefault(point.rank, []).append(point.id)
+    tied = [f"{', '.join(f'#{number}' for number in ids)} at rank {rank}" for rank, ids in groups.items() if len(ids) > 1]
+    return f"Ties: {'; '.join(tied)}." if tied else ""
+
+
+def rank_text(result: Result, rank: int) -> str:
+    """The rank, with ``=`` where several points share it."""
+    return f"{rank}=" if sum(point.rank == rank for point in result.front) > 1 else str(rank)
+
+
+def _listed(items: Sequence[str]) -> str:
+    """``a``, ``a and b``, ``a, b and c``."""
+    return " and ".join([", ".join(items[:-1]), items[-1]] if len(items) > 1 else items)

@@ -1,0 +1,214 @@
+"""Why an alternative is there: what changes, what it gains and gives up, what limits it, and what more would cost.
+
+Everything is computed from the front and the analysis; `dse.report.words` puts it into sentences.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+from fractions import Fraction
+
+from dse.analysis.evaluate import Evaluator
+from dse.analysis.latency import Row
+from dse.analysis.limits import Limit, thread_loads
+from dse.analysis.views import View
+from dse.results.analysis import Analysis, FlowTable
+from dse.results.changes import Change, Delta, changes_between, deltas
+from dse.results.result import Point, Result
+from dse.results.tables import analyse_design
+from dse.space.types import Requirement
+
+
+@dataclass(frozen=True)
+class Comparison:
+    """An alternative against another design: `with_` is a point's id, or None for the baseline."""
+
+    with_: int | None
+    changes: tuple[Change, ...]
+    deltas: tuple[Delta, ...]
+
+
+@dataclass(frozen=True)
+class Margin:
+    """How much room a requirement leaves: `slack` of `limit`, in `unit`; `thread` where the limit is that of one core alone."""
+
+    requirement: Requirement
+    value: Fraction
+    limit: Fraction
+    unit: str
+    thread: str = ""
+
+    @property
+    def slack(self) -> Fraction:
+        """How far the value may still move towards the limit."""
+        return self.limit - self.value if self.requirement.operator in ("<=", "<") else self.value - self.limit
+
+    @property
+    def share(self) -> Fraction:
+        """The slack as a share of the limit; of 1 where the limit is 0."""
+        return self.slack / (abs(self.limit) or 1)
+
+
+@dataclass(frozen=True)
+class Dominant:
+    """The rows with the largest share of a flow's worst-case latency, or of its jitter."""
+
+    flow: str
+    of: str
+    rows: tuple[Row, ...]
+    part_ns: int
+    total_ns: int
+
+
+@dataclass(frozen=True)
+class Improvement:
+    """The next better value of an objective on the front: the point that has it at the least loss; None where there is none."""
+
+    objective: str
+    point: int | None
+    deltas: tuple[Delta, ...]
+    changes: tuple[Change, ...]
+
+
+@dataclass(frozen=True)
+class Reasons:
+    """Everything that is said about one alternative."""
+
+    point: Point
+    analysis: Analysis
+    baseline: Comparison | None
+    above: Comparison | None
+    neighbour: Comparison | None
+    margins: tuple[Margin, ...]
+    dominants: tuple[Dominant, ...]
+    improvements: tuple[Improvement, ...]
+
+
+class Reasoner:
+    """Finds the reasons for the points of one result; builds the measures once."""
+
+    def __init__(self, result: Result) -> None:
+        self.result = result
+        self.evaluator = Evaluator(result.space)
+        self.baseline = self._baseline()
+        self._losses = _scaled_losses(result)
+
+    def _baseline(self) -> tuple[Analysis, dict[str, int]] | None:
+        """The analysis of today's design with its objectives, if it is a valid design; --fix does not bind it."""
+        design = self.result.baseline
+        if design is None:
+            return None
+        evaluator = Evaluator(replace(self.result.space, fixed={}))
+        evaluation = evaluator.evaluate(design)
+        if evaluation.breaches:
+            return None
+        names = [item.name for item in self.result.objectives]
+        return analyse_design(evaluator, design), dict(zip(names, evaluation.objectives, strict=True))
+
+    def reasons(self, position: int) -> Reasons:
+        """The reasons for the point at `position` of the front."""
+        point = self.result.front[position]
+        analysis = analyse_design(self.evaluator, point.design)
+        above = self.result.front[position - 1] if position else None
+        neighbour = self.neighbour(position)
+        return Reasons(
+            point=point,
+            analysis=analysis,
+            baseline=self._against_baseline(point),
+            above=None if above is None else self.against(point, above),
+            neighbour=None if neighbour is None else self.against(point, neighbour),
+            margins=tuple(self._margins(point)),
+            dominants=tuple(dominants(analysis)),
+            improvements=tuple(self._improvements(position)),
+        )
+
+    def against(self, point: Point, other: Point) -> Comparison:
+        """What `point` changes and what it gains or gives up against `other`."""
+        changes = changes_between(self.result.space, other.design, point.design)
+        return Comparison(other.id, changes, deltas(self.result.objectives, other.objectives, point.objectives))
+
+    def _against_baseline(self, point: Point) -> Comparison | None:
+        if self.baseline is None or self.result.baseline is None:
+            return None
+        changes = changes_between(self.result.space, self.result.baseline, point.design)
+        return Comparison(None, changes, deltas(self.result.objectives, self.baseline[1], point.objectives))
+
+    def neighbour(self, position: int) -> Point | None:
+        """The nearest other point: objectives scaled to their range on the front, squared distances; the first ranked of several."""
+        here = self._losses[position]
+        others = [
+            (sum(((a - b) ** 2 for a, b in zip(here, row, strict=True)), Fraction(0)), other)
+            for other, row in enumerate(self._losses)
+            if other != position
+        ]
+        return self.result.front[min(others)[1]] if others else None
+
+    def _improvements(self, position: int) -> Iterator[Improvement]:
+        front, point = self.result.front, self.result.front[position]
+        for axis, info in enumerate(self.result.objectives):
+            better = [other for other in range(len(front)) if self._losses[other][axis] < self._losses[position][axis]]
+            if not better:
+                yield Improvement(info.name, None, (), ())
+                continue
+            nearest = max(self._losses[other][axis] for other in better)
+            _, best = min(
+                (self._loss(position, other), other) for other in better if self._losses[other][axis] == nearest
+            )
+            step = self.against(front[best], point)
+            yield Improvement(info.name, front[best].id, step.deltas, step.changes)
+
+    def _loss(self, position: int, other: int) -> Fraction:
+        pairs = zip(self._losses[position], self._losses[other], strict=True)
+        return sum((max(b - a, Fraction(0)) for a, b in pairs), Fraction(0))
+
+    def _margins(self, point: Point) -> list[Margin]:
+        """The room that each requirement leaves, least first, as a share of its limit."""
+        view = View(point.design)
+        found = [margin for limit in self.evaluator.limits for margin in margins_of(limit, view)]
+        return sorted(found, key=lambda margin: margin.share)
+
+
+def margins_of(limit: Limit, view: View) -> list[Margin]:
+    """The margin of a limit, and that of the busiest thread where each thread must keep the limit of one core."""
+    requirement, unit = limit.requirement, limit.measure.unit
+    found = [Margin(requirement, limit.measure.value(view), limit.bound(view), unit)]
+    if limit.each is not None:
+        loads = {
+            name: sum((term.value(view) for term in terms), Fraction(0))
+            for name, terms in thread_loads(limit.measure.terms).items()
+        }
+        busiest = max(loads, key=lambda name: loads[name], default=None)
+        if busiest is not None and limit.each != limit.bound(view):
+            found.append(Margin(requirement, loads[busiest], limit.each, unit, busiest))
+    return found
+
+
+def dominants(analysis: Analysis) -> Iterator[Dominant]:
+    """For each flow the rows that have most of its worst-case latency, and those that have most of its jitter."""
+    for table in analysis.flows:
+        for of, parts in (
+            ("latency", [row.max_ns for row in table.rows]),
+            ("jitter", [row.max_ns - row.min_ns for row in table.rows]),
+        ):
+            yield from _dominant(table, of, parts)
+
+
+def _dominant(table: FlowTable, of: str, parts: Sequence[int]) -> Iterator[Dominant]:
+    most = max(parts, default=0)
+    if most > 0:
+        rows = tuple(row for row, part in zip(table.rows, parts, strict=True) if part == most)
+        yield Dominant(table.name, of, rows, most, sum(parts))
+
+
+def _scaled_losses(result: Result) -> list[tuple[Fraction, ...]]:
+    """The objectives of each point, to be minimised, from 0 to 1 over the front."""
+    columns: list[list[Fraction]] = []
+    for info in result.objectives:
+        sign = 1 if info.sense == "minimise" else -1
+        values = [sign * point.objectives[info.name] for point in result.front]
+        low, high = min(values, default=0), max(values, default=0)
+        columns.append([Fraction(value - low, (high - low) or 1) for value in values])
+    return list(zip(*columns, strict=True)) if columns else []
+
+
