@@ -13,6 +13,7 @@ if TYPE_CHECKING:
     from dse.api.analysing import analyse as analyse
     from dse.api.checking import Description as Description
     from dse.api.checking import check as check
+    from dse.api.explaining import explain as explain
     from dse.api.problem import Problem as Problem
     from dse.api.problem import load as load
     from dse.api.problem import loads as loads
@@ -30,6 +31,7 @@ _HOMES = {
     "analyse": "dse.api.analysing",
     "Description": "dse.api.checking",
     "check": "dse.api.checking",
+    "explain": "dse.api.explaining",
     "Problem": "dse.api.problem",
     "load": "dse.api.problem",
     "loads": "dse.api.problem",

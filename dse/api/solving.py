@@ -10,12 +10,13 @@ from pathlib import Path
 from typing import Any, Literal
 
 from dse.analysis.evaluate import Evaluator
+from dse.api.explaining import Wishes, conflicts_of
+from dse.api.origins import origin_of
 from dse.api.problem import Changes, Problem, baseline_design, changed, load
 from dse.api.resuming import read_search
 from dse.errors import UsageError
 from dse.pareto.front import Budget, FrontSearch, Progress, Watch, search_front
-from dse.pareto.nearest import Miss, nearest_misses
-from dse.results.result import Clash, Conflict, ObjectiveInfo, Origin, Point, Result, Search, decisions_of, ranked
+from dse.results.result import ObjectiveInfo, Point, Result, Search, decisions_of, ranked
 from dse.space.size import space_size
 from dse.space.types import Space
 
@@ -160,8 +161,8 @@ def solve_asked(asked: Problem, budget: Budget, watcher: Watcher, earlier: Front
     search = search_front(evaluator, budget, watch, earlier)
     result = _result(asked, evaluator, search, budget)
     if result.status == "infeasible":
-        misses = nearest_misses(space, seed=budget.seed, deadline=_deadline(budget, started))
-        result = replace(result, conflicts=tuple(_conflict(miss) for miss in misses))
+        wishes = Wishes(time_limit_s=_time_to_explain(budget, started), seed=budget.seed)
+        result = replace(result, conflicts=conflicts_of(asked, wishes))
     return replace(result, search=replace(result.search, wall_s=round(time.monotonic() - started, 3)))
 
 
@@ -202,11 +203,11 @@ def _potential(evaluator: Evaluator, search: FrontSearch) -> Mapping[str, int]:
     return _region(evaluator, tuple(min(column) for column in zip(*search.floors, strict=True)))
 
 
-def _deadline(budget: Budget, started: float) -> float:
+def _time_to_explain(budget: Budget, started: float) -> float:
     """Explaining an infeasible problem takes what the time limit leaves, or half a minute."""
     if budget.time_limit_s is None:
-        return time.monotonic() + EXPLANATION_TIME_S
-    return started + budget.time_limit_s
+        return EXPLANATION_TIME_S
+    return max(0.0, started + budget.time_limit_s - time.monotonic())
 
 
 def _points(evaluator: Evaluator, search: FrontSearch) -> tuple[Point, ...]:
@@ -232,32 +233,3 @@ def _region(evaluator: Evaluator, bound: tuple[int, ...]) -> Mapping[str, int]:
     names = [measure.metric.name for measure in evaluator.objectives]
     values = [-value if sense == "maximise" else value for value, sense in zip(bound, senses, strict=True)]
     return dict(zip(names, values, strict=True))
-
-
-def _conflict(miss: Miss) -> Conflict:
-    clashes = []
-    for member, verdict in zip(miss.members, miss.verdicts, strict=True):
-        if verdict is None:
-            clashes.append(Clash(member.text, member.origin))
-        else:
-            figures = (verdict.unit, verdict.limit, verdict.value, verdict.worst_term)
-            clashes.append(Clash(member.text, member.origin, *figures))
-    return Conflict(tuple(clashes))
-
-
-def origin_of(problem: Problem) -> Origin:
-    """Which problem this is: name, file, hashes, and the question as it is asked."""
-    space = problem.space
-    effective: dict[str, Any] = {
-        "requirements": [item.text for item in space.requirements],
-        "rules": [item.text for item in space.rules],
-        "objectives": [f"{item.sense} {item.metric.name}" for item in space.objectives],
-        "fixed": {
-            space.decisions[decision].name: space.decisions[decision].options[option]
-            for decision, option in space.fixed.items()
-        },
-        "profile": space.profile,
-        "worst_case": space.worst_case,
-    }
-    loaded = problem.loaded
-    return Origin(space.name, str(loaded.path), loaded.sha256, loaded.includes, effective)

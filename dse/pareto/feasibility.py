@@ -133,9 +133,7 @@ class Oracle:
         if self.deadline is not None and time.monotonic() >= self.deadline:
             raise OutOfTime
         self.calls += 1
-        found = find_design(
-            self.space_of(kept), seed=self.seed if seed is None else seed, deadline=self.deadline
-        )
+        found = find_design(self.space_of(kept), seed=self.seed if seed is None else seed, deadline=self.deadline)
         if found is None:
             self._refuted.append(kept)
         else:

@@ -47,9 +47,10 @@ class Point:
 
 @dataclass(frozen=True)
 class Clash:
-    """A requirement or rule that must give: its limit, the closest value while all else holds, and the miss, in `unit`.
+    """A member of a conflict: its limit, the closest one that leaves a design while all else holds, and the miss, in `unit`.
 
-    A rule has no figures. `thread` names the thread that alone exceeds the limit of one core, if that is what is broken.
+    A rule has no figures, and none has where moving it alone does not help. A share of a processor or of a bandwidth counts
+    in ppm. `thread` names the thread that alone needs so much of one core, if that is what counts.
     """
 
     text: str
@@ -73,7 +74,7 @@ class Clash:
 
 @dataclass(frozen=True)
 class Conflict:
-    """Requirements and rules that must give together: without them the others leave a design."""
+    """Requirements and rules that cannot hold together, although without any one of them the others can."""
 
     members: tuple[Clash, ...]
 

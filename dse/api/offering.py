@@ -1,0 +1,104 @@
+"""What if there were a further option: offers such as ``computer.type += Spectra``, added to the problem as it was written."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+from typing import Annotated, Any
+
+from pydantic import TypeAdapter, ValidationError
+
+from dse.api.problem import Changes, Problem, changed
+from dse.errors import ProblemError, UsageError
+from dse.space.build import build_space
+from dse.spec.grammar import ExpressionError, parse_assignment
+from dse.spec.load import LoadedSpec
+from dse.spec.model import Spec
+
+SECTIONS = {
+    "processors": "processor_types",
+    "buses": "bus_types",
+    "devices": "device_types",
+    "threads": "thread_types",
+    "connections": None,
+}
+
+
+def with_offers(problem: Problem, texts: tuple[str, ...], changes: Changes) -> Problem:
+    """The problem rebuilt with further options, and the caller's changes applied to it.
+
+    Raises
+    ------
+    UsageError
+        when an offer names no list of options, or what it names does not fit the problem.
+    """
+    loaded = problem.loaded
+    for text in texts:
+        loaded = _offered(loaded, text)
+    try:
+        built = Problem(loaded, build_space(loaded))
+    except ProblemError as error:
+        raise UsageError(f"with the offer {', '.join(texts)}: {error.diagnostics[0]}") from error
+    return changed(built, changes)
+
+
+def _offered(loaded: LoadedSpec, text: str) -> LoadedSpec:
+    try:
+        name, value = parse_assignment(text.replace("+=", "=", 1))
+    except ExpressionError as error:
+        raise UsageError(f"offer {text!r}: {error}") from error
+    component, _, field = name.rpartition(".")
+    spec = loaded.spec
+    section = next((section for section in SECTIONS if component in getattr(spec, section)), None)
+    if section is None:
+        raise UsageError(f"offer {text!r}: nothing is called {component!r}; an offer is COMPONENT.FIELD += OPTION")
+    owner = getattr(spec, section)[component]
+    options = _options(spec, section, owner, field, text)
+    new = _value(owner, field, value, text)
+    if new in options:
+        raise UsageError(f"offer {text!r}: it is an option already")
+    entries = {**getattr(spec, section), component: owner.model_copy(update={field: (*options, new)})}
+    return replace(loaded, spec=spec.model_copy(update={section: entries}))
+
+
+def _options(spec: Spec, section: str, owner: Any, field: str, text: str) -> tuple[Any, ...]:
+    """The options that the field has so far: its own, else those of the component's only type."""
+    known = _fields(owner)
+    if field not in known:
+        raise UsageError(f"offer {text!r}: {field!r} has no options here; those of {', '.join(known)} can be offered")
+    options = getattr(owner, field)
+    if options is None and field != "type":
+        catalogue = SECTIONS[section]
+        types = getattr(owner, "type", None) or ()
+        if catalogue is not None and len(types) == 1 and types[0] in getattr(spec, catalogue):
+            options = getattr(getattr(spec, catalogue)[types[0]], field, None)
+    if options is None:
+        raise UsageError(f"offer {text!r}: the problem states nothing for it, so there is nothing to add to")
+    if isinstance(options, Mapping):
+        raise UsageError(f"offer {text!r}: it has a figure for each processor type; offer a type instead")
+    return tuple(options)
+
+
+def _fields(owner: Any) -> list[str]:
+    """The fields of a component that take a list of options."""
+    found = []
+    for name, info in type(owner).model_fields.items():
+        marks = f"{info.annotation} {info.metadata}"
+        if "OneOrMore" in marks and name != "totals":
+            found.append(name)
+    return found
+
+
+def _value(owner: Any, field: str, value: str, text: str) -> Any:
+    info = type(owner).model_fields[field]
+    kind: Any = info.annotation
+    for mark in info.metadata:
+        kind = Annotated[kind, mark]
+    adapter: TypeAdapter[Any] = TypeAdapter(kind)
+    given: Any = int(value) if field == "queue_size" and value.isdigit() else value
+    try:
+        read = adapter.validate_python(given)
+    except ValidationError as error:
+        first = error.errors()[0]
+        raise UsageError(f"offer {text!r}: {first.get('ctx', {}).get('message', first['msg'])}") from error
+    return read[0]

@@ -1,0 +1,26 @@
+"""Which problem a result or an explanation speaks about, and what was really asked of it."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from dse.api.problem import Problem
+from dse.results.result import Origin
+
+
+def origin_of(problem: Problem) -> Origin:
+    """Which problem this is: name, file, hashes, and the question as it is asked."""
+    space = problem.space
+    effective: dict[str, Any] = {
+        "requirements": [item.text for item in space.requirements],
+        "rules": [item.text for item in space.rules],
+        "objectives": [f"{item.sense} {item.metric.name}" for item in space.objectives],
+        "fixed": {
+            space.decisions[decision].name: space.decisions[decision].options[option]
+            for decision, option in space.fixed.items()
+        },
+        "profile": space.profile,
+        "worst_case": space.worst_case,
+    }
+    loaded = problem.loaded
+    return Origin(space.name, str(loaded.path), loaded.sha256, loaded.includes, effective)

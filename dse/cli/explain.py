@@ -1,0 +1,67 @@
+"""``dse explain``."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import click
+
+from dse.cli.common import (
+    changes_of,
+    check_writable,
+    console,
+    json_option,
+    problem_argument,
+    question_options,
+    write_text,
+)
+from dse.cli.solve import Seconds
+
+
+@click.command("explain")
+@problem_argument
+@question_options
+@click.option("--minimise", "--minimize", multiple=True, hidden=True, help="As for solve; changes no explanation.")
+@click.option("--maximise", "--maximize", multiple=True, hidden=True, help="As for solve; changes no explanation.")
+@click.option("--all", "every", is_flag=True, help="List all minimal conflicts.")
+@click.option("--limit", type=click.IntRange(1), default=100, show_default=True, help="At most so many conflicts.")
+@click.option(
+    "--offer",
+    multiple=True,
+    metavar="'DECISION += OPTION'",
+    help="A further option, e.g. 'computer.type += Spectra': would it help, and at what price?",
+)
+@click.option("--time-limit", type=Seconds(), help="Stop after this time with what was proved so far (exit code 5).")
+@click.option("--seed", type=click.IntRange(0, 2**31 - 1), default=0, show_default=True, help="Of the solver.")
+@json_option
+def command(
+    file: str,
+    minimise: tuple[str, ...],
+    maximise: tuple[str, ...],
+    every: bool,
+    limit: int,
+    offer: tuple[str, ...],
+    time_limit: float | None,
+    seed: int,
+    json_path: str | None,
+    **options: Any,
+) -> int:
+    """Why a problem is infeasible: requirements and rules that clash, and the smallest changes that mend it.
+
+    Takes the options of `dse solve`. Each conflict is minimal, shown by a design for each member left out; each limit is
+    exact. Exit code 0 when the problem is feasible, 4 when it is proved infeasible.
+    """
+    check_writable(json_path)
+    from dse.api.explaining import Wishes, explain_changed
+    from dse.api.problem import load
+
+    texts = [f"minimise {text}" for text in minimise] + [f"maximise {text}" for text in maximise]
+    changes = changes_of(options, tuple(texts))
+    found = explain_changed(load(file), changes, Wishes(every, limit, offer, time_limit, seed))
+    if json_path != "-":
+        from dse.report.explanation import print_explanation
+
+        print_explanation(console(), found)
+    if json_path is not None:
+        write_text(json_path, found.to_json())
+    return found.exit_code

@@ -1,0 +1,167 @@
+"""Why a problem has no design: minimal conflicts, the limits that mend it, the least to give up, and what an offer would change."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from fractions import Fraction
+from typing import Any, Literal
+
+from dse.errors import EXIT_COMPLETE, EXIT_INCOMPLETE, EXIT_INFEASIBLE
+from dse.results.result import Origin, exact
+
+FORMAT = "dse-explanation/1"
+
+Decisions = Mapping[str, str]
+
+
+@dataclass(frozen=True)
+class Demand:
+    """A requirement, a rule or a fixed decision in the user's words, with the place where it stands."""
+
+    kind: Literal["requirement", "rule", "fixed decision"]
+    text: str
+    origin: str
+
+    def to_dict(self) -> dict[str, Any]:
+        """For JSON."""
+        return dict(vars(self))
+
+
+@dataclass(frozen=True)
+class MinimalConflict:
+    """Demands that cannot hold together; beside each, a design that meets all the others of the conflict."""
+
+    members: tuple[tuple[Demand, Decisions], ...]
+
+    def to_dict(self) -> dict[str, Any]:
+        """For JSON."""
+        return {"members": [{**demand.to_dict(), "without_it": dict(design)} for demand, design in self.members]}
+
+
+@dataclass(frozen=True)
+class Relaxation:
+    """What happens when one demand alone gives, and all others hold.
+
+    `helps` says whether that leaves a design; `design` is one. For a requirement `limit` is its own and `closest` the exact one from
+    which on there is a design (beyond it, where `beyond` is set), both in `unit`; a share of a processor or a bandwidth counts in ppm.
+    `thread` names the thread that alone needs so much of one core. `text` is the requirement as it may be written then.
+    """
+
+    demand: Demand
+    helps: bool
+    design: Decisions
+    unit: str = ""
+    limit: Fraction | None = None
+    closest: Fraction | None = None
+    beyond: bool = False
+    thread: str = ""
+    text: str = ""
+
+    def to_dict(self) -> dict[str, Any]:
+        """For JSON: exact numbers, as text where they are no integers."""
+        figures = {
+            name: None if value is None else exact(value)
+            for name, value in (("limit", self.limit), ("closest", self.closest))
+        }
+        return {
+            **self.demand.to_dict(),
+            "helps": self.helps,
+            **figures,
+            "unit": self.unit,
+            "beyond": self.beyond,
+            "thread": self.thread or None,
+            "requirement": self.text or None,
+            "design": dict(self.design),
+        }
+
+
+@dataclass(frozen=True)
+class GiveUp:
+    """The fewest demands without which the others leave a design, `design`; each with its closest limit while the others are given up."""
+
+    members: tuple[Relaxation, ...]
+    design: Decisions
+
+    def to_dict(self) -> dict[str, Any]:
+        """For JSON."""
+        return {"members": [item.to_dict() for item in self.members], "design": dict(self.design)}
+
+
+@dataclass(frozen=True)
+class Offer:
+    """What options that the user offers would change; `price` is that of the cheapest feasible design, in `unit`, None where there is none."""
+
+    texts: tuple[str, ...]
+    price: int | None
+    unit: str
+    design: Decisions
+
+    def to_dict(self) -> dict[str, Any]:
+        """For JSON."""
+        return {"options": list(self.texts), "price": self.price, "unit": self.unit, "design": dict(self.design)}
+
+
+@dataclass(frozen=True)
+class Explanation:
+    """The outcome of `dse.explain`.
+
+    `status` is ``feasible`` (`design` meets everything), ``infeasible`` (proved, and explained), ``no structure`` (proved: even without
+    requirements, rules and fixed decisions there is no design) or ``incomplete`` (time ran out before feasibility was decided).
+    `complete` says that nothing which was asked for is missing, `every` that `conflicts` are all there are.
+    """
+
+    problem: Origin
+    status: Literal["feasible", "infeasible", "no structure", "incomplete"]
+    currency: str
+    design: Decisions = field(default_factory=dict)
+    conflicts: tuple[MinimalConflict, ...] = ()
+    every: bool = False
+    limited: bool = False
+    relaxations: tuple[Relaxation, ...] = ()
+    give_up: GiveUp | None = None
+    offers: tuple[Offer, ...] = ()
+    offered: Sequence[str] = ()
+    complete: bool = True
+    solver_calls: int = 0
+    wall_s: float = 0.0
+
+    def with_(self, **changes: Any) -> Explanation:
+        """The explanation with some of its parts replaced."""
+        return replace(self, **changes)
+
+    @property
+    def exit_code(self) -> int:
+        """What the command line answers with."""
+        if not self.complete:
+            return EXIT_INCOMPLETE
+        return EXIT_COMPLETE if self.status == "feasible" else EXIT_INFEASIBLE
+
+    def to_dict(self) -> dict[str, Any]:
+        """The explanation in the form ``dse-explanation/1``."""
+        return {
+            "format": FORMAT,
+            "problem": {
+                "name": self.problem.name,
+                "file": self.problem.file,
+                "sha256": self.problem.sha256,
+                "includes": [{"file": file, "sha256": digest} for file, digest in self.problem.includes],
+                "effective": dict(self.problem.effective),
+            },
+            "status": self.status,
+            "complete": self.complete,
+            "design": dict(self.design),
+            "conflicts": [item.to_dict() for item in self.conflicts],
+            "all_conflicts": self.every,
+            "limit_reached": self.limited,
+            "relaxations": [item.to_dict() for item in self.relaxations],
+            "give_up": None if self.give_up is None else self.give_up.to_dict(),
+            "offered": list(self.offered),
+            "offers": [item.to_dict() for item in self.offers],
+            "search": {"solver_calls": self.solver_calls, "wall_s": self.wall_s},
+        }
+
+    def to_json(self) -> str:
+        """`to_dict` as text; the same problem and seed give the same text but for ``search.wall_s``."""
+        return json.dumps(self.to_dict(), ensure_ascii=False, indent=1) + "\n"
