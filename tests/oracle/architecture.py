@@ -101,10 +101,12 @@ class Architecture:
             self.add_costs(types[name], 0.8)
         self.document["processor_types"] = types
 
-    def _transmission_time(self, virtual: bool) -> dict[str, str]:
+    def _transmission_time(self, virtual: bool) -> dict[str, Any]:
         per_byte = ["87 ns .. 95 ns", "7 ns .. 10 ns", "80.5 ns .. 88.25 ns"] if virtual else \
             ["64 us .. 88 us", "16 us .. 22 us", "87 us", "8.5 us .. 9.1 us"]
         times = {"fixed": self.time_range(50, 1200), "per_byte": self.rng.choice(per_byte)}
+        if not virtual and self.on("catalogue_alternatives", 0.3):
+            times["fixed"] = self.time_ranges("catalogue_alternatives", 50, 1200)
         if self.chance(0.2):
             del times[self.rng.choice(["fixed", "per_byte"])]
         return times
@@ -387,11 +389,25 @@ class Architecture:
             end = self.rng.randrange(start + 2, len(self.chain) + 1)
             if self._may_start(self.chain[start]):
                 flows["second flow" if self.chance(0.2) else "inner"] = {"path": self._path(start, end)}
+        for flow in flows.values():
+            self._give_sizes(flow["path"])
+
+    def _give_sizes(self, path: list[str]) -> None:
+        """A data size for the connections of a flow: its transmission may take time per byte."""
+        ends = {(body.get("from"), body.get("to")): body for body in self.connections.values()}
+        on_the_way = [self.connections[element] for element in path if element in self.connections]
+        on_the_way += [ends[pair] for pair in zip(path, path[1:], strict=False) if pair in ends]
+        for body in on_the_way:
+            if "bus" in body:
+                body.setdefault("data_size", self.rng.choice(SIZES))
 
     def _may_start(self, name: str) -> bool:
         """Flows start only where the documents say plainly what the first component contributes."""
         body = (self.document["devices"] | self.threads)[name]
         return "hybrid" not in self._protocols(body) and "queue_size" not in body
+
+    def _is_never_timed(self, name: str) -> bool:
+        return not self._protocols((self.document["devices"] | self.threads)[name]) & set(ALWAYS_TIMED)
 
     def _path(self, start: int, end: int) -> list[str]:
         path = [self.chain[start]]
@@ -401,7 +417,8 @@ class Architecture:
             if len(parallel) > 1 or self.chance(0.1):
                 path.append(self.rng.choice(parallel))
             path.append(self.chain[i + 1])
-        before = [c for c, ends in self.connections.items() if "from" not in ends and ends["to"] == path[0]]
+        before = [c for c, ends in self.connections.items() if "from" not in ends and ends["to"] == path[0]
+                  and self._is_never_timed(path[0])]
         after = [c for c, ends in self.connections.items() if "to" not in ends and ends["from"] == path[-1]]
         if before and self.chance(0.7):
             path.insert(0, before[0])

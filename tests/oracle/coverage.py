@@ -18,7 +18,7 @@ def features(text: str) -> set[str]:
 
 def _decision_features(problem: Problem) -> Iterator[str]:
     for decision, options in problem.decisions.items():
-        name, field = decision.rsplit(".", 1)
+        name, field = problem.owner(decision)
         section = problem.section_of[name]
         yield f"decision {section}.{field}"
         own = problem.component(name)

@@ -5,20 +5,13 @@ It favours plain arithmetic over speed and imports nothing from `dse`.
 Where the documents leave something open, this is how they are read here:
 
  1. Decisions are the lists with two or more entries that the design can reach, and ``type`` of every optional slot
-    (its types, then ``none``).
+    (``none``, then its types).
  2. Alternatives inside types and inside entries of per-processor-type maps form one decision of the component that
-    uses them. Its options are all texts that some reachable type or entry offers, in file order; an entry with a
-    single value offers just that value (and the decision then has that value, it is not inactive). Where the chosen
-    type does not state the field at all, the decision is inactive.
- 3. Active decisions: ``type``, ``processor``, ``process``, ``dispatch_protocol`` whenever stated; ``period`` unless
-    the protocol is aperiodic (or none is stated, and there is none); ``callback_execution_time`` for hybrid only;
-    ``queue_size`` for event-triggered (aperiodic, sporadic) components only, that of a connection when its receiver
-    is one; ``latency`` of a component only without a compute_execution_time; ``deadline`` never;
-    ``compute_execution_time``, ``response_time``, ``price``, ``power`` always; of a slot, everything while it is not
-    empty, but ``bus`` only while something is bound to it and ``latency`` only without a transmission time; of a
-    connection, ``bus`` unless it is inside one process, ``data_size`` when something carries it or it has a
-    data_rate, ``latency`` unless it is inside a process or something that carries it gives a transmission time or a
-    latency, ``rate`` and ``data_rate`` always.
+    uses them. Its options are all values that some reachable type or entry offers, in file order and however they are
+    spelled; an entry with a single value offers just that value (and the decision then has that value). A default (1
+    core, no overhead, no fixed time and no time per byte within a transmission time) counts as stated.
+ 3. A ``period`` counts as an aperiodic one where the protocol is aperiodic, not where none is stated; every decision of
+    an empty slot but its type is inactive.
  4. A carrier counts as bound to (so an optional one may not be empty) only when its virtual bus carries a connection.
  5. A response_time replaces the worst execution time in the processing row and in the queue, never in utilisation.
  6. A hybrid component has no queue row. Its callback row precedes its sampling row; there is none when the flow
@@ -39,10 +32,10 @@ Where the documents leave something open, this is how they are read here:
     each thread. An empty slot has utilisation 0 of 1 core.
 16. A share of the bandwidth, required of every bus, concerns only those with a bandwidth.
 17. A virtual bus type used directly costs its price once when a connection uses it.
-18. Rules may also name fixed fields; they compare quantities when both sides are quantities of one kind, else texts. A
+18. Rules may also name fixed fields; quantities are compared after their rounding, as options are. A
     type is used when some slot or component has it (or a connection, directly); an empty slot's type is ``none`` and
     known. ``implies`` and ``requires`` bind weaker than ``or``.
-19. Lists inside a ``transmission_time`` or ``totals`` mapping are not supported here.
+19. Lists inside a ``totals`` mapping, and inside a map of a virtual bus per processor type, are not supported here.
 """
 
 from __future__ import annotations
@@ -52,7 +45,7 @@ from fractions import Fraction
 from typing import Any
 
 from . import grammar, quantities
-from .problem import NONE, Problem, as_list, load_file, load_text
+from .problem import NONE, Problem, as_list, load_file, load_text, option_value
 from .quantities import DATA_RATE, MONEY, NS_PER_S, POWER, RATIO, TIME, Dimension
 from .reading import COMPARE, InvalidDesign, Reading
 
@@ -120,13 +113,15 @@ def _decision_order(problem: Problem) -> list[tuple[str, str, str]]:
             return (0, 0)
         if field == "processor":
             return (1, 0)
-        if field == "bus":
-            return (2, 0) if section == "connections" else (3, problem.virtual_slots.index(name))
+        if field == "bus" and section == "connections":
+            return (2, 0)
+        if field in ("type", "bus") and name in problem.virtual_slots:
+            return (3, problem.virtual_slots.index(name))
         if field == "type":
             return (4, 0)
         return (5, 0) if field == "dispatch_protocol" else (6, 0)
 
-    split = [(*decision.rsplit(".", 1), decision) for decision in problem.decisions]
+    split = [(*problem.owner(decision), decision) for decision in problem.decisions]
     return sorted(split, key=lambda item: stage(item[0], item[1]))
 
 
@@ -147,9 +142,12 @@ def canonical(problem: Problem, design: Mapping[str, str | None]) -> Design:
     for name, field, decision in _decision_order(problem):
         options = _admissible(reading, name, field)
         if options != [None]:
-            if design.get(decision) not in options:
-                raise InvalidDesign(f"{decision}: {design.get(decision)} is not one of {options}")
-            result[decision] = design[decision]
+            if (chosen := design.get(decision)) is None:
+                raise InvalidDesign(f"{decision} is open")
+            meant = [option for option in options if option_value(field, option) == option_value(field, chosen)]
+            if not meant:
+                raise InvalidDesign(f"{decision}: {chosen} is not one of {options}")
+            result[decision] = meant[0]
     Reading(problem, result).check()
     return result
 

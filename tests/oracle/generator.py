@@ -5,8 +5,9 @@ are drawn last, around values that designs attain, so that they bind, just hold,
 
 Left out, because the documents do not say what it means: lists of processes, deadlines or whole transmission times,
 prices of virtual bus types, response times without execution times, maps that lack a processor type, flows that start
-at a hybrid component or one with a queue, `load` of a virtual bus type, shares of buses without a bandwidth, data
-rates without sizes on trigger connections, and connections over a bus with neither.
+at a hybrid component or one with a queue, or with a connection to a periodic one, `load` of a virtual bus type, shares
+of buses without a bandwidth, data rates without sizes in flows and on trigger connections, connections over a bus with
+neither, and processes whose threads can never meet on one processor.
 """
 
 from __future__ import annotations
@@ -21,7 +22,7 @@ from typing import Any
 from .architecture import Architecture
 from .coverage import features
 from .evaluator import designs
-from .problem import Problem
+from .problem import Problem, as_list
 from .question import add_question, add_rules
 
 __all__ = ["features", "random_problem"]
@@ -57,12 +58,24 @@ def _is_too_large(problem: Problem, cap: int) -> bool:
 
 def _thin_out(rng: random.Random, document: dict[str, Any], cap: int) -> None:
     """Removes random alternatives until at most `cap` designs are left."""
+    _mend_processes(document)
     while _is_too_large(Problem(document), cap):
         holder, key = rng.choice(list(_lists(document)))
         options = holder[key]
         options.pop(rng.randrange(len(options)))
         if len(options) == 1:
             holder[key] = options[0]
+        _mend_processes(document)
+
+
+def _mend_processes(document: dict[str, Any]) -> None:
+    """Threads of one process have a processor in common with the first of them."""
+    first: dict[str, Any] = {}
+    for body in document["threads"].values():
+        if "process" in body:
+            home = first.setdefault(body["process"], body["processor"])
+            if not set(as_list(home)) & set(as_list(body["processor"])):
+                body["processor"] = list(home) if isinstance(home, list) else home
 
 
 _PLAIN = re.compile(r"[A-Za-z0-9(][A-Za-z0-9_ ./%()<>=!*+-]*")

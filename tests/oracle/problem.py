@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from functools import cached_property
 from pathlib import Path
 from typing import Any
 
 import yaml
 
-from . import grammar
+from . import grammar, quantities
 
 SECTIONS = ("processors", "buses", "devices", "threads", "connections")
 CATALOGUES = {"processors": "processor_types", "buses": "bus_types", "devices": "device_types",
@@ -18,11 +18,14 @@ _TASK_FIELDS = ("dispatch_protocol", "period", "compute_execution_time", "callba
                 "deadline", "response_time", "queue_size", "price", "power")
 FIELDS = {
     "processors": ("type", "cores", "price", "power"),
-    "buses": ("type", "bus", "bandwidth", "overhead", "latency", "price", "power"),
+    "buses": ("type", "bus", "bandwidth", "transmission_time.fixed", "transmission_time.per_byte", "overhead", "latency",
+              "price", "power"),
     "devices": ("type", *_TASK_FIELDS),
     "threads": ("type", "process", "processor", *_TASK_FIELDS),
     "connections": ("data_size", "bus", "rate", "data_rate", "port", "queue_size", "latency"),
 }
+DEFAULTS = {"cores": "1", "overhead": "0 B"}
+"""What a processor or bus type has that does not state it."""
 NONE = "none"
 
 
@@ -41,17 +44,22 @@ class Problem:
         self.rules = [grammar.rule(text) for text in document.get("rules") or []]
         self.metrics = {name: grammar.derived(text) for name, text in (document.get("metrics") or {}).items()}
 
+    def owner(self, decision: str) -> tuple[str, str]:
+        """Component and field of a decision: ``("canbus0", "transmission_time.fixed")``."""
+        return next((name, decision.removeprefix(f"{name}.")) for name, section in self.section_of.items()
+                    for field in FIELDS[section] if decision == f"{name}.{field}")
+
     def component(self, name: str) -> dict[str, Any]:
         """The entry of a component, without what its type gives."""
         return self.sections[self.section_of[name]][name]
 
     def types(self, name: str) -> list[str]:
-        """The types that a component may have, ``none`` last for an optional slot."""
+        """The types that a component may have, ``none`` first for an optional slot."""
         return self._types[name]
 
     @cached_property
     def _types(self) -> dict[str, list[str]]:
-        return {name: [*as_list(body.get("type")), *([NONE] if body.get("optional") == "true" else [])]
+        return {name: [*([NONE] if body.get("optional") == "true" else []), *as_list(body.get("type"))]
                 for section in SECTIONS for name, body in self.sections[section].items()}
 
     @cached_property
@@ -74,7 +82,7 @@ class Problem:
         own = self.component(name)
         if field in own or type_name in (None, NONE):
             return own.get(field)
-        return self.sections[CATALOGUES[self.section_of[name]]][type_name].get(field)
+        return looked_up(self.sections[CATALOGUES[self.section_of[name]]][type_name], field)
 
     @cached_property
     def incoming(self) -> dict[str, list[str]]:
@@ -127,7 +135,10 @@ class Problem:
         leaves = [leaf for t in types for leaf in self._leaves(name, self.stated(name, field, t))]
         if not any(isinstance(leaf, list) and len(leaf) > 1 for leaf in leaves):
             return []
-        return list(dict.fromkeys(option for leaf in leaves for option in as_list(leaf)))
+        found: dict[Any, str] = {}
+        for option in (option for leaf in leaves for option in as_list(leaf)):
+            found.setdefault(option_value(field, option), option)
+        return list(found.values())
 
     def _leaves(self, name: str, raw: Any) -> list[Any]:
         """The values or lists that a stated field can come down to."""
@@ -153,6 +164,30 @@ class Problem:
             if "bus" in body:
                 visit(name)
         return [name for name in order if "bus" in self.component(name)]
+
+
+def looked_up(body: Mapping[str, Any], field: str) -> Any:
+    """A field of a catalogue entry; a part of a transmission time is nothing where it has none, and 0 if not given."""
+    whole, _, part = field.partition(".")
+    raw = body.get(whole, DEFAULTS.get(field))
+    if not part or raw is None:
+        return raw
+    if raw.keys() <= {"fixed", "per_byte"}:
+        return raw.get(part, "0 ns")
+    return {key: entry.get(part, "0 ns") for key, entry in raw.items()}
+
+
+_READERS: dict[str, Callable[[str], Any]] = {
+    "period": quantities.period, "data_size": quantities.size, "overhead": quantities.size, "rate": quantities.rate,
+    "data_rate": quantities.data_rate, "bandwidth": quantities.bandwidth, "price": quantities.price,
+    "power": quantities.power, "deadline": quantities.duration, "queue_size": int, "cores": int,
+    **dict.fromkeys(("compute_execution_time", "callback_execution_time", "response_time", "latency",
+                     "transmission_time.fixed", "transmission_time.per_byte"), quantities.time_range)}
+
+
+def option_value(field: str, text: str) -> Any:
+    """What an option means, however it is spelled: ``0.02 s`` and ``20 ms`` are one period."""
+    return _READERS[field](text) if field in _READERS else text
 
 
 def as_list(raw: Any) -> list[Any]:

@@ -111,6 +111,12 @@ def period(text: str) -> int:
 
 
 @cache
+def duration(text: str) -> int:
+    """A duration in whole ns, rounded up."""
+    return ceil(exact(text, TIME))
+
+
+@cache
 def size(text: str) -> int:
     """Bytes, rounded up (a demand)."""
     return ceil(exact(text, SIZE))

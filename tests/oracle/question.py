@@ -13,7 +13,10 @@ from .problem import NONE, Problem, as_list
 
 SAMPLE = 120
 """Designs that are looked at when limits are chosen."""
-COMPARABLE = ("type", "bus", "processor", "dispatch_protocol", "period", "data_size", "rate", "data_rate", "price")
+UNORDERED = ("type", "bus", "processor", "dispatch_protocol", "compute_execution_time", "response_time", "latency",
+             "transmission_time.fixed", "transmission_time.per_byte")
+COMPARABLE = (*UNORDERED, "period", "data_size", "rate", "data_rate", "price", "cores", "bandwidth", "overhead",
+              "queue_size")
 
 
 def _quote(name: str) -> str:
@@ -74,8 +77,7 @@ def _names_in_use(problem: Problem) -> list[str]:
 
 def _atom(rng: random.Random, problem: Problem) -> str:
     """A comparison of decisions; those with periods are the most interesting."""
-    decisions = {d: options for d, options in problem.decisions.items() if d.rsplit(".", 1)[1] in COMPARABLE
-                 and not any("bit" in option for option in options)}
+    decisions = {d: options for d, options in problem.decisions.items() if problem.owner(d)[1] in COMPARABLE}
     periods = [d for d in decisions if d.endswith(".period")]
     if len(periods) > 1 and rng.random() < 0.5:
         left, right = rng.sample(periods, 2)
@@ -86,8 +88,8 @@ def _atom(rng: random.Random, problem: Problem) -> str:
     options = decisions[decision]
     if rng.random() < 0.2:
         return f"{_ref(decision)} in [{', '.join(rng.sample(options, rng.randint(1, len(options))))}]"
-    names = decision.rsplit(".", 1)[1] in ("type", "bus", "processor", "dispatch_protocol")
-    sign = rng.choice(["==", "!="] if names else ["==", "!=", "<", "<=", ">", ">="])
+    unordered = problem.owner(decision)[1] in UNORDERED
+    sign = rng.choice(["==", "!="] if unordered else ["==", "!=", "<", "<=", ">", ">="])
     return f"{_ref(decision)} {sign} {rng.choice(options)}"
 
 
@@ -249,13 +251,14 @@ def _require_flow_latency(rng: random.Random, sample: _Sample) -> None:
 
 
 def _add_baseline(rng: random.Random, document: dict[str, Any]) -> None:
-    design = next(designs(Problem(document)), None)
+    problem = Problem(document)
+    design = next(designs(problem), None)
     if design is None:
         return
     baseline: dict[str, dict[str, str]] = {}
     for decision, option in design.items():
         if option is not None and rng.random() < 0.8:
-            name, field = decision.rsplit(".", 1)
+            name, field = problem.owner(decision)
             baseline.setdefault(name, {})[field] = option
     if baseline:
         document["baseline"] = baseline

@@ -8,7 +8,7 @@ from fractions import Fraction
 from typing import Any
 
 from . import quantities
-from .problem import FIELDS, NONE, Problem, as_list
+from .problem import FIELDS, NONE, Problem, as_list, looked_up, option_value
 from .quantities import NS_PER_S, TIME
 
 PER_PROCESSOR_TYPE = ("compute_execution_time", "callback_execution_time", "response_time")
@@ -69,48 +69,24 @@ class Reading:
         choice = self.design.get(f"{name}.{field}")
         if choice is None:
             raise InvalidDesign(f"{name}.{field} is open")
-        if choice not in options:
-            raise InvalidDesign(f"{name}.{field}: {choice} is not offered here")
-        return choice
+        meant = option_value(field, choice)
+        for option in options:
+            if option_value(field, option) == meant:
+                return option
+        raise InvalidDesign(f"{name}.{field}: {choice} is not offered here")
 
     def is_active(self, name: str, field: str) -> bool:
         """Whether the design uses this field (reading 3)."""
         section = self.problem.section_of[name]
         if field == "type":
             return bool(self.problem.types(name))
-        if section in ("processors", "buses"):
-            if field == "bus":
-                return "bus" in self.problem.component(name) and name in self.carrying()
-            if field == "latency" and self.bus_field(name, "transmission_time") is not None:
-                return False
-            return self.type_of(name) != NONE and bool(self.offered(name, field))
-        if not self.offered(name, field):
-            return False
-        if section == "connections":
-            return self._is_connection_active(name, field)
-        if field == "period":
-            return self.protocol(name) != "aperiodic"
-        if field == "callback_execution_time":
-            return self.protocol(name) == "hybrid"
-        if field == "queue_size":
-            return self.protocol(name) in EVENT_TRIGGERED
-        if field == "latency":
-            return not self.offered(name, "compute_execution_time")
-        return field != "deadline"
-
-    def _is_connection_active(self, name: str, field: str) -> bool:
         if field == "bus":
-            return not self.is_local(name)
-        if field == "data_size":
-            return bool(self.stack(name)) or "data_rate" in self.problem.component(name)
-        if field == "queue_size":
-            receiver = self.problem.component(name).get("to")
-            return receiver is not None and self.protocol(receiver) in EVENT_TRIGGERED
-        if field == "latency":
-            gives = any(self.bus_field(bus, key) is not None for bus in self.stack(name)
-                        for key in ("transmission_time", "latency"))
-            return not self.is_local(name) and not gives
-        return True
+            if section == "buses":
+                return "bus" in self.problem.component(name) and self.type_of(name) != NONE
+            return "bus" in self.problem.component(name) and not self.is_local(name)
+        if section in ("processors", "buses") and self.type_of(name) == NONE:
+            return False
+        return bool(self.offered(name, field)) and not (field == "period" and self.protocol(name) == "aperiodic")
 
     # Bindings
 
@@ -158,12 +134,8 @@ class Reading:
     def bus_field(self, bus: str, field: str) -> Any:
         """A figure of a bus, or of a virtual bus type that is used directly; None for an empty slot."""
         if bus not in self.problem.sections["buses"]:
-            return self.problem.sections["bus_types"][bus].get(field)
-        if self.type_of(bus) == NONE:
-            return None
-        if field == "transmission_time":
-            return self.problem.stated(bus, field, self.type_of(bus))
-        return self.get(bus, field)
+            return looked_up(self.problem.sections["bus_types"][bus], field)
+        return None if self.type_of(bus) == NONE else self.get(bus, field)
 
     def machine(self, connection: str) -> str | None:
         """The processor slot that runs the middleware of a connection."""
@@ -264,9 +236,8 @@ class Reading:
         """The contributions of a connection of a flow."""
         rows = []
         for bus in self.stack(connection):
-            times = self.bus_field(bus, "transmission_time")
-            if times is not None:
-                rows.append((connection, f"transmission on {bus}", *self._transmission(connection, times)))
+            if self.bus_field(bus, "transmission_time.fixed") is not None:
+                rows.append((connection, f"transmission on {bus}", *self._transmission(connection, bus)))
                 continue
             latency = self.bus_field(bus, "latency")
             if isinstance(latency, dict):
@@ -279,13 +250,16 @@ class Reading:
                 rows.append((connection, "latency", *quantities.time_range(own)))
         return rows or [(connection, "no latency", 0, 0)]
 
-    def _transmission(self, connection: str, times: Mapping[str, Any]) -> tuple[int, int]:
-        if not times.keys() <= {"fixed", "per_byte"}:
-            times = self._entry(connection, "transmission_time", times, self.machine(connection))
-        fixed = quantities.time_range(times.get("fixed", "0 ns"))
-        per_byte = quantities.time_range(times.get("per_byte", "0 ns"))
+    def _transmission(self, connection: str, bus: str) -> tuple[int, int]:
+        parts = []
+        for field in ("transmission_time.fixed", "transmission_time.per_byte"):
+            text = self.bus_field(bus, field)
+            if isinstance(text, dict):
+                text = self._entry(bus, field, text, self.machine(connection))
+            parts.append(quantities.time_range(text))
+        (fixed_best, fixed_worst), (best, worst) = parts
         size = self.message_bytes(connection)
-        return fixed[0] + per_byte[0] * size, fixed[1] + per_byte[1] * size
+        return fixed_best + best * size, fixed_worst + worst * size
 
     def flow_rows(self, flow: str) -> list[tuple[str, str, int, int]]:
         """The contributor table of a flow."""
@@ -407,9 +381,9 @@ class Reading:
             case ("used", name):
                 return self._is_used(name)
             case ("compare", left, sign, right):
-                return self._compare(self._operand(left), sign, self._operand(right))
+                return self._compare(left, sign, right)
             case ("in", left, values):
-                return self._kleene([self._compare(self._operand(left), "==", value) for value in values], True)
+                return self._kleene([self._compare(left, "==", value) for value in values], True)
             case ("multiple", left, right):
                 first, second = self._operand(left), self._operand(right)
                 if first is None or second is None:
@@ -424,22 +398,30 @@ class Reading:
             return dominant
         return None if None in parts else not dominant
 
+    def _field_of(self, text: str) -> tuple[str, str] | None:
+        """Component and field, if the text names a decision."""
+        for name, section in self.problem.section_of.items():
+            field = text.removeprefix(f"{name}.")
+            if field != text and field in FIELDS[section]:
+                return name, field
+        return None
+
     def _operand(self, text: str) -> str | None:
         """The value of a decision (None while inactive), or the text itself."""
-        name, _, field = text.rpartition(".")
-        if name not in self.problem.section_of or field not in FIELDS[self.problem.section_of[name]]:
+        named = self._field_of(text)
+        if named is None:
             return text
-        return self.get(name, field) if self.is_active(name, field) else None
+        return self.get(*named) if self.is_active(*named) else None
 
-    def _compare(self, left: str | None, sign: str, right: str | None) -> bool | None:
-        if left is None or right is None:
+    def _compare(self, left: str, sign: str, right: str) -> bool | None:
+        """Compares as options are compared: after their rounding."""
+        values = [self._operand(left), self._operand(right)]
+        if None in values:
             return None
-        first, second = quantities.quantity(left), quantities.quantity(right)
-        if first is not None and second is not None and first.dimension == second.dimension:
-            return COMPARE[sign](first.value, second.value)
-        if sign not in ("==", "!="):
-            raise ValueError(f"{left!r} {sign} {right!r} compares no quantities")
-        return COMPARE[sign](left, right)
+        named = self._field_of(left)
+        assert named is not None, left
+        first, second = (option_value(named[1], value) for value in values)
+        return COMPARE[sign](first, second)
 
     def _is_used(self, name: str) -> bool:
         if name in self.problem.section_of:

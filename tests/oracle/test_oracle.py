@@ -214,14 +214,15 @@ objectives: [minimise price, minimise latency of f]
 def test_coupled_optional_and_local_decisions() -> None:
     problem = load_text(COUPLED)
     assert decisions(problem) == {
-        "q.type": ["P", "Q", "none"], "spare.type": ["can", "none"], "gnss.type": ["cheap", "good"],
+        "q.type": ["none", "P", "Q"], "spare.type": ["none", "can"], "gnss.type": ["cheap", "good"],
         "gnss.period": ["20 ms", "50 ms", "10 ms"], "a.processor": ["p", "q"],
         "a.compute_execution_time": ["1 ms", "2 ms", "3 ms"], "b.processor": ["p", "q"],
         "in.bus": ["spare", "ipc"], "ab.data_size": ["1 B", "2 B"], "ab.bus": ["spare", "ipc"]}
     found = list(designs(problem))
-    # The process is on p (q empty), on q = P, or on q = Q with two execution times; three devices; two buses for `in`.
-    assert len(found) == (1 + 1 + 2) * 3 * 2
-    assert all(design["ab.bus"] is None and design["ab.data_size"] is None for design in found)
+    # The process is on p (q empty), on q = P, or on q = Q with two execution times; three devices; two buses for `in`;
+    # two sizes of `ab`, which is inside the process.
+    assert len(found) == (1 + 1 + 2) * 3 * 2 * 2
+    assert all(design["ab.bus"] is None and design["ab.data_size"] is not None for design in found)
     assert all((design["spare.type"] == "can") == (design["in.bus"] == "spare") for design in found)
     assert {design["gnss.period"] for design in found if design["gnss.type"] == "good"} == {"10 ms"}
     # cheap on ipc: 10 + 1 EUR, 1 us + 2 ms; good has a latency and costs more; the wire costs and saves 1 us.
@@ -293,6 +294,34 @@ def test_rules(rule: str, count: int) -> None:
     assert len(list(designs(problem))) == count
 
 
+def test_options_are_told_apart_by_value() -> None:
+    text = """
+dse: 1
+name: spellings
+processor_types: {P: {cores: [2, 4]}, Q: {}}
+bus_types: {can: {transmission_time: {fixed: [1 ms, 2 ms]}}, rs232: {transmission_time: {per_byte: 1 us}}, none_yet: {}}
+thread_types: {slow: {period: [20 ms, 50 ms]}, quick: {period: 0.02 s}, idle: {}}
+processors: {p: {type: [P, Q]}}
+buses: {wire: {type: [can, rs232, none_yet], optional: true}}
+threads: {t: {type: [slow, quick, idle], processor: p, compute_execution_time: 1 ms}}
+connections: {c: {from: t, data_size: 1 B, bus: wire}}
+flows: {f: {path: [t, c]}}
+rules: [RULE]
+objectives: [minimise latency]
+"""
+    plain = text.replace("rules: [RULE]\n", "")
+    assert decisions(load_text(plain)) == {
+        "p.type": ["P", "Q"], "p.cores": ["2", "4", "1"], "wire.type": ["none", "can", "rs232", "none_yet"],
+        "wire.transmission_time.fixed": ["1 ms", "2 ms", "0 ns"], "t.type": ["slow", "quick", "idle"],
+        "t.period": ["20 ms", "50 ms"]}
+    found = list(designs(load_text(plain)))
+    assert len(found) == (2 + 1) * (2 + 1 + 1) * (2 + 1 + 1)
+    assert all((design["wire.transmission_time.fixed"] is None) == (design["wire.type"] == "none_yet")
+               and (design["t.period"] is None) == (design["t.type"] == "idle") for design in found)
+    few = list(designs(load_text(text.replace("RULE", "t.period == 0.02 s and p.cores > 1"))))
+    assert len(few) == 2 * 4 * 3  # Q has one core; an idle thread has no period, which is unknown
+
+
 def test_requires_looks_at_types_and_slots() -> None:
     text = """
 dse: 1
@@ -316,8 +345,8 @@ def test_maximised_objectives_and_equal_vectors() -> None:
     problem = load_text(COUPLED.replace("objectives: [minimise price, minimise latency of f]",
                                         "objectives: [maximise price]"))
     found = front(problem)
-    # Q and the good device and the wire: 10 + 20 + 2 + 3.5 EUR, with either execution time.
-    assert {vector: len(same) for vector, same in found.items()} == {(-3_550,): 2}
+    # Q and the good device and the wire: 10 + 20 + 2 + 3.5 EUR, with either execution time and either size.
+    assert {vector: len(same) for vector, same in found.items()} == {(-3_550,): 4}
 
 
 def test_dominance_is_exact() -> None:
