@@ -15,6 +15,8 @@ from dse.errors import EXIT_BUG, EXIT_USAGE, DseError, ProblemError
 COMMANDS = {
     "solve": "The proven Pareto front of a problem, ranked.",
     "analyse": "One design: latency contributors, CPU and bus tables, verdicts.",
+    "sweep": "The front as a function of a limit or an input: exact break-points, grids.",
+    "sensitivity": "Margins of a design, which inputs matter, and how sure one can be.",
     "check": "Validate a problem file and describe its space.",
     "new": "Write a problem file to start from.",
     "schema": "Print the JSON Schema of problem files.",

@@ -149,10 +149,7 @@ class Inputs:
             if path.startswith(f"{alias}."):
                 return f" (it comes from the type: {' or '.join(target + path[len(alias):] for target in targets)})"
         names = list(self.groups)
-        close = get_close_matches(path, names, 1, 0.5)
-        if not close:
-            last = path.rsplit(".", 1)[-1]
-            close = [name for name in names if name.endswith(f".{last}")][:1]
+        close = get_close_matches(path, names, 1, 0.0)
         return f' (did you mean "{close[0]}"?)' if close else ""
 
     def set(self, data: dict[str, Any], path: str, text: str) -> None:

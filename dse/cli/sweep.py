@@ -1,0 +1,139 @@
+"""``dse sweep``."""
+
+from __future__ import annotations
+
+import sys
+import time
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from dse.cli.common import (
+    changes_of,
+    check_writable,
+    console,
+    json_option,
+    problem_argument,
+    question_options,
+    write_text,
+)
+
+if TYPE_CHECKING:
+    from dse.study.sweep import SweepProgress
+
+PLAIN_STEP_S = 5.0
+
+
+@click.command("sweep")
+@problem_argument
+@click.option(
+    "--vary",
+    multiple=True,
+    required=True,
+    metavar="'WHAT=VALUES'",
+    help="A limit: 'jitter of FLOW=5ms..100ms' (every break-point) or '=a,b,c'; an input by its path: 'PATH=a,b,c', 'PATH=a..b step c', "
+    "or a factor 'PATH=*0.5..2 step 0.1'. Several make a grid.",
+)
+@question_options
+@click.option("--minimise", "--minimize", multiple=True, metavar="METRIC", help="Objectives instead of those of the file.")
+@click.option("--maximise", "--maximize", multiple=True, metavar="METRIC", help="The same, to be maximised.")
+@click.option("--seed", type=click.IntRange(0, 2**31 - 1), default=0, show_default=True, help="Of the solver; the result does not depend on it.")
+@click.option("--workers", type=click.IntRange(1, 1024), help="Processes on this machine; its cores unless told otherwise.")
+@click.option("--scheduler", metavar="ADDRESS", help="Solve on a Dask cluster, such as tcp://host:8786 (needs dse[cluster]).")
+@click.option("--store", metavar="PATH", help="Where finished runs are kept; NAME.runs.sqlite in this folder unless told otherwise.")
+@click.option("--no-store", is_flag=True, help="Keep nothing; a stopped sweep begins anew.")
+@json_option
+@click.option("--csv", "csv_path", metavar="PATH", help="Also write every alternative of every run as CSV; - for standard output.")
+@click.option("-q", "--quiet", is_flag=True, help="Print nothing but what --json or --csv ask for.")
+def command(
+    file: str,
+    vary: tuple[str, ...],
+    minimise: tuple[str, ...],
+    maximise: tuple[str, ...],
+    seed: int,
+    workers: int | None,
+    scheduler: str | None,
+    store: str | None,
+    no_store: bool,
+    json_path: str | None,
+    csv_path: str | None,
+    quiet: bool,
+    **options: Any,
+) -> int:
+    """The front as a function of a limit or an input.
+
+    Every finished run is kept at once: the same command goes on where it was stopped, however it was stopped. Ctrl-C ends the
+    sweep and writes what is done (exit code 5).
+    """
+    if json_path == "-" and csv_path == "-":
+        raise click.UsageError("only one of --json and --csv can go to standard output")
+    if store is not None and no_store:
+        raise click.UsageError("either --store or --no-store")
+    check_writable(json_path, csv_path)
+    from dse.api.problem import load
+    from dse.study.sweep import Means, sweep_with
+    from dse.study.workers import usable_cores
+
+    problem = load(file)
+    texts = [f"minimise {text}" for text in minimise] + [f"maximise {text}" for text in maximise]
+    path = None if no_store else Path(store or f"{Path(file).stem}.runs.sqlite")
+    if path is not None:
+        check_writable(str(path))
+    means = Means(workers or usable_cores(), scheduler, path)
+    with Estimate(quiet=quiet) as progress:
+        result = sweep_with(problem, vary, changes_of(options, tuple(texts)), seed, means, progress)
+    if not quiet and "-" not in (json_path, csv_path):
+        from dse.report.studies import print_sweep
+
+        print_sweep(console(), result)
+        kept = f", kept in {path}" if path is not None else ""
+        console().print(f"{len(result.runs)} runs: {result.solved} solved now, {result.found} from the store{kept}.", markup=False)
+    if json_path is not None:
+        write_text(json_path, result.to_json())
+    if csv_path is not None:
+        write_text(csv_path, result.to_csv())
+    if result.status == "incomplete" and path is not None and not quiet:
+        click.echo("dse: stopped early; the same command goes on from here", err=True)
+    return result.exit_code
+
+
+class Estimate:
+    """Progress with the time that is left, on standard error: a bar on a terminal, plain lines now and then elsewhere."""
+
+    def __init__(self, *, quiet: bool) -> None:
+        self.quiet = quiet
+        self.live = sys.stderr.isatty()
+        self.said = time.monotonic()
+
+    def __enter__(self) -> Estimate:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        if self.live and not self.quiet:
+            click.echo("\r\033[K", err=True, nl=False)
+
+    def __call__(self, progress: SweepProgress) -> None:
+        """Say where the sweep stands, unless it was said just now."""
+        now = time.monotonic()
+        if self.quiet or now - self.said < (0.1 if self.live else PLAIN_STEP_S):
+            return
+        self.said = now
+        left = "" if progress.left_s is None else f", about {duration(progress.left_s)} left"
+        text = f"{progress.done} of {progress.total} runs{left}"
+        if not self.live:
+            click.echo(text, err=True)
+            return
+        filled = 30 * progress.done // progress.total
+        click.echo(f"\r\033[K[{'#' * filled}{'.' * (30 - filled)}] {text}", err=True, nl=False)
+
+
+def duration(seconds: float) -> str:
+    """``45 s``, ``12 min``, ``3.5 h``.
+
+    >>> duration(750)
+    '12 min'
+    """
+    if seconds < 90:
+        return f"{seconds:.0f} s"
+    return f"{seconds / 60:.0f} min" if seconds < 5400 else f"{seconds / 3600:.1f} h"

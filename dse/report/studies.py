@@ -1,0 +1,148 @@
+"""Terminal views of studies: sweeps, margins, uncertain inputs, the price of robustness."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from fractions import Fraction
+from typing import Any
+
+from rich import box
+from rich.console import Console
+from rich.table import Table
+
+from dse.results.sweep import Change, SweepResult, SweepRun
+from dse.results.values import readable
+
+SHOWN_DESIGNS = 3
+
+
+def print_sweep(console: Console, sweep: SweepResult) -> None:
+    """Break-points with the architecture on each side, or the front for each value with what is won and lost."""
+    console.print(str(sweep.problem["name"]), style="bold", markup=False)
+    for run, change in zip(sweep.runs, sweep.changes, strict=True):
+        where = ", ".join(f"{axis.name} {value}" for axis, value in zip(sweep.grid_axes, run.values, strict=True))
+        if run.outcome is not None and run.outcome["kind"] == "breaks":
+            _print_breaks(console, run, where)
+        else:
+            _print_front(console, run, where, change)
+    counts = {status: sum(run.status == status for run in sweep.runs) for status in ("invalid", "open", "incomplete")}
+    for status, words in (("invalid", "made no valid problem"), ("open", "not solved"), ("incomplete", "stopped early")):
+        if counts[status]:
+            console.print(f"{counts[status]} of {len(sweep.runs)} runs {words}.", markup=False)
+
+
+def _print_breaks(console: Console, run: SweepRun, where: str) -> None:
+    outcome = run.outcome
+    assert outcome is not None
+    unit, metric = outcome["unit"], outcome["metric"]
+    low, high = (readable(Fraction(outcome[end]), unit, digits=6) for end in ("from", "to"))
+    console.print(f"{where + ': ' if where else ''}{metric} {outcome['operator']} {low} .. {high}", markup=False)
+    if outcome["status"] == "infeasible":
+        console.print("Infeasible, proved: no design under any limit of this interval.", style="bold", markup=False)
+        return
+    if outcome["infeasible_until"] is not None:
+        value = readable(Fraction(outcome["infeasible_until"]), unit, digits=6)
+        word = "below" if outcome["operator"] == "<=" else "above"
+        console.print(f"No design {word} {value} (proved).", markup=False)
+    known = {item["id"]: item for item in outcome["alternatives"]}
+    varying = _varying(list(known.values()))
+    table = _table(console, "Best choice under the limit")
+    for heading in ("from limit", "to", *_headings(outcome), "on the front", "decisions"):
+        table.add_column(heading, overflow="fold", justify="left" if heading == "decisions" else "right")
+    for stretch in _merged(outcome["stretches"]):
+        best = known[stretch["best"]]
+        ends = [readable(Fraction(stretch[end]), unit, digits=6) for end in ("from", "to")]
+        table.add_row(*ends, *_values(outcome, best), stretch["sizes"], _decisions(best, varying))
+    console.print(table)
+    for info in outcome["objectives"]:
+        console.print(_best_by_limit(outcome, known, info), markup=False)
+    words = "proved" if outcome["status"] == "complete" else "NOT proved: stopped early"
+    count = len(outcome["stretches"])
+    console.print(f"{count - 1} break-points of the front, {words}: nothing changes between them.", style="bold", markup=False)
+    console.print(f"Definition: {outcome['definition']}.", markup=False)
+
+
+def _best_by_limit(outcome: Mapping[str, Any], known: Mapping[int, Mapping[str, Any]], info: Mapping[str, str]) -> str:
+    """The best value of one objective as a function of the limit: ``Best price: 900 EUR from 5 ms, 150 EUR from 20 ms``."""
+    pick = min if info["sense"] == "minimise" else max
+    steps: list[tuple[Fraction, str]] = []
+    for stretch in outcome["stretches"]:
+        value = pick(Fraction(known[entry["id"]]["metrics"][info["name"]]) for entry in stretch["front"])
+        if not steps or steps[-1][0] != value:
+            steps.append((value, readable(Fraction(stretch["from"]), outcome["unit"], digits=6)))
+    return f"Best {info['name']}: " + ", ".join(f"{readable(value, info['unit'])} from {place}" for value, place in steps) + "."
+
+
+def _merged(stretches: Sequence[Mapping[str, Any]]) -> list[dict[str, Any]]:
+    """Neighbouring stretches with the same best choice as one; `sizes` is how many designs their fronts have."""
+    merged: list[dict[str, Any]] = []
+    for stretch in stretches:
+        size = len(stretch["front"])
+        if merged and merged[-1]["best"] == stretch["best"]:
+            merged[-1] |= {"to": stretch["to"], "most": max(merged[-1]["most"], size), "least": min(merged[-1]["least"], size)}
+        else:
+            merged.append({**stretch, "least": size, "most": size})
+    for item in merged:
+        item["sizes"] = str(item["least"]) if item["least"] == item["most"] else f"{item['least']} .. {item['most']}"
+    return merged
+
+
+def _print_front(console: Console, run: SweepRun, where: str, change: Change | None) -> None:
+    console.print(where, style="bold", markup=False)
+    outcome = run.outcome
+    if outcome is None:
+        console.print("  not solved: the sweep was stopped", markup=False)
+        return
+    if outcome["kind"] == "error":
+        console.print(f"  no valid problem: {outcome['message']}", style="red", markup=False)
+        return
+    if outcome["status"] == "infeasible":
+        console.print("  infeasible, proved", markup=False)
+    for item in run.front[:SHOWN_DESIGNS]:
+        figures = ", ".join(f"{name} {value}" for name, value in zip(_headings(outcome), _values(outcome, item), strict=True))
+        console.print(f"  {item['rank']:>3}. {figures}", markup=False)
+    more = len(run.front) - SHOWN_DESIGNS
+    if more > 0:
+        console.print(f"       and {more} more", markup=False)
+    if change is not None:
+        _print_change(console, outcome, change)
+
+
+def _print_change(console: Console, outcome: Mapping[str, Any], change: Change) -> None:
+    moved = []
+    for info in outcome["objectives"]:
+        before, after = change.best[info["name"]]
+        if before != after:
+            ends = ["none" if value is None else readable(value, info["unit"]) for value in (before, after)]
+            moved.append(f"best {info['name']} {ends[0]} -> {ends[1]}")
+    said = f"  against the value before: {len(change.entered)} designs enter, {len(change.left)} leave the front"
+    console.print("; ".join([said, *moved]), markup=False)
+
+
+def _headings(outcome: Mapping[str, Any]) -> list[str]:
+    return [str(info["name"]) for info in outcome["objectives"]]
+
+
+def _values(outcome: Mapping[str, Any], item: Mapping[str, Any]) -> list[str]:
+    return [readable(Fraction(item["metrics"][info["name"]]), info["unit"]) for info in outcome["objectives"]]
+
+
+def _varying(items: Sequence[Mapping[str, Any]]) -> list[str]:
+    """The decisions in which designs differ."""
+    names = dict.fromkeys(name for item in items for name in item["decisions"])
+    return [name for name in names if len({item["decisions"].get(name) for item in items}) > 1]
+
+
+def _decisions(item: Mapping[str, Any], names: Sequence[str]) -> str:
+    chosen = item["decisions"]
+    return _plain(", ".join(f"{name.removesuffix('.type')} {chosen[name]}" for name in names if name in chosen))
+
+
+def _table(console: Console, title: str = "") -> Table:
+    ascii_only = (console.encoding or "utf-8").lower().replace("-", "") not in ("utf8", "utf8mb4", "utf16")
+    return Table(title=title or None, title_justify="left", box=box.ASCII2 if ascii_only else box.SIMPLE_HEAD)
+
+
+def _plain(text: str) -> str:
+    """Text in which square brackets are no markup."""
+    return text.replace("[", r"\[")

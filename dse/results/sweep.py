@@ -1,0 +1,238 @@
+"""The outcome of a sweep: the front, or the break-points of a limit, for each value of what was varied."""
+
+from __future__ import annotations
+
+import csv
+import io
+import json
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from fractions import Fraction
+from functools import cached_property
+from typing import TYPE_CHECKING, Any
+
+from dse.errors import EXIT_COMPLETE, EXIT_INCOMPLETE, EXIT_INFEASIBLE, EXIT_INVALID
+
+if TYPE_CHECKING:
+    import pandas
+
+FORMAT = "dse-sweep/1"
+
+
+@dataclass(frozen=True)
+class VariedAxis:
+    """What was varied: a path or a metric; its values as text, or (for exact break-points) the whole interval."""
+
+    name: str
+    kind: str
+    values: tuple[str, ...] = ()
+    interval: str = ""
+
+
+@dataclass(frozen=True)
+class Change:
+    """What a value wins and loses against the one before it: designs by their decisions, the best of each objective.
+
+    `best` has for each objective its best value before and after, in the objective's unit (None: there was no design).
+    """
+
+    entered: tuple[Mapping[str, str], ...]
+    left: tuple[Mapping[str, str], ...]
+    best: Mapping[str, tuple[Fraction | None, Fraction | None]]
+
+    def to_dict(self) -> dict[str, Any]:
+        """For JSON: exact numbers, fractions as text."""
+        return {
+            "entered": [dict(item) for item in self.entered],
+            "left": [dict(item) for item in self.left],
+            "best": {name: [_plain(value) for value in pair] for name, pair in self.best.items()},
+        }
+
+
+@dataclass(frozen=True)
+class SweepRun:
+    """One run: the value of each axis that has values, and what was found there.
+
+    `outcome` is plain data. Its ``kind`` is ``front`` (``front``: alternatives with ``rank``, ``decisions``, ``metrics``), ``breaks``
+    (``stretches`` of limits with the front in each, ``alternatives`` by ``id``) or ``error``; figures are exact in the ``units`` beside
+    them, fractions as text. None when the sweep was stopped before.
+    """
+
+    values: tuple[str, ...]
+    outcome: Mapping[str, Any] | None
+
+    @property
+    def status(self) -> str:
+        """``complete``, ``infeasible``, ``incomplete``, ``invalid``, or ``open`` when it was not solved."""
+        return "open" if self.outcome is None else str(self.outcome["status"])
+
+    @property
+    def front(self) -> Sequence[Mapping[str, Any]]:
+        """The alternatives in the order of rank; of break-points, under the loosest limit."""
+        if self.outcome is None or self.outcome["kind"] == "error":
+            return ()
+        if self.outcome["kind"] == "front":
+            found: Sequence[Mapping[str, Any]] = self.outcome["front"]
+            return found
+        stretches = self.outcome["stretches"]
+        return self.of_stretch(stretches[-1]) if stretches else ()
+
+    def of_stretch(self, stretch: Mapping[str, Any]) -> list[Mapping[str, Any]]:
+        """The alternatives of one stretch of limits, each with its rank there."""
+        assert self.outcome is not None
+        known = {item["id"]: item for item in self.outcome["alternatives"]}
+        return [{**known[entry["id"]], "rank": entry["rank"]} for entry in stretch["front"]]
+
+
+@dataclass(frozen=True)
+class SweepResult:
+    """Everything that a sweep found, in the order of the values, the last axis fastest.
+
+    The same problem, changes and seed give the same text, however often the sweep was stopped and wherever its runs were solved;
+    `solved` and `found` (in the store) tell what this sitting did and are no part of it.
+    """
+
+    problem: Mapping[str, Any]
+    semantics: str
+    axes: tuple[VariedAxis, ...]
+    runs: tuple[SweepRun, ...]
+    seed: int = 0
+    solved: int = field(default=0, compare=False)
+    found: int = field(default=0, compare=False)
+
+    @property
+    def status(self) -> str:
+        """``complete``, ``invalid`` when some value makes no valid problem, ``incomplete`` when stopped, ``infeasible`` when all are."""
+        statuses = {run.status for run in self.runs}
+        for worst in ("invalid", "open", "incomplete"):
+            if worst in statuses:
+                return "invalid" if worst == "invalid" else "incomplete"
+        return "infeasible" if statuses == {"infeasible"} else "complete"
+
+    @property
+    def exit_code(self) -> int:
+        """What the command line answers with."""
+        codes = {"incomplete": EXIT_INCOMPLETE, "infeasible": EXIT_INFEASIBLE, "invalid": EXIT_INVALID}
+        return codes.get(self.status, EXIT_COMPLETE)
+
+    @property
+    def grid_axes(self) -> tuple[VariedAxis, ...]:
+        """The axes that have values."""
+        return tuple(axis for axis in self.axes if axis.values)
+
+    @cached_property
+    def changes(self) -> tuple[Change | None, ...]:
+        """For each run what it wins and loses against its neighbour: the value before on the last axis; None for the first."""
+        last = len(self.grid_axes[-1].values) if self.grid_axes else 1
+        found: list[Change | None] = []
+        for number, run in enumerate(self.runs):
+            before = self.runs[number - 1] if number % last else None
+            usable = before is not None and all(item.status in ("complete", "infeasible") for item in (before, run))
+            found.append(_change(before, run) if before is not None and usable else None)
+        return tuple(found)
+
+    def to_dict(self) -> dict[str, Any]:
+        """The sweep in the form ``dse-sweep/1``."""
+        return {
+            "format": FORMAT,
+            "problem": dict(self.problem),
+            "semantics": self.semantics,
+            "seed": self.seed,
+            "status": self.status,
+            "vary": [_axis(axis) for axis in self.axes],
+            "runs": [
+                {
+                    "values": dict(zip((axis.name for axis in self.grid_axes), run.values, strict=True)),
+                    **(run.outcome or {"kind": "open", "status": "open"}),
+                    "change": change.to_dict() if change is not None else None,
+                }
+                for run, change in zip(self.runs, self.changes, strict=True)
+            ],
+        }
+
+    def to_json(self) -> str:
+        """`to_dict` as text."""
+        return json.dumps(self.to_dict(), ensure_ascii=False, indent=1) + "\n"
+
+    def to_csv(self) -> str:
+        """A row for each alternative of each run (and stretch of limits), units in the header; exact figures, fractions as text."""
+        out = io.StringIO()
+        writer = csv.writer(out, lineterminator="\n")
+        columns = self.columns
+        units = self._units()
+        writer.writerow([f"{name} [{units[name]}]" if name in units else name for name in columns])
+        for row in self._rows():
+            writer.writerow([row.get(name) for name in columns])
+        return out.getvalue()
+
+    def frame(self) -> pandas.DataFrame:
+        """The rows of `to_csv` as a frame.
+
+        Columns: each axis with values (text); ``from`` and ``to`` where a limit has break-points (exact, in the limit's unit); ``status``,
+        ``rank``; each metric (integer, or a fraction as text, in its base unit); each decision (text, missing where inactive).
+        """
+        import pandas
+
+        return pandas.DataFrame(list(self._rows()), columns=self.columns)
+
+    @property
+    def columns(self) -> list[str]:
+        """The columns of `frame` and of the CSV."""
+        names = [axis.name for axis in self.grid_axes]
+        if any(axis.interval for axis in self.axes):
+            names += ["from", "to"]
+        rows = list(self._rows())
+        metrics = list(self._units())
+        decisions = dict.fromkeys(name for row in rows for name in row)
+        known = {*names, "status", "rank", *metrics}
+        return [*names, "status", "rank", *metrics, *(name for name in decisions if name not in known)]
+
+    def _units(self) -> dict[str, str]:
+        units: dict[str, str] = {}
+        for run in self.runs:
+            units |= run.outcome.get("units", {}) if run.outcome is not None else {}
+        return units
+
+    def _rows(self) -> Iterator[dict[str, Any]]:
+        for run in self.runs:
+            head = dict(zip((axis.name for axis in self.grid_axes), run.values, strict=True))
+            head["status"] = run.status
+            if run.outcome is not None and run.outcome["kind"] == "breaks":
+                for stretch in run.outcome["stretches"]:
+                    for item in run.of_stretch(stretch):
+                        limits = {"from": stretch["from"], "to": stretch["to"]}
+                        yield {**head, **limits, "rank": item["rank"], **item["metrics"], **item["decisions"]}
+                continue
+            if not run.front:
+                yield head
+            for item in run.front:
+                yield {**head, "rank": item["rank"], **item["metrics"], **item["decisions"]}
+
+
+def _axis(axis: VariedAxis) -> dict[str, Any]:
+    head = {"name": axis.name, "kind": axis.kind}
+    return {**head, "interval": axis.interval} if axis.interval else {**head, "values": list(axis.values)}
+
+
+def _change(before: SweepRun, after: SweepRun) -> Change:
+    old = [item["decisions"] for item in before.front]
+    new = [item["decisions"] for item in after.front]
+    objectives = (after.outcome or {}).get("objectives", [])
+    return Change(
+        entered=tuple(item for item in new if item not in old),
+        left=tuple(item for item in old if item not in new),
+        best={info["name"]: (_best(before, info), _best(after, info)) for info in objectives},
+    )
+
+
+def _best(run: SweepRun, info: Mapping[str, str]) -> Fraction | None:
+    values = [Fraction(item["metrics"][info["name"]]) for item in run.front]
+    if not values:
+        return None
+    return min(values) if info["sense"] == "minimise" else max(values)
+
+
+def _plain(value: Fraction | None) -> int | str | None:
+    if value is None:
+        return None
+    return int(value) if value.denominator == 1 else f"{value.numerator}/{value.denominator}"

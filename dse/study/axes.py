@@ -1,0 +1,258 @@
+"""What ``--vary`` says: ``PATH=1ms,2ms``, ``PATH=*0.5..2 step 0.1``, ``METRIC of NAME=5ms..100ms``, with or without a step."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from difflib import get_close_matches
+from fractions import Fraction
+from typing import Any, Literal
+
+from dse.api.problem import Problem
+from dse.errors import UsageError
+from dse.space.metrics import BUILT_IN
+from dse.space.questions import QuestionError, read_requirements
+from dse.space.types import Metric, Requirement, Space
+from dse.spec.grammar import ExpressionError
+from dse.study.quantities import COUNT, TOTAL, Inputs, copied, quantity_text, read_value
+from dse.units import DIMENSIONLESS, Quantity, UnitError, format_number, parse_quantity
+
+MOST_VALUES = 100_000
+ORIGIN = "--vary"
+Comparison = Literal["<=", ">="]
+
+
+@dataclass(frozen=True)
+class LimitAxis:
+    """A limit on a metric that varies: over a whole interval (`values` empty, `low` and `high` given), or over a list.
+
+    The limit takes the place of every limit of the same direction that the problem states for the metric.
+    """
+
+    name: str
+    metric: Metric
+    operator: Comparison
+    low: Requirement | None = None
+    high: Requirement | None = None
+    interval: str = ""
+    values: tuple[Requirement, ...] = ()
+    labels: tuple[str, ...] = ()
+
+    @property
+    def is_exact(self) -> bool:
+        """Whether every break-point in an interval is asked for, rather than the front for each of some values."""
+        return not self.values
+
+    def shipped(self, number: int | None) -> tuple[str, str]:
+        """Metric and values as a run has them: value `number`, or the whole interval."""
+        values = self.interval if number is None else self.labels[number]
+        return self.name, f"{self.operator} {values}"
+
+
+@dataclass(frozen=True)
+class InputAxis:
+    """A quantity of the problem file that varies: absolute values as text, or factors."""
+
+    name: str
+    labels: tuple[str, ...]
+    texts: tuple[str, ...] = ()
+    factors: tuple[Fraction, ...] = ()
+
+    def write(self, inputs: Inputs, data: dict[str, Any], number: int) -> None:
+        """Put value `number` into `data`."""
+        if self.factors:
+            inputs.scale(data, self.name, self.factors[number])
+        else:
+            inputs.set(data, self.name, self.texts[number])
+
+
+Axis = LimitAxis | InputAxis
+
+
+def limited(space: Space, requirement: Requirement) -> Space:
+    """The space with one limit in the place of all limits of the same direction on the same metric."""
+    side = requirement.operator[0]
+    kept = [item for item in space.requirements if item.metric != requirement.metric or item.operator[0] != side]
+    return replace(space, requirements=(*kept, requirement))
+
+
+def read_axis(problem: Problem, inputs: Inputs, text: str) -> Axis:
+    """One ``--vary``.
+
+    Raises
+    ------
+    UsageError
+        for an unknown path or metric, a wrong unit, an empty range, a step that leads nowhere.
+    """
+    name, operator, values = _split(text)
+    if not values:
+        raise UsageError(f"--vary {text!r}: no values (PATH=a,b,c or METRIC of NAME=a..b)")
+    try:
+        if name in inputs.groups:
+            if operator != "=":
+                raise UsageError(f"an input has a value, not a limit: write {name}={values}")
+            return _input_axis(inputs, name, values)
+        if _names_metric(problem.space, name):
+            return _limit_axis(problem.space, name, "<=" if operator == "=" else operator, values)
+        inputs.at(name)
+    except (UsageError, QuestionError, ExpressionError, UnitError) as error:
+        raise UsageError(f"--vary {text!r}: {error}") from error
+    raise AssertionError("unreachable")
+
+
+def _split(text: str) -> tuple[str, Any, str]:
+    for sign in ("<=", ">=", "="):
+        left, found, right = text.partition(sign)
+        if found and "=" not in left:
+            return left.strip(), sign, right.strip()
+    raise UsageError(f'--vary {text!r}: expected PATH=VALUES or METRIC of NAME=VALUES, such as "price=100 EUR..900 EUR"')
+
+
+def _names_metric(space: Space, name: str) -> bool:
+    """Whether the words are meant as a metric: a known one, or something ``of`` something, and no path."""
+    kind = name.partition(" of ")[0].strip()
+    known = [*BUILT_IN, *space.totals, *(item.name for item in space.derived)]
+    if kind in known or " of " in name:
+        return True
+    return "." not in name and bool(get_close_matches(name, known, 1, 0.6))
+
+
+# --- limits -------------------------------------------------------------------------------------------------------
+
+
+def read_limit_axis(space: Space, name: str, values: str) -> LimitAxis:
+    """A limit on a metric as a run has it: ``<= 5ms..100ms`` or ``<= 20ms``."""
+    return _limit_axis(space, name, "<=" if values.startswith("<=") else ">=", values[2:].strip())
+
+
+def _limit_axis(space: Space, name: str, operator: Comparison, values: str) -> LimitAxis:
+    if ".." in values and not _step(values)[1]:
+        low_text, high_text = _ends(values)
+        low, high = (_requirement(space, name, operator, text) for text in (low_text, high_text))
+        if low.limit.value > high.limit.value:
+            raise UsageError(f"the range is empty: {low_text} is above {high_text}")
+        return LimitAxis(low.metric.name, low.metric, operator, low, high, f"{low_text} .. {high_text}")
+    texts = _grid(values, None)
+    found = tuple(_requirement(space, name, operator, text) for text in texts)
+    return LimitAxis(found[0].metric.name, found[0].metric, operator, values=found, labels=tuple(texts))
+
+
+def _requirement(space: Space, name: str, operator: str, quantity: str) -> Requirement:
+    metric, of, item = name.partition(" of ")
+    quoted = f'{metric} of "{item.strip()}"' if of and not item.strip().startswith(("'", '"')) else name
+    found = read_requirements(space, f"{quoted} {operator} {quantity}", ORIGIN)
+    if len(found) > 1:
+        names = ", ".join(one.metric.name for one in found)
+        raise UsageError(f"{name} could be several: say which ({names})")
+    return replace(found[0], text=f"{found[0].metric.name} {operator} {quantity}")
+
+
+def limit_requirement(axis: LimitAxis, limit: Quantity, operator: Any, text: str) -> Requirement:
+    """The axis' metric against a limit, strictly or not."""
+    return Requirement(text, axis.metric, operator, limit, ORIGIN)
+
+
+# --- inputs -------------------------------------------------------------------------------------------------------
+
+
+def _input_axis(inputs: Inputs, path: str, values: str) -> InputAxis:
+    if values.startswith("*"):
+        texts = _grid(values[1:].strip(), DIMENSIONLESS)
+        factors = tuple(parse_quantity(text).value for text in texts)
+        if any(factor < 0 for factor in factors):
+            raise UsageError("a factor must not be negative")
+        for factor in (min(factors), max(factors)):
+            inputs.scale(copied(inputs.data), path, factor)
+        return InputAxis(path, tuple(f"*{text}" for text in texts), factors=factors)
+    items = inputs.at(path)
+    kind = items[0].kind
+    if ".." in values and not _step(values)[1]:
+        _ends(values)
+        raise UsageError(
+            "an input needs values to solve for: give a step (a..b step c) or a list (a,b,c); only a limit has exact break-points"
+        )
+    texts = _grid(values, None)
+    quantities = [read_value(text, kind, path) for text in texts]
+    written = [text if kind in (COUNT, TOTAL) else quantity_text(item, kind) for text, item in zip(texts, quantities, strict=True)]
+    inputs.set(copied(inputs.data), path, written[0])
+    return InputAxis(path, tuple(texts), texts=tuple(written))
+
+
+# --- values -------------------------------------------------------------------------------------------------------
+
+
+def _step(values: str) -> tuple[str, str]:
+    """The part before ``step``, and the step ("" when there is none)."""
+    head, _, step = values.partition(" step ")
+    if not step and values.rstrip().endswith(" step"):
+        raise UsageError("a step is missing after `step`")
+    return head.strip(), step.strip()
+
+
+def _ends(values: str) -> tuple[str, str]:
+    low, _, high = (part.strip() for part in values.partition(".."))
+    if not low or not high or ".." in high:
+        raise UsageError(f"expected LOW..HIGH, got {values!r}")
+    first, last = parse_quantity(low), parse_quantity(high)
+    if not first.unit and last.unit:
+        low = f"{low} {last.unit}"
+        first = parse_quantity(low)
+    if first.dimension != last.dimension or (first.dimension is None and first.unit != last.unit):
+        raise UsageError(f"the ends of the range are of different kinds: {low}, {high}")
+    if first.value > last.value:
+        raise UsageError(f"the range is empty: {low} is above {high}")
+    return low, high
+
+
+def _grid(values: str, dimension: Any) -> list[str]:
+    """The texts of ``a,b,c`` or ``a..b step c``; `dimension` is that of all, where it is known."""
+    head, step_text = _step(values)
+    if not step_text and ".." not in head:
+        texts = [part.strip() for part in values.split(",")]
+        if not all(texts):
+            raise UsageError("an empty value")
+        for text in texts:
+            _check_dimension(parse_quantity(text), dimension)
+        if len({parse_quantity(text).value for text in texts}) < len(texts):
+            raise UsageError("a value is given twice")
+        return texts
+    if not step_text:
+        raise UsageError("give a step (a..b step c), or a list (a,b,c)")
+    low_text, high_text = _ends(head)
+    low, high, step = (parse_quantity(text) for text in (low_text, high_text, step_text))
+    for quantity in (low, high):
+        _check_dimension(quantity, dimension)
+    if step.dimension != high.dimension:
+        raise UsageError(f"the step {step_text} is not of the kind of {high_text}")
+    if step.value <= 0:
+        raise UsageError(f"a step must be above 0, got {step_text}")
+    count = (high.value - low.value) // step.value + 1
+    if count > MOST_VALUES:
+        raise UsageError(f"{count} values: at most {MOST_VALUES}")
+    return [_text(low.value + number * step.value, high) for number in range(int(count))]
+
+
+def _check_dimension(quantity: Quantity, dimension: Any) -> None:
+    if dimension is not None and (quantity.dimension != dimension or quantity.unit not in ("", "%")):
+        raise UsageError(f"a factor is a plain number, got {quantity.unit!r}")
+
+
+def _text(value: Fraction, like: Quantity) -> str:
+    one = parse_quantity(f"1 {like.unit}").value if like.unit and like.dimension is not None else Fraction(1)
+    return f"{format_number(value / one)} {like.unit}".strip()
+
+
+def grid_points(axes: Sequence[Axis]) -> list[tuple[int, ...]]:
+    """The product of the axes' values, the last axis fastest.
+
+    Raises
+    ------
+    UsageError
+        when there are too many.
+    """
+    points: list[tuple[int, ...]] = [()]
+    for axis in axes:
+        if len(points) * len(axis.labels) > MOST_VALUES:
+            raise UsageError(f"more than {MOST_VALUES} combinations of values")
+        points = [(*point, number) for point in points for number in range(len(axis.labels))]
+    return points

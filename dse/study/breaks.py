@@ -1,0 +1,243 @@
+"""Break-points of a limit: the exact values at which the front of the remaining objectives changes, proved.
+
+Let m be the varied metric, R the objectives other than m, and F the front of (R, m) under the loosest limit of the interval. A design
+that is non-dominated in R under a limit L on m has the vector of some point of F that meets L: whatever dominates it in (R, m) meets L too.
+So the front of R under every L follows from F alone, and changes only at values of m on F. Where the limit is a share of what the
+chosen type has (utilisation, load in per cent), the smallest share that the front needs is found, and the next front is that under a
+strictly smaller share: again every value between two break-points is proved to have the same front.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, replace
+from fractions import Fraction
+from math import lcm
+from typing import Any, TypeAlias
+
+from dse.analysis.evaluate import Evaluator
+from dse.analysis.limits import MANY_CASES, build_limit, thread_loads
+from dse.analysis.measures import PPM, SCALE_LIMIT, Measure, Term, build_measure, display_unit
+from dse.analysis.views import View, tabulate
+from dse.results.result import exact, ranked
+from dse.space.metrics import metric_dimension
+from dse.space.types import Design, Objective, Space
+from dse.study.axes import LimitAxis, limit_requirement, limited
+from dse.study.fronts import Figures, check_objectives, minimised, non_dominated, objective_infos, search_space, senses
+from dse.units import DIMENSIONLESS, Quantity
+
+DEFINITION = (
+    "the best choice under a limit is the first of the front of the remaining objectives (those other than the limited metric), "
+    "ranked by distance to their ideal point; between two break-points that front does not change"
+)
+Row: TypeAlias = tuple[tuple[int, ...], Design]
+
+
+@dataclass(frozen=True)
+class Stretch:
+    """From `value` (in the limit's unit) up to the next stretch towards looser limits, the front of the rest is `rows`."""
+
+    value: Fraction
+    rows: tuple[Row, ...]
+
+
+def break_points(space: Space, axis: LimitAxis, seed: int) -> dict[str, Any]:
+    """Every break-point of a limit in the axis' interval, as data.
+
+    ``status`` is ``complete``, ``infeasible`` (no design even under the loosest limit) or ``incomplete`` (stopped).
+    """
+    check_objectives(space)
+    assert axis.low is not None and axis.high is not None
+    rest = tuple(item for item in space.objectives if item.metric != axis.metric) or space.objectives
+    question = _Question(replace(space, objectives=rest), axis, seed)
+    stretches, proved = question.stretches()
+    figures = Figures(Evaluator(question.space))
+    status = "incomplete" if not proved else "complete" if stretches else "infeasible"
+    return {
+        "kind": "breaks",
+        "status": status,
+        "definition": DEFINITION,
+        "metric": axis.metric.name,
+        "operator": axis.operator,
+        "unit": question.unit,
+        "from": exact(question.ends[0]),
+        "to": exact(question.ends[1]),
+        "exact": not question.rounded,
+        "objectives": objective_infos(figures.evaluator),
+        "units": figures.units,
+        **_described(question, figures, stretches),
+    }
+
+
+def _described(question: _Question, figures: Figures, stretches: list[Stretch]) -> dict[str, Any]:
+    """The designs of all stretches, numbered in order of appearance, and each stretch by those numbers."""
+    numbers: dict[Design, int] = {}
+    shown = []
+    tight, loose = question.ends if question.sign > 0 else question.ends[::-1]
+    for position, stretch in enumerate(stretches):
+        order = ranked(list(stretch.rows), senses(question.space))
+        for _, _, design in order:
+            numbers.setdefault(design, len(numbers) + 1)
+        until = stretches[position + 1].value if position + 1 < len(stretches) else loose
+        shown.append(
+            {
+                "from": exact(_within(stretch.value, tight, question.sign)),
+                "to": exact(until),
+                "best": numbers[order[0][2]],
+                "front": [{"rank": rank, "id": numbers[design]} for rank, _, design in order],
+            }
+        )
+    needed = stretches[0].value if stretches else None
+    first = needed is not None and (needed - tight) * question.sign > 0
+    return {
+        "infeasible_until": exact(needed) if first and needed is not None else None,
+        "stretches": shown,
+        "alternatives": [
+            {"id": number, "limited": exact(question.needed(design)), **figures.alternative(design)}
+            for design, number in numbers.items()
+        ],
+    }
+
+
+def _within(value: Fraction, tight: Fraction, sign: int) -> Fraction:
+    return tight if (value - tight) * sign < 0 else value
+
+
+def _share_of_load(space: Space, axis: LimitAxis) -> Measure | None:
+    """The load of a bus as a share of its bandwidth, in ppm: each term over the bandwidth of the chosen type.
+
+    None where its common denominator is too fine to count in, or the load itself is an objective.
+    """
+    measure = build_measure(space, axis.metric)
+    whole = Quantity(Fraction(PPM), DIMENSIONLESS, "ppm")
+    bound = build_limit(space, limit_requirement(axis, whole, axis.operator, "")).bound
+    cases = tabulate(space, lambda view: PPM * PPM / bound(view), MANY_CASES)
+    if cases is None or measure.rounded or any(item.metric == axis.metric for item in space.objectives):
+        return None
+    scale = measure.scale * lcm(*(case.value.denominator for case in cases))
+    if scale > SCALE_LIMIT:
+        return None
+    return Measure(measure.metric, "ppm", tuple(_over(term, bound) for term in measure.terms), scale)
+
+
+def _over(term: Term, bound: Callable[[View], Fraction]) -> Term:
+    coefficient = term.coefficient
+
+    def value(view: View) -> Fraction:
+        return term.value(view) * PPM * PPM / bound(view)
+
+    def scaled(view: View) -> Fraction:
+        assert coefficient is not None
+        return coefficient(view) * PPM * PPM / bound(view)
+
+    return replace(term, value=value, coefficient=scaled if coefficient is not None else None)
+
+
+class _Question:
+    """A limit over an interval: `sign` is 1 where larger limits are looser (``<=``), -1 for ``>=``."""
+
+    def __init__(self, space: Space, axis: LimitAxis, seed: int) -> None:
+        assert axis.low is not None and axis.high is not None
+        self.space, self.axis, self.seed = space, axis, seed
+        self.sign = 1 if axis.operator == "<=" else -1
+        metric = axis.metric
+        self.measure = build_measure(space, metric)
+        self.is_share = metric.kind == "utilisation" or (
+            metric.kind == "load" and axis.low.limit.dimension == DIMENSIONLESS
+        )
+        dimension = DIMENSIONLESS if self.is_share else metric_dimension(space, metric)
+        self.unit, self.factor = display_unit(dimension) if dimension is not None else (self.measure.unit, Fraction(1))
+        self.ends = (axis.low.limit.value * self.factor, axis.high.limit.value * self.factor)
+        self.rounded = self.measure.rounded
+        self.needed: Callable[[Design], Fraction] = self._needed_share if self.is_share else self._value
+        self.share = _share_of_load(space, axis) if self.is_share and metric.kind == "load" else None
+
+    def _value(self, design: Design) -> Fraction:
+        return self.measure.value(View(design))
+
+    def _needed_share(self, design: Design) -> Fraction:
+        """The tightest share that the design keeps, in ppm."""
+        whole = Quantity(Fraction(1), DIMENSIONLESS, "%")
+        limit = build_limit(self.space, limit_requirement(self.axis, whole, self.axis.operator, ""))
+        view = View(design)
+        share = limit.measure.value(view) / limit.bound(view)
+        if limit.each is not None:
+            for terms in thread_loads(limit.measure.terms).values():
+                share = max(share, sum((term.value(view) for term in terms), Fraction(0)) / limit.each)
+        return share * self.factor
+
+    def stretches(self) -> tuple[list[Stretch], bool]:
+        """The stretches from the tightest limit to the loosest, and whether they are proved."""
+        found, proved = [], True
+        steps = self._by_shares() if self.is_share and self.share is None else self._by_values()
+        for stretch in steps:
+            if stretch is None:
+                proved = False
+            elif found and {row[0] for row in found[-1].rows} == {row[0] for row in stretch.rows}:
+                found[-1] = stretch  # the same front, by designs that need less
+            else:
+                found.append(stretch)
+        return found[::-1], proved
+
+    def _front(self, limit: Fraction, operator: str, objective: Objective) -> list[Row] | None:
+        """Vector of the rest and design of each point of the front of (rest, metric); None when it was stopped."""
+        quantity = Quantity(limit / self.factor, self.axis.low.limit.dimension, "") if self.axis.low else None
+        assert quantity is not None
+        space = limited(self.space, limit_requirement(self.axis, quantity, operator, ""))
+        own = [item.metric for item in space.objectives]
+        if objective.metric not in own:
+            space = replace(space, objectives=(*space.objectives, objective))
+        stand_ins = None
+        if self.share is not None and objective.metric not in own:
+            stand_ins = (*(build_measure(space, metric) for metric in own), self.share)
+        search = search_space(Evaluator(space, stand_ins), self.seed)
+        if not search.is_complete:
+            return None
+        return [(vector[: len(own)], design) for vector, design in search.points.items()]
+
+    def _objective(self) -> Objective:
+        sense = "minimise" if self.sign > 0 else "maximise"
+        return Objective(f"{sense} {self.axis.metric.name}", sense, self.axis.metric)
+
+    def _by_values(self) -> Iterator[Stretch | None]:
+        """One front; then the limits on it from the loosest to the tightest."""
+        tight, loose = self.ends if self.sign > 0 else self.ends[::-1]
+        rows = self._front(loose, self.axis.operator, self._objective())
+        if rows is None:
+            yield None
+            return
+        keyed = sorted((self.sign * self.needed(design), vector, design) for vector, design in rows)
+        for value in sorted({key for key, _, _ in keyed}, reverse=True):
+            admitted = [(vector, design) for key, vector, design in keyed if key <= value]
+            kept = self._rest_front(admitted)
+            yield Stretch(self._needed_by(kept), kept)
+            if value <= self.sign * tight:
+                return
+
+    def _rest_front(self, rows: list[Row]) -> tuple[Row, ...]:
+        """The rows that are non-dominated in the rest; of equal ones the first."""
+        directions = senses(self.space)
+        vectors = {number: minimised(vector, directions) for number, (vector, _) in enumerate(rows)}
+        return tuple(rows[number] for number in non_dominated(vectors))
+
+    def _needed_by(self, rows: tuple[Row, ...]) -> Fraction:
+        """The tightest limit that all designs of a front keep."""
+        return self.sign * max(self.sign * self.needed(design) for _, design in rows)
+
+    def _by_shares(self) -> Iterator[Stretch | None]:
+        """One front for each share that a front needs, from the loosest to the tightest."""
+        tight, loose = self.ends if self.sign > 0 else self.ends[::-1]
+        limit, operator = loose, str(self.axis.operator)
+        while True:
+            rows = self._front(limit, operator, self._objective())
+            if rows is None:
+                yield None
+                return
+            if not rows:
+                return
+            ordered = sorted(rows, key=lambda row: (self.sign * self.needed(row[1]), row))
+            kept = self._rest_front(ordered)
+            limit, operator = self._needed_by(kept), "<" if self.sign > 0 else ">"
+            yield Stretch(limit, kept)
+            if (limit - tight) * self.sign <= 0:
+                return

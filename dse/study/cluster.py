@@ -1,0 +1,79 @@
+"""Runs on a Dask cluster: the same outcomes, by way of a scheduler's address."""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Generator, Sequence
+from typing import TYPE_CHECKING, Any
+
+from dse.errors import DseError, UsageError
+from dse.study.workers import MOST_DEATHS, Task
+
+if TYPE_CHECKING:
+    from distributed import Client
+
+CONNECT_S = 10
+
+
+class ClusterError(DseError):
+    """The cluster went away, or cannot do the work; what was finished is in the store."""
+
+
+def run_on_cluster(task: Task, payloads: Sequence[str], address: str) -> Generator[tuple[int, str], None, None]:
+    """(number, outcome) of each payload as it is finished, wherever that was.
+
+    A worker that dies costs its current run only: the scheduler gives it to another.
+
+    Raises
+    ------
+    UsageError
+        when there is no scheduler at the address, it has no workers, or ``dse[cluster]`` is not installed.
+    ClusterError
+        when the scheduler goes away, or a run has cost several workers.
+    """
+    client = _connected(address)
+    try:
+        yield from _outcomes(client, task, payloads)
+    finally:
+        logging.getLogger("distributed").setLevel(logging.CRITICAL)  # what it says of connections that we close
+        client.close(timeout=5)
+
+
+def _connected(address: str) -> Client:
+    try:
+        import distributed
+    except ImportError as error:
+        raise UsageError("--scheduler needs the extra `cluster`: pip install 'dse[cluster]'") from error
+    logging.getLogger("distributed").setLevel(logging.ERROR)
+    try:
+        client = distributed.Client(address, timeout=CONNECT_S, set_as_default=False, name="dse")
+    except (OSError, TimeoutError, ValueError) as error:
+        raise UsageError(f"--scheduler {address}: there is no Dask scheduler ({_brief(error)})") from error
+    if not client.scheduler_info(n_workers=-1)["workers"]:
+        client.close()
+        raise UsageError(f"--scheduler {address}: the scheduler has no workers (dask worker {address})")
+    return client
+
+
+def _brief(error: BaseException) -> str:
+    return (str(error).splitlines() or [type(error).__name__])[0][:200]
+
+
+def _outcomes(client: Client, task: Task, payloads: Sequence[str]) -> Generator[tuple[int, str], None, None]:
+    import distributed
+
+    submitted: list[Any] = client.map(task, list(payloads), pure=False, retries=MOST_DEATHS)
+    numbers = {future.key: number for number, future in enumerate(submitted)}
+    try:
+        for future in distributed.as_completed(submitted):
+            if future.status == "cancelled" or future.status == "lost":
+                raise ClusterError("the scheduler is gone; run the same command again to go on")
+            error = future.exception()
+            if isinstance(error, distributed.KilledWorker):
+                raise ClusterError(f"run {numbers[future.key] + 1} has cost several workers: {_brief(error)}") from error
+            yield numbers[future.key], future.result()
+            future.release()
+    except (OSError, distributed.client.FutureCancelledError) as error:
+        raise ClusterError(f"the scheduler is gone ({_brief(error)}); run the same command again to go on") from error
+    finally:
+        client.cancel([future for future in submitted if not future.done()])

@@ -1,0 +1,119 @@
+"""Fronts as plain data: what a study stores of a solve, in exact base units, without times or places of files."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from fractions import Fraction
+from typing import Any
+
+from dse.analysis.evaluate import Evaluator
+from dse.analysis.views import View
+from dse.errors import UsageError
+from dse.pareto.front import Budget, FrontSearch, search_front
+from dse.results.result import decisions_of, exact, ranked
+from dse.space.types import Design, Space
+
+Vector = tuple[int, ...]
+
+
+@dataclass(frozen=True)
+class Figures:
+    """How to say what a design amounts to: the evaluator of a space, every metric in its base unit."""
+
+    evaluator: Evaluator
+
+    @property
+    def units(self) -> dict[str, str]:
+        """The base unit of each metric and objective."""
+        measures = (*self.evaluator.metrics, *self.evaluator.objectives)
+        return {measure.metric.name: measure.unit for measure in measures}
+
+    def metrics(self, design: Design) -> dict[str, int | str]:
+        """Every metric of a design: an integer, or a fraction as text."""
+        view = View(design)
+        measures = (*self.evaluator.metrics, *self.evaluator.objectives)
+        return {measure.metric.name: exact(measure.value(view)) for measure in measures}
+
+    def alternative(self, design: Design) -> dict[str, Any]:
+        """A design as data: its decisions and metrics."""
+        return {"decisions": decisions_of(self.evaluator.space, design), "metrics": self.metrics(design)}
+
+
+def search_space(evaluator: Evaluator, seed: int) -> FrontSearch:
+    """The front of an evaluator's space on one solver: a study runs several side by side."""
+    return search_front(evaluator, Budget(None, seed, 1))
+
+
+def check_objectives(space: Space) -> None:
+    """A study needs something to compare by.
+
+    Raises
+    ------
+    UsageError
+        when the problem states no objectives.
+    """
+    if not space.objectives:
+        raise UsageError('nothing to minimise: state `objectives` in the problem file, or give --minimise "price" or the like')
+
+
+def senses(space: Space) -> list[str]:
+    """The sense of each objective."""
+    return [objective.sense for objective in space.objectives]
+
+
+def front_outcome(space: Space, seed: int) -> dict[str, Any]:
+    """The proved, ranked front of a space as data.
+
+    ``status`` is ``complete``, ``infeasible``, or ``incomplete`` when the search was stopped.
+    """
+    check_objectives(space)
+    evaluator = Evaluator(space)
+    search = search_space(evaluator, seed)
+    figures = Figures(evaluator)
+    status = "incomplete" if not search.is_complete else "complete" if search.points else "infeasible"
+    rows = ranked(list(search.points.items()), senses(space))
+    return {
+        "kind": "front",
+        "status": status,
+        "objectives": objective_infos(evaluator),
+        "units": figures.units,
+        "front": [{"rank": rank, **figures.alternative(design)} for rank, _, design in rows],
+    }
+
+
+def objective_infos(evaluator: Evaluator) -> list[dict[str, str]]:
+    """Name, sense and base unit of each objective."""
+    return [
+        {"name": measure.metric.name, "sense": objective.sense, "unit": measure.unit}
+        for measure, objective in zip(evaluator.objectives, evaluator.space.objectives, strict=True)
+    ]
+
+
+def minimised(vector: Sequence[Any], directions: Sequence[str]) -> tuple[Any, ...]:
+    """A vector with every entry to be minimised."""
+    return tuple(-value if sense == "maximise" else value for value, sense in zip(vector, directions, strict=True))
+
+
+def non_dominated(points: Mapping[Any, tuple[Any, ...]]) -> list[Any]:
+    """The keys of the vectors (to be minimised) that no other dominates; of equal vectors the first, in the given order.
+
+    >>> non_dominated({"a": (1, 2), "b": (2, 1), "c": (2, 2), "d": (1, 2)})
+    ['a', 'b']
+    """
+    kept: list[Any] = []
+    for key, vector in points.items():
+        if any(_covers(points[other], vector) for other in kept):
+            continue
+        kept = [other for other in kept if not _covers(vector, points[other])]
+        kept.append(key)
+    return kept
+
+
+def _covers(one: tuple[Any, ...], other: tuple[Any, ...]) -> bool:
+    return all(a <= b for a, b in zip(one, other, strict=True))
+
+
+def value_of(text: int | str) -> Fraction:
+    """An exact figure of an outcome as a number."""
+    return Fraction(text)

@@ -1,0 +1,94 @@
+"""One run of a study: everything that it needs as one text, and its outcome as another.
+
+What is shipped to another process or machine is the problem, never the model.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, dataclass
+from typing import Any
+
+from dse.api.problem import Changes, changed, loads
+from dse.errors import DseError, ProblemError
+from dse.space.types import Space
+from dse.study.axes import LimitAxis, limited, read_limit_axis
+from dse.study.breaks import break_points
+from dse.study.fronts import front_outcome
+from dse.study.quantities import effective_text
+from dse.study.store import run_key, semantics_version
+
+OTHER_VERSION = "other version"
+
+
+@dataclass(frozen=True)
+class Run:
+    """One point of a sweep: where it stands, what to solve, and the key of the outcome."""
+
+    point: tuple[int, ...]
+    payload: str
+
+    @property
+    def key(self) -> str:
+        """Where the store keeps the outcome."""
+        return run_key(self.payload)
+
+
+def make_payload(
+    data: Mapping[str, Any], changes: Changes, limits: Sequence[tuple[str, str]], exact: tuple[str, str] | None, seed: int
+) -> str:
+    """A run as text: effective problem, changes, limits and an interval of a limit as (metric, ``OP VALUES``)."""
+    content = {
+        "problem": effective_text(data),
+        "changes": {name: _plain(value) for name, value in asdict(changes).items()},
+        "limits": [list(item) for item in limits],
+        "exact": list(exact) if exact is not None else None,
+        "seed": seed,
+    }
+    return json.dumps(content, ensure_ascii=False, sort_keys=True)
+
+
+def _plain(value: Any) -> Any:
+    if isinstance(value, list | tuple):
+        return [_plain(item) for item in value]
+    return value
+
+
+def solve_payload(payload: str, semantics: str) -> str:
+    """The outcome of a run, as text; the same payload gives the same text, wherever it is solved.
+
+    An effective problem that is not valid is an outcome too (``status`` ``invalid``). `semantics` is the version that the caller
+    expects: a machine with another one says so rather than answer.
+    """
+    if semantics != semantics_version():
+        return _text({"kind": "error", "status": OTHER_VERSION, "message": f"this machine has {semantics_version()}"})
+    content = json.loads(payload)
+    try:
+        space = effective_space(content)
+        if content["exact"] is not None:
+            metric, values = content["exact"]
+            axis = read_limit_axis(space, metric, values)
+            assert isinstance(axis, LimitAxis)
+            return _text(break_points(space, axis, content["seed"]))
+        return _text(front_outcome(space, content["seed"]))
+    except ProblemError as error:
+        messages = [f"{item.path}: {item.message}" + (f" ({item.hint})" if item.hint else "") for item in error.diagnostics]
+        return _text({"kind": "error", "status": "invalid", "message": "; ".join(messages)})
+    except DseError as error:
+        return _text({"kind": "error", "status": "invalid", "message": str(error)})
+
+
+def effective_space(content: Mapping[str, Any]) -> Space:
+    """The space that a run is about."""
+    given = content["changes"]
+    changes = Changes(**{**given, "limits": [tuple(item) for item in given["limits"]]})
+    space = changed(loads(content["problem"], "effective problem"), changes).space
+    for metric, values in content["limits"]:
+        axis = read_limit_axis(space, metric, values)
+        space = limited(space, axis.values[0])
+    return space
+
+
+def _text(outcome: Mapping[str, Any]) -> str:
+    return json.dumps(outcome, ensure_ascii=False, separators=(",", ":"))

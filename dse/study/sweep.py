@@ -1,0 +1,224 @@
+"""`dse.sweep`: the answer as a function of limits and inputs, run by run, kept as it comes."""
+
+from __future__ import annotations
+
+import json
+import time
+from collections.abc import Callable, Generator, Sequence
+from dataclasses import dataclass
+from functools import partial
+from pathlib import Path
+
+from dse.api.problem import Changes, Problem, changed, load
+from dse.errors import DseError, UsageError
+from dse.results.sweep import SweepResult, SweepRun, VariedAxis
+from dse.study.axes import Axis, InputAxis, LimitAxis, grid_points, read_axis
+from dse.study.cluster import run_on_cluster
+from dse.study.fronts import check_objectives
+from dse.study.quantities import Inputs, copied, merged_data
+from dse.study.runs import OTHER_VERSION, Run, make_payload, solve_payload
+from dse.study.store import Store, semantics_version
+from dse.study.workers import Task, check_workers, run_all
+
+
+@dataclass(frozen=True)
+class SweepProgress:
+    """Where a sweep stands: runs in all, finished (of which `found` in the store), seconds, and those still expected."""
+
+    total: int
+    done: int
+    found: int
+    elapsed_s: float
+
+    @property
+    def left_s(self) -> float | None:
+        """The seconds that the rest will take, as far as one can tell; None before the first run is solved."""
+        solved = self.done - self.found
+        return self.elapsed_s / solved * (self.total - self.done) if solved else None
+
+
+@dataclass(frozen=True)
+class Means:
+    """Where runs are solved and kept: worker processes here, or a Dask scheduler's address; a store, or None."""
+
+    workers: int = 1
+    scheduler: str | None = None
+    store: Path | None = None
+
+
+def sweep(
+    problem: Problem | str | Path,
+    vary: str | Sequence[str],
+    *,
+    changes: Changes | None = None,
+    seed: int = 0,
+    workers: int = 1,
+    scheduler: str | None = None,
+    store: str | Path | None = None,
+    progress: Callable[[SweepProgress], None] | None = None,
+) -> SweepResult:
+    """The front, or the break-points of a limit, for every combination of values.
+
+    Parameters
+    ----------
+    problem
+        a loaded problem, or the path of a problem file.
+    vary
+        what varies: ``"PATH=1ms,2ms"``, ``"PATH=1ms..5ms step 1ms"``, ``"PATH=*0.5..2 step 0.1"`` (a factor) for an input;
+        ``"METRIC of NAME=a,b,c"`` for a limit, and ``"METRIC of NAME=5ms..100ms"`` for every break-point in an interval (one such at most).
+    changes
+        further changes to the question, as for `dse.solve`.
+    seed
+        of the solver. The result does not depend on it.
+    workers
+        processes on this machine; 1 solves in this one. More need a main module that can be imported (``if __name__ == "__main__"``).
+    scheduler
+        address of a Dask scheduler, which solves the runs instead.
+    store
+        a file that keeps every finished run; runs that are there already are not solved again.
+    progress
+        called after every run.
+
+    Returns
+    -------
+    SweepResult
+        runs in the order of the values. Stopped by Ctrl-C it holds what was finished, status ``incomplete``.
+
+    Raises
+    ------
+    ProblemError
+        when the file is wrong.
+    UsageError
+        when a path, metric, range, step or unit is wrong, the store is damaged or foreign, or the cluster is not there.
+    """
+    loaded = problem if isinstance(problem, Problem) else load(problem)
+    texts = [vary] if isinstance(vary, str) else list(vary)
+    means = Means(workers, scheduler, Path(store) if store is not None else None)
+    return sweep_with(loaded, texts, changes or Changes(), seed, means, progress)
+
+
+def sweep_with(
+    problem: Problem,
+    vary: Sequence[str],
+    changes: Changes,
+    seed: int,
+    means: Means,
+    progress: Callable[[SweepProgress], None] | None = None,
+) -> SweepResult:
+    """`sweep` with its means in one."""
+    check_workers(means.workers)
+    asked = changed(problem, changes)
+    check_objectives(asked.space)
+    inputs = Inputs(merged_data(problem))
+    axes = read_axes(asked, inputs, vary)
+    runs = plan(axes, inputs, changes, seed)
+    done, found = _solved(runs, means, progress)
+    return SweepResult(
+        problem={"name": problem.name, "sha256": problem.loaded.sha256, "changes": _shown(changes)},
+        semantics=semantics_version(),
+        axes=tuple(_varied(axis) for axis in axes),
+        runs=tuple(SweepRun(_labels(axes, run), done.get(number)) for number, run in enumerate(runs)),
+        seed=seed,
+        solved=len(done) - found,
+        found=found,
+    )
+
+
+def read_axes(problem: Problem, inputs: Inputs, vary: Sequence[str]) -> list[Axis]:
+    """What varies; at most one limit over a whole interval, nothing twice.
+
+    Raises
+    ------
+    UsageError
+        when a text is wrong.
+    """
+    if not vary:
+        raise UsageError('say what varies: --vary "jitter of my_flow=5ms..100ms"')
+    axes = [read_axis(problem, inputs, text) for text in vary]
+    for number, axis in enumerate(axes):
+        if any(axis.name == other.name for other in axes[:number]):
+            raise UsageError(f"{axis.name} is varied twice")
+    if sum(isinstance(axis, LimitAxis) and axis.is_exact for axis in axes) > 1:
+        raise UsageError("one limit can vary over a whole interval; give the others values (a,b,c or a..b step c)")
+    return axes
+
+
+def plan(axes: Sequence[Axis], inputs: Inputs, changes: Changes, seed: int) -> list[Run]:
+    """The runs of a sweep, in order."""
+    exact = next((axis.shipped(None) for axis in axes if isinstance(axis, LimitAxis) and axis.is_exact), None)
+    grid = [axis for axis in axes if not (isinstance(axis, LimitAxis) and axis.is_exact)]
+    runs = []
+    for point in grid_points(grid):
+        data = copied(inputs.data)
+        limits = []
+        for axis, number in zip(grid, point, strict=True):
+            if isinstance(axis, InputAxis):
+                axis.write(inputs, data, number)
+            else:
+                limits.append(axis.shipped(number))
+        runs.append(Run(point, make_payload(data, changes, limits, exact, seed)))
+    return runs
+
+
+def _solved(
+    runs: Sequence[Run], means: Means, progress: Callable[[SweepProgress], None] | None
+) -> tuple[dict[int, dict[str, object]], int]:
+    """Outcomes by number, as far as they are there when all is done or Ctrl-C is pressed; and how many the store had."""
+    store = Store(means.store) if means.store is not None else None
+    try:
+        kept = store.find([run.key for run in runs]) if store is not None else {}
+        done = {number: json.loads(kept[run.key]) for number, run in enumerate(runs) if run.key in kept}
+        found, started = len(done), time.monotonic()
+        todo = [number for number in range(len(runs)) if number not in done]
+        outcomes = _outcomes([runs[number].payload for number in todo], means)
+        try:
+            for position, text in outcomes:
+                number, outcome = todo[position], json.loads(text)
+                if outcome["status"] == OTHER_VERSION:
+                    raise DseError(f"a worker has another version of dse ({outcome['message']}): install the same everywhere")
+                if outcome["status"] == "incomplete":  # Ctrl-C, while it was solved in this process
+                    break
+                done[number] = outcome
+                if store is not None and outcome["kind"] != "error":
+                    store.keep(runs[number].key, text)
+                if progress is not None:
+                    progress(SweepProgress(len(runs), len(done), found, time.monotonic() - started))
+        except KeyboardInterrupt:
+            pass
+        finally:
+            outcomes.close()
+        return done, found
+    finally:
+        if store is not None:
+            store.close()
+
+
+def _outcomes(payloads: Sequence[str], means: Means) -> Generator[tuple[int, str], None, None]:
+    task: Task = partial(solve_payload, semantics=semantics_version())
+    if means.scheduler is not None:
+        return run_on_cluster(task, payloads, means.scheduler)
+    return run_all(task, payloads, means.workers)
+
+
+def _varied(axis: Axis) -> VariedAxis:
+    if isinstance(axis, LimitAxis):
+        return VariedAxis(f"{axis.name} {axis.operator}", "limit", axis.labels, axis.interval)
+    return VariedAxis(axis.name, "factor" if axis.factors else "value", axis.labels)
+
+
+def _labels(axes: Sequence[Axis], run: Run) -> tuple[str, ...]:
+    grid = [axis for axis in axes if axis.labels]
+    return tuple(axis.labels[number] for axis, number in zip(grid, run.point, strict=True))
+
+
+def _shown(changes: Changes) -> dict[str, object]:
+    """The caller's changes as data."""
+    shown: dict[str, object] = {
+        "limits": [list(item) for item in changes.limits],
+        "require": list(changes.require),
+        "objectives": list(changes.objectives),
+        "fix": list(changes.fix),
+        "profile": changes.profile,
+        "worst_case": changes.worst_case,
+    }
+    return {name: value for name, value in shown.items() if value}
