@@ -240,7 +240,7 @@ class Rulebook:
                 found.append(f"nothing is bound to the optional slot {cover.slot.name}: it is empty")
         found += [rule.text for rule in self.space.rules if is_broken(rule, view)]
         for decision, option in self.space.fixed.items():
-            if design[decision] not in (option, INACTIVE):
-                item = self.space.decisions[decision]
+            item = self.space.decisions[decision]
+            if design[decision] != option and is_met(item, decision, view):
                 found.append(f"{item.name} is fixed at {item.options[option]}")
         return found

@@ -59,6 +59,8 @@ class Crew(Generic[Tag, Outcome]):
             try:
                 solver, answer = self._answers.get(timeout=0.2)
             except queue.Empty:
+                if self.stopped:
+                    self.stop()  # again, for a call that was about to begin the first time
                 continue
             tag = self.busy.pop(solver)
             if isinstance(answer, BaseException):

@@ -8,7 +8,7 @@ passes the referee (`Evaluator`), which computes its figures without the solver.
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import partial
 
@@ -46,7 +46,8 @@ class FrontSearch:
 
     `points` maps objective vectors (counted, as `Measure.integer` gives them) to designs. `unexplored` are the regions
     still open and `refuted` those proved empty: exclusive upper bounds in the same units, minimised objectives
-    (maximised ones negated). `floors` has for each open region the least value that each objective may still have there.
+    (maximised ones negated). `floors` has for each open region the least value that each objective may still have
+    there.
     """
 
     points: Mapping[tuple[int, ...], Design]
@@ -99,7 +100,7 @@ class _State:
         elif isinstance(answer, Found):
             self.hint = answer.design
             self.designs.setdefault(answer.point, answer.design)
-            self.region.refute((*zone[:axis], answer.point[axis], *zone[axis + 1 :]))
+            self.region.refute((*zone[:axis], *answer.point[axis : axis + 1], *zone[axis + 1 :]))
             self.region.cut(answer.point)
 
     def progress(self) -> Progress:
@@ -191,7 +192,7 @@ def _make_canonical(state: _State) -> None:
     """Replace each design by the canonical one of its point, unless the search was stopped."""
     if state.region.open:
         return
-    crew: Crew[Bound, Design | None] = Crew(state.crew.solvers)
+    crew: Crew[Bound, Design] = Crew(state.crew.solvers)
     for solver in crew.solvers:
         solver.deadline = None  # the front is proved; what is left is short, and makes the result reproducible
     waiting = sorted(state.designs, reverse=True)
@@ -199,9 +200,9 @@ def _make_canonical(state: _State) -> None:
         for solver in crew.idle:
             if waiting and not crew.stopped:
                 point = waiting.pop()
-                crew.start(solver, point, partial(canonical_design, solver, point, state.designs[point]))
-        point, design = crew.wait()
-        state.designs[point] = design or state.designs[point]
+                known = Found(point, state.designs[point])
+                crew.start(solver, point, partial(_first_accepted, solver, state.evaluator, known))
+        point, state.designs[point] = crew.wait()
 
 
 def _restore(state: _State, earlier: FrontSearch) -> None:
@@ -249,13 +250,26 @@ def _minimise_in(solver: Solver, evaluator: Evaluator, zone: Bound, axis: int, h
     upper = [bound - 1 for bound in zone]
     while True:
         answer = _lexicographic(solver, upper, axis, hint)
-        if not isinstance(answer, Found) or _is_exactly_feasible(evaluator, answer.design):
+        if not isinstance(answer, Found) or _is_accepted(evaluator, solver.encoded, answer, upper):
             return answer
         exclude(solver.encoded, answer.design)
 
 
+def _first_accepted(solver: Solver, evaluator: Evaluator, known: Found) -> Design:
+    """The canonical design of a point among those that exact comparison accepts; the known one when stopped."""
+    while True:
+        design = canonical_design(solver, known.point, known.design)
+        if design is None:
+            return known.design
+        if _is_accepted(evaluator, solver.encoded, Found(known.point, design), known.point):
+            return design
+        exclude(solver.encoded, design)
+
+
 def _lexicographic(solver: Solver, upper: list[int], axis: int, hint: Design | None) -> Answer:
     """One call with a weight that puts `axis` first, or two calls where that weight would leave exact arithmetic."""
+    if not upper:
+        return solver.minimise([], [], hint=hint)
     others = sum(high for position, high in enumerate(upper) if position != axis)
     weight = others + 1
     weights = [weight if position == axis else 1 for position in range(len(upper))]
@@ -278,14 +292,25 @@ def exclude(encoded: EncodedSpace, design: Design) -> None:
     encoded.model.add_bool_or(literals)
 
 
-def _is_exactly_feasible(evaluator: Evaluator, design: Design) -> bool:
-    """Whether the referee accepts the design; only a rounded measure's limit may be a reason not to."""
-    evaluation = evaluator.evaluate(design)
+def _is_accepted(evaluator: Evaluator, encoded: EncodedSpace, found: Found, upper: Sequence[int]) -> bool:
+    """Whether the analysis accepts the solver's design; only a rounded measure's limit may be a reason not to.
+
+    Raises
+    ------
+    RefereeError
+        when the analysis finds other objectives than the solver, or another reason to refuse the design.
+    """
+    evaluation = evaluator.evaluate(found.design)
     rounded = {limit.requirement for limit in evaluator.limits if limit.measure.rounded}
     broken = {verdict.requirement for verdict in evaluation.verdicts if not verdict.holds}
     if evaluation.breaches or broken - rounded:
         reasons = [*evaluation.breaches, *(item.text for item in broken)]
         raise RefereeError(f"the solver's design is refused by the analysis: {'; '.join(reasons)}")
+    claimed = _signed(evaluator, counted(encoded.objectives, found.point))
+    if evaluation.objectives != claimed:
+        raise RefereeError(f"the solver claims {claimed}, the analysis finds {evaluation}")
+    if any(value > high for value, high in zip(found.point, upper, strict=True)):
+        raise RefereeError(f"the solver's point {found.point} is not within {tuple(upper)}")
     return not broken
 
 

@@ -70,7 +70,7 @@ class SearchRegion:
         best: tuple[bool, int, Bound, int] | None = None
         for zone in self.open:
             volume = prod(zone)
-            for axis, extent in enumerate(zone):
+            for axis, extent in enumerate(zone or (1,)):  # without objectives there is one zone, and no axis to choose
                 candidate = (zone in busy, -(volume // extent), zone, axis)
                 if (best is None or candidate < best) and (zone, axis) not in taken:
                     best = candidate

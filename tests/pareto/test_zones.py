@@ -1,0 +1,168 @@
+"""The zone algorithm on its own: given exact answers it finds the non-dominated set, and proves that it did."""
+
+from __future__ import annotations
+
+from itertools import product
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from dse.pareto.zones import Bound, SearchRegion, dominates, inside, local_upper_bounds
+
+Points = list[tuple[int, ...]]
+
+
+def point_sets(dimension: int, high: int, most: int) -> st.SearchStrategy[Points]:
+    """Sets of points with coordinates from 0 to `high`."""
+    return st.lists(st.tuples(*[st.integers(0, high)] * dimension), max_size=most, unique=True)
+
+
+any_points = st.integers(1, 5).flatmap(
+    lambda dimension: st.tuples(st.just(dimension), point_sets(dimension, 6 if dimension < 4 else 3, 14))
+)
+
+
+def best_in(points: Points, zone: Bound, axis: int) -> tuple[int, ...] | None:
+    """What an exact solver answers: the least of one objective, then of the sum of the others, inside a zone."""
+    within = [point for point in points if all(value < bound for value, bound in zip(point, zone, strict=True))]
+    return min(within, key=lambda point: (point[axis], sum(point), point), default=None)
+
+
+def search(points: Points, start: Bound, stop_after: int | None = None) -> tuple[SearchRegion, list[tuple[int, ...]]]:
+    """The loop of the search, with a list of points in place of a model."""
+    region, found = SearchRegion(start), []
+    calls = 0
+    while region.open and calls != stop_after:
+        calls += 1
+        choice = region.next_zone()
+        assert choice is not None
+        zone, axis = choice
+        point = best_in(points, zone, axis)
+        if point is None:
+            region.refute(zone)
+        else:
+            found.append(point)
+            region.refute((*zone[:axis], point[axis], *zone[axis + 1 :]))
+            region.cut(point)
+    return region, found
+
+
+def non_dominated(points: Points) -> set[tuple[int, ...]]:
+    return {point for point in points if not any(dominates(other, point) for other in points)}
+
+
+def strictly_inside(point: tuple[int, ...], zone: Bound) -> bool:
+    return all(value < bound for value, bound in zip(point, zone, strict=True))
+
+
+@given(any_points)
+def test_exactly_the_non_dominated_points_are_found_once(drawn: tuple[int, Points]) -> None:
+    dimension, points = drawn
+    _, found = search(points, (7,) * dimension)
+    assert len(found) == len(set(found))
+    assert set(found) == non_dominated(points)
+
+
+@given(any_points)
+def test_refuted_boxes_and_dominated_regions_cover_everything(drawn: tuple[int, Points]) -> None:
+    dimension, points = drawn
+    high = 4 if dimension > 3 else 7
+    region, found = search(points, (high,) * dimension)
+    assert not any(strictly_inside(point, box) for box in region.refuted for point in points)
+    for cell in product(range(high), repeat=dimension):
+        covered = any(strictly_inside(cell, box) for box in region.refuted)
+        assert covered or any(point == cell or dominates(point, cell) for point in found)
+
+
+@given(any_points, st.integers(0, 12))
+def test_a_search_that_stops_early_leaves_what_it_does_not_know_open(drawn: tuple[int, Points], calls: int) -> None:
+    dimension, points = drawn
+    region, found = search(points, (7,) * dimension, stop_after=calls)
+    assert set(found) <= non_dominated(points)
+    for missing in non_dominated(points) - set(found):
+        assert any(strictly_inside(missing, zone) for zone in region.open)
+
+
+@given(any_points, st.integers(0, 12))
+def test_nothing_lies_below_the_floor_of_an_open_zone(drawn: tuple[int, Points], calls: int) -> None:
+    dimension, points = drawn
+    region, _ = search(points, (7,) * dimension, stop_after=calls)
+    for zone in region.open:
+        within = [point for point in points if strictly_inside(point, zone)]
+        assert all(least <= value for point in within for least, value in zip(region.floor(zone), point, strict=True))
+
+
+@given(any_points)
+def test_the_certificate_depends_on_the_front_alone_and_covers_everything(drawn: tuple[int, Points]) -> None:
+    dimension, points = drawn
+    high = 4 if dimension > 3 else 7
+    front = sorted(non_dominated(points))
+    boxes = local_upper_bounds((high,) * dimension, front, 10_000)
+    assert boxes == local_upper_bounds((high,) * dimension, front[::-1], 10_000)
+    assert boxes is not None
+    assert not any(strictly_inside(point, box) for box in boxes for point in points)
+    assert not any(inside(one, other) for one in boxes for other in boxes if one != other)
+    for cell in product(range(high), repeat=dimension):
+        covered = any(strictly_inside(cell, box) for box in boxes)
+        assert covered or any(point == cell or dominates(point, cell) for point in front)
+
+
+def test_a_certificate_that_grows_too_large_is_given_up() -> None:
+    points = [(0, 3, 3), (3, 0, 3), (3, 3, 0), (2, 2, 2)]
+    assert local_upper_bounds((9, 9, 9), points, 3) is None
+    assert local_upper_bounds((9, 9, 9), points, 30) is not None
+
+
+@given(any_points, st.integers(2, 4))
+def test_several_searchers_at_a_time_find_the_same(drawn: tuple[int, Points], searchers: int) -> None:
+    """Each takes a choice that nobody has; answers come back in another order than they were asked."""
+    dimension, points = drawn
+    region, found, taken = SearchRegion((7,) * dimension), set(), []
+    while region.open or taken:
+        while len(taken) < searchers and (choice := region.next_zone(taken)) is not None:
+            taken.append(choice)
+        zone, axis = taken.pop()
+        point = best_in(points, zone, axis)
+        if point is None:
+            region.refute(zone)
+        else:
+            found.add(point)
+            region.refute((*zone[:axis], point[axis], *zone[axis + 1 :]))
+            region.cut(point)
+    assert found == non_dominated(points)
+
+
+@given(any_points)
+def test_no_open_zone_is_contained_in_another_or_in_a_refuted_box(drawn: tuple[int, Points]) -> None:
+    dimension, points = drawn
+    for calls in range(1, 6):
+        region, _ = search(points, (7,) * dimension, stop_after=calls)
+        for zone in region.open:
+            assert not any(inside(zone, other) for other in region.open if other is not zone)
+            assert not any(inside(zone, box) for box in region.refuted)
+        for box in region.refuted:
+            assert not any(inside(box, other) for other in region.refuted if other is not box)
+
+
+def test_the_largest_projection_is_searched_first() -> None:
+    region = SearchRegion((4, 10, 3))
+    assert region.next_zone() == ((4, 10, 3), 2)
+    region.open = [(4, 10, 3), (2, 2, 30)]
+    assert region.next_zone() == ((2, 2, 30), 0)
+
+
+def test_cutting_where_nothing_is_open_changes_nothing() -> None:
+    region = SearchRegion((3, 3))
+    region.cut((1, 1))
+    before = list(region.open)
+    region.cut((2, 2))
+    assert region.open == before == [(1, 3), (3, 1)]
+
+
+@pytest.mark.parametrize(
+    ("one", "other", "expected"),
+    [((1, 2), (1, 2), False), ((1, 2), (1, 3), True), ((1, 3), (2, 2), False), ((2, 2), (1, 2), False)],
+)
+def test_dominance(one: tuple[int, ...], other: tuple[int, ...], expected: bool) -> None:
+    assert dominates(one, other) is expected
