@@ -42,8 +42,8 @@ def bus_figure(space: Space, tree: Tree, connection: Connection, view: View) -> 
 
 def message_bytes(space: Space, connection: Connection, stack: tuple[int, ...], view: View) -> int:
     """Data size plus the protocol overhead of every bus and virtual bus that carries it, in bytes."""
-    size = at(connection.size_bytes, view) or 0
-    return int(size) + sum(at(space.buses[bus].overhead_bytes, view) for bus in stack)
+    size: int = at(connection.size_bytes, view) or 0
+    return size + sum(at(space.buses[bus].overhead_bytes, view) for bus in stack)
 
 
 def is_local(space: Space, connection: Connection, view: View) -> bool:

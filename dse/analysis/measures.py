@@ -22,6 +22,8 @@ from dse.space.types import Connection, Derived, Figures, Flow, Metric, Slot, Sp
 from dse.units import DATA, DATA_RATE, DIMENSIONLESS, FREQUENCY, LENGTH, MONEY, POWER, TIME, Dimension
 
 PPM = 10**6
+ZERO = Fraction(0)
+"""Added to a figure it makes an exact rational of it, whatever kind of number that is (see `dse.study.trace`)."""
 SCALE_LIMIT = 10**7
 """The finest unit in which a metric is counted; finer common denominators are rounded up term by term."""
 
@@ -111,7 +113,7 @@ def _latency_terms(space: Space, flow: Flow, kind: str) -> Iterator[Term]:
             rows = step_rows(space, step, view)
             most = sum(row.max_ns for row in rows) if kind != "min latency" else 0
             least = sum(row.min_ns for row in rows) if kind != "latency" else 0
-            return Fraction(least if kind == "min latency" else most - least)
+            return ZERO + (least if kind == "min latency" else most - least)
 
         yield Term(names[step.index].name, value)
 
@@ -144,7 +146,7 @@ def _work_term(space: Space, processor: int, number: int, kind: str) -> Term:
         if kind == "input" and at(component.protocol, view) != "hybrid":
             return Fraction(0)
         worst = at(tree, view)
-        return Fraction(worst[1], 1000) if worst is not None else Fraction(0)
+        return (ZERO + worst[1]) / 1000 if worst is not None else ZERO
 
     label = component.name if kind == "activation" else f"{component.name} (callback)"
     return _product(space, label, coefficient, key, component.name)
@@ -178,13 +180,13 @@ def _load_term(space: Space, bus: int, number: int, connection: Connection) -> T
 
         def stated(view: View) -> Fraction:
             carried = bus in bus_stack(space, connection, view)
-            return Fraction(at(connection.data_rate, view)) if carried else Fraction(0)
+            return ZERO + at(connection.data_rate, view) if carried else ZERO
 
         return Term(connection.name, stated, component=connection.name)
 
     def coefficient(view: View) -> Fraction:
         stack = bus_stack(space, connection, view)
-        return Fraction(message_bytes(space, connection, stack, view) if bus in stack else 0)
+        return ZERO + (message_bytes(space, connection, stack, view) if bus in stack else 0)
 
     return _product(space, connection.name, coefficient, ("delivery", number), connection.name)
 
@@ -234,7 +236,7 @@ def _figure_trees(space: Space, metric: Metric) -> Iterator[tuple[str, Tree]]:
 
 
 def _figure_term(label: str, tree: Tree) -> Term:
-    return Term(label, lambda view: Fraction(at(tree, view) or 0))
+    return Term(label, lambda view: ZERO + (at(tree, view) or 0))
 
 
 def _derived(space: Space, metric: Metric, derived: Derived) -> Measure:

@@ -10,6 +10,7 @@ from dse.space.trees import at, leaves
 from dse.space.types import Component, Space
 
 NS_PER_S = 10**9
+ZERO = Fraction(0)
 RateKey: TypeAlias = tuple[Literal["activation", "input", "delivery"], int]
 _PENDING = object()
 
@@ -43,7 +44,8 @@ def rate_hz(space: Space, key: RateKey, view: View) -> Fraction:
     if known is _PENDING:
         raise CyclicActivation
     if known is not None:
-        return Fraction(known)
+        found: Fraction = known
+        return found
     view.memo[key] = _PENDING
     kind, number = key
     if kind == "activation":
@@ -59,10 +61,10 @@ def rate_hz(space: Space, key: RateKey, view: View) -> Fraction:
 def _activation_hz(space: Space, number: int, view: View) -> Fraction:
     component = space.components[number]
     if not is_event_triggered(component, view):
-        return Fraction(NS_PER_S, at(component.period_ns, view))
+        return NS_PER_S / (ZERO + at(component.period_ns, view))
     arriving = rate_hz(space, ("input", number), view)
     if at(component.protocol, view) == "sporadic":
-        return min(arriving, Fraction(NS_PER_S, at(component.period_ns, view)))
+        return min(arriving, NS_PER_S / (ZERO + at(component.period_ns, view)))
     return arriving
 
 
@@ -70,11 +72,11 @@ def _delivery_hz(space: Space, number: int, view: View) -> Fraction:
     connection = space.connections[number]
     stated = at(connection.rate_hz, view)
     if stated is not None:
-        return Fraction(stated)
+        return ZERO + stated
     data_rate = at(connection.data_rate, view)
     if data_rate is not None:
         size = at(connection.size_bytes, view)
-        return Fraction(data_rate) / size if size else Fraction(0)
+        return (ZERO + data_rate) / size if size else ZERO
     if connection.source is None:
         return Fraction(0)
     return rate_hz(space, ("activation", connection.source), view)

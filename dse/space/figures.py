@@ -203,7 +203,8 @@ class FieldReader:
     def _leaf(options: Alternatives, union: Alternatives, decision: int | None) -> Tree:
         if decision is None:
             return options[0]
-        return Choice(decision, tuple(value if value in options else NOT_OFFERED for value in union))
+        own = dict(zip(options, options, strict=True))  # equal figures of other owners stay theirs (see `dse.study.trace`)
+        return Choice(decision, tuple(own.get(value, NOT_OFFERED) for value in union))
 
 
 def by_machine(
