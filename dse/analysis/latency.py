@@ -5,6 +5,7 @@ Minimum and maximum of a flow are sums of contributions; the rules in which the 
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -51,9 +52,6 @@ def step_rows(space: Space, step: Step, view: View) -> tuple[Row, ...]:
     for row in (_sampling_row(space, step, component, view), _queuing_row(space, step, component, view)):
         if row is not None:
             rows.append(row)
-    if not rows and step.via is not None and space.profile == "osate-2.19":
-        label = NO_LATENCY[space.profile]
-        rows.append(Row(component.category, component.name, 0, label, 0, label))
     rows.append(_processing_row(space, component, view))
     return tuple(rows)
 
@@ -79,7 +77,7 @@ def _connection_row(space: Space, number: int, view: View) -> Row:
     if not given and own is not None and not is_local(space, connection, view):
         total, method = list(own), "specified"
     elif not given:
-        method = "no latency"
+        method = NO_LATENCY[space.profile]
     return Row("connection", connection.name, total[0], method, total[1], method)
 
 
@@ -87,7 +85,7 @@ def _sampling_row(space: Space, step: Step, component: Component, view: View) ->
     """Sampling delay: 0 .. period of a periodic component that is not the first of the flow."""
     periodic = is_periodic(component, view)
     if step.via is None:
-        # OSATE 2.2 prints the row for every device and abstract component, periodic or not (CHECKS, section 6)
+        # OSATE 2.2 prints the row for every device and abstract component, periodic or not: a slip of its source
         if periodic or (space.profile == "osate-2.2" and component.category in ("device", "abstract")):
             return Row(component.category, component.name, 0, "first sampling", 0, "first sampling")
         return None
@@ -104,18 +102,17 @@ def _sampling_row(space: Space, step: Step, component: Component, view: View) ->
 
 
 def _harmonic_period(space: Space, step: Step, period: int, view: View) -> int:
-    """OSATE since 2.3: the sender's period if it divides the receiver's, else the receiver's."""
-    if step.sender is None:
-        return period
-    sender = space.components[step.sender]
-    if not is_periodic(sender, view):
-        return period
-    sending: int = at(sender.period_ns, view)
-    return sending if period % sending == 0 else period
+    """OSATE since 2.3: the sender's period, however that is dispatched, if it divides the receiver's; else that one."""
+    sending: int | None = at(space.components[step.sender].period_ns, view) if step.sender is not None else None
+    return sending if sending is not None and period % sending == 0 else period
 
 
 def _queuing_row(space: Space, step: Step, component: Component, view: View) -> Row | None:
-    """Queuing delay: 0 .. queue size * delay per queued item, by the profile's rules."""
+    """Queuing delay: 0 .. queue size * delay per queued item, by the profile's rules.
+
+    Where a thread is explicitly periodic or sporadic, OSATE counts a period for each item; in 2014 less one item, the
+    one that its sampling delay accounts for.
+    """
     if step.via is None:
         return None
     wire = space.connections[step.via]
@@ -128,16 +125,16 @@ def _queuing_row(space: Space, step: Step, component: Component, view: View) -> 
         if size is None or not is_event_triggered(component, view):
             return None
     elif space.profile == "osate-2.2":
-        if size is None:
-            if wire.port not in ("event", "event_data"):
-                return None
-            size = 0 if explicit in ("periodic", "sporadic") else 1
+        if wire.port not in ("event", "event_data") or component.category == "abstract":
+            return None
+        size = 1 if size is None else size
+        if explicit in ("periodic", "sporadic"):
+            size, each = max(size - 1, 0), at(component.period_ns, view)
     else:
-        not_periodic = explicit in ("aperiodic", "sporadic", "hybrid")
         if size is None:
-            if not (wire.port == "data" and not_periodic):
-                return None
-            size = 1
+            size = 1 if wire.port == "data" and explicit in ("aperiodic", "sporadic") else 0
+        if size == 0:
+            return None
         if explicit in ("periodic", "sporadic"):
             each = at(component.period_ns, view)
     return Row(component.category, component.name, 0, "queued", size * each, "queued")
@@ -151,35 +148,39 @@ def _processing_row(space: Space, component: Component, view: View) -> Row:
 
 def _best_ns(space: Space, component: Component, view: View) -> tuple[int, str]:
     """Best processing: best execution time, else specified; OSATE 2.19 looks at the response time first."""
-    response = at(component.response_ns, view)
-    if space.profile == "osate-2.19" and response is not None:
-        return response[0], "response time"
-    execution = at(component.execution_ns, view)
-    if execution is not None:
-        return execution[0], "processing time"
-    latency = at(component.latency_ns, view)
-    return (latency[0], "specified") if latency is not None else (0, "no latency")
+    candidates = [(component.execution_ns, "processing time"), (component.latency_ns, "specified")]
+    if space.profile == "osate-2.19":
+        candidates.insert(0, (component.response_ns, "response time"))
+    ranges = [(at(tree, view), method) for tree, method in candidates]
+    return _first(space, [(given and given[0], method) for given, method in ranges])
 
 
 def _worst_ns(space: Space, component: Component, view: View) -> tuple[int, str]:
-    """Worst processing, by profile and by the worst-case setting (semantics, section 3, table of profiles)."""
+    """Worst processing, by profile and by the worst-case setting (semantics, section 3, table of profiles).
+
+    An assigned deadline counts in OSATE under either setting where nothing before it gives a time.
+    """
     by_deadline = space.worst_case == "deadline"
-    deadline = at(component.deadline_ns, view)
-    execution = at(component.execution_ns, view)
-    response = at(component.response_ns, view)
-    latency = at(component.latency_ns, view)
-    candidates: list[tuple[Any, str]]
+    deadline = (at(component.deadline_ns, view), "deadline")
+    period = (at(component.period_ns, view), "deadline")
+    trees = (component.response_ns, component.execution_ns, component.latency_ns)
+    ranges = [at(tree, view) for tree in trees]
+    methods = ("response time", "processing time", "specified")
+    response, execution, latency = (
+        (given and given[1], method) for given, method in zip(ranges, methods, strict=True)
+    )
     if space.profile == "dse":
-        candidates = [(response and response[1], "response time"), (execution and execution[1], "processing time")]
-    elif space.profile == "osate-2.2":
-        candidates = [(deadline, "deadline")] if by_deadline else [(execution and execution[1], "processing time")]
-    else:
-        candidates = [(response and response[1], "response time")]
-        if not by_deadline or deadline is None:
-            candidates.append((execution and execution[1], "processing time"))
-        if by_deadline:
-            candidates.append((deadline, "deadline"))
-    candidates.append((latency and latency[1], "specified"))
-    if space.profile == "osate-2.19" and is_periodic(component, view):
-        candidates.append((at(component.period_ns, view), "deadline"))
-    return next(((value, method) for value, method in candidates if value is not None), (0, "no latency"))
+        return _first(space, [response, execution, latency])
+    if space.profile == "osate-2.2":
+        return _first(space, [deadline, latency] if by_deadline else [execution, deadline, latency])
+    if by_deadline and deadline[0] is not None:
+        return _first(space, [response, deadline])
+    return _first(space, [response, execution, latency, deadline, period])
+
+
+def _first(space: Space, candidates: Sequence[tuple[int | None, str]]) -> tuple[int, str]:
+    """The first value that is given, with its method; for OSATE a time of 0 is none."""
+    for value, method in candidates:
+        if value or (value is not None and space.profile == "dse"):
+            return value, method
+    return 0, NO_LATENCY[space.profile]

@@ -92,7 +92,8 @@ def _check_core(ledger: Ledger, processors: Sequence[Processor], name: str, proc
     if numbers and not slots and not ledger.is_doubtful(name, f"{name}.processor"):
         ledger.error(path, "a core needs a `processor`")
     most = max((count for slot in slots for count in leaves(processors[slot].cores)), default=0)
-    if slots and numbers and min(numbers) > most:
+    unsure = any(ledger.is_doubtful(processors[slot].name) for slot in slots)
+    if slots and numbers and min(numbers) > most and not unsure:
         ledger.error(path, f"core {min(numbers)} does not exist: there are {most} at most")
 
 
