@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, field
 from fractions import Fraction
 from math import gcd
@@ -11,14 +11,15 @@ from typing import Any, TypeVar
 from ortools.sat.python import cp_model
 
 from dse.analysis.views import Case, View, tabulate
+from dse.space.trees import Choice, Tree
 from dse.space.types import Space
 
 T = TypeVar("T")
 
 EXACT_LIMIT = 2**53
 """Sums beyond this would be rounded by the solver's floating-point parts."""
-CASE_LIMIT = 400
-"""A formula with more cases than this is not tabulated where there is another way."""
+CASE_LIMIT = 8
+"""A product of a coefficient and a rate with more cases than this is not tabulated as a whole."""
 HARD_CASE_LIMIT = 200_000
 
 
@@ -54,7 +55,8 @@ class Board:
         self.options: list[list[cp_model.IntVar]] = []
         self.inactive: list[cp_model.IntVar | None] = []
         self._all_of: dict[frozenset[int], Any] = {}
-        self._cases: dict[tuple[tuple[tuple[int, int], ...], ...], None] = {}
+        self._choices: set[frozenset[int]] = set()
+        self._implied: dict[int, frozenset[tuple[int, int]]] = {}
         self.true = self.model.new_constant(1)
 
     def all_of(self, literals: Iterable[Any]) -> Any:
@@ -81,7 +83,24 @@ class Board:
 
     def case_literal(self, case: Case[Any]) -> Any:
         """The literal of a case: all its options are chosen."""
-        return self.all_of(self.options[decision][option] for decision, option in case.conditions)
+        conditions = set(case.conditions)
+        for decision, _ in case.conditions:
+            conditions -= self.implied(decision)
+        return self.all_of(self.options[decision][option] for decision, option in sorted(conditions))
+
+    def implied(self, decision: int) -> frozenset[tuple[int, int]]:
+        """The options that are chosen whenever the decision is active: the one way through its home tree to it."""
+        if decision not in self._implied:
+            ways = list(_ways(self.space.decisions[decision].home, decision, ()))
+            self._implied[decision] = frozenset(ways[0]) if len(ways) == 1 else frozenset()
+        return self._implied[decision]
+
+    def exactly_one(self, literals: Sequence[Any]) -> None:
+        """Exactly one of the literals is true; said once for the same literals."""
+        key = frozenset(literal.index for literal in literals)
+        if key not in self._choices:
+            self._choices.add(key)
+            self.model.add_exactly_one(literals)
 
     def forbid(self, literals: Sequence[Any]) -> None:
         """Not all of the literals together."""
@@ -95,10 +114,7 @@ class Board:
                 raise OverflowError("a figure depends on more combinations of options than can be tabulated")
             return None
         pairs = [(self.case_literal(case), case.value) for case in cases]
-        key = tuple(case.conditions for case in cases)
-        if key not in self._cases:
-            self._cases[key] = None
-            self.model.add_exactly_one([literal for literal, _ in pairs])
+        self.exactly_one([literal for literal, _ in pairs])
         return pairs
 
     def holds(self, formula: Callable[[View], bool]) -> Any:
@@ -115,6 +131,14 @@ class Board:
         form = Form(base, {}, base, max(value for _, value in listed))
         for literal, value in listed:
             self._add_literal(form, literal, value - base)
+        return form
+
+    def optional_form(self, pairs: Iterable[tuple[Any, int]]) -> Form:
+        """The linear form of a table of which at most one case is true, and 0 where none is."""
+        listed = list(pairs)
+        form = Form(0, {}, min(0, *(value for _, value in listed), 0), max(0, *(value for _, value in listed), 0))
+        for literal, value in listed:
+            self._add_literal(form, literal, value)
         return form
 
     def _add_literal(self, form: Form, literal: Any, coefficient: int) -> None:
@@ -134,6 +158,17 @@ class Board:
         check_exact(max(abs(form.low), abs(form.high)), "a sum")
         variables = [self.model.get_int_var_from_proto_index(index) for index in form.coefficients]
         return cp_model.LinearExpr.weighted_sum(variables, list(form.coefficients.values())) + form.constant
+
+
+def _ways(tree: Tree, decision: int, taken: tuple[tuple[int, int], ...]) -> Iterator[tuple[tuple[int, int], ...]]:
+    """The options on each way through `tree` to `decision`."""
+    if not isinstance(tree, Choice):
+        return
+    if tree.decision == decision:
+        yield taken
+        return
+    for option, branch in enumerate(tree.branches):
+        yield from _ways(branch, decision, (*taken, (tree.decision, option)))
 
 
 def check_exact(value: int, what: str) -> None:

@@ -14,6 +14,7 @@ from dse.analysis.measures import Term
 from dse.analysis.rates import NS_PER_S, RateKey, all_keys, is_event_triggered, source_rates_hz
 from dse.analysis.views import View
 from dse.encode.forms import EXACT_LIMIT, Board, Form, ceil_int, check_exact
+from dse.encode.products import RateTables
 from dse.space.activation import trigger_graph
 from dse.space.trees import at, leaves
 from dse.space.types import Space
@@ -42,6 +43,7 @@ class RateVariables:
 
     def __init__(self, board: Board) -> None:
         self.board = board
+        self.tables = RateTables(board)
         self._made: dict[RateKey, tuple[cp_model.IntVar, int]] = {}
         self._scale = 0
 

@@ -14,19 +14,51 @@ from dse.space.types import Design
 def canonical_design(solver: Solver, point: tuple[int, ...], known: Design) -> Design | None:
     """The lexicographically smallest design with the counted objectives `point`; inactive comes before every option.
 
-    Options are minimised as the digits of a number, several decisions to a call as far as the number stays exact. None
-    when stopped.
+    None when stopped. The model is left as it was.
     """
-    encoded = solver.encoded
+    model = solver.encoded.model
+    _set_point(solver, point)
+    model.clear_objective()
+    model.clear_hints()
+    model.add_decision_strategy(_options_in_order(solver), cp_model.CHOOSE_FIRST, cp_model.SELECT_MAX_VALUE)
+    try:
+        answer = solver.first_in_order()
+    finally:
+        model.proto.search_strategy.clear()
+    if isinstance(answer, Found):
+        return answer.design
+    return _by_digits(solver, point, known)
+
+
+def _set_point(solver: Solver, point: tuple[int, ...]) -> None:
+    """Fix the objectives at the point."""
+    for objective, value in zip(solver.encoded.objectives, point, strict=True):
+        domain = solver.encoded.model.proto.variables[objective.variable.index].domain
+        domain.clear()
+        domain.extend([value, value])
+
+
+def _options_in_order(solver: Solver) -> list[Any]:
+    """The literals in the order of the file: a depth-first search that tries each as true first meets the canonical design first."""
+    ordered = []
+    for index in _open(solver):
+        inactive = solver.encoded.inactive[index]
+        ordered += [inactive] if inactive is not None else []
+        ordered += solver.encoded.options[index]
+    return ordered
+
+
+def _by_digits(solver: Solver, point: tuple[int, ...], known: Design) -> Design | None:
+    """The same where the depth-first search is hopeless: options minimised as the digits of numbers.
+
+    Several decisions go to a call as far as the number stays exact.
+    """
+    encoded, model = solver.encoded, solver.encoded.model
     restore: list[int] = []
     design = known
     try:
         for digits in _chunks(solver):
-            model = encoded.model
-            for objective, value in zip(encoded.objectives, point, strict=True):
-                domain = model.proto.variables[objective.variable.index].domain
-                domain.clear()
-                domain.extend([value, value])
+            _set_point(solver, point)
             model.clear_objective()
             model.minimize(sum(_digit(solver, index) * weight for index, weight in digits))
             solver.hint(design)

@@ -6,7 +6,7 @@ Every question the search asks goes through `Solver.minimise`, which answers wit
 from __future__ import annotations
 
 import time
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -16,8 +16,12 @@ from dse.encode.forms import EXACT_LIMIT
 from dse.encode.model import EncodedSpace
 from dse.space.types import Design
 
-LIGHT_DETERMINISTIC_TIME = 2.0
+LIGHT_DETERMINISTIC_TIME = 0.25
 """How much work the light settings may do before a call is tried again with CP-SAT's own defaults."""
+ORDERED_SEARCH = ((0.1, 0), (2.0, 2))
+"""Deterministic time and linearisation level of the attempts to find a canonical design depth first."""
+LIGHT_AGAIN = 8
+"""After two calls that proved too hard for the light settings, they are tried again only every so many calls."""
 
 
 @dataclass(frozen=True)
@@ -54,6 +58,7 @@ class Solver:
         self.deadline = deadline
         self.calls = 0
         self.stopped = False
+        self._too_hard = 0
         self._running: cp_model.CpSolver | None = None
 
     def stop(self) -> None:
@@ -96,10 +101,15 @@ class Solver:
     def ask(self) -> Answer:
         """Solve the model as it stands: light settings first, CP-SAT's own for what proves hard."""
         self.calls += 1
-        answer = self._solve(light=True)
-        if isinstance(answer, Unfinished) and not self._out_of_time():
-            answer = self._solve(light=False)
-        return answer
+        if self._too_hard < 2 or self.calls % LIGHT_AGAIN == 0:
+            answer = self._solve(light=True)
+            if not isinstance(answer, Unfinished):
+                self._too_hard = 0
+                return answer
+            if self._out_of_time():
+                return answer
+            self._too_hard += 1
+        return self._solve(light=False)
 
     def hint(self, hint: Design | None) -> None:
         """Suggest a design to start from."""
@@ -120,7 +130,23 @@ class Solver:
     def _out_of_time(self) -> bool:
         return self.stopped or (self.deadline is not None and time.monotonic() >= self.deadline)
 
+    def first_in_order(self) -> Answer:
+        """The first solution in the order of the model's decision strategy; unfinished when that takes too long.
+
+        The strategy is followed strictly (fixed search, presolve that keeps every solution); linear relaxation only refutes branches.
+        """
+        self.calls += 1
+        for work, linear in ORDERED_SEARCH:
+            answer = self._run(lambda p, work=work, linear=linear: _in_order(p, work, linear))  # type: ignore[misc]
+            if not isinstance(answer, Unfinished):
+                return answer
+        return Unfinished()
+
     def _solve(self, *, light: bool) -> Answer:
+        return self._run(_light if light else _as_is)
+
+    def _run(self, configure: Callable[[Any], None]) -> Answer:
+        """One run of the solver."""
         if self._out_of_time():
             return Unfinished()
         solver = cp_model.CpSolver()
@@ -128,12 +154,7 @@ class Solver:
         parameters.num_workers = 1
         parameters.random_seed = self.seed
         parameters.catch_sigint_signal = False
-        if light:
-            parameters.max_deterministic_time = LIGHT_DETERMINISTIC_TIME
-            parameters.linearization_level = 0
-            parameters.cp_model_probing_level = 0
-            parameters.symmetry_level = 0
-            parameters.max_presolve_iterations = 1
+        configure(parameters)
         if self.deadline is not None:
             parameters.max_time_in_seconds = max(0.01, self.deadline - time.monotonic())
         self._running = solver
@@ -146,3 +167,27 @@ class Solver:
             return NoSuchDesign()
         assert status != cp_model.MODEL_INVALID, "the model is invalid"
         return Unfinished()
+
+
+def _as_is(parameters: Any) -> None:
+    """CP-SAT's own settings."""
+
+
+def _light(parameters: Any) -> None:
+    """Little presolve and no linear relaxation: best for the many easy calls."""
+    parameters.max_deterministic_time = LIGHT_DETERMINISTIC_TIME
+    parameters.linearization_level = 0
+    parameters.cp_model_probing_level = 0
+    parameters.symmetry_level = 0
+    parameters.max_presolve_iterations = 1
+
+
+def _in_order(parameters: Any, work: float, linear: int) -> None:
+    """Depth first in the order of the decision strategy."""
+    parameters.search_branching = type(parameters.search_branching).FIXED_SEARCH
+    parameters.keep_all_feasible_solutions_in_presolve = True
+    parameters.max_deterministic_time = work
+    parameters.linearization_level = linear
+    parameters.cp_model_probing_level = 0
+    parameters.symmetry_level = 0
+    parameters.max_presolve_iterations = 1
