@@ -19,13 +19,16 @@ if TYPE_CHECKING:
     from dse.api.problem import loads as loads
     from dse.api.solving import resume as resume
     from dse.api.solving import solve as solve
+    from dse.api.verifying import verify as verify
     from dse.errors import Diagnostic as Diagnostic
     from dse.errors import DseError as DseError
     from dse.errors import ProblemError as ProblemError
     from dse.errors import UsageError as UsageError
     from dse.results.analysis import Analysis as Analysis
+    from dse.results.explanation import Explanation as Explanation
     from dse.results.graph import architecture_graph as architecture_graph
     from dse.results.result import Result as Result
+    from dse.results.verification import Verification as Verification
 
 _HOMES = {
     "analyse": "dse.api.analysing",
@@ -37,13 +40,16 @@ _HOMES = {
     "loads": "dse.api.problem",
     "resume": "dse.api.solving",
     "solve": "dse.api.solving",
+    "verify": "dse.api.verifying",
     "Diagnostic": "dse.errors",
     "DseError": "dse.errors",
     "ProblemError": "dse.errors",
     "UsageError": "dse.errors",
     "Analysis": "dse.results.analysis",
+    "Explanation": "dse.results.explanation",
     "architecture_graph": "dse.results.graph",
     "Result": "dse.results.result",
+    "Verification": "dse.results.verification",
 }
 
 __all__ = [*_HOMES]

@@ -30,7 +30,7 @@ MOST_COMBINATIONS = 200
 
 @dataclass(frozen=True)
 class Wishes:
-    """What is asked of an explanation: every minimal conflict (at most `limit`), offers, a time limit, the solver's seed."""
+    """What is asked of an explanation: all conflicts (at most `limit`) or some, offers, time, the solver's seed."""
 
     every: bool = False
     limit: int = MOST_CONFLICTS
@@ -58,11 +58,11 @@ def explain(
     problem
         a loaded problem, or the path of a problem file.
     changes
-        limits, requirements, rules, fixed decisions and profile beyond the file, as for `dse.solve`.
+        limits, requirements, rules, fixed decisions and profile beyond the file.
     require, fix
         a shorthand for the most frequent of them.
     every, limit
-        list all minimal conflicts, at most `limit`; otherwise those that the proof of the smallest set to give up came across.
+        list all minimal conflicts, at most `limit`; else those that proving the smallest set to give up came across.
     offer
         further options, such as ``"computer.type += Spectra"``: which of them mends it, and at what price.
     time_limit_s
@@ -108,7 +108,7 @@ def explain_changed(problem: Problem, changes: Changes, wishes: Wishes) -> Expla
 
 
 def conflicts_of(asked: Problem, wishes: Wishes) -> tuple[Conflict, ...]:
-    """The minimal conflicts of an infeasible problem in the short form of a result: each member with its closest limit."""
+    """The minimal conflicts of an infeasible problem as a result has them: each member with its closest limit."""
     found = Explainer.of(asked, wishes, time.monotonic()).explanation()
     alone = {(item.demand.text, item.demand.origin): item for item in found.relaxations}
     conflicts = []
@@ -287,7 +287,7 @@ def _cheapest(
 
 
 def _by_price(offers: list[Offer]) -> tuple[Offer, ...]:
-    """Those that mend the problem first, the cheapest first; single offers that do not are kept, combinations are not."""
+    """Those that mend the problem, cheapest first; then single offers that do not."""
     kept = [offer for offer in offers if offer.price is not None or len(offer.texts) == 1]
     return tuple(sorted(kept, key=lambda offer: (offer.price is None, offer.price or 0, offer.texts)))
 

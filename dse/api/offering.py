@@ -1,4 +1,4 @@
-"""What if there were a further option: offers such as ``computer.type += Spectra``, added to the problem as it was written."""
+"""What if: offers such as ``computer.type += Spectra``, added to the problem as it was written."""
 
 from __future__ import annotations
 
@@ -69,7 +69,7 @@ def _options(spec: Spec, section: str, owner: Any, field: str, text: str) -> tup
     options = getattr(owner, field)
     if options is None and field != "type":
         catalogue = SECTIONS[section]
-        types = getattr(owner, "type", None) or ()
+        types: tuple[str, ...] = getattr(owner, "type", None) or ()
         if catalogue is not None and len(types) == 1 and types[0] in getattr(spec, catalogue):
             options = getattr(getattr(spec, catalogue)[types[0]], field, None)
     if options is None:

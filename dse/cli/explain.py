@@ -48,8 +48,8 @@ def command(
 ) -> int:
     """Why a problem is infeasible: requirements and rules that clash, and the smallest changes that mend it.
 
-    Takes the options of `dse solve`. Each conflict is minimal, shown by a design for each member left out; each limit is
-    exact. Exit code 0 when the problem is feasible, 4 when it is proved infeasible.
+    Takes the options of `dse solve`. Each conflict is minimal, shown by a design for each member left out; each limit
+    is exact. Exit code 0 when the problem is feasible, 4 when it is proved infeasible.
     """
     check_writable(json_path)
     from dse.api.explaining import Wishes, explain_changed

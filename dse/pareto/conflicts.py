@@ -1,11 +1,12 @@
 """Minimal conflicts and smallest corrections of an infeasible problem.
 
-A *conflict* is a set of members (`dse.pareto.feasibility`) that cannot hold together although every proper part of it can; a *correction*
-is a set of members that, given up, leaves a design, although giving up any proper part does not. Both are enumerated as by
-Liffiton, Previti, Malik and Marques-Silva, "Fast, flexible MUS enumeration", Constraints 21 (2016): a map of the sets that are still
-unexplored proposes the largest; where that has no design it is shrunk to a conflict by leaving members out one by one, each
-time solving anew, else what it lacks is a correction. Because the largest unexplored set is always asked first, the first
-correction is one of the smallest (implicit hitting sets: Davies and Bacchus, CP 2011).
+A *conflict* is a set of members (`dse.pareto.feasibility`) that cannot hold together although every proper part of
+it can; a *correction* is a set of members that, given up, leaves a design, although giving up any proper part does
+not. Both are enumerated as by Liffiton, Previti, Malik and Marques-Silva, "Fast, flexible MUS enumeration",
+Constraints 21 (2016): a map of the sets that are still unexplored proposes the largest; where that has no design it
+is shrunk to a conflict by leaving members out one by one, each time solving anew, else what it lacks is a
+correction. Because the largest unexplored set is always asked first, the first correction is one of the smallest
+(implicit hitting sets: Davies and Bacchus, CP 2011).
 """
 
 from __future__ import annotations
@@ -14,13 +15,13 @@ from dataclasses import dataclass
 
 from ortools.sat.python import cp_model
 
-from dse.pareto.feasibility import OutOfTime, Oracle
+from dse.pareto.feasibility import Oracle, OutOfTime
 from dse.space.types import Design
 
 
 @dataclass(frozen=True)
 class ConflictSet:
-    """Members (by position) that cannot hold together; `witnesses[i]` is a design that meets all of them but member i."""
+    """Members (by position) that cannot hold together; `witnesses[i]` is a design that meets all but member i."""
 
     members: tuple[int, ...]
     witnesses: dict[int, Design]
@@ -36,7 +37,7 @@ class Correction:
 
 @dataclass(frozen=True)
 class Conflicts:
-    """What was found: `all_conflicts` where the list of conflicts is complete; `smallest` is a correction of least size.
+    """What was found: `all_conflicts` where their list is complete; `smallest` is a correction of least size.
 
     `limited` says that the enumeration ended at its limit, `stopped` that time ran out.
     """
@@ -86,8 +87,8 @@ class _Map:
 def find_conflicts(oracle: Oracle, *, every: bool = False, limit: int = 100) -> Conflicts:
     """The conflicts of a problem that is infeasible although its structure has designs, and its smallest correction.
 
-    With `every` all minimal conflicts (at most `limit`), else those that the search for the smallest correction comes across:
-    at least one.
+    With `every` all minimal conflicts (at most `limit`), else those that the search for the smallest correction comes
+    across: at least one.
     """
     explored = _Map(len(oracle.members), oracle.seed)
     conflicts: list[ConflictSet] = []
@@ -117,10 +118,10 @@ def find_conflicts(oracle: Oracle, *, every: bool = False, limit: int = 100) -> 
 
 
 def shrink(oracle: Oracle, members: frozenset[int]) -> ConflictSet:
-    """A minimal conflict inside a set that has no design: leave out each member in turn, keep it out where that changes nothing.
+    """A minimal conflict inside a set that has no design: each member in turn stays out where that changes nothing.
 
-    Members that come later in the problem are kept where there is a choice. The conflict is proved again, by another search, before
-    it is returned.
+    Members that come later in the problem are kept where there is a choice. The conflict is proved again, by another
+    search, before it is returned.
     """
     kept = members
     for number in sorted(members):

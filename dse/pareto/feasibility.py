@@ -1,7 +1,7 @@
-"""Whether some of a problem's demands can hold together: every answer is a design that the analysis accepts, or a proof.
+"""Whether some of a problem's demands can hold together: the answer is a design that the analysis accepts, or a proof.
 
-A *member* is a demand that can be given up: a requirement, a rule, or a decision that the caller has fixed. The structure of the
-architecture (bindings, options that are offered, acyclic dispatch) always holds.
+A *member* is a demand that can be given up: a requirement, a rule, or a decision that the caller has fixed. The
+structure of the architecture (bindings, options that are offered, acyclic dispatch) always holds.
 """
 
 from __future__ import annotations
@@ -98,7 +98,7 @@ def find_design(
 
 
 class Oracle:
-    """Which sets of members have a design; remembers witnesses and refuted sets, so that few questions reach the solver.
+    """Which sets of members have a design; remembers witnesses and refuted sets, so that few questions are solved.
 
     Sets are those of positions in `members`. `calls` counts the questions that were solved.
     """

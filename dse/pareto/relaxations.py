@@ -1,7 +1,8 @@
-"""How far a requirement must move, alone, for the others to leave a design: the exact limit, with the design that needs it least.
+"""How far a requirement must move, alone, for the others to leave a design: the exact limit, and the design.
 
-Every step asks for a design that meets a limit strictly tighter than what the last one needs; the answer is exact because the last
-question is refuted, whatever the units and capacities (a share of a processor whose cores are open, one core for each thread).
+Every step asks for a design that meets a limit strictly tighter than what the last one needs; the answer is exact
+because the last question is refuted, whatever the units and capacities (a share of a processor whose cores are open,
+one core for each thread).
 """
 
 from __future__ import annotations
@@ -32,7 +33,7 @@ class Closest:
 def closest_limit(
     rest: Space, requirement: Requirement, *, seed: int = 0, deadline: float | None = None
 ) -> Closest | None:
-    """The limit nearest to the requirement's own at which it holds in a design of `rest`; None where `rest` has no design.
+    """The limit nearest to the requirement's own at which it holds in a design of `rest`; None where there is none.
 
     None as well for ``utilisation ==``, whose two sides cannot be asked for without the limit of one core.
 
@@ -56,7 +57,7 @@ def closest_limit(
 
 
 def needed_limit(space: Space, requirement: Requirement, design: Design) -> tuple[Fraction, str]:
-    """The limit at which a design just meets a requirement (as if by ``<=`` or ``>=``), and the thread that alone needs it."""
+    """The limit at which a design just meets a requirement, were it not strict, and the thread that alone needs it."""
     view = View(design)
     one = build_limit(space, _limited(requirement, Fraction(1)))
     needed, thread = one.measure.value(view) / one.bound(view), ""

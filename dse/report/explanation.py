@@ -23,8 +23,8 @@ def print_explanation(console: Console, explanation: Explanation) -> None:
         say.line(f"For example: {say.design(explanation.design)}")
     elif explanation.status == "no structure":
         say.strongly(
-            "Infeasible, proved: the structure alone has no design, whatever is required (bindings, options that the chosen "
-            "types do not offer, threads that dispatch each other in a circle)."
+            "Infeasible, proved: the structure alone has no design, whatever is required (bindings, options that the "
+            "chosen types do not offer, threads that dispatch each other in a circle)."
         )
     elif explanation.status == "incomplete":
         say.strongly("Stopped before it was known whether there is a design.")
@@ -35,9 +35,8 @@ def print_explanation(console: Console, explanation: Explanation) -> None:
     _print_offers(say, explanation)
     if explanation.status == "infeasible" and not explanation.complete:
         say.strongly("Stopped early: there may be more to say.")
-    say.line(
-        f"{explanation.solver_calls} questions solved, {explanation.wall_s:.2f} s; every design recomputed without the solver."
-    )
+    spent = f"{explanation.solver_calls} questions solved, {explanation.wall_s:.2f} s"
+    say.line(f"{spent}; every design recomputed without the solver.")
 
 
 def print_conflicts(console: Console, result: Result) -> None:

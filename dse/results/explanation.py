@@ -1,4 +1,4 @@
-"""Why a problem has no design: minimal conflicts, the limits that mend it, the least to give up, and what an offer would change."""
+"""Why a problem has no design: minimal conflicts, the limits that mend it, the least to give up, and offers."""
 
 from __future__ import annotations
 
@@ -44,9 +44,10 @@ class MinimalConflict:
 class Relaxation:
     """What happens when one demand alone gives, and all others hold.
 
-    `helps` says whether that leaves a design; `design` is one. For a requirement `limit` is its own and `closest` the exact one from
-    which on there is a design (beyond it, where `beyond` is set), both in `unit`; a share of a processor or a bandwidth counts in ppm.
-    `thread` names the thread that alone needs so much of one core. `text` is the requirement as it may be written then.
+    `helps` says whether that leaves a design; `design` is one. For a requirement `limit` is its own and `closest` the
+    exact one from which on there is a design (beyond it, where `beyond` is set), both in `unit`; a share of a
+    processor or a bandwidth counts in ppm. `thread` names the thread that alone needs so much of one core. `text` is
+    the requirement as it may be written then.
     """
 
     demand: Demand
@@ -79,7 +80,7 @@ class Relaxation:
 
 @dataclass(frozen=True)
 class GiveUp:
-    """The fewest demands without which the others leave a design, `design`; each with its closest limit while the others are given up."""
+    """The fewest demands without which the others leave a design; each with its limit while the rest is given up."""
 
     members: tuple[Relaxation, ...]
     design: Decisions
@@ -91,7 +92,7 @@ class GiveUp:
 
 @dataclass(frozen=True)
 class Offer:
-    """What options that the user offers would change; `price` is that of the cheapest feasible design, in `unit`, None where there is none."""
+    """What offered options would change; `price` (in `unit`) is that of the cheapest feasible design, if any."""
 
     texts: tuple[str, ...]
     price: int | None
@@ -107,9 +108,10 @@ class Offer:
 class Explanation:
     """The outcome of `dse.explain`.
 
-    `status` is ``feasible`` (`design` meets everything), ``infeasible`` (proved, and explained), ``no structure`` (proved: even without
-    requirements, rules and fixed decisions there is no design) or ``incomplete`` (time ran out before feasibility was decided).
-    `complete` says that nothing which was asked for is missing, `every` that `conflicts` are all there are.
+    `status` is ``feasible`` (`design` meets everything), ``infeasible`` (proved, and explained), ``no structure``
+    (proved: even without requirements, rules and fixed decisions there is no design) or ``incomplete`` (time ran out
+    before feasibility was decided). `complete` says that nothing which was asked for is missing, `every` that
+    `conflicts` are all there are.
     """
 
     problem: Origin

@@ -1,0 +1,116 @@
+"""What a result claims about all designs, proved a second time: that regions are empty, and that nothing is missing."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from dse.analysis.evaluate import Evaluator
+from dse.api.recomputing import Bench
+from dse.results.result import decisions_of
+from dse.verification.diagrams import TooLarge
+from dse.verification.exhaustion import TooMany
+from dse.verification.geometry import Bound, inside, uncovered
+from dse.verification.model import Reply
+from dse.verification.prover import Method, Prover, make_prover, outer_bound
+
+
+def check_claims(bench: Bench, method: Method, deadline: float | None) -> None:
+    """Points, refuted and unexplored regions together leave nothing out; refuted regions hold no design."""
+    data = bench.data
+    refuted = [bench.minimised(region, f"refuted[{at}]") for at, region in enumerate(data["refuted"])]
+    open_ = [bench.minimised(region, f"unexplored[{at}]") for at, region in enumerate(data["unexplored"])]
+    if any(item.place.startswith(("refuted", "unexplored", "objectives", "problem")) for item in bench.findings):
+        return
+    for at, region in enumerate(refuted):
+        for vector in bench.vectors:
+            if inside(vector, region):
+                bench.find(f"refuted[{at}]", f"is said to be empty, but holds the point with {bench.words(vector)}")
+    for at, region in enumerate(open_):
+        if any(inside(vector, region) for vector in bench.vectors):
+            bench.find(f"unexplored[{at}]", "holds a point of the front")
+    evaluator = Evaluator(bench.space)
+    try:
+        prover, tables = make_prover(evaluator, method, deadline)
+    except (TooLarge, TooMany) as error:
+        bench.left_open.append(f"completeness could not be proved again: {error}")
+        return
+    _check_cover(bench, prover, (refuted, open_), outer_bound(tables))
+    _check_emptiness(bench, prover, refuted)
+    if data["status"] == "incomplete":
+        _check_unexplored(bench, prover, open_)
+    else:
+        _check_first_designs(bench, prover)
+    bench.checked.append(f"{len(refuted)} refuted regions hold no design: {prover.words}")
+
+
+def _holds(bench: Bench, place: str, reply: Reply, what: str) -> bool:
+    """Note what a reply means where there should be no design; True when there is none."""
+    if reply.answer == "design":
+        bench.find(place, f"{what}: {_design(bench, reply)}")
+    elif reply.answer == "unknown":
+        bench.left_open.append(f"{place}: the time was too short to prove it again")
+    return reply.answer == "none"
+
+
+def _design(bench: Bench, reply: Reply) -> str:
+    evaluation = Evaluator(bench.space).evaluate(tuple(max(option, 0) for option in reply.design))
+    texts = ", ".join(f"{name} {option}" for name, option in decisions_of(bench.space, reply.design).items())
+    figures = zip(bench.names, evaluation.objectives, strict=True)
+    return f"{texts or 'the only design'}, with {', '.join(f'{name} {value}' for name, value in figures)}"
+
+
+def _check_cover(bench: Bench, prover: Prover, regions: tuple[Sequence[Bound], Sequence[Bound]], outer: Bound) -> None:
+    """Integer geometry: every vector is as bad as some point, or in a region."""
+    listed = [*regions[0], *regions[1]]
+    left = uncovered(bench.vectors, listed, outer)
+    if left is not None:
+        tighter = tuple(_edge(prover, listed, axis, bound, len(outer)) for axis, bound in enumerate(outer))
+        left = uncovered(bench.vectors, listed, tighter) if tighter != outer else left
+    if left is None:
+        bench.checked.append("points and regions cover the objective space (integer geometry)")
+        return
+    where = bench.words(left).replace(" -", " -")
+    missing = prover.in_region(left)
+    known = f"; it holds {_design(bench, missing)}" if missing.answer == "design" else ""
+    place = "unexplored" if bench.data["status"] == "incomplete" else "refuted"
+    bench.find(place, f"nothing is said of the region beyond {where}: no point is as good, no region covers it{known}")
+
+
+def _edge(prover: Prover, listed: Sequence[Bound], axis: int, bound: int, count: int) -> int:
+    """The outermost bound that the regions state for an objective, where no design reaches it; else `bound`."""
+    stated = max((region[axis] for region in listed), default=bound)
+    if stated >= bound:
+        return bound
+    reply = prover.in_region((None,) * count, tuple(stated if at == axis else None for at in range(count)))
+    return stated if reply.answer == "none" else bound
+
+
+def _check_emptiness(bench: Bench, prover: Prover, refuted: Sequence[Bound]) -> None:
+    for at, region in enumerate(refuted):
+        _holds(bench, f"refuted[{at}]", prover.in_region(region), "is said to be empty, but holds a design")
+
+
+def _check_unexplored(bench: Bench, prover: Prover, open_: Sequence[Bound]) -> None:
+    """A stopped search claims that no design dominates its points, and how good what is left may be."""
+    for vector in bench.vectors:
+        for axis, value in enumerate(vector):
+            below = tuple(value if at == axis else other + 1 for at, other in enumerate(vector))
+            if not _holds(
+                bench, "front", prover.in_region(below), f"the point with {bench.words(vector)} is dominated"
+            ):
+                break
+    potential = bench.data.get("potential", {})
+    if potential:
+        best = bench.minimised(potential, "potential")
+        for region in open_:
+            for axis, value in enumerate(best):
+                below = tuple(min(value, bound) if at == axis else bound for at, bound in enumerate(region))
+                place = f'potential["{bench.names[axis]}"]'
+                _holds(bench, place, prover.in_region(below), "an unexplored region holds a better design")
+
+
+def _check_first_designs(bench: Bench, prover: Prover) -> None:
+    """Of the designs with the same objectives a complete front shows the first."""
+    for at, (vector, design) in enumerate(zip(bench.vectors, bench.designs, strict=True)):
+        reply = prover.earlier_design(vector, design)
+        _holds(bench, f"front[{at}].decisions", reply, "is not the first design with these objectives; that is")

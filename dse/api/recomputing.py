@@ -1,0 +1,244 @@
+"""What a result states of its points, recomputed by the analysis alone."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from fractions import Fraction
+from typing import Any
+
+from dse.analysis.evaluate import Evaluation, Evaluator
+from dse.api.problem import Problem, baseline_design
+from dse.results.changes import changes_between
+from dse.results.ranking import METHOD, rank
+from dse.results.result import decisions_of, ranked
+from dse.results.verification import Finding
+from dse.space.size import space_size
+from dse.space.types import Design, Space
+
+MOST_FINDINGS = 50
+
+
+@dataclass
+class Bench:
+    """A result under examination: what it says, and what was found.
+
+    `vectors` and `designs` are those of the points that could be recomputed, objectives to be minimised.
+    """
+
+    data: Mapping[str, Any]
+    problem: Problem
+    findings: list[Finding] = field(default_factory=list)
+    checked: list[str] = field(default_factory=list)
+    left_open: list[str] = field(default_factory=list)
+    remarks: list[str] = field(default_factory=list)
+    asked: Problem | None = None
+    designs: list[Design] = field(default_factory=list)
+    vectors: list[tuple[int, ...]] = field(default_factory=list)
+
+    def find(self, place: str, text: str) -> None:
+        """Note that something is wrong."""
+        if len(self.findings) < MOST_FINDINGS:
+            self.findings.append(Finding(place, text))
+
+    def compare(self, place: str, expected: Any, stated: Any) -> None:
+        """Note every difference between what should be stated and what is."""
+        if isinstance(expected, dict) and isinstance(stated, dict):
+            for key in [*expected, *(key for key in stated if key not in expected)]:
+                where = f"{place}.{key}" if str(key).isidentifier() else f'{place}["{key}"]'
+                if key not in stated:
+                    self.find(where, f"is missing; it is {_shown(expected[key])}")
+                elif key not in expected:
+                    self.find(where, f"is stated as {_shown(stated[key])}, but there is no such thing")
+                else:
+                    self.compare(where, expected[key], stated[key])
+        elif isinstance(expected, list) and isinstance(stated, list) and len(expected) == len(stated):
+            for at, (one, other) in enumerate(zip(expected, stated, strict=True)):
+                self.compare(f"{place}[{at}]", one, other)
+        elif type(expected) is not type(stated) or expected != stated:
+            self.find(place, f"is stated as {_shown(stated)}; it is {_shown(expected)}")
+
+    @property
+    def space(self) -> Space:
+        """The space of the question as it was asked."""
+        assert self.asked is not None
+        return self.asked.space
+
+    @property
+    def names(self) -> list[str]:
+        """The objectives."""
+        return [item.metric.name for item in self.space.objectives]
+
+    @property
+    def signs(self) -> list[int]:
+        """-1 for objectives to be maximised."""
+        return [1 if item.sense == "minimise" else -1 for item in self.space.objectives]
+
+    def minimised(self, region: Mapping[str, Any], place: str) -> tuple[int, ...]:
+        """Figures by objective as a vector to be minimised; anything but one integer for each is a finding, and 0."""
+        if set(region) != set(self.names) or not all(type(value) is int for value in region.values()):
+            self.find(place, f"needs a whole number for each of {', '.join(self.names)}")
+            return (0,) * len(self.names)
+        return tuple(sign * region[name] for sign, name in zip(self.signs, self.names, strict=True))
+
+    def words(self, vector: Sequence[int]) -> str:
+        """A vector in the objectives' own sense."""
+        pairs = zip(self.names, self.signs, vector, strict=True)
+        return ", ".join(f"{name} {sign * value}" for name, sign, value in pairs)
+
+
+def check_statements(bench: Bench, asked: Problem) -> None:
+    """Objectives and units, the size of the space, and whether the status fits what is listed."""
+    bench.asked = asked
+    data, evaluator = bench.data, Evaluator(asked.space)
+    objectives = [
+        {"name": measure.metric.name, "sense": item.sense, "unit": measure.counting_unit}
+        for measure, item in zip(evaluator.objectives, asked.space.objectives, strict=True)
+    ]
+    bench.compare("objectives", objectives, data["objectives"])
+    units = {measure.metric.name: measure.counting_unit for measure in evaluator.metrics}
+    bench.compare("metric_units", units, data["metric_units"])
+    bench.compare("search.space_size", space_size(asked.space), data["search"]["space_size"])
+    listed = {key: bool(data[key]) for key in ("front", "refuted", "unexplored")}
+    fits = {
+        "complete": listed["front"] and not listed["unexplored"],
+        "infeasible": listed["refuted"] and not listed["front"] and not listed["unexplored"],
+        "incomplete": listed["unexplored"],
+    }
+    if data["status"] not in fits:
+        bench.find("status", f"{data['status']!r} is none of {', '.join(fits)}")
+    elif not fits[data["status"]]:
+        has = ", ".join(f"{'' if there else 'no '}{key}" for key, there in listed.items())
+        bench.find("status", f"{data['status']} does not fit a result with {has}")
+
+
+def check_front(bench: Bench) -> None:
+    """Each point again from its decisions; no point as good as another everywhere; ids and ranks."""
+    evaluator = Evaluator(bench.space)
+    ids = []
+    for position, point in enumerate(bench.data["front"]):
+        evaluation = recomputed(bench, evaluator, point, f"front[{position}]", f"point {point['id']}")
+        if evaluation is not None:
+            ids.append(point["id"])
+            bench.designs.append(evaluation.design)
+            pairs = zip(bench.signs, evaluation.objectives, strict=True)
+            bench.vectors.append(tuple(sign * value for sign, value in pairs))
+    for at, one in enumerate(bench.vectors):
+        for later, other in enumerate(bench.vectors):
+            if one == other and at < later:
+                bench.find("front", f"points {ids[at]} and {ids[later]} have the same objectives")
+            elif one != other and all(a <= b for a, b in zip(one, other, strict=True)):
+                bench.find("front", f"point {ids[later]} is dominated by point {ids[at]}")
+    bench.checked.append(
+        f"{len(ids)} points, recomputed from their decisions by the analysis alone; none dominates another"
+    )
+    if len(ids) == len(bench.data["front"]) and not bench.findings:
+        _check_ranks(bench)
+
+
+def recomputed(
+    bench: Bench, evaluator: Evaluator, point: Mapping[str, Any], place: str, called: str
+) -> Evaluation | None:
+    """The evaluation of a listed design, or None where it is none or is not feasible; every difference is noted."""
+    design = _design(bench, point["decisions"], place)
+    if design is None:
+        return None
+    evaluation = evaluator.evaluate(design)
+    if evaluation.breaches:
+        bench.find(f"{place}.decisions", f"{called} is no valid design: {'; '.join(evaluation.breaches)}")
+        return None
+    bench.compare(f"{place}.decisions", decisions_of(bench.space, evaluation.design), dict(point["decisions"]))
+    for verdict in evaluation.verdicts:
+        if not verdict.holds:
+            alone = f", by {verdict.worst_term} alone" if verdict.worst_term else ""
+            text = f"{called} breaks {verdict.requirement.text!r}{alone}"
+            bench.find(place, f"{text}: {verdict.value} {verdict.unit}, the limit is {verdict.limit}")
+    objectives = dict(zip(bench.names, evaluation.objectives, strict=True))
+    bench.compare(f"{place}.objectives", objectives, point["objectives"])
+    bench.compare(f"{place}.metrics", evaluator.metric_values(evaluation.design), point["metrics"])
+    return evaluation if evaluation.is_feasible else None
+
+
+def _design(bench: Bench, decisions: Mapping[str, Any], place: str) -> Design | None:
+    """The design that the texts name; a decision that they leave out holds option 0, which must not matter."""
+    known = {item.name: (index, item) for index, item in enumerate(bench.space.decisions) if item.is_open}
+    design = [0] * len(bench.space.decisions)
+    sound = True
+    for name, text in decisions.items():
+        where = f'{place}.decisions["{name}"]'
+        if name not in known:
+            bench.find(where, "there is no such open decision")
+            sound = False
+        elif text not in known[name][1].options:
+            bench.find(where, f"has no option {text!r}")
+            sound = False
+        else:
+            index, item = known[name]
+            design[index] = item.options.index(text)
+    return tuple(design) if sound else None
+
+
+def _check_ranks(bench: Bench) -> None:
+    """Ids in the order of the default ranking, ranks by the stated method."""
+    data = bench.data
+    vectors = [tuple(point["objectives"][name] for name in bench.names) for point in data["front"]]
+    senses = [item.sense for item in bench.space.objectives]
+    order = {
+        vector: number for number, (_, vector, _) in enumerate(ranked([(v, ()) for v in vectors], senses), start=1)
+    }
+    for at, (vector, point) in enumerate(zip(vectors, data["front"], strict=True)):
+        bench.compare(f"front[{at}].id", order[vector], point["id"])
+    method = data["ranking"]["method"]
+    base = baseline_design(bench.space)
+    changed = None
+    if base is not None:
+        changed = [
+            sum(not change.follows for change in changes_between(bench.space, base, design)) for design in bench.designs
+        ]
+    ranking = rank(method, vectors, list(zip(bench.names, senses, strict=True)), changed)
+    if data["ranking"]["words"] not in (ranking.words, METHOD if method == "ideal" else ranking.words):
+        bench.find("ranking.words", f"do not describe the method {method!r}")
+    rows = zip(ranking.ranks, ranking.scores, data["front"], strict=True)
+    for at, (number, score, point) in enumerate(rows):
+        bench.compare(f"front[{at}].rank", number, point["rank"])
+        if point["score"] not in ("", score):
+            bench.find(f"front[{at}].score", f"is stated as {point['score']!r}; it is {score!r}")
+    stated = [(point["rank"], point["id"]) for point in data["front"]]
+    if stated != sorted(stated):
+        bench.find("front", "is not in the order of rank")
+    bench.checked.append(f"ids and ranks ({method})")
+
+
+def check_others(bench: Bench) -> None:
+    """Further designs that are listed beside points."""
+    evaluator = Evaluator(bench.space)
+    listed = bench.data.get("others", [])
+    front = {point["id"]: point for point in bench.data["front"]}
+    for position, others in enumerate(listed):
+        place = f"others[{position}]"
+        if others["of"] not in front:
+            bench.find(f"{place}.of", f"there is no point {others['of']}")
+            continue
+        share = Fraction(others["within"])
+        near = bench.minimised(front[others["of"]]["objectives"], place)
+        for number, sibling in enumerate(others["designs"]):
+            where = f"{place}.designs[{number}]"
+            evaluation = recomputed(bench, evaluator, sibling, where, f"design {sibling['id']}")
+            if evaluation is None:
+                continue
+            vector = tuple(sign * value for sign, value in zip(bench.signs, evaluation.objectives, strict=True))
+            if any(value > edge + share * abs(edge) for value, edge in zip(vector, near, strict=True)):
+                bench.find(where, f"is not within {others['within']} of point {others['of']}")
+            dominating = [
+                point["id"]
+                for point, other in zip(bench.data["front"], bench.vectors, strict=False)
+                if other != vector and all(a <= b for a, b in zip(other, vector, strict=True))
+            ]
+            bench.compare(f"{where}.dominated_by", sorted(dominating), sorted(sibling["dominated_by"]))
+    if listed:
+        bench.checked.append(f"the further designs of {len(listed)} points")
+
+
+def _shown(value: Any) -> str:
+    text = repr(value)
+    return text if len(text) <= 200 else f"{text[:200]}…"

@@ -1,0 +1,46 @@
+"""``dse verify``."""
+
+from __future__ import annotations
+
+import click
+
+from dse.cli.common import check_writable, console, json_option, write_text
+from dse.cli.solve import Seconds
+
+
+@click.command("verify")
+@click.argument("result", type=click.Path(exists=True, dir_okay=False))
+@click.option(
+    "--problem",
+    type=click.Path(exists=True, dir_okay=False),
+    metavar="FILE",
+    help="The problem file, where it is no longer where the result says.",
+)
+@click.option(
+    "--method",
+    type=click.Choice(["auto", "exhaustion", "model"]),
+    default="auto",
+    show_default=True,
+    help="Look at every design, or ask a second model; auto looks where there are few enough.",
+)
+@click.option(
+    "--time-limit", type=Seconds(), help="For the second model, e.g. 60s (exit code 5 when it was too short)."
+)
+@json_option
+def command(result: str, problem: str | None, method: str, time_limit: float | None, json_path: str | None) -> int:
+    """Re-check a result without trusting the solver or the encoding that made it.
+
+    Exit code 0 when everything the result says was confirmed, 3 when it is rejected (with what is wrong), 5 when
+    nothing is wrong but not everything could be proved again.
+    """
+    check_writable(json_path)
+    from dse.api.verifying import verify
+
+    found = verify(result, problem=problem, method=method, time_limit_s=time_limit)  # type: ignore[arg-type]
+    if json_path != "-":
+        from dse.report.verification import print_verification
+
+        print_verification(console(), found)
+    if json_path is not None:
+        write_text(json_path, found.to_json())
+    return found.exit_code

@@ -1,0 +1,64 @@
+"""The verdict of a second look at a result."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import dataclass
+from typing import Any, Literal
+
+from dse.errors import EXIT_COMPLETE, EXIT_INCOMPLETE, EXIT_INVALID
+
+FORMAT = "dse-verification/1"
+
+
+@dataclass(frozen=True)
+class Finding:
+    """Something that is wrong: `place` in the result (``front[2].objectives``, ``refuted[0]``) and why."""
+
+    place: str
+    text: str
+
+    def __str__(self) -> str:
+        return f"{self.place}: {self.text}"
+
+
+@dataclass(frozen=True)
+class Verification:
+    """The outcome of `dse.verify`.
+
+    `status` is ``verified``, ``rejected`` (`findings` say what is wrong) or ``unfinished`` (nothing wrong was found,
+    but `left_open` could not be proved again). `checked` says what was looked at and how, `remarks` what a reader of
+    the result should know.
+    """
+
+    result: str
+    problem: str
+    status: Literal["verified", "rejected", "unfinished"]
+    findings: tuple[Finding, ...]
+    checked: tuple[str, ...]
+    left_open: tuple[str, ...] = ()
+    remarks: tuple[str, ...] = ()
+    wall_s: float = 0.0
+
+    @property
+    def exit_code(self) -> int:
+        """What the command line answers with: 0 verified, 3 rejected (the result is invalid), 5 unfinished."""
+        return {"verified": EXIT_COMPLETE, "rejected": EXIT_INVALID, "unfinished": EXIT_INCOMPLETE}[self.status]
+
+    def to_dict(self) -> dict[str, Any]:
+        """The verdict in the form ``dse-verification/1``."""
+        return {
+            "format": FORMAT,
+            "result": self.result,
+            "problem": self.problem,
+            "status": self.status,
+            "findings": [vars(item) for item in self.findings],
+            "checked": list(self.checked),
+            "left_open": list(self.left_open),
+            "remarks": list(self.remarks),
+            "wall_s": self.wall_s,
+        }
+
+    def to_json(self) -> str:
+        """`to_dict` as text."""
+        return json.dumps(self.to_dict(), ensure_ascii=False, indent=1) + "\n"

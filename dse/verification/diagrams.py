@@ -1,0 +1,139 @@
+"""Formulas of the analysis as decision diagrams over the options of a space.
+
+A formula is evaluated on partial designs: where it asks for an open decision, the diagram branches. Equal parts are
+shared. This is done apart from `dse.analysis.views.tabulate`, from which the search takes its coefficients.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass
+from fractions import Fraction
+from typing import Any, TypeAlias
+
+from dse.analysis.views import CyclicActivation, PartialView, Undecided, View
+from dse.space.trees import NotOffered
+from dse.space.types import Space
+
+MOST_LEAVES = 100_000
+
+
+class TooLarge(Exception):
+    """A formula depends on more combinations of options than are looked at; says which."""
+
+
+class _NoDesign:
+    """The leaf of designs that are none: an option that is not offered, a cycle of event-triggered threads."""
+
+    def __repr__(self) -> str:
+        return "NO_DESIGN"
+
+
+NO_DESIGN = _NoDesign()
+
+
+@dataclass(frozen=True, eq=False)
+class Node:
+    """`branches[k]` is what follows when `decision` takes the k-th of its allowed options."""
+
+    decision: int
+    branches: tuple[Any, ...]
+
+
+Diagram: TypeAlias = Any  # a Node, or a leaf
+
+
+class Diagrams:
+    """Makes diagrams over a space; nodes with the same branches are the same object."""
+
+    def __init__(self, space: Space) -> None:
+        self.space = space
+        self.allowed: list[list[int]] = [
+            [space.fixed[index]] if index in space.fixed else list(range(len(decision.options)))
+            for index, decision in enumerate(space.decisions)
+        ]
+        self._nodes: dict[tuple[int, tuple[Any, ...]], Node] = {}
+
+    def diagram(self, formula: Callable[[View], Any], name: str) -> Diagram:
+        """The diagram of a formula.
+
+        Raises
+        ------
+        TooLarge
+            when it has more than `MOST_LEAVES` leaves.
+        """
+        left = [MOST_LEAVES]
+
+        def grow(partial: Mapping[int, int]) -> Diagram:
+            try:
+                value = formula(PartialView(partial))
+            except Undecided as question:
+                decision = question.decision
+            except (NotOffered, CyclicActivation):
+                return self._leaf(left, NO_DESIGN, name)
+            else:
+                return self._leaf(left, value, name)
+            branches = tuple(grow({**partial, decision: option}) for option in self.allowed[decision])
+            return self.node(decision, branches)
+
+        return grow({})
+
+    def _leaf(self, left: list[int], value: Any, name: str) -> Any:
+        left[0] -= 1
+        if left[0] < 0:
+            raise TooLarge(f"{name} depends on more than {MOST_LEAVES} combinations of options")
+        return value
+
+    def node(self, decision: int, branches: tuple[Any, ...]) -> Diagram:
+        """The node with these branches, or their common value."""
+        key = tuple(id(item) if isinstance(item, Node) else (type(item).__name__, item) for item in branches)
+        if len(set(key)) == 1:
+            return branches[0]
+        return self._nodes.setdefault((decision, key), Node(decision, branches))
+
+    def mapped(self, diagram: Diagram, change: Callable[[Any], Any]) -> Diagram:
+        """The diagram with its leaves changed."""
+        seen: dict[int, Any] = {}
+
+        def walk(item: Diagram) -> Diagram:
+            if not isinstance(item, Node):
+                return change(item)
+            if id(item) not in seen:
+                seen[id(item)] = self.node(item.decision, tuple(walk(branch) for branch in item.branches))
+            return seen[id(item)]
+
+        return walk(diagram)
+
+
+def scope(diagram: Diagram) -> frozenset[int]:
+    """The decisions that a diagram looks at."""
+    return frozenset(node.decision for node in nodes(diagram))
+
+
+def nodes(diagram: Diagram) -> Iterator[Node]:
+    """Every node once."""
+    seen: set[int] = set()
+    stack = [diagram]
+    while stack:
+        item = stack.pop()
+        if isinstance(item, Node) and id(item) not in seen:
+            seen.add(id(item))
+            yield item
+            stack.extend(item.branches)
+
+
+def leaves(diagram: Diagram) -> list[Any]:
+    """The leaves that are designs; may repeat."""
+    if not isinstance(diagram, Node):
+        return [] if diagram is NO_DESIGN else [diagram]
+    return [
+        item
+        for node in nodes(diagram)
+        for item in node.branches
+        if not isinstance(item, Node) and item is not NO_DESIGN
+    ]
+
+
+def as_fraction(value: Any) -> Any:
+    """Numbers as exact fractions; `NO_DESIGN` as it is."""
+    return value if value is NO_DESIGN else Fraction(value)

@@ -1,0 +1,152 @@
+"""Every design of a question: decision after decision, dropping what breaks a condition as soon as that is known."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from dse.space.types import INACTIVE
+from dse.verification.diagrams import Diagram, Node, scope
+from dse.verification.tables import Sum, Tables
+
+Ints = npt.NDArray[np.int64]
+MOST_ROWS = 3_000_000
+
+
+class TooMany(Exception):
+    """The space has more combinations than are looked at one by one."""
+
+
+@dataclass(frozen=True)
+class Exhaustion:
+    """All feasible designs (inactive decisions marked), their objectives (minimised), and how many were looked at."""
+
+    designs: Ints
+    vectors: Ints
+    looked_at: int
+
+
+def exhaust(tables: Tables, limit: int = MOST_ROWS) -> Exhaustion:
+    """Look at every design.
+
+    Raises
+    ------
+    TooMany
+        when there are more than `limit` combinations at some point.
+    """
+    columns = _structural_designs(tables, limit)
+    count = len(columns[0]) if columns else 1
+    looked_at = count
+    for bound in tables.bounds:
+        columns = _kept(columns, _sums(bound.sum, columns, count) <= 0)
+        count = len(columns[0]) if columns else count
+    if not tables.is_exact:
+        columns = _kept(columns, _exactly(tables, columns, count))
+        count = len(columns[0]) if columns else count
+    vectors = np.empty((count, len(tables.objectives)), dtype=np.int64)
+    for axis, (total, divisor) in enumerate(tables.objectives):
+        found = _sums(total, columns, count)
+        assert not (found % divisor).any(), "an objective is no integer in its counting unit"
+        vectors[:, axis] = found // divisor
+    designs = np.stack(columns, axis=1).astype(np.int64) if columns else np.empty((1, 0), dtype=np.int64)
+    for index, met in enumerate(tables.met):
+        if met is not None:
+            used = _values(met, columns, count).astype(bool)
+            designs[~used, index] = INACTIVE
+    return Exhaustion(designs, vectors, looked_at)
+
+
+def _structural_designs(tables: Tables, limit: int) -> list[Any]:
+    """The designs that meet every condition: a column of options for each decision; unused ones hold option 0."""
+    order = _order(tables)
+    waiting = [(scope(diagram), diagram) for _, diagram in tables.conditions]
+    columns: list[Any] = [None] * len(order)
+    count, known = 1, set[int]()
+    for index in order:
+        met = tables.met[index]
+        options = np.array(tables.allowed[index], dtype=np.int16)
+        if met is not None and scope(met) <= known:
+            used = _values(met, columns, count).astype(bool)
+            times = np.where(used, len(options), 1)
+        else:
+            times = np.full(count, len(options))
+        total = int(times.sum())
+        if total > limit:
+            raise TooMany(f"more than {limit} combinations")
+        columns = [None if column is None else np.repeat(column, times) for column in columns]
+        first = np.repeat(np.cumsum(times) - times, times)
+        columns[index] = options[np.arange(total) - first]
+        count = total
+        known.add(index)
+        ready = [diagram for needs, diagram in waiting if needs <= known]
+        waiting = [item for item in waiting if not item[0] <= known]
+        for diagram in ready:
+            columns = _kept(columns, _values(diagram, columns, count).astype(bool))
+            count = len(columns[index])
+    return columns
+
+
+def _order(tables: Tables) -> list[int]:
+    """Decisions after those that tell whether they are used."""
+    order: list[int] = []
+    pending: set[int] = set()
+
+    def visit(index: int) -> None:
+        if index in pending or index in order:
+            return
+        pending.add(index)
+        met = tables.met[index]
+        for other in sorted(scope(met)) if met is not None else ():
+            visit(other)
+        pending.discard(index)
+        order.append(index)
+
+    for index in range(len(tables.space.decisions)):
+        visit(index)
+    return order
+
+
+def _kept(columns: list[Any], mask: npt.NDArray[np.bool_]) -> list[Any]:
+    return columns if mask.all() else [None if column is None else column[mask] for column in columns]
+
+
+def _sums(total: Sum, columns: Sequence[Any], count: int) -> Ints:
+    """The values of a sum; Python's own integers where 64 bits do not hold them."""
+    kind = object if max(abs(total.low), abs(total.high)) >= 2**62 else np.int64
+    found = np.zeros(count, dtype=kind)
+    for part in total.parts:
+        found = found + (_values(part, columns, count, kind) if isinstance(part, Node) else part)
+    return found
+
+
+def _values(diagram: Diagram, columns: Sequence[Any], count: int, kind: Any = np.int64) -> Any:
+    """The leaf of each row."""
+    found = np.empty(count, dtype=kind)
+    if not isinstance(diagram, Node):
+        found[:] = diagram
+        return found
+    stack: list[tuple[Diagram, Ints]] = [(diagram, np.arange(count))]
+    while stack:
+        item, rows = stack.pop()
+        if not len(rows):
+            continue
+        if not isinstance(item, Node):
+            found[rows] = item
+            continue
+        chosen = columns[item.decision][rows]
+        for option, branch in enumerate(item.branches):  # a fixed decision has no node: its only branch stands for it
+            stack.append((branch, rows[chosen == option]))
+    return found
+
+
+def _exactly(tables: Tables, columns: Sequence[Any], count: int) -> npt.NDArray[np.bool_]:
+    """The analysis' own verdict on each row, where the bounds alone are too coarse."""
+    rows = range(count)
+    return np.array(
+        [tables.evaluator.evaluate(tuple(int(column[row]) for column in columns)).is_feasible for row in rows],
+        dtype=bool,
+    )

@@ -1,0 +1,177 @@
+"""A second model of a question: one integer variable for each decision, element constraints along the diagrams.
+
+It shares no code with the encoding that the search used (literals for options, linear forms over cases), and is
+solved with other settings: no presolve, another seed, another search.
+"""
+
+from __future__ import annotations
+
+import threading
+import time
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any, Literal
+
+from ortools.sat.python import cp_model
+
+from dse.space.types import INACTIVE, Design
+from dse.verification.diagrams import Diagram, Node, leaves
+from dse.verification.tables import Tables
+
+SEED = 982_451_653
+
+
+@dataclass(frozen=True)
+class Reply:
+    """``none`` is a proof that there is no such design, ``unknown`` says nothing; the analysis accepts `design`."""
+
+    answer: Literal["design", "none", "unknown"]
+    design: Design = ()
+
+
+class SecondModel:
+    """The question as a model, to be asked for designs in parts of the objective space."""
+
+    def __init__(self, tables: Tables, deadline: float | None = None) -> None:
+        self.tables = tables
+        self.deadline = deadline
+        self.calls = 0
+        self.model = cp_model.CpModel()
+        self._looked_up: dict[int, Any] = {}
+        self.chosen = [
+            self.model.new_int_var_from_domain(cp_model.Domain.from_values(list(allowed)), "")
+            for allowed in tables.allowed
+        ]
+        for _, diagram in tables.conditions:
+            self.model.add(self._value(diagram) == 1)
+        for bound in tables.bounds:
+            if bound.sum.high > 0:
+                self.model.add(sum(self._value(part) for part in bound.sum.parts) <= 0)
+        self.objectives = []
+        for total, divisor in tables.objectives:
+            variable = self.model.new_int_var(-(-total.low // divisor), total.high // divisor, "")
+            self.model.add(sum(self._value(part) for part in total.parts) == divisor * variable)
+            self.objectives.append(variable)
+        self.option = [self._canonical(index) for index in range(len(self.chosen))]
+        problem = self.model.validate()
+        assert not problem, problem
+
+    def _value(self, diagram: Diagram) -> Any:
+        """The leaf that the chosen options lead to."""
+        if not isinstance(diagram, Node):
+            return int(diagram)
+        if id(diagram) not in self._looked_up:
+            branches = [self._value(branch) for branch in diagram.branches]
+            ends = [int(item) for item in leaves(diagram)]
+            target = self.model.new_int_var(min(ends), max(ends), "")
+            self.model.add_element(self.chosen[diagram.decision], branches, target)
+            self._looked_up[id(diagram)] = target
+        return self._looked_up[id(diagram)]
+
+    def _canonical(self, index: int) -> Any:
+        """The option as the canonical design has it: -1 where the decision is not used."""
+        met = self.tables.met[index]
+        if met is None:
+            return self.chosen[index]
+        shown = self.model.new_int_var(INACTIVE, max(self.tables.allowed[index]), "")
+        self.model.add_element(self._value(met), [INACTIVE, self.chosen[index]], shown)
+        return shown
+
+    def in_region(self, below: Sequence[int | None], from_on: Sequence[int | None] | None = None) -> Reply:
+        """A design whose objectives are below `below` and not below `from_on` (None: no bound)."""
+        model = self.model.clone()
+        for axis, bound in enumerate(below):
+            if bound is not None:
+                model.add(self._in(model, self.objectives[axis]) <= bound - 1)
+        for axis, bound in enumerate(from_on or ()):
+            if bound is not None:
+                model.add(self._in(model, self.objectives[axis]) >= bound)
+        return self._ask(model)
+
+    def earlier_design(self, vector: Sequence[int], design: Design) -> Reply:
+        """A design with these objectives that comes before `design` in the order of the file."""
+        model = self.model.clone()
+        for axis, value in enumerate(vector):
+            model.add(self._in(model, self.objectives[axis]) == value)
+        same: Any = model.new_constant(1)
+        found = []
+        for index, option in enumerate(design):
+            variable = self._in(model, self.option[index])
+            smaller, alike = model.new_bool_var(""), model.new_bool_var("")
+            model.add(variable <= option - 1).only_enforce_if(smaller)
+            model.add(variable == option).only_enforce_if(alike)
+            model.add_implication(smaller, same)
+            model.add_implication(alike, same)
+            found.append(smaller)
+            same = alike
+        model.add_bool_or(found)
+        return self._ask(model)
+
+    @staticmethod
+    def _in(model: cp_model.CpModel, variable: Any) -> Any:
+        return model.get_int_var_from_proto_index(variable.index)
+
+    def _ask(self, model: cp_model.CpModel) -> Reply:
+        """Solve; a design that only the coarse bounds admit is left out and the question asked again."""
+        while True:
+            status, values = self._solve(model)
+            if status == cp_model.INFEASIBLE:
+                return Reply("none")
+            if values is None:
+                return Reply("unknown")
+            evaluation = self.tables.evaluator.evaluate(values)
+            if evaluation.is_feasible:
+                return Reply("design", evaluation.design)
+            broken = [verdict.requirement.text for verdict in evaluation.verdicts if not verdict.holds]
+            assert not evaluation.breaches and not self.tables.is_exact, (values, evaluation.breaches, broken)
+            self._leave_out(model, values)
+
+    def _leave_out(self, model: cp_model.CpModel, values: Design) -> None:
+        others = []
+        for variable, value in zip(self.chosen, values, strict=True):
+            other = model.new_bool_var("")
+            model.add(self._in(model, variable) != value).only_enforce_if(other)
+            others.append(other)
+        model.add_bool_or(others)
+
+    def _solve(self, model: cp_model.CpModel) -> tuple[Any, Design | None]:
+        self.calls += 1
+        solver = cp_model.CpSolver()
+        parameters: Any = solver.parameters
+        parameters.num_workers = 1
+        parameters.random_seed = SEED
+        parameters.catch_sigint_signal = False
+        parameters.cp_model_presolve = False
+        parameters.linearization_level = 1
+        parameters.search_branching = cp_model.PORTFOLIO_WITH_QUICK_RESTART_SEARCH
+        if self.deadline is not None:
+            left = self.deadline - time.monotonic()
+            if left <= 0:
+                return cp_model.UNKNOWN, None
+            parameters.max_time_in_seconds = left
+        status = _in_a_thread(solver, model)
+        assert status != cp_model.MODEL_INVALID, "the model is invalid"
+        if status in (cp_model.OPTIMAL, cp_model.FEASIBLE):
+            return status, tuple(solver.value(self._in(model, variable)) for variable in self.chosen)
+        return status, None
+
+
+def _in_a_thread(solver: cp_model.CpSolver, model: cp_model.CpModel) -> Any:
+    """Solve while this thread waits in short steps, so that Ctrl-C ends it."""
+    found: list[Any] = []
+    done = threading.Event()
+
+    def work() -> None:
+        try:
+            found.append(solver.solve(model))
+        finally:
+            done.set()
+
+    threading.Thread(target=work, daemon=True).start()
+    try:
+        while not done.wait(0.2):
+            pass
+    except KeyboardInterrupt:
+        solver.stop_search()
+        raise
+    return found[0]

@@ -1,0 +1,105 @@
+"""One interface to both second proofs: looking at every design, or asking a second model."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Literal, Protocol, TypeAlias
+
+import numpy as np
+
+from dse.analysis.evaluate import Evaluator
+from dse.space.types import Design
+from dse.verification.exhaustion import Exhaustion, TooMany, exhaust
+from dse.verification.model import Reply, SecondModel
+from dse.verification.tables import Tables, build_tables
+
+Method: TypeAlias = Literal["auto", "exhaustion", "model"]
+FEW = 200_000
+"""So many combinations are looked at one by one before a model is asked instead."""
+
+
+class Prover(Protocol):
+    """Answers questions about the feasible designs of a space; objectives are to be minimised."""
+
+    @property
+    def words(self) -> str:
+        """How it knows."""
+        ...
+
+    def in_region(self, below: Sequence[int | None], from_on: Sequence[int | None] | None = None) -> Reply:
+        """A design whose objectives are below `below` and not below `from_on` (None: no bound)."""
+        ...
+
+    def earlier_design(self, vector: Sequence[int], design: Design) -> Reply:
+        """A design with these objectives that comes before `design` in the order of the file."""
+        ...
+
+
+class AllDesigns:
+    """Every feasible design, looked at one by one."""
+
+    def __init__(self, found: Exhaustion) -> None:
+        self.found = found
+
+    @property
+    def words(self) -> str:
+        """How many designs there are."""
+        feasible = len(self.found.vectors)
+        return f"every design looked at: {self.found.looked_at} that are possible, {feasible} of them feasible"
+
+    def in_region(self, below: Sequence[int | None], from_on: Sequence[int | None] | None = None) -> Reply:
+        """See `Prover`."""
+        mask = np.ones(len(self.found.vectors), dtype=bool)
+        for axis, bound in enumerate(below):
+            if bound is not None:
+                mask &= self.found.vectors[:, axis] < bound
+        for axis, bound in enumerate(from_on or ()):
+            if bound is not None:
+                mask &= self.found.vectors[:, axis] >= bound
+        return self._first(mask)
+
+    def earlier_design(self, vector: Sequence[int], design: Design) -> Reply:
+        """See `Prover`."""
+        reply = self._first((self.found.vectors == np.array(vector, dtype=np.int64)).all(axis=1))
+        return reply if reply.answer == "design" and reply.design < design else Reply("none")
+
+    def _first(self, mask: np.ndarray[tuple[int], np.dtype[np.bool_]]) -> Reply:
+        """The first in the order of the file."""
+        rows = self.found.designs[mask]
+        if not len(rows):
+            return Reply("none")
+        return Reply("design", min(tuple(int(option) for option in row) for row in rows))
+
+
+class AskedModel(SecondModel):
+    """A second model, solved with other settings."""
+
+    @property
+    def words(self) -> str:
+        """How many times it was asked."""
+        return f"a second model asked {self.calls} times, with other settings and another search"
+
+
+def make_prover(evaluator: Evaluator, method: Method = "auto", deadline: float | None = None) -> tuple[Prover, Tables]:
+    """The means to prove something about a space, and the tables that it rests on.
+
+    Raises
+    ------
+    TooLarge
+        when a formula depends on too many combinations of options for either.
+    TooMany
+        when `method` is ``exhaustion`` and there are too many designs.
+    """
+    tables = build_tables(evaluator)
+    if method != "model":
+        try:
+            return AllDesigns(exhaust(tables, FEW) if method == "auto" else exhaust(tables)), tables
+        except TooMany:
+            if method == "exhaustion":
+                raise
+    return AskedModel(tables, deadline), tables
+
+
+def outer_bound(tables: Tables) -> tuple[int, ...]:
+    """Exclusive upper bounds of the objectives, whatever the design."""
+    return tuple(total.high // divisor + 1 for total, divisor in tables.objectives)

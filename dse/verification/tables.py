@@ -1,0 +1,201 @@
+"""A question as tables: what every design must fulfil, and exact integer sums for its objectives and requirements."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from functools import partial
+from math import ceil, floor, lcm
+from typing import Any
+
+from dse.analysis.evaluate import Evaluator
+from dse.analysis.limits import Limit, thread_loads
+from dse.analysis.measures import Term
+from dse.analysis.rates import rate_hz
+from dse.analysis.validity import is_broken
+from dse.analysis.views import View
+from dse.space.trees import Choice
+from dse.space.types import EMPTY, Space
+from dse.verification.diagrams import NO_DESIGN, Diagram, Diagrams, Node, as_fraction, leaves
+
+EXACT = 2**52
+"""Sums stay below this, so that 64-bit arithmetic and the solver's are exact."""
+COARSE = 10**6
+
+
+@dataclass(frozen=True)
+class Sum:
+    """The sum of its parts (diagrams of integers); `low` and `high` bound it."""
+
+    parts: tuple[Diagram, ...]
+    low: int
+    high: int
+
+
+@dataclass(frozen=True)
+class Bound:
+    """``sum <= 0``; where it is not `exact` it holds of every design that meets the requirement, and of some others."""
+
+    name: str
+    sum: Sum
+    exact: bool
+
+
+@dataclass(frozen=True)
+class Tables:
+    """A question: `conditions` are named diagrams that must be true; objective = sum / divisor, to be minimised.
+
+    `met[d]` tells where decision d is used; None where it always is.
+    """
+
+    space: Space
+    evaluator: Evaluator
+    allowed: Sequence[Sequence[int]]
+    conditions: tuple[tuple[str, Diagram], ...]
+    bounds: tuple[Bound, ...]
+    objectives: tuple[tuple[Sum, int], ...]
+    met: tuple[Diagram | None, ...]
+
+    @property
+    def is_exact(self) -> bool:
+        """Whether the bounds admit exactly the designs that the requirements do."""
+        return all(bound.exact for bound in self.bounds)
+
+
+def build_tables(evaluator: Evaluator) -> Tables:
+    """The tables of a question.
+
+    Raises
+    ------
+    TooLarge
+        when a formula depends on too many combinations of options.
+    """
+    builder = _Builder(evaluator)
+    objectives = tuple(builder.objective(number) for number in range(len(evaluator.objectives)))
+    bounds = tuple(bound for limit in evaluator.limits for bound in builder.limit(limit))
+    builder.structure()
+    return Tables(
+        space=evaluator.space,
+        evaluator=evaluator,
+        allowed=builder.make.allowed,
+        conditions=tuple(builder.conditions),
+        bounds=bounds,
+        objectives=objectives,
+        met=tuple(builder.met(number) for number in range(len(evaluator.space.decisions))),
+    )
+
+
+class _Builder:
+    def __init__(self, evaluator: Evaluator) -> None:
+        self.evaluator = evaluator
+        self.space = evaluator.space
+        self.make = Diagrams(evaluator.space)
+        self.conditions: list[tuple[str, Diagram]] = []
+
+    def structure(self) -> None:
+        """What the architecture and the rules demand."""
+        book = self.evaluator.rulebook
+        for predicate in book.predicates:
+            self.demand(predicate.text, predicate.holds)
+        for cover in book.covers:
+
+            def used(view: View, cover: Any = cover) -> bool:
+                filled = cover.slot.types[view[cover.slot.type_decision]] != EMPTY
+                return not filled or any(uses(view) for uses in cover.users)
+
+            self.demand(f"something is bound to {cover.slot.name}", used)
+        for rule in self.space.rules:
+            self.demand(rule.text, lambda view, rule=rule: not is_broken(rule, view))  # type: ignore[misc]
+        for number, component in enumerate(self.space.components):
+            name = f"the rate of {component.name}"
+            self.defined(self.make.diagram(partial(self._rate, number), name), name)
+
+    def _rate(self, number: int, view: View) -> Any:
+        return rate_hz(self.space, ("activation", number), view)
+
+    def demand(self, name: str, holds: Callable[[View], bool]) -> None:
+        """The formula must be true in every design."""
+        found = self.make.mapped(self.make.diagram(holds, name), lambda leaf: leaf is not NO_DESIGN and bool(leaf))
+        if found is not True:
+            self.conditions.append((name, found))
+
+    def defined(self, diagram: Diagram, name: str) -> None:
+        """The formula must have a value in every design."""
+        found = self.make.mapped(diagram, lambda leaf: leaf is not NO_DESIGN)
+        if found is not True:
+            self.conditions.append((f"{name} is defined", found))
+
+    def term(self, term: Term, owner: str) -> Diagram:
+        """A summand as a diagram of exact fractions."""
+        name = f"{owner}: {term.label}"
+        found = self.make.diagram(term.value, name)
+        self.defined(found, name)
+        return self.make.mapped(found, as_fraction)
+
+    def objective(self, number: int) -> tuple[Sum, int]:
+        """Objective `number`, negated when it is to be maximised."""
+        measure = self.evaluator.objectives[number]
+        sign = 1 if self.space.objectives[number].sense == "minimise" else -1
+        parts = [self.term(term, measure.metric.name) for term in measure.terms]
+        if measure.rounded:
+            return self._sum(parts, lambda value: sign * ceil(value * measure.scale)), 1
+        divisor = lcm(*((leaf * measure.scale).denominator for part in parts for leaf in leaves(part)))
+        return self._sum(parts, lambda value: sign * int(value * measure.scale * divisor)), divisor
+
+    def _sum(self, parts: list[Diagram], count: Callable[[Any], int]) -> Sum:
+        made = [self.make.mapped(part, lambda leaf: 0 if leaf is NO_DESIGN else count(leaf)) for part in parts]
+        ends = [leaves(part) or [0] for part in made]
+        return Sum(tuple(made), sum(min(end) for end in ends), sum(max(end) for end in ends))
+
+    def limit(self, limit: Limit) -> list[Bound]:
+        """The inequalities of a requirement; one for each thread where every core has its limit."""
+        operator, name = limit.requirement.operator, limit.requirement.text
+        bound = self.make.diagram(limit.bound, name)
+        self.defined(bound, name)
+        parts = [self.term(term, name) for term in limit.measure.terms]
+        found = []
+        if operator in ("<=", "<", "=="):
+            found.append(self.bound(name, parts, self.make.mapped(bound, as_fraction), 1, strict=operator == "<"))
+        if operator in (">=", ">", "=="):
+            found.append(self.bound(name, parts, self.make.mapped(bound, as_fraction), -1, strict=operator == ">"))
+        if limit.each is not None:
+            for thread, terms in thread_loads(limit.measure.terms).items():
+                alone = [self.term(term, name) for term in terms]
+                found.append(self.bound(f"{name}: {thread}", alone, limit.each, 1, strict=operator == "<"))
+        return found
+
+    def bound(self, name: str, parts: list[Diagram], bound: Diagram, sign: int, *, strict: bool) -> Bound:
+        """The inequality sign * (sum of parts - bound) <= 0, or < 0, in whole numbers."""
+        everything = [*parts, bound]
+        scale = lcm(*(leaf.denominator for part in everything for leaf in leaves(part)))
+        biggest = sum(max((abs(leaf) for leaf in leaves(part)), default=0) for part in everything)
+        exact = biggest * scale < EXACT
+        scale = scale if exact else COARSE
+        whole: Callable[[Any], int] = floor  # a lower bound of each summand: no design is lost
+        low = [self._sum([part], lambda value: whole(sign * value * scale)) for part in parts]
+        edge = self._sum([bound], lambda value: whole(-sign * value * scale) + (1 if strict and exact else 0))
+        sums = [*low, edge]
+        made = tuple(part for item in sums for part in item.parts)
+        return Bound(name, Sum(made, sum(item.low for item in sums), sum(item.high for item in sums)), exact)
+
+    def met(self, index: int) -> Diagram | None:
+        """Where the walk through the decision's home meets it."""
+        home = self.space.decisions[index].home
+        if isinstance(home, Choice) and home.decision == index:
+            return None
+
+        def meets(view: View) -> bool:
+            tree = home
+            while isinstance(tree, Choice):
+                if tree.decision == index:
+                    return True
+                tree = tree.branches[view[tree.decision]]
+            return False
+
+        found = self.make.diagram(meets, self.space.decisions[index].name)
+        return None if found is True else found
+
+
+def is_diagram(item: Diagram) -> bool:
+    """Whether anything is to be looked up."""
+    return isinstance(item, Node)
