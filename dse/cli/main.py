@@ -18,6 +18,8 @@ COMMANDS = {
     "sweep": "The front as a function of a limit or an input: exact break-points, grids.",
     "sensitivity": "Margins of a design, which inputs matter, and how sure one can be.",
     "check": "Validate a problem file and describe its space.",
+    "explain": "Why a problem is infeasible, and the smallest changes that mend it.",
+    "verify": "Re-check a result without trusting the solver that made it.",
     "new": "Write a problem file to start from.",
     "schema": "Print the JSON Schema of problem files.",
 }
