@@ -14,7 +14,7 @@ from ortools.sat.python import cp_model
 from support import PROBLEMS, counted_down, evaluated, load_space, space_of
 
 from dse.analysis.evaluate import Evaluator
-from dse.encode import rules
+from dse.encode import rules, sums
 from dse.encode.model import EncodedSpace, encode
 from dse.encode.rates import RateVariables
 from dse.space.types import INACTIVE, Design, Space
@@ -84,12 +84,16 @@ def test_profiles(profile: str, worst_case: str) -> None:
     assert_model_is_analysis(replace(load_space(BY_NAME["protocols"]), profile=profile, worst_case=worst_case))
 
 
+@pytest.mark.parametrize("pair_limit", [0, 1_000])
 @pytest.mark.parametrize("name", ["protocols", "cycle", "derived", "bindings", "buses"])
-def test_rates_as_variables_give_the_same(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Formulas with more cases than the limit multiply a table of coefficients with a rate variable."""
+def test_rates_apart_give_the_same(name: str, pair_limit: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Long tables are replaced by pairs of a coefficient and a rate, or by a product with a rate variable."""
     used = []
     product_form = RateVariables.product_form
-    monkeypatch.setattr("dse.encode.sums.CASE_LIMIT", 1)
+    pairs = sums.product_pairs
+    monkeypatch.setattr(sums, "CASE_LIMIT", 1)
+    monkeypatch.setattr(sums, "PAIR_LIMIT", pair_limit)
+    monkeypatch.setattr(sums, "product_pairs", lambda *given: used.append(given) or pairs(*given))
     monkeypatch.setattr(
         RateVariables, "product_form", lambda self, term, scale: used.append(term) or product_form(self, term, scale)
     )
@@ -97,12 +101,15 @@ def test_rates_as_variables_give_the_same(name: str, monkeypatch: pytest.MonkeyP
     assert used
 
 
-@pytest.mark.parametrize("case_limit", [1, 400])
+@pytest.mark.parametrize(("case_limit", "pair_limit"), [(1, 0), (1, 1_000), (400, 0)])
 @pytest.mark.parametrize("name", ["protocols", "derived", "equal", "buses", "types"])
-def test_rounded_measures_lose_no_design(name: str, case_limit: int, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_rounded_measures_lose_no_design(
+    name: str, case_limit: int, pair_limit: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
     """With a unit that is too coarse, constraints are relaxed and objectives rounded as the analysis rounds them."""
     monkeypatch.setattr("dse.analysis.measures.SCALE_LIMIT", 1)
-    monkeypatch.setattr("dse.encode.sums.CASE_LIMIT", case_limit)
+    monkeypatch.setattr(sums, "CASE_LIMIT", case_limit)
+    monkeypatch.setattr(sums, "PAIR_LIMIT", pair_limit)
     space = load_space(BY_NAME[name])
     evaluator = Evaluator(space)
     assert any(measure.rounded for measure in (*evaluator.objectives, *(limit.measure for limit in evaluator.limits)))
