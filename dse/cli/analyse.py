@@ -38,7 +38,7 @@ def command(file: str, design: tuple[str, ...], json_path: str | None, **options
     from dse.api.problem import load
 
     changes = changes_of(options)
-    analysis = analyse(load(file), _choices(design), changes=changes)
+    analysis = analyse(load(file), choices_of(design), changes=changes)
     if json_path != "-":
         from dse.report.terminal import print_analysis
 
@@ -48,7 +48,7 @@ def command(file: str, design: tuple[str, ...], json_path: str | None, **options
     return EXIT_COMPLETE if analysis.is_feasible else EXIT_INFEASIBLE
 
 
-def _choices(texts: tuple[str, ...]) -> list[str]:
+def choices_of(texts: tuple[str, ...]) -> list[str]:
     """Texts ``a = b``; ``RESULT.json#ID`` stands for all decisions of that alternative."""
     from dse.results.reading import decisions_in_file
 

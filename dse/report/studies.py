@@ -10,10 +10,15 @@ from rich import box
 from rich.console import Console
 from rich.table import Table
 
+from dse.results.sensitivity import Break, Margin, SensitivityResult, UncertainResult
 from dse.results.sweep import Change, SweepResult, SweepRun
 from dse.results.values import readable
 
 SHOWN_DESIGNS = 3
+SHOWN_MARGINS = 15
+SHOWN_BARS = 8
+BAR_WIDTH = 30
+READABLE = {"ns", "ct", "ppm", "mW", "B/s", "nm"}
 
 
 def print_sweep(console: Console, sweep: SweepResult) -> None:
@@ -146,3 +151,111 @@ def _table(console: Console, title: str = "") -> Table:
 def _plain(text: str) -> str:
     """Text in which square brackets are no markup."""
     return text.replace("[", r"\[")
+
+
+# --- sensitivity ---------------------------------------------------------------------------------------------------
+
+
+def print_sensitivity(console: Console, result: SensitivityResult, *, show_all: bool = False) -> None:
+    """Margins, the scaling of all execution times, tornado bars, and what uncertain inputs do."""
+    console.print(str(result.problem["name"]), style="bold", markup=False)
+    chosen = ", ".join(f"{name.removesuffix('.type')} {value}" for name, value in result.decisions.items())
+    console.print(f"Design: {chosen or 'the only one'}", markup=False)
+    for text in result.broken:
+        console.print(f"broken as it is: {text}", style="bold red", markup=False)
+    _print_margins(console, result, show_all)
+    _print_scaling(console, result)
+    for metric in result.metrics:
+        _print_tornado(console, result, metric, show_all)
+    if result.uncertain is not None:
+        _print_uncertain(console, result.uncertain, show_all)
+
+
+def _print_margins(console: Console, result: SensitivityResult, show_all: bool) -> None:
+    breaking = [item for item in result.margins if item.below is not None or item.above is not None]
+    ordered = sorted(breaking, key=lambda item: (item.relative is None, item.relative or 0))
+    shown = ordered if show_all else ordered[:SHOWN_MARGINS]
+    table = _table(console, "Margins: each input alone, the values up to which every requirement holds")
+    for heading, justify in (("input", "left"), ("value", "right"), ("least", "right"), ("greatest", "right"), ("breaks", "left")):
+        table.add_column(heading, justify=justify, overflow="fold")  # type: ignore[arg-type]
+    for item in shown:
+        ends = [_figure(side.last, item.unit, result.currency) if side is not None else "" for side in (item.below, item.above)]
+        table.add_row(_plain(item.path), _figure(item.nominal, item.unit, result.currency), *ends, _plain(_breaking(item)))
+    console.print(table)
+    more = len(ordered) - len(shown)
+    free = len(result.margins) - len(breaking)
+    console.print(
+        f"{more} further inputs have a margin (--all shows them); {free} reach a requirement but break none within reach.", markup=False
+    )
+
+
+def _breaking(item: Margin) -> str:
+    parts = [(word, side) for word, side in (("below", item.below), ("above", item.above)) if side is not None]
+    return "; ".join(f"{word}: {_requirement(side)}" for word, side in parts)
+
+
+def _requirement(side: Break) -> str:
+    return f"{side.requirement} (by {side.thread} alone)" if side.thread else side.requirement
+
+
+def _print_scaling(console: Console, result: SensitivityResult) -> None:
+    found = result.scaling
+    if found.factor is None:
+        console.print(f"All execution times together: no requirement breaks up to {found.most} times as long.", markup=False)
+        return
+    used = ", ".join(f"{name} {readable(value, 'ppm')}" for name, value in found.utilisations.items())
+    sign = "exactly " if found.is_exact and found.factor.denominator < 1000 else ""
+    words = f"All execution times together: {sign}{float(found.factor):.9g} times as long, then breaks {found.requirement}."
+    console.print(words, style="bold", markup=False)
+    if used:
+        console.print(f"Breakdown utilisation there: {used} of one core.", markup=False)
+
+
+def _print_tornado(console: Console, result: SensitivityResult, metric: str, show_all: bool) -> None:
+    bars = result.of_metric(metric)
+    shown = bars if show_all else bars[:SHOWN_BARS]
+    longest = max(bar.swing for bar in bars) or Fraction(1)
+    table = _table(console, _plain(f"{metric}: {_figure(bars[0].nominal, bars[0].unit, result.currency)} ({result.swing})"))
+    for heading in ("input", "from", "to", ""):
+        table.add_column(heading, justify="right" if heading in ("from", "to") else "left", overflow="fold")
+    for bar in shown:
+        ends = [_figure(value, bar.unit, result.currency) for value in sorted(bar.values)]
+        table.add_row(_plain(bar.path), *ends, "#" * max(1, round(BAR_WIDTH * bar.swing / longest)))
+    console.print(table)
+    if len(bars) > len(shown):
+        console.print(f"and {len(bars) - len(shown)} shorter bars", markup=False)
+
+
+def _print_uncertain(console: Console, found: UncertainResult, show_all: bool) -> None:
+    console.print(f"Uncertain inputs ({found.samples} samples, seed {found.seed}):", style="bold", markup=False)
+    for path, words in found.inputs.items():
+        console.print(f"  {path}: {words}", markup=False)
+    one = found.design_chance
+    console.print(f"The design meets every requirement in {one.all_met:.2%} of the samples.", style="bold", markup=False)
+    for text, share in one.by_requirement.items():
+        if share < 1:
+            console.print(f"  {text}: {share:.2%}", markup=False)
+    if found.chances:
+        varying = _varying([{"decisions": item.decisions} for item in found.chances])
+        table = _table(console, "Alternatives of the front, the surest first")
+        for heading in ("chance", "weakest requirement", "decisions"):
+            table.add_column(heading, overflow="fold")
+        for item in found.chances if show_all else found.chances[:SHOWN_MARGINS]:
+            weakest = min(item.by_requirement, key=lambda text: item.by_requirement[text], default="")
+            table.add_row(f"{item.all_met:.2%}", _plain(weakest), _decisions({"decisions": item.decisions}, varying))
+        console.print(table)
+    for item in found.indices:
+        table = _table(console, _plain(f"What moves {item.output}: share of its variance (Sobol), effect of the whole range (Morris)"))
+        for heading in ("input", "alone", "with interactions", "effect"):
+            table.add_column(heading, justify="left" if heading == "input" else "right", overflow="fold")
+        for path in sorted(item.total, key=lambda name: -item.total[name]):
+            effect = _figure(Fraction(item.effect[path]), item.unit, "")
+            table.add_row(_plain(path), f"{item.first[path]:.3f}", f"{item.total[path]:.3f}", effect)
+        console.print(table)
+
+
+def _figure(value: Fraction, unit: str, currency: str) -> str:
+    if unit in READABLE:
+        return readable(value, unit, currency, 6)
+    number = str(value) if value.denominator == 1 else f"{float(value):.9g}"
+    return f"{number} {unit}".strip()

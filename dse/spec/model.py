@@ -207,6 +207,33 @@ RuleText: TypeAlias = Annotated[
 ]
 
 
+def _figure_text(value: Any) -> Any:
+    """A plain number, such as the mean of a factor, as text."""
+    return repr(value) if isinstance(value, int | float) and not isinstance(value, bool) else value
+
+
+FigureText: TypeAlias = Annotated[
+    Line,
+    BeforeValidator(_figure_text),
+    WithJsonSchema({"type": ["string", "number"], "description": "A quantity with its unit, or a plain factor."}),
+]
+
+
+class Uncertainty(Model):
+    """What is not known of a quantity: a range of values or factors, a distribution, or measured samples."""
+
+    range: Line | None = None
+    factor: Line | None = None
+    distribution: Literal["uniform", "normal", "triangular"] | None = None
+    mean: FigureText | None = None
+    deviation: FigureText | None = None
+    mode: FigureText | None = None
+    samples: Line | Items[Line] | None = None
+    column: Line | None = None
+    unit: Line | None = None
+    source: Line | None = None
+
+
 class Catalogue(Model):
     """What an included file may hold."""
 
@@ -226,6 +253,7 @@ class Catalogue(Model):
     connections: dict[Name, Connection] = {}
     flows: dict[Name, Flow] = {}
     metrics: dict[Name, Line] = {}
+    uncertainty: dict[Name, Uncertainty] = {}
 
 
 class Spec(Catalogue):

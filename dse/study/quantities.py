@@ -61,6 +61,7 @@ FIELDS: Mapping[str, Mapping[str, Kind]] = {
 }  # fmt: skip
 PARTS = ("fixed", "per_byte")
 BASE = {PERIOD: "ns", DURATION: "ns", TIME_RANGE: "ns", SIZE: "B", BANDWIDTH: "bit/s", RATE: "Hz", RATE_OF_DATA: "B/s"}
+LEFT_OUT = ("include", "baseline", "uncertainty")
 Place = tuple[str | int, ...]
 
 
@@ -84,8 +85,8 @@ def merged_data(problem: Problem) -> dict[str, Any]:
     Neither changes the front, so that editing them does not make a run a new one.
     """
     main, *others = (source.node.to_data() for source in problem.loaded.sources)
-    data = {key: value for key, value in main.items() if key not in ("include", "baseline", "uncertainty")}
-    for section in SECTIONS:
+    data = {key: value for key, value in main.items() if key not in LEFT_OUT}
+    for section in [name for name in SECTIONS if name not in LEFT_OUT]:
         for other in others:
             if other.get(section):
                 data[section] = {**(data.get(section) or {}), **other[section]}

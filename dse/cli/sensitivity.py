@@ -1,0 +1,102 @@
+"""``dse sensitivity``."""
+
+from __future__ import annotations
+
+import sys
+from typing import Any
+
+import click
+
+from dse.cli.analyse import choices_of
+from dse.cli.common import (
+    changes_of,
+    check_writable,
+    console,
+    json_option,
+    problem_argument,
+    question_options,
+    write_text,
+)
+
+
+class Share(click.ParamType[Any]):
+    """A ratio such as ``10%`` or ``0.1``, exactly."""
+
+    name = "ratio"
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
+        """An exact fraction of one."""
+        from dse.units import DIMENSIONLESS, UnitError, parse_quantity
+
+        try:
+            quantity = parse_quantity(str(value))
+        except UnitError as error:
+            self.fail(f"{value!r}: {error.message}", param, ctx)
+        if quantity.dimension != DIMENSIONLESS or not 0 < quantity.value < 1:
+            self.fail(f"{value!r} is no share above 0 and below 100 %", param, ctx)
+        return quantity.value
+
+
+@click.command("sensitivity")
+@problem_argument
+@click.option(
+    "--design",
+    multiple=True,
+    metavar="'DECISION = OPTION'",
+    help="A decision of the design, on top of the baseline; or RESULT.json#ID, an alternative of a solve.",
+)
+@question_options
+@click.option("--minimise", "--minimize", multiple=True, metavar="METRIC", help="Objectives instead of those of the file.")
+@click.option("--maximise", "--maximize", multiple=True, metavar="METRIC", help="The same, to be maximised.")
+@click.option("--swing", type=Share(), default="10%", show_default=True, help="How far the tornado goes where no uncertainty is stated.")
+@click.option("--samples", type=click.IntRange(1, 10**8), default=100_000, show_default=True, help="Of the stated uncertain inputs.")
+@click.option("--seed", type=click.IntRange(0, 2**31 - 1), default=0, show_default=True, help="Of the samples; recorded in the result.")
+@click.option("--front/--no-front", default=True, help="Whether to tell the chance of each alternative of the front too.")
+@click.option("--all", "show_all", is_flag=True, help="Show every margin and bar, not the closest and longest only.")
+@json_option
+@click.option("--csv", "csv_path", metavar="PATH", help="Also write the margins as CSV; - for standard output.")
+def command(
+    file: str,
+    design: tuple[str, ...],
+    minimise: tuple[str, ...],
+    maximise: tuple[str, ...],
+    swing: Any,
+    samples: int,
+    seed: int,
+    front: bool,
+    show_all: bool,
+    json_path: str | None,
+    csv_path: str | None,
+    **options: Any,
+) -> int:
+    """How far each input of a design may move before a requirement breaks; which inputs matter; how sure one can be.
+
+    Uncertain inputs are those that the problem file states under `uncertainty`. Exit code 4 when the design breaks a requirement as
+    it is.
+    """
+    if json_path == "-" and csv_path == "-":
+        raise click.UsageError("only one of --json and --csv can go to standard output")
+    check_writable(json_path, csv_path)
+    from dse.api.problem import load
+    from dse.study.sensitivity import Settings, sensitivity_of
+
+    texts = [f"minimise {text}" for text in minimise] + [f"maximise {text}" for text in maximise]
+    live = sys.stderr.isatty()
+
+    def say(what: str) -> None:
+        if live:
+            click.echo(f"\r\033[K{what}", err=True, nl=False)
+
+    settings = Settings(swing, samples, seed, front)
+    result = sensitivity_of(load(file), choices_of(design), changes_of(options, tuple(texts)), settings, say)
+    if live:
+        click.echo("\r\033[K", err=True, nl=False)
+    if "-" not in (json_path, csv_path):
+        from dse.report.studies import print_sensitivity
+
+        print_sensitivity(console(), result, show_all=show_all)
+    if json_path is not None:
+        write_text(json_path, result.to_json())
+    if csv_path is not None:
+        write_text(csv_path, result.to_csv())
+    return result.exit_code

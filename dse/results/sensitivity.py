@@ -1,0 +1,258 @@
+"""How a design's verdicts and metrics move with its inputs: margins, tornado bars, probabilities, indices."""
+
+from __future__ import annotations
+
+import csv
+import io
+import json
+from collections.abc import Mapping
+from dataclasses import dataclass
+from fractions import Fraction
+from typing import TYPE_CHECKING, Any
+
+from dse.errors import EXIT_COMPLETE, EXIT_INFEASIBLE
+from dse.results.result import exact
+
+if TYPE_CHECKING:
+    import pandas
+
+FORMAT = "dse-sensitivity/1"
+
+
+@dataclass(frozen=True)
+class Break:
+    """Where a requirement breaks in one direction: the last value that holds, the first that breaks, and which requirement.
+
+    `first` is None where the border is no whole number and every value beyond `last` breaks. `last` itself holds.
+    """
+
+    last: Fraction
+    first: Fraction | None
+    requirement: str
+    thread: str = ""
+
+    def to_dict(self) -> dict[str, Any]:
+        """For JSON."""
+        first = None if self.first is None else exact(self.first)
+        return {"last": exact(self.last), "first": first, "requirement": self.requirement, "thread": self.thread or None}
+
+
+@dataclass(frozen=True)
+class Margin:
+    """How far one input may move, alone: `below` and `above` are None where no requirement breaks down to `least`, up to `most`."""
+
+    path: str
+    unit: str
+    nominal: Fraction
+    below: Break | None
+    above: Break | None
+    least: Fraction
+    most: Fraction
+
+    @property
+    def relative(self) -> Fraction | None:
+        """The smallest move to a break as a share of the nominal value; None when nothing breaks, or it is 0."""
+        moves = [abs(item.last - self.nominal) for item in (self.below, self.above) if item is not None]
+        return min(moves) / self.nominal if moves and self.nominal else None
+
+    def to_dict(self) -> dict[str, Any]:
+        """For JSON."""
+        return {
+            "path": self.path,
+            "unit": self.unit,
+            "nominal": exact(self.nominal),
+            "below": None if self.below is None else self.below.to_dict(),
+            "above": None if self.above is None else self.above.to_dict(),
+            "searched": [exact(self.least), exact(self.most)],
+        }
+
+
+@dataclass(frozen=True)
+class Scaling:
+    """All execution times multiplied by one factor: up to `factor` every requirement holds, beyond it `requirement` breaks.
+
+    `factor` is None where no factor up to `most` breaks anything; `is_exact` tells the exact border from one found to 1e-9.
+    `by_requirement` has the factor of each requirement alone, `utilisations` each processor's at that factor (the breakdown utilisation).
+    """
+
+    factor: Fraction | None
+    requirement: str
+    is_exact: bool
+    by_requirement: Mapping[str, Fraction | None]
+    utilisations: Mapping[str, Fraction]
+    most: Fraction
+
+    def to_dict(self) -> dict[str, Any]:
+        """For JSON."""
+        return {
+            "factor": None if self.factor is None else exact(self.factor),
+            "requirement": self.requirement or None,
+            "exact": self.is_exact,
+            "by_requirement": {text: None if item is None else exact(item) for text, item in self.by_requirement.items()},
+            "utilisations_ppm": {name: exact(value) for name, value in self.utilisations.items()},
+            "searched_to": exact(self.most),
+        }
+
+
+@dataclass(frozen=True)
+class Bar:
+    """A bar of a tornado chart: the metric at the low and at the high value of one input, all else nominal."""
+
+    metric: str
+    unit: str
+    path: str
+    input_unit: str
+    inputs: tuple[Fraction, Fraction]
+    values: tuple[Fraction, Fraction]
+    nominal: Fraction
+
+    @property
+    def swing(self) -> Fraction:
+        """The length of the bar."""
+        return max(*self.values, self.nominal) - min(*self.values, self.nominal)
+
+    def to_dict(self) -> dict[str, Any]:
+        """For JSON."""
+        return {
+            "metric": self.metric,
+            "unit": self.unit,
+            "path": self.path,
+            "input_unit": self.input_unit,
+            "inputs": [exact(value) for value in self.inputs],
+            "values": [exact(value) for value in self.values],
+            "nominal": exact(self.nominal),
+            "swing": exact(self.swing),
+        }
+
+
+@dataclass(frozen=True)
+class Chance:
+    """How likely a design meets every requirement, and each of them, when the uncertain inputs vary."""
+
+    decisions: Mapping[str, str]
+    all_met: float
+    standard_error: float
+    by_requirement: Mapping[str, float]
+
+    def to_dict(self) -> dict[str, Any]:
+        """For JSON."""
+        return {**vars(self), "decisions": dict(self.decisions), "by_requirement": dict(self.by_requirement)}
+
+
+@dataclass(frozen=True)
+class Indices:
+    """What of an output's variation each uncertain input explains.
+
+    Sobol: `first` alone, `total` with its interactions; Morris: `effect`, the mean absolute change over the input's whole range (in `unit`),
+    and `spread`, its standard deviation. `output` is a metric.
+    """
+
+    output: str
+    unit: str
+    first: Mapping[str, float]
+    total: Mapping[str, float]
+    effect: Mapping[str, float]
+    spread: Mapping[str, float]
+
+    def to_dict(self) -> dict[str, Any]:
+        """For JSON."""
+        return {key: dict(value) if isinstance(value, Mapping) else value for key, value in vars(self).items()}
+
+
+@dataclass(frozen=True)
+class UncertainResult:
+    """What stated uncertainties do: inputs in words, the chance of each alternative, indices of the studied design."""
+
+    inputs: Mapping[str, str]
+    samples: int
+    seed: int
+    chances: tuple[Chance, ...]
+    indices: tuple[Indices, ...]
+    design_chance: Chance
+
+    def to_dict(self) -> dict[str, Any]:
+        """For JSON."""
+        return {
+            "inputs": dict(self.inputs),
+            "samples": self.samples,
+            "seed": self.seed,
+            "design": self.design_chance.to_dict(),
+            "alternatives": [item.to_dict() for item in self.chances],
+            "indices": [item.to_dict() for item in self.indices],
+        }
+
+
+@dataclass(frozen=True)
+class SensitivityResult:
+    """The sensitivity of one design.
+
+    `broken` are the requirements that the design breaks as it is; margins and scaling then look at the others. `swing` says over what
+    the bars go.
+    """
+
+    problem: Mapping[str, Any]
+    decisions: Mapping[str, str]
+    broken: tuple[str, ...]
+    margins: tuple[Margin, ...]
+    scaling: Scaling
+    bars: tuple[Bar, ...]
+    swing: str
+    uncertain: UncertainResult | None = None
+    currency: str = "EUR"
+
+    @property
+    def exit_code(self) -> int:
+        """What the command line answers with."""
+        return EXIT_INFEASIBLE if self.broken else EXIT_COMPLETE
+
+    def of_metric(self, metric: str) -> list[Bar]:
+        """The bars of a metric, the longest first."""
+        return sorted((bar for bar in self.bars if bar.metric == metric), key=lambda bar: (-bar.swing, bar.path))
+
+    @property
+    def metrics(self) -> list[str]:
+        """The metrics that some input moves."""
+        return list(dict.fromkeys(bar.metric for bar in self.bars))
+
+    def to_dict(self) -> dict[str, Any]:
+        """The result in the form ``dse-sensitivity/1``; times in ns, rates of use in ppm, as the units beside the figures say."""
+        return {
+            "format": FORMAT,
+            "problem": dict(self.problem),
+            "decisions": dict(self.decisions),
+            "broken": list(self.broken),
+            "margins": [item.to_dict() for item in self.margins],
+            "execution_times": self.scaling.to_dict(),
+            "swing": self.swing,
+            "tornado": [item.to_dict() for item in self.bars],
+            "uncertainty": None if self.uncertain is None else self.uncertain.to_dict(),
+        }
+
+    def to_json(self) -> str:
+        """`to_dict` as text."""
+        return json.dumps(self.to_dict(), ensure_ascii=False, indent=1) + "\n"
+
+    def _rows(self) -> list[list[Any]]:
+        rows = []
+        for item in self.margins:
+            row: list[Any] = [item.path, item.unit, exact(item.nominal)]
+            for side in (item.below, item.above):
+                row += [None, None] if side is None else [exact(side.last), side.requirement]
+            rows.append(row)
+        return rows
+
+    COLUMNS = ("path", "unit", "nominal", "least that holds", "broken below", "greatest that holds", "broken above")
+
+    def to_csv(self) -> str:
+        """The margins as CSV text: exact figures in the unit beside them, fractions as text, empty where nothing breaks."""
+        out = io.StringIO()
+        writer = csv.writer(out, lineterminator="\n")
+        writer.writerow(self.COLUMNS)
+        writer.writerows(self._rows())
+        return out.getvalue()
+
+    def frame(self) -> pandas.DataFrame:
+        """The margins as a frame; columns as in `to_csv`."""
+        import pandas
+
+        return pandas.DataFrame(self._rows(), columns=list(self.COLUMNS))

@@ -1,0 +1,326 @@
+"""A design's metrics and requirements as functions of the inputs of its problem file.
+
+The problem is read once with traced figures (`dse.study.trace`); the analysis' formulas then give every metric and limit of one design
+as an expression. The expressions are held to the analysis itself at random inputs when they are made; where they do not apply (a
+comparison would be decided otherwise) the formulas are run again for those inputs.
+"""
+
+from __future__ import annotations
+
+import random
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, fields, is_dataclass, replace
+from fractions import Fraction
+from functools import cached_property
+from typing import Any
+
+import numpy
+
+from dse.analysis.evaluate import Evaluator
+from dse.analysis.limits import HOLDS, Limit, thread_loads
+from dse.analysis.views import View
+from dse.api.problem import Changes, Problem, changed
+from dse.space.build import build_space
+from dse.space.types import Design, Space
+from dse.spec.model import Spec, TransmissionTime
+from dse.study.quantities import BASE, COUNT, FIELDS, PARTS, TOTAL
+from dse.study.trace import Node, Program, Traced, watching
+from dse.units import PERIOD, PRICE, RATE, RATE_OF_DATA, TIME_RANGE, Kind, Money, TimeRange, Total
+
+CHECKS = 3
+"""At how many random inputs a function is held to the analysis."""
+Values = Sequence[Fraction]
+
+
+@dataclass(frozen=True)
+class Variable:
+    """An input: its path, kind, nominal value and unit; `end` is ``min`` or ``max`` of a time range with different ends."""
+
+    index: int
+    path: str
+    kind: Kind
+    nominal: Fraction
+    unit: str
+    end: str = ""
+
+    @property
+    def is_whole(self) -> bool:
+        """Whether the file's values become whole numbers of the unit."""
+        return self.kind not in (RATE, RATE_OF_DATA, TOTAL)
+
+    @property
+    def least(self) -> int:
+        """The least value that the file admits."""
+        return 1 if self.kind in (PERIOD, COUNT) or self.unit == "bit/s" else 0
+
+
+# --- the problem with traced figures -------------------------------------------------------------------------------
+
+
+class _Tracer:
+    """Replaces every stated quantity of a spec by a variable."""
+
+    def __init__(self) -> None:
+        self.variables: list[Variable] = []
+
+    def spec(self, spec: Spec) -> Spec:
+        sections: dict[str, Any] = {}
+        for section, kinds in FIELDS.items():
+            if section == "flows":
+                continue
+            models = getattr(spec, section)
+            sections[section] = {name: self._model(f"{section}.{name}", model, kinds) for name, model in models.items()}
+        return spec.model_copy(update=sections)
+
+    def _model(self, path: str, model: Any, kinds: Mapping[str, Kind]) -> Any:
+        stated = model.model_fields_set
+        update: dict[str, Any] = {}
+        for name, kind in kinds.items():
+            if name in stated and getattr(model, name) is not None:
+                update[name] = self._field(f"{path}.{name}", getattr(model, name), kind)
+        if "totals" in stated and model.totals:
+            update["totals"] = {key: self._field(f"{path}.totals.{key}", item, TOTAL) for key, item in model.totals.items()}
+        times = getattr(model, "transmission_time", None)
+        if isinstance(times, TransmissionTime):
+            update["transmission_time"] = self._transmission(f"{path}.transmission_time", times)
+        elif times is not None:
+            update["transmission_time"] = {
+                machine: self._transmission(f"{path}.transmission_time.{machine}", item) for machine, item in times.items()
+            }
+        return model.model_copy(update=update)
+
+    def _transmission(self, path: str, times: TransmissionTime) -> TransmissionTime:
+        update = {
+            part: self._field(f"{path}.{part}", getattr(times, part), TIME_RANGE) for part in PARTS if part in times.model_fields_set
+        }
+        return times.model_copy(update=update)
+
+    def _field(self, path: str, given: Any, kind: Kind) -> Any:
+        if isinstance(given, dict):
+            return {machine: self._field(f"{path}.{machine}", item, kind) for machine, item in given.items()}
+        several = len(given) > 1
+        return tuple(self._value(f"{path}[{number}]" if several else path, item, kind) for number, item in enumerate(given))
+
+    def _value(self, path: str, given: Any, kind: Kind) -> Any:
+        if isinstance(given, Money):
+            return Money(self._traced(path, given.cents, kind, "ct"), given.currency)  # type: ignore[arg-type]
+        if isinstance(given, Total):
+            return Total(self._traced(path, given.value, kind, given.unit), given.unit)
+        if isinstance(given, TimeRange):
+            if given.min_ns == given.max_ns:
+                both: Any = self._traced(path, given.min_ns, kind, "ns")
+                return TimeRange(both, both)
+            ends = (self._traced(f"{path}.{end}", value, kind, "ns", end) for end, value in zip(("min", "max"), given, strict=True))
+            return TimeRange(*ends)  # type: ignore[arg-type]
+        unit = "mW" if kind.noun == "a power" else BASE.get(kind, "")
+        return self._traced(path, given, kind, unit)
+
+    def _traced(self, path: str, value: Any, kind: Kind, unit: str, end: str = "") -> Traced:
+        variable = Variable(len(self.variables), path, kind, Fraction(value), unit, end)
+        self.variables.append(variable)
+        return Traced(value, Node("var", (), variable.index))
+
+
+class InputSpace:
+    """The space of a problem as a function of its inputs: the same decisions and options whatever the inputs are."""
+
+    def __init__(self, problem: Problem, changes: Changes) -> None:
+        tracer = _Tracer()
+        loaded = replace(problem.loaded, spec=tracer.spec(problem.loaded.spec))
+        self.problem = changed(problem, changes)
+        self.traced = changed(Problem(loaded, build_space(loaded)), changes).space
+        self.variables = tuple(tracer.variables)
+        assert [item.options for item in self.traced.decisions] == [item.options for item in self.problem.space.decisions]
+
+    @cached_property
+    def nominal(self) -> tuple[Fraction, ...]:
+        """The values of the file."""
+        return tuple(variable.nominal for variable in self.variables)
+
+    def at(self, values: Values, *, traced: bool = False) -> Space:
+        """The space for other values; with `traced`, figures remember the variables they are."""
+
+        def replaced(number: Traced) -> Any:
+            assert number.node.operation == "var", "a figure of the space is a variable of the file"
+            value = values[number.node.value]
+            if traced:
+                return Traced(value, number.node)
+            return int(value) if value.denominator == 1 else value
+
+        parts = {name: _substituted(getattr(self.traced, name), replaced, {}) for name in ("processors", "buses", "components", "connections")}
+        return replace(self.traced, **parts)
+
+    def matching(self, path: str) -> list[Variable]:
+        """The variables that a path stands for: its own, or all below it."""
+        exact = [item for item in self.variables if item.path == path]
+        return exact or [item for item in self.variables if item.path.startswith((f"{path}.", f"{path}["))]
+
+
+def _substituted(part: Any, replaced: Any, seen: dict[int, Any]) -> Any:
+    """A copy of frozen data with every traced number replaced."""
+    if isinstance(part, Traced):
+        return replaced(part)
+    if isinstance(part, str | int | None) or part is None:
+        return part
+    if id(part) in seen:
+        return seen[id(part)]
+    made = part
+    if isinstance(part, tuple):
+        items = [_substituted(item, replaced, seen) for item in part]
+        if any(new is not old for new, old in zip(items, part, strict=True)):
+            made = type(part)(*items) if hasattr(part, "_fields") else tuple(items)
+    elif isinstance(part, Mapping):
+        made = {key: _substituted(item, replaced, seen) for key, item in part.items()}
+    elif is_dataclass(part) and not isinstance(part, type):
+        old = {item.name: getattr(part, item.name) for item in fields(part)}
+        new = {name: _substituted(item, replaced, seen) for name, item in old.items()}
+        if any(new[name] is not old[name] for name in old):
+            made = replace(part, **new)
+    seen[id(part)] = made
+    return made
+
+
+# --- one design ---------------------------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True)
+class Bound:
+    """One comparison that a requirement makes: numbers of two outputs; `thread` names the one that it is about, if it is one."""
+
+    requirement: int
+    value: int
+    limit: int
+    thread: str = ""
+
+
+@dataclass(frozen=True)
+class Outputs:
+    """What a design's function gives: the metrics by number, then both sides of each comparison."""
+
+    names: tuple[str, ...]
+    units: tuple[str, ...]
+    texts: tuple[str, ...]
+    operators: tuple[str, ...]
+    bounds: tuple[Bound, ...]
+
+
+class DesignFunction:
+    """Every metric and requirement of one design as a function of the inputs."""
+
+    def __init__(self, inputs: InputSpace, design: Design) -> None:
+        self.inputs, self.design = inputs, design
+        self.programs: list[Program] = []
+        self.outputs, results, guards = self._formulas(inputs.at(inputs.nominal, traced=True))
+        self.programs.append(Program(results, guards))
+        self.applies = self._agrees()
+
+    def _formulas(self, space: Space) -> tuple[Outputs, list[Fraction], list[Any]]:
+        """Run the analysis on the design: what its outputs are, their values, the comparisons made on the way."""
+        with watching() as guards:
+            evaluator = Evaluator(space)
+            measures = list({item.metric.name: item for item in (*evaluator.metrics, *evaluator.objectives)}.values())
+            guards.clear()  # scales and units are no part of the figures
+            view = View(self.design)
+            results = [measure.value(view) for measure in measures]
+            bounds: list[Bound] = []
+            for number, limit in enumerate(evaluator.limits):
+                for value, bound, thread in _comparisons(limit, view):
+                    bounds.append(Bound(number, len(results), len(results) + 1, thread))
+                    results += [value, bound]
+        outputs = Outputs(
+            tuple(measure.metric.name for measure in measures),
+            tuple(measure.unit for measure in measures),
+            tuple(item.text for item in space.requirements),
+            tuple(item.operator for item in space.requirements),
+            tuple(bounds),
+        )
+        return outputs, results, list(guards)
+
+    def analysed(self, values: Values) -> list[Fraction]:
+        """The outputs by the analysis itself, without expressions."""
+        return [Fraction(item) for item in self._formulas(self.inputs.at(values))[1]]
+
+    def _agrees(self) -> bool:
+        """Whether the expressions give what the analysis gives at random inputs; never used where they do not."""
+        source = random.Random(1)
+        program = self.programs[0]
+        for _ in range(CHECKS):
+            values = [_nearby(variable, source) for variable in self.inputs.variables]
+            steps = program.run(values)
+            if program.holds(steps) and [steps[number] for number in program.outputs] != self.analysed(values):
+                return False
+        return True
+
+    def program_at(self, values: Values) -> tuple[Program, list[Fraction]]:
+        """A program that applies at these inputs, with the value of each of its steps."""
+        for program in self.programs:
+            steps = program.run(values)
+            if program.holds(steps):
+                return program, steps
+        _, results, guards = self._formulas(self.inputs.at(values, traced=True))
+        program = Program(results, guards)
+        self.programs = [*self.programs[:1], *self.programs[1:][-30:], program]
+        return program, program.run(values)
+
+    def exact(self, values: Values) -> list[Fraction]:
+        """The outputs at exact inputs."""
+        if not self.applies:
+            return self.analysed(values)
+        program, steps = self.program_at(values)
+        return [steps[number] for number in program.outputs]
+
+    def sampled(self, columns: Mapping[int, Any], size: int) -> list[Any]:
+        """The outputs for `size` samples as arrays of floats; `columns` has those of the variables that vary, by index.
+
+        Outputs that no varying variable reaches are exact numbers.
+        """
+        inputs = [columns.get(variable.index, float(variable.nominal)) for variable in self.inputs.variables]
+        if not self.applies:
+            return self._one_by_one(inputs, size)
+        program = self.programs[0]
+        nominal = program.run(self.inputs.nominal)
+        steps = program.run(inputs)
+        varying = frozenset(columns)
+        found = [
+            numpy.broadcast_to(steps[number], (size,)).copy() if program.variables(number) & varying else nominal[number]
+            for number in program.outputs
+        ]
+        good = numpy.broadcast_to(program.holds(steps), (size,))
+        for sample in numpy.flatnonzero(~good):
+            values = [Fraction(float(item[sample]) if isinstance(item, numpy.ndarray) else item) for item in inputs]
+            for number, value in enumerate(self.exact(values)):
+                if isinstance(found[number], numpy.ndarray):
+                    found[number][sample] = float(value)
+                elif value != found[number]:
+                    found[number] = numpy.full(size, float(found[number]))
+                    found[number][sample] = float(value)
+        return found
+
+    def _one_by_one(self, inputs: Sequence[Any], size: int) -> list[Any]:
+        rows = []
+        for sample in range(size):
+            values = [Fraction(float(item[sample]) if isinstance(item, numpy.ndarray) else item) for item in inputs]
+            rows.append([float(value) for value in self.analysed(values)])
+        return [numpy.array(column) for column in zip(*rows, strict=True)]
+
+    def broken(self, outputs: Sequence[Fraction]) -> list[Bound]:
+        """The comparisons that do not hold."""
+        found = []
+        for bound in self.outputs.bounds:
+            compare = HOLDS[self.outputs.operators[bound.requirement]]
+            if not compare(outputs[bound.value], outputs[bound.limit]):
+                found.append(bound)
+        return found
+
+
+def _comparisons(limit: Limit, view: View) -> Iterator[tuple[Fraction, Fraction, str]]:
+    """Value, bound and thread of each comparison of a requirement (see `dse.analysis.limits.judge`)."""
+    yield limit.measure.value(view), Fraction(0) + limit.bound(view), ""
+    if limit.each is not None:
+        for name, terms in thread_loads(limit.measure.terms).items():
+            yield sum((term.value(view) for term in terms), Fraction(0)), limit.each, name
+
+
+def _nearby(variable: Variable, source: random.Random) -> Fraction:
+    value = variable.nominal * Fraction(source.randint(900, 1100), 1000)
+    return Fraction(max(variable.least, round(value))) if variable.is_whole else value

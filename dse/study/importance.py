@@ -1,0 +1,126 @@
+"""What uncertain inputs do to designs: the chance that requirements hold, and which inputs matter (Sobol, Morris)."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from math import sqrt
+from typing import Any
+
+import numpy
+
+from dse.analysis.limits import HOLDS
+from dse.results.result import decisions_of
+from dse.results.sensitivity import Chance, Indices
+from dse.study.functions import DesignFunction
+from dse.study.uncertainty import Uncertain, columns_of, ordered_columns
+
+SAMPLES = 100_000
+SOBOL_SAMPLES = 2**12
+"""Base samples of the Sobol indices; the function is evaluated (inputs + 2) times as often."""
+TRAJECTORIES = 256
+SLACK = 1e-12
+"""Samples are floating-point numbers: a value that meets its limit to this relative difference holds."""
+
+
+def random_shares(count: int, samples: int, seed: int) -> Any:
+    """Independent shares of [0, 1]: a row for each input."""
+    return numpy.random.default_rng(seed).random((count, samples))
+
+
+def chance(function: DesignFunction, uncertain: Sequence[Uncertain], shares: Any) -> Chance:
+    """How often the design meets its requirements for the given samples (the same for every design, so that they compare)."""
+    size = shares.shape[1]
+    outputs = function.sampled(columns_of(uncertain, shares), size)
+    held: dict[int, Any] = {}
+    for bound in function.outputs.bounds:
+        good = _holds(function.outputs.operators[bound.requirement], outputs[bound.value], outputs[bound.limit])
+        held[bound.requirement] = held.get(bound.requirement, True) & numpy.broadcast_to(good, (size,))
+    together = numpy.ones(size, dtype=bool)
+    for good in held.values():
+        together &= good
+    share = float(together.mean())
+    return Chance(
+        decisions=decisions_of(function.inputs.problem.space, function.design),
+        all_met=share,
+        standard_error=sqrt(share * (1 - share) / size),
+        by_requirement={function.outputs.texts[number]: float(good.mean()) for number, good in held.items()},
+    )
+
+
+def _holds(operator: str, value: Any, limit: Any) -> Any:
+    if not isinstance(value, numpy.ndarray) and not isinstance(limit, numpy.ndarray):
+        return HOLDS[operator](value, limit)
+    value, limit = (item if isinstance(item, numpy.ndarray) else float(item) for item in (value, limit))
+    slack = SLACK * numpy.maximum(numpy.abs(limit), 1.0)
+    if operator == "==":
+        return numpy.abs(value - limit) <= slack
+    compare: Callable[..., Any] = HOLDS[operator]
+    return compare(value, limit + slack if operator[0] == "<" else limit - slack)
+
+
+def indices(function: DesignFunction, uncertain: Sequence[Uncertain], metrics: Sequence[str], seed: int) -> tuple[Indices, ...]:
+    """Sobol indices (Saltelli 2010, by scipy) and Morris' elementary effects (radial, Campolongo 2011) of each metric that varies."""
+    names = [name for name in metrics if name in function.outputs.names]
+    numbers = [function.outputs.names.index(name) for name in names]
+
+    def outputs(values: Any) -> Any:
+        found = function.sampled(ordered_columns(uncertain, list(values)), values.shape[1])
+        return numpy.array([numpy.broadcast_to(numpy.asarray(found[number], dtype=float), values.shape[1]) for number in numbers])
+
+    effects, spreads = _morris(outputs, uncertain, seed)
+    nominal = function.exact(function.inputs.nominal)
+    sizes = [max(abs(float(nominal[number])), 1e-300) for number in numbers]
+    varying = [position for position in range(len(names)) if effects[position].any()]
+    if not varying:
+        return ()
+    first, total = _sobol(outputs, uncertain, varying, sizes, seed)
+    paths = [item.path for item in uncertain]
+    return tuple(
+        Indices(
+            output=names[position],
+            unit=function.outputs.units[numbers[position]],
+            first=_by_path(paths, first[row]),
+            total=_by_path(paths, total[row]),
+            effect=_by_path(paths, effects[position]),
+            spread=_by_path(paths, spreads[position]),
+        )
+        for row, position in enumerate(varying)
+    )
+
+
+def _by_path(paths: Sequence[str], values: Any) -> dict[str, float]:
+    return {path: float(value) for path, value in zip(paths, values, strict=True)}
+
+
+def _sobol(
+    outputs: Callable[[Any], Any], uncertain: Sequence[Uncertain], varying: Sequence[int], sizes: Sequence[float], seed: int
+) -> tuple[Any, Any]:
+    """First-order and total indices: a row for each varying output (of size `sizes`), a column for each input."""
+    from scipy.stats import sobol_indices
+
+    units = numpy.array(sizes)[list(varying)].reshape(-1, 1)
+
+    def scaled(values: Any) -> Any:
+        return outputs(values)[list(varying)] / units
+
+    result = sobol_indices(func=scaled, n=SOBOL_SAMPLES, dists=list(uncertain), rng=numpy.random.default_rng(seed))
+    shape = (len(varying), len(uncertain))
+    return numpy.reshape(result.first_order, shape), numpy.reshape(result.total_order, shape)
+
+
+def _morris(outputs: Callable[[Any], Any], uncertain: Sequence[Uncertain], seed: int) -> tuple[Any, Any]:
+    """Mean absolute elementary effect and its standard deviation, per whole range: a row for each output, a column for each input."""
+    from scipy.stats import qmc
+
+    count = len(uncertain)
+    base = qmc.Sobol(count, rng=numpy.random.default_rng(seed)).random(TRAJECTORIES).T
+    start = outputs(numpy.array([item.ppf(row) for item, row in zip(uncertain, base, strict=True)]))
+    effects = []
+    for number in range(count):
+        moved = base.copy()
+        step = numpy.where(moved[number] < 0.5, 0.5, -0.5)
+        moved[number] += step
+        ends = outputs(numpy.array([item.ppf(row) for item, row in zip(uncertain, moved, strict=True)]))
+        effects.append((ends - start) / step)
+    stacked = numpy.array(effects)
+    return numpy.abs(stacked).mean(axis=2).T, stacked.std(axis=2, ddof=1).T
