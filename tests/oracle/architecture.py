@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import random
+from itertools import pairwise
 from typing import Any
 
 from .problem import as_list
@@ -14,10 +15,32 @@ DATA_RATES = ("100 B/s", "1234 B/s", "1.5 KB/s", "9.6 kbit/s", "1001 bit/s")
 BANDWIDTHS = ("125 kbit/s", "20.5 KBytesps", "11520 B/s", "1 Mbit/s", "250 Kbitsps", "115200 bit/s")
 PROTOCOLS = ("periodic", "aperiodic", "sporadic", "hybrid")
 ALWAYS_TIMED = ("periodic", "hybrid")
-THEMES = ("processor_type", "several_processors", "optional_processor", "bus_type", "optional_bus", "bus_choice",
-          "carrier_choice", "thread_period", "protocol", "execution_time", "map_alternatives", "device_period",
-          "device_time", "device_latency", "device_type", "thread_type", "type_alternatives", "data_size", "rate",
-          "data_rate", "queue_size", "response_time", "connection_latency", "catalogue_alternatives")
+THEMES = (
+    "processor_type",
+    "several_processors",
+    "optional_processor",
+    "bus_type",
+    "optional_bus",
+    "bus_choice",
+    "carrier_choice",
+    "thread_period",
+    "protocol",
+    "execution_time",
+    "map_alternatives",
+    "device_period",
+    "device_time",
+    "device_latency",
+    "device_type",
+    "thread_type",
+    "type_alternatives",
+    "data_size",
+    "rate",
+    "data_rate",
+    "queue_size",
+    "response_time",
+    "connection_latency",
+    "catalogue_alternatives",
+)
 
 
 class Architecture:
@@ -59,8 +82,9 @@ class Architecture:
 
     def duration(self, low_us: int, high_us: int) -> str:
         us = self.rng.randint(low_us, high_us)
-        return self.rng.choice([f"{us} us", f"{us} us", f"{us}.{self.rng.randint(1, 9)} us", f"{us}us",
-                                f"{us / 1000:.3f} ms"])
+        return self.rng.choice(
+            [f"{us} us", f"{us} us", f"{us}.{self.rng.randint(1, 9)} us", f"{us}us", f"{us / 1000:.3f} ms"]
+        )
 
     def time_range(self, low_us: int, high_us: int) -> str:
         if self.chance(0.2):
@@ -96,14 +120,18 @@ class Architecture:
         for name in ("RT101", "Spectra", "Nano")[: self.rng.randint(1, 3)]:
             types[name] = {}
             if self.chance(0.7):
-                types[name]["cores"] = (["1", "2"] if self.on("catalogue_alternatives", 0.3)
-                                        else str(self.rng.randint(1, 4)))
+                types[name]["cores"] = (
+                    ["1", "2"] if self.on("catalogue_alternatives", 0.3) else str(self.rng.randint(1, 4))
+                )
             self.add_costs(types[name], 0.8)
         self.document["processor_types"] = types
 
     def _transmission_time(self, virtual: bool) -> dict[str, Any]:
-        per_byte = ["87 ns .. 95 ns", "7 ns .. 10 ns", "80.5 ns .. 88.25 ns"] if virtual else \
-            ["64 us .. 88 us", "16 us .. 22 us", "87 us", "8.5 us .. 9.1 us"]
+        per_byte = (
+            ["87 ns .. 95 ns", "7 ns .. 10 ns", "80.5 ns .. 88.25 ns"]
+            if virtual
+            else ["64 us .. 88 us", "16 us .. 22 us", "87 us", "8.5 us .. 9.1 us"]
+        )
         times = {"fixed": self.time_range(50, 1200), "per_byte": self.rng.choice(per_byte)}
         if not virtual and self.on("catalogue_alternatives", 0.3):
             times["fixed"] = self.time_ranges("catalogue_alternatives", 50, 1200)
@@ -128,15 +156,23 @@ class Architecture:
         per_type = virtual and self.chance(0.7)
         kinds = self.document["processor_types"]
         if self.chance(0.75):
-            body["transmission_time"] = ({t: self._transmission_time(True) for t in kinds} if per_type
-                                         else self._transmission_time(virtual))
+            body["transmission_time"] = (
+                {t: self._transmission_time(True) for t in kinds} if per_type else self._transmission_time(virtual)
+            )
         if self.chance(0.4):
-            body["latency"] = ({t: self.time_range(1, 1084) for t in kinds} if per_type
-                               else self.time_ranges("catalogue_alternatives", 1, 1084) if not virtual
-                               else self.time_range(1, 1084))
+            body["latency"] = (
+                {t: self.time_range(1, 1084) for t in kinds}
+                if per_type
+                else self.time_ranges("catalogue_alternatives", 1, 1084)
+                if not virtual
+                else self.time_range(1, 1084)
+            )
         if self.chance(0.4):
-            body["overhead"] = (self.some(["5 B", "8 B", "30 bit"], "catalogue_alternatives", 2) if not virtual
-                                else self.rng.choice(["12 B", "64 B", "0 B"]))
+            body["overhead"] = (
+                self.some(["5 B", "8 B", "30 bit"], "catalogue_alternatives", 2)
+                if not virtual
+                else self.rng.choice(["12 B", "64 B", "0 B"])
+            )
 
     def _is_per_type(self, bus: str) -> bool:
         """Whether a bus or virtual bus type needs to know the machine."""
@@ -145,8 +181,12 @@ class Architecture:
         bodies = [self.document["bus_types"][t] for t in types]
         if slot is not None:
             bodies += [{"transmission_time": {"RT101": {}}} for b in as_list(slot.get("bus")) if self._is_per_type(b)]
-        return any("RT101" in (body.get(field) or {}) for body in bodies for field in ("transmission_time", "latency")
-                   if isinstance(body.get(field), dict))
+        return any(
+            "RT101" in (body.get(field) or {})
+            for body in bodies
+            for field in ("transmission_time", "latency")
+            if isinstance(body.get(field), dict)
+        )
 
     # Slots
 
@@ -254,13 +294,17 @@ class Architecture:
     def _times(self, body: dict[str, Any]) -> None:
         per_type = "processor" in body
         if self.chance(0.95):
-            body["compute_execution_time"] = (self.per_type("execution_time", 50, 1500) if per_type
-                                              else self.time_ranges("execution_time", 50, 1500))
+            body["compute_execution_time"] = (
+                self.per_type("execution_time", 50, 1500) if per_type else self.time_ranges("execution_time", 50, 1500)
+            )
         else:
             body["latency"] = self.time_range(50, 1500)
         if self.on("response_time", 0.6) or self.chance(0.05):
-            body["response_time"] = (self.per_type("response_time", 1600, 6000) if per_type
-                                     else self.time_ranges("response_time", 1600, 6000))
+            body["response_time"] = (
+                self.per_type("response_time", 1600, 6000)
+                if per_type
+                else self.time_ranges("response_time", 1600, 6000)
+            )
 
     def _thread_types(self) -> dict[str, Any]:
         types = self.document.setdefault("thread_types", {})
@@ -292,7 +336,7 @@ class Architecture:
         self.document["connections"] = self.connections
         chain = [self.sources[0], *self.threads, *self.sinks]
         self.chain = chain
-        self.backbone = [self._connect(a, b) for a, b in zip(chain, chain[1:], strict=False)]
+        self.backbone = [self._connect(a, b) for a, b in pairwise(chain)]
         threads = list(self.threads)
         for source in self.sources[1:]:
             self._connect(source, self.rng.choice(threads))
@@ -309,7 +353,7 @@ class Architecture:
     def _add_feedback(self, threads: list[str]) -> None:
         """A connection backwards, with at least one thread on the loop that may be dispatched by time."""
         first, last = sorted(self.rng.sample(range(len(threads)), 2))
-        loop = [self.threads[name] for name in threads[first:last + 1]]
+        loop = [self.threads[name] for name in threads[first : last + 1]]
         if not any(self._protocols(body) & set(ALWAYS_TIMED) for body in loop):
             return
         self._connect(threads[last], threads[first], extra=True)
@@ -317,8 +361,11 @@ class Architecture:
     def _protocols(self, body: dict[str, Any]) -> set[str]:
         """The protocols that a thread or device may have."""
         bodies = [self._catalogue(t) | body for t in as_list(body.get("type"))] or [body]
-        return {protocol for b in bodies for protocol in
-                as_list(b.get("dispatch_protocol") or ("periodic" if "period" in b else "aperiodic"))}
+        return {
+            protocol
+            for b in bodies
+            for protocol in as_list(b.get("dispatch_protocol") or ("periodic" if "period" in b else "aperiodic"))
+        }
 
     def _catalogue(self, type_name: str) -> dict[str, Any]:
         return (self.document.get("thread_types", {}) | self.document.get("device_types", {}))[type_name]
@@ -363,8 +410,9 @@ class Architecture:
 
     def _add_triggers_and_queues(self) -> None:
         for name, body in (*self.threads.items(), *self.document["devices"].items()):
-            triggers = [c for c, ends in self.connections.items() if ends.get("to") == name
-                        and ends.get("port") != "data"]
+            triggers = [
+                c for c, ends in self.connections.items() if ends.get("to") == name and ends.get("port") != "data"
+            ]
             if not self._may_be_triggered(name):
                 continue
             if name in self.threads and len(triggers) > 1 and self.chance(0.4):
@@ -396,7 +444,7 @@ class Architecture:
         """A data size for the connections of a flow: its transmission may take time per byte."""
         ends = {(body.get("from"), body.get("to")): body for body in self.connections.values()}
         on_the_way = [self.connections[element] for element in path if element in self.connections]
-        on_the_way += [ends[pair] for pair in zip(path, path[1:], strict=False) if pair in ends]
+        on_the_way += [ends[pair] for pair in pairwise(path) if pair in ends]
         for body in on_the_way:
             if "bus" in body:
                 body.setdefault("data_size", self.rng.choice(SIZES))
@@ -412,13 +460,19 @@ class Architecture:
     def _path(self, start: int, end: int) -> list[str]:
         path = [self.chain[start]]
         for i in range(start, end - 1):
-            parallel = [c for c, ends in self.connections.items()
-                        if ends.get("from") == self.chain[i] and ends.get("to") == self.chain[i + 1]]
+            parallel = [
+                c
+                for c, ends in self.connections.items()
+                if ends.get("from") == self.chain[i] and ends.get("to") == self.chain[i + 1]
+            ]
             if len(parallel) > 1 or self.chance(0.1):
                 path.append(self.rng.choice(parallel))
             path.append(self.chain[i + 1])
-        before = [c for c, ends in self.connections.items() if "from" not in ends and ends["to"] == path[0]
-                  and self._is_never_timed(path[0])]
+        before = [
+            c
+            for c, ends in self.connections.items()
+            if "from" not in ends and ends["to"] == path[0] and self._is_never_timed(path[0])
+        ]
         after = [c for c, ends in self.connections.items() if "to" not in ends and ends["from"] == path[-1]]
         if before and self.chance(0.7):
             path.insert(0, before[0])

@@ -90,6 +90,10 @@ def _connection_features(problem: Problem) -> Iterator[str]:
             yield "virtual bus type used directly"
         if "data_rate" in body:
             yield f"data_rate {'with' if 'data_size' in body else 'without'} data_size"
+    yield from _flow_features(problem)
+
+
+def _flow_features(problem: Problem) -> Iterator[str]:
     for flow in problem.sections["flows"].values():
         path = flow["path"]
         if path[0] in problem.sections["connections"] or path[-1] in problem.sections["connections"]:
@@ -111,9 +115,26 @@ def _question_features(problem: Problem) -> Iterator[str]:
         if requirement.metric.name == "load":
             yield "load share" if requirement.limit.endswith(("%", "ppm")) else "load in B/s"
     for rule in problem.rules:
-        yield from ("rule " + word for word in ("require", "forbid", "implies", "requires", " and ", " or ", "not ",
-                                                " in [", "is a multiple of", "==", "!=", "<=", ">=", "(")
-                    if word in rule.text)
+        yield from (
+            "rule " + word
+            for word in (
+                "require",
+                "forbid",
+                "implies",
+                "requires",
+                " and ",
+                " or ",
+                "not ",
+                " in [",
+                "is a multiple of",
+                "==",
+                "!=",
+                "<=",
+                ">=",
+                "(",
+            )
+            if word in rule.text
+        )
         yield "rule without verb" if not rule.text.startswith(("require ", "forbid ")) else "rule with verb"
     for key in ("metrics", "totals", "baseline"):
         if problem.document.get(key):

@@ -49,8 +49,24 @@ from .problem import NONE, Problem, as_list, load_file, load_text, option_value
 from .quantities import DATA_RATE, MONEY, NS_PER_S, POWER, RATIO, TIME, Dimension
 from .reading import COMPARE, InvalidDesign, Reading
 
-__all__ = ["Design", "InvalidDesign", "Problem", "canonical", "decisions", "designs", "dominates", "evaluate", "front",
-           "load_file", "load_text", "non_dominated", "violations"]
+__all__ = [
+    "Design",
+    "InvalidDesign",
+    "Problem",
+    "canonical",
+    "decisions",
+    "designs",
+    "dominates",
+    "evaluate",
+    "front",
+    "is_met",
+    "is_obeyed",
+    "load_file",
+    "load_text",
+    "needed_limit",
+    "non_dominated",
+    "violations",
+]
 
 Design = dict[str, str | None]
 
@@ -107,6 +123,7 @@ def _processes_agree(reading: Reading) -> bool:
 
 def _decision_order(problem: Problem) -> list[tuple[str, str, str]]:
     """Decisions in an order in which each one's activity and options follow from those before it."""
+
     def stage(name: str, field: str) -> tuple[int, int]:
         section = problem.section_of[name]
         if section in ("devices", "threads") and field in ("type", "process"):
@@ -178,21 +195,26 @@ def _figures(problem: Problem, reading: Reading) -> dict[str, Any]:
     figures["shares"] = reading.shares()
     figures["utilisation"] = {slot: sum(parts.values(), Fraction(0)) for slot, parts in figures["shares"].items()}
     figures["cores"] = {slot: int(reading.get(slot, "cores") or 1) for slot in problem.sections["processors"]}
-    figures["rates"] = {name: reading.rate(name) for section in ("devices", "threads")
-                        for name in problem.sections[section]}
+    figures["rates"] = {
+        name: reading.rate(name) for section in ("devices", "threads") for name in problem.sections[section]
+    }
     figures["load"] = reading.loads()
     bandwidths = {bus: reading.bus_field(bus, "bandwidth") for bus in problem.buses}
-    figures["load_share"] = {bus: None if text is None else figures["load"][bus] / quantities.bandwidth(text)
-                             for bus, text in bandwidths.items()}
+    figures["load_share"] = {
+        bus: None if text is None else figures["load"][bus] / quantities.bandwidth(text)
+        for bus, text in bandwidths.items()
+    }
     for figure in ("price", "power"):
         figures[figure] = _amounts(reading, figure)
     figures["totals"] = {figure: _amounts(reading, figure) for figure in problem.totals}
-    figures["metrics"] = {name: quantities.per_second(*_metric(problem, figures, name, None))
-                          for name in problem.metrics}
+    figures["metrics"] = {
+        name: quantities.per_second(*_metric(problem, figures, name, None)) for name in problem.metrics
+    }
     figures["violations"] = violations(problem, figures)
     figures["objectives"] = tuple(
         objective.sign * quantities.per_second(*_metric(problem, figures, objective.metric.name, objective.metric.of))
-        for objective in problem.objectives)
+        for objective in problem.objectives
+    )
     return figures
 
 
@@ -248,12 +270,7 @@ def _derived(problem: Problem, figures: Mapping[str, Any], name: str) -> tuple[F
 def violations(problem: Problem, figures: Mapping[str, Any]) -> list[str]:
     """The requirements that the figures of a design break, as texts."""
     broken = []
-    for requirement in problem.requirements:
-        name, of = requirement.metric.name, requirement.metric.of
-        whole = name not in ("latency", "min latency", "jitter", "utilisation", "load")
-        subjects = [of] if of is not None or whole else _subjects(problem, name)
-        if not all(_satisfied(problem, figures, requirement, subject) for subject in subjects):
-            broken.append(requirement.text)
+    broken += [item.text for item in problem.requirements if not is_met(problem, figures, item.text)]
     for flow, body in problem.sections["flows"].items():
         limit = body.get("latency")
         if limit is not None and figures["flows"][flow]["max"] > quantities.time_range(limit)[1]:
@@ -261,8 +278,38 @@ def violations(problem: Problem, figures: Mapping[str, Any]) -> list[str]:
     return broken
 
 
-def _satisfied(problem: Problem, figures: Mapping[str, Any], requirement: grammar.Requirement,
-               subject: str | None) -> bool:
+def is_met(problem: Problem, figures: Mapping[str, Any], text: str) -> bool:
+    """Whether figures meet a requirement, whether the problem states it or not."""
+    requirement = grammar.requirement(text)
+    name, of = requirement.metric.name, requirement.metric.of
+    whole = name not in ("latency", "min latency", "jitter", "utilisation", "load")
+    subjects = [of] if of is not None or whole else _subjects(problem, name)
+    return all(_satisfied(problem, figures, requirement, subject) for subject in subjects)
+
+
+def is_obeyed(problem: Problem, design: Mapping[str, str | None], text: str) -> bool:
+    """Whether a design obeys a rule, whether the problem states it or not."""
+    rule = grammar.rule(text)
+    return Reading(problem, design).holds(rule.condition) is not rule.forbid
+
+
+def needed_limit(problem: Problem, figures: Mapping[str, Any], text: str) -> Fraction:
+    """The limit that a design would just meet, in the units of `evaluate`; a share where the limit is one."""
+    requirement = grammar.requirement(text)
+    metric, of = requirement.metric.name, requirement.metric.of
+    if of is None and metric in ("utilisation", "load"):
+        of = _only(problem, metric)
+    if metric == "load" and requirement.limit.endswith(("%", "ppm")):
+        return figures["load_share"][of] or Fraction(0)
+    if metric != "utilisation":
+        return quantities.per_second(*_metric(problem, figures, metric, of))
+    needed = figures["utilisation"][of] / figures["cores"][of]
+    return max([needed, *figures["shares"][of].values()]) if requirement.operator in ("<=", "<") else needed
+
+
+def _satisfied(
+    problem: Problem, figures: Mapping[str, Any], requirement: grammar.Requirement, subject: str | None
+) -> bool:
     compare, metric = COMPARE[requirement.operator], requirement.metric.name
     limit = quantities.quantity(requirement.limit)
     if metric in problem.totals and metric not in problem.metrics:

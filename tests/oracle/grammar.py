@@ -15,8 +15,10 @@ OPERATORS = {"<=", "<", ">=", ">", "==", "!="}
 
 _TOKEN = re.compile(r"""\s*('[^']*'(?:\.\w+)?|"[^"]*"(?:\.\w+)?|<=|>=|==|!=|[<>()\[\],]|[^\s()\[\],<>=!'"]+)""")
 _UNIT = "|".join(re.escape(unit) for unit in sorted(UNITS, key=len, reverse=True))
-_TERM_TOKEN = re.compile(rf"""\s*('[^']*'|"[^"]*"|{NUMBER.removeprefix('[+-]?')}(?:\s*(?:{_UNIT})(?![\w/]))?"""
-                         r"""|[+\-*/]|[^\s+\-*/'"]+)""")
+_TERM_TOKEN = re.compile(
+    rf"""\s*('[^']*'|"[^"]*"|{NUMBER.removeprefix("[+-]?")}(?:\s*(?:{_UNIT})(?![\w/]))?"""
+    r"""|[+\-*/]|[^\s+\-*/'"]+)"""
+)
 
 
 @dataclass(frozen=True)
@@ -76,7 +78,7 @@ def metric(tokens: list[str]) -> Metric:
     """``["jitter", "of", "f"]``."""
     if "of" in tokens:
         at = tokens.index("of")
-        return Metric(" ".join(map(unquote, tokens[:at])), " ".join(map(unquote, tokens[at + 1:])))
+        return Metric(" ".join(map(unquote, tokens[:at])), " ".join(map(unquote, tokens[at + 1 :])))
     return Metric(" ".join(map(unquote, tokens)), None)
 
 
@@ -85,7 +87,7 @@ def requirement(text: str) -> Requirement:
     """Reads ``METRIC [of NAME] OP QUANTITY``."""
     tokens = _scan(_TOKEN, text)
     at = next(i for i, token in enumerate(tokens) if token in OPERATORS)
-    return Requirement(text, metric(tokens[:at]), tokens[at], " ".join(tokens[at + 1:]))
+    return Requirement(text, metric(tokens[:at]), tokens[at], " ".join(tokens[at + 1 :]))
 
 
 @cache

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from functools import cached_property
+from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
@@ -12,14 +13,37 @@ import yaml
 from . import grammar, quantities
 
 SECTIONS = ("processors", "buses", "devices", "threads", "connections")
-CATALOGUES = {"processors": "processor_types", "buses": "bus_types", "devices": "device_types",
-              "threads": "thread_types"}
-_TASK_FIELDS = ("dispatch_protocol", "period", "compute_execution_time", "callback_execution_time", "latency",
-                "deadline", "response_time", "queue_size", "price", "power")
+CATALOGUES = {
+    "processors": "processor_types",
+    "buses": "bus_types",
+    "devices": "device_types",
+    "threads": "thread_types",
+}
+_TASK_FIELDS = (
+    "dispatch_protocol",
+    "period",
+    "compute_execution_time",
+    "callback_execution_time",
+    "latency",
+    "deadline",
+    "response_time",
+    "queue_size",
+    "price",
+    "power",
+)
 FIELDS = {
     "processors": ("type", "cores", "price", "power"),
-    "buses": ("type", "bus", "bandwidth", "transmission_time.fixed", "transmission_time.per_byte", "overhead", "latency",
-              "price", "power"),
+    "buses": (
+        "type",
+        "bus",
+        "bandwidth",
+        "transmission_time.fixed",
+        "transmission_time.per_byte",
+        "overhead",
+        "latency",
+        "price",
+        "power",
+    ),
     "devices": ("type", *_TASK_FIELDS),
     "threads": ("type", "process", "processor", *_TASK_FIELDS),
     "connections": ("data_size", "bus", "rate", "data_rate", "port", "queue_size", "latency"),
@@ -46,8 +70,12 @@ class Problem:
 
     def owner(self, decision: str) -> tuple[str, str]:
         """Component and field of a decision: ``("canbus0", "transmission_time.fixed")``."""
-        return next((name, decision.removeprefix(f"{name}.")) for name, section in self.section_of.items()
-                    for field in FIELDS[section] if decision == f"{name}.{field}")
+        return next(
+            (name, decision.removeprefix(f"{name}."))
+            for name, section in self.section_of.items()
+            for field in FIELDS[section]
+            if decision == f"{name}.{field}"
+        )
 
     def component(self, name: str) -> dict[str, Any]:
         """The entry of a component, without what its type gives."""
@@ -59,8 +87,11 @@ class Problem:
 
     @cached_property
     def _types(self) -> dict[str, list[str]]:
-        return {name: [*([NONE] if body.get("optional") == "true" else []), *as_list(body.get("type"))]
-                for section in SECTIONS for name, body in self.sections[section].items()}
+        return {
+            name: [*([NONE] if body.get("optional") == "true" else []), *as_list(body.get("type"))]
+            for section in SECTIONS
+            for name, body in self.sections[section].items()
+        }
 
     @cached_property
     def fixed(self) -> dict[tuple[str, str], list[Any]]:
@@ -100,10 +131,11 @@ class Problem:
 
     def _complete(self, path: list[str]) -> list[str]:
         connections, full = self.sections["connections"], path[:1]
-        for before, after in zip(path, path[1:], strict=False):
+        for before, after in pairwise(path):
             if before not in connections and after not in connections:
-                (between,) = (name for name, ends in connections.items()
-                              if ends.get("from") == before and ends.get("to") == after)
+                (between,) = (
+                    name for name, ends in connections.items() if ends.get("from") == before and ends.get("to") == after
+                )
                 full.append(between)
             full.append(after)
         return full
@@ -178,11 +210,29 @@ def looked_up(body: Mapping[str, Any], field: str) -> Any:
 
 
 _READERS: dict[str, Callable[[str], Any]] = {
-    "period": quantities.period, "data_size": quantities.size, "overhead": quantities.size, "rate": quantities.rate,
-    "data_rate": quantities.data_rate, "bandwidth": quantities.bandwidth, "price": quantities.price,
-    "power": quantities.power, "deadline": quantities.duration, "queue_size": int, "cores": int,
-    **dict.fromkeys(("compute_execution_time", "callback_execution_time", "response_time", "latency",
-                     "transmission_time.fixed", "transmission_time.per_byte"), quantities.time_range)}
+    "period": quantities.period,
+    "data_size": quantities.size,
+    "overhead": quantities.size,
+    "rate": quantities.rate,
+    "data_rate": quantities.data_rate,
+    "bandwidth": quantities.bandwidth,
+    "price": quantities.price,
+    "power": quantities.power,
+    "deadline": quantities.duration,
+    "queue_size": int,
+    "cores": int,
+    **dict.fromkeys(
+        (
+            "compute_execution_time",
+            "callback_execution_time",
+            "response_time",
+            "latency",
+            "transmission_time.fixed",
+            "transmission_time.per_byte",
+        ),
+        quantities.time_range,
+    ),
+}
 
 
 def option_value(field: str, text: str) -> Any:

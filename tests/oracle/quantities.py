@@ -25,11 +25,27 @@ RATIO: Dimension = ()
 
 def _units() -> dict[str, tuple[Fraction, Dimension]]:
     units: dict[str, tuple[Fraction, Dimension]] = {}
-    for name, factor in {"ns": 1, "us": 10**3, "µs": 10**3, "μs": 10**3, "ms": 10**6, "s": 10**9,
-                         "min": 60 * 10**9, "h": 3600 * 10**9}.items():
+    for name, factor in {
+        "ns": 1,
+        "us": 10**3,
+        "µs": 10**3,
+        "μs": 10**3,
+        "ms": 10**6,
+        "s": 10**9,
+        "min": 60 * 10**9,
+        "h": 3600 * 10**9,
+    }.items():
         units[name] = (Fraction(factor), TIME)
-    sizes = {"bit": Fraction(1, 8), "B": Fraction(1), "KB": Fraction(10**3), "MB": Fraction(10**6),
-             "GB": Fraction(10**9), "KiB": Fraction(2**10), "MiB": Fraction(2**20), "GiB": Fraction(2**30)}
+    sizes = {
+        "bit": Fraction(1, 8),
+        "B": Fraction(1),
+        "KB": Fraction(10**3),
+        "MB": Fraction(10**6),
+        "GB": Fraction(10**9),
+        "KiB": Fraction(2**10),
+        "MiB": Fraction(2**20),
+        "GiB": Fraction(2**30),
+    }
     for name, size in sizes.items():
         units[name] = (size, SIZE)
     for prefix, factor in {"": 1, "k": 10**3, "M": 10**6, "G": 10**9}.items():
@@ -48,8 +64,12 @@ def _units() -> dict[str, tuple[Fraction, Dimension]]:
     units["ppm"] = (Fraction(1, 10**6), RATIO)
     for name, factor in {"nm": 1, "um": 10**3, "mm": 10**6, "cm": 10**7, "m": 10**9, "km": 10**12}.items():
         units[name] = (Fraction(factor), LENGTH)
-    for name, speed in {"mm/s": Fraction(1, 1000), "cm/s": Fraction(1, 100), "m/s": Fraction(1),
-                        "km/h": Fraction(1000, 3600)}.items():
+    for name, speed in {
+        "mm/s": Fraction(1, 1000),
+        "cm/s": Fraction(1, 100),
+        "m/s": Fraction(1),
+        "km/h": Fraction(1000, 3600),
+    }.items():
         units[name] = (speed, SPEED)
     return units
 

@@ -13,10 +13,29 @@ from .problem import NONE, Problem, as_list
 
 SAMPLE = 120
 """Designs that are looked at when limits are chosen."""
-UNORDERED = ("type", "bus", "processor", "dispatch_protocol", "compute_execution_time", "response_time", "latency",
-             "transmission_time.fixed", "transmission_time.per_byte")
-COMPARABLE = (*UNORDERED, "period", "data_size", "rate", "data_rate", "price", "cores", "bandwidth", "overhead",
-              "queue_size")
+UNORDERED = (
+    "type",
+    "bus",
+    "processor",
+    "dispatch_protocol",
+    "compute_execution_time",
+    "response_time",
+    "latency",
+    "transmission_time.fixed",
+    "transmission_time.per_byte",
+)
+COMPARABLE = (
+    *UNORDERED,
+    "period",
+    "data_size",
+    "rate",
+    "data_rate",
+    "price",
+    "cores",
+    "bandwidth",
+    "overhead",
+    "queue_size",
+)
 
 
 def _quote(name: str) -> str:
@@ -99,8 +118,12 @@ def _candidates(problem: Problem) -> list[str]:
     found += [f"utilisation of {_quote(slot)}" for slot in problem.sections["processors"]]
     found += [f"load of {_quote(bus)}" for bus in problem.sections["buses"]]
     found += ["price", "power", *problem.totals, *problem.metrics]
-    found += [f"{metric} of {_quote(name)}" for metric in ("price", "power")
-              for section in ("processors", "buses", "devices") for name in problem.sections[section]]
+    found += [
+        f"{metric} of {_quote(name)}"
+        for metric in ("price", "power")
+        for section in ("processors", "buses", "devices")
+        for name in problem.sections[section]
+    ]
     if len(problem.paths) == 1:
         found += ["jitter", "latency"]
     if len(problem.sections["processors"]) == 1:
@@ -116,7 +139,7 @@ class _Sample:
         self.metrics = _candidates(Problem(document))
         problem = Problem({**document, "objectives": [f"minimise {metric}" for metric in self.metrics]})
         found = list(designs(problem))
-        self.figures = [evaluate(problem, design) for design in found[::len(found) // SAMPLE + 1]]
+        self.figures = [evaluate(problem, design) for design in found[:: len(found) // SAMPLE + 1]]
         columns = zip(*(figures["objectives"] for figures in self.figures), strict=True)
         self.values = dict(zip(self.metrics, map(list, columns), strict=True)) if found else {}
         self.varying = [metric for metric, values in self.values.items() if len(set(values)) > 1]
@@ -149,10 +172,13 @@ def _objectives(rng: random.Random, sample: _Sample, feasible: list[int]) -> lis
     for _ in range(rng.choice([1, 15, 15])):
         chosen = _metrics_to_optimise(rng, sample, count)
         senses = [rng.choice([1] * 5 + [-1]) for _ in chosen]
-        vectors = {tuple(sense * sample.values[metric][i] for sense, metric in zip(senses, chosen, strict=True))
-                   for i in feasible}
-        texts = [f"{'minimise' if sense > 0 else 'maximise'} {metric}"
-                 for sense, metric in zip(senses, chosen, strict=True)]
+        vectors = {
+            tuple(sense * sample.values[metric][i] for sense, metric in zip(senses, chosen, strict=True))
+            for i in feasible
+        }
+        texts = [
+            f"{'minimise' if sense > 0 else 'maximise'} {metric}" for sense, metric in zip(senses, chosen, strict=True)
+        ]
         best = max(best, (len(non_dominated(vectors)) if vectors else 0, texts), key=lambda draw: draw[0])
     return best[1]
 
@@ -162,8 +188,11 @@ def _metrics_to_optimise(rng: random.Random, sample: _Sample, count: int) -> lis
     chosen: list[str] = []
     rest = [metric for metric in sample.metrics if metric not in sample.varying]
     for metric in (*rng.sample(sample.varying, len(sample.varying)), *rng.sample(rest, len(rest))):
-        alike = any(set(metric.split(" of ")) <= set(other.split(" of ")) or
-                    set(other.split(" of ")) <= set(metric.split(" of ")) for other in chosen)
+        alike = any(
+            set(metric.split(" of ")) <= set(other.split(" of "))
+            or set(other.split(" of ")) <= set(metric.split(" of "))
+            for other in chosen
+        )
         if len(chosen) < count and not alike:
             chosen.append(metric)
     return chosen

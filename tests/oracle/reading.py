@@ -14,7 +14,13 @@ from .quantities import NS_PER_S, TIME
 PER_PROCESSOR_TYPE = ("compute_execution_time", "callback_execution_time", "response_time")
 EVENT_TRIGGERED = ("aperiodic", "sporadic")
 COMPARE: dict[str, Callable[[Any, Any], bool]] = {
-    "<=": operator.le, "<": operator.lt, ">=": operator.ge, ">": operator.gt, "==": operator.eq, "!=": operator.ne}
+    "<=": operator.le,
+    "<": operator.lt,
+    ">=": operator.ge,
+    ">": operator.gt,
+    "==": operator.eq,
+    "!=": operator.ne,
+}
 
 
 class InvalidDesign(Exception):
@@ -301,8 +307,11 @@ class Reading:
             if not stack:
                 continue
             data_rate = self.get(connection, "data_rate")
-            load = (self.message_bytes(connection) * self.delivered_rate(connection) if data_rate is None
-                    else quantities.data_rate(data_rate))
+            load = (
+                self.message_bytes(connection) * self.delivered_rate(connection)
+                if data_rate is None
+                else quantities.data_rate(data_rate)
+            )
             for bus in stack:
                 found[bus] += load
         return found

@@ -71,16 +71,29 @@ def rows(figures: dict, flow: str = "f") -> list[tuple[int, int]]:
 def test_figures_of_the_robot() -> None:
     problem = load_text(ROBOT)
     assert decisions(problem) == {
-        "computer.type": ["RT101", "Spectra"], "canbus0.type": ["can_125k", "can_500k"],
-        "driver.dispatch_protocol": ["periodic", "aperiodic"], "driver.period": ["10 ms", "20 ms"]}
-    figures = evaluate(problem, {"computer.type": "RT101", "canbus0.type": "can_125k",
-                                 "driver.dispatch_protocol": "periodic", "driver.period": "20 ms"})
+        "computer.type": ["RT101", "Spectra"],
+        "canbus0.type": ["can_125k", "can_500k"],
+        "driver.dispatch_protocol": ["periodic", "aperiodic"],
+        "driver.period": ["10 ms", "20 ms"],
+    }
+    figures = evaluate(
+        problem,
+        {
+            "computer.type": "RT101",
+            "canbus0.type": "can_125k",
+            "driver.dispatch_protocol": "periodic",
+            "driver.period": "20 ms",
+        },
+    )
     assert rows(figures) == [
         (200_000, 300_000),  # gnss, whose own period does not count
         (256_000 + 30 * 64_000, 256_000 + 30 * 88_000),
-        (0, 20_000_000), (243_000, 1_300_000),  # driver: sampling, processing
+        (0, 20_000_000),
+        (243_000, 1_300_000),  # driver: sampling, processing
         (529_000 + 30 * 87, 1_115_000 + 30 * 95),  # ros_ipc as measured on RT101
-        (0, 20_000_000), (1_000_000, 1_000_000)]
+        (0, 20_000_000),
+        (1_000_000, 1_000_000),
+    ]
     assert figures["flows"]["f"]["max"] == 46_613_850
     assert figures["flows"]["f"]["jitter"] == 42_463_240
     assert figures["shares"]["computer"] == {"driver": Fraction(1300, 20_000), "nav": Fraction(1, 20)}
@@ -94,8 +107,12 @@ def test_figures_of_the_robot() -> None:
 
 def test_an_aperiodic_driver_inherits_the_rate_of_its_source() -> None:
     problem = load_text(ROBOT)
-    design = {"computer.type": "Spectra", "canbus0.type": "can_500k", "driver.dispatch_protocol": "aperiodic",
-              "driver.period": "20 ms"}
+    design = {
+        "computer.type": "Spectra",
+        "canbus0.type": "can_500k",
+        "driver.dispatch_protocol": "aperiodic",
+        "driver.period": "20 ms",
+    }
     assert canonical(problem, design)["driver.period"] is None
     figures = evaluate(problem, design)
     assert figures["rates"]["driver"] == 20
@@ -110,8 +127,14 @@ def test_designs_and_front_of_the_robot() -> None:
     # Aperiodic has no sampling row, so the least jitter; then only the computers trade off.
     found = front(problem)
     assert [vector[:2] for vector in found] == [(21_145_690, 90_000), (21_923_240, 15_000)]
-    assert found[next(iter(found))] == [{"computer.type": "Spectra", "canbus0.type": "can_500k",
-                                         "driver.dispatch_protocol": "aperiodic", "driver.period": None}]
+    assert found[next(iter(found))] == [
+        {
+            "computer.type": "Spectra",
+            "canbus0.type": "can_500k",
+            "driver.dispatch_protocol": "aperiodic",
+            "driver.period": None,
+        }
+    ]
 
 
 STACK = """
@@ -142,8 +165,13 @@ objectives: [minimise load of wire]
 def test_a_stack_adds_times_and_overheads() -> None:
     figures = only(STACK)
     size = 54 + 18 + 28
-    assert rows(figures) == [(100_000, 100_000), (1_000, 2_000), (10_000 + size * 8_000, 10_000 + size * 8_000),
-                             (0, 2 * 70_500), (50_000, 70_500)]
+    assert rows(figures) == [
+        (100_000, 100_000),
+        (1_000, 2_000),
+        (10_000 + size * 8_000, 10_000 + size * 8_000),
+        (0, 2 * 70_500),
+        (50_000, 70_500),
+    ]
     stack_load = size * Fraction(10**6, 33_333)
     assert figures["load"]["net"] == stack_load
     assert figures["load"]["wire"] == stack_load + Fraction(1001, 8)  # a stated data rate stands as it is
@@ -178,9 +206,13 @@ objectives: [minimise latency]
 def test_hybrid_and_sporadic_threads() -> None:
     figures = only(HYBRID)
     assert rows(figures) == [
-        (100_000, 300_000), (0, 20_000_000), (1_000_000, 2_000_000),  # callback, sampling, timer
+        (100_000, 300_000),
+        (0, 20_000_000),
+        (1_000_000, 2_000_000),  # callback, sampling, timer
         (5_000, 5_000),  # unbound, with a latency of its own
-        (0, 3 * 30_000_000), (10_000_000, 30_000_000)]  # the queue of the connection, times the response time
+        (0, 3 * 30_000_000),
+        (10_000_000, 30_000_000),
+    ]  # the queue of the connection, times the response time
     assert figures["flows"]["f"]["max"] == 142_305_000
     assert figures["rates"] == {"fast": Fraction(1000, 7), "slow": 1, "h": 50, "s": 10}  # 50 / s, at most 1 / 100 ms
     callback = Fraction(3, 10_000) * (Fraction(1000, 7) + 1)
@@ -214,10 +246,17 @@ objectives: [minimise price, minimise latency of f]
 def test_coupled_optional_and_local_decisions() -> None:
     problem = load_text(COUPLED)
     assert decisions(problem) == {
-        "q.type": ["none", "P", "Q"], "spare.type": ["none", "can"], "gnss.type": ["cheap", "good"],
-        "gnss.period": ["20 ms", "50 ms", "10 ms"], "a.processor": ["p", "q"],
-        "a.compute_execution_time": ["1 ms", "2 ms", "3 ms"], "b.processor": ["p", "q"],
-        "in.bus": ["spare", "ipc"], "ab.data_size": ["1 B", "2 B"], "ab.bus": ["spare", "ipc"]}
+        "q.type": ["none", "P", "Q"],
+        "spare.type": ["none", "can"],
+        "gnss.type": ["cheap", "good"],
+        "gnss.period": ["20 ms", "50 ms", "10 ms"],
+        "a.processor": ["p", "q"],
+        "a.compute_execution_time": ["1 ms", "2 ms", "3 ms"],
+        "b.processor": ["p", "q"],
+        "in.bus": ["spare", "ipc"],
+        "ab.data_size": ["1 B", "2 B"],
+        "ab.bus": ["spare", "ipc"],
+    }
     found = list(designs(problem))
     # The process is on p (q empty), on q = P, or on q = Q with two execution times; three devices; two buses for `in`;
     # two sizes of `ab`, which is inside the process.
@@ -229,17 +268,28 @@ def test_coupled_optional_and_local_decisions() -> None:
     assert set(front(problem)) == {(1_100, 2_001_000), (1_450, 2_000_000)}
 
 
-@pytest.mark.parametrize(("change", "message"), [
-    ({"b.processor": "q"}, "a process"),
-    ({"q.type": "P"}, "q is unused"),
-    ({"spare.type": "none"}, "spare is empty"),
-    ({"gnss.period": "10 ms"}, "10 ms is not offered"),
-    ({"in.bus": None}, "in.bus is open"),
-])
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        ({"b.processor": "q"}, "a process"),
+        ({"q.type": "P"}, "q is unused"),
+        ({"spare.type": "none"}, "spare is empty"),
+        ({"gnss.period": "10 ms"}, "10 ms is not offered"),
+        ({"in.bus": None}, "in.bus is open"),
+    ],
+)
 def test_invalid_designs(change: dict[str, str | None], message: str) -> None:
     problem = load_text(COUPLED)
-    design = {"q.type": "none", "spare.type": "can", "gnss.type": "cheap", "gnss.period": "20 ms", "a.processor": "p",
-              "b.processor": "p", "a.compute_execution_time": "1 ms", "in.bus": "spare"}
+    design = {
+        "q.type": "none",
+        "spare.type": "can",
+        "gnss.type": "cheap",
+        "gnss.period": "20 ms",
+        "a.processor": "p",
+        "b.processor": "p",
+        "a.compute_execution_time": "1 ms",
+        "in.bus": "spare",
+    }
     assert evaluate(problem, design)["price"]["system"] == 1_000 + 350 + 100
     with pytest.raises(InvalidDesign, match=message.replace("a process", "process x is spread")):
         evaluate(problem, {**design, **change})
@@ -258,7 +308,10 @@ objectives: [minimise latency]
 """
     inherited = load_text(text.replace(", rate: RATE", ""))
     assert [(d["a.dispatch_protocol"], d["b.dispatch_protocol"]) for d in designs(inherited)] == [
-        ("periodic", "sporadic"), ("periodic", "hybrid"), ("aperiodic", "hybrid")]
+        ("periodic", "sporadic"),
+        ("periodic", "hybrid"),
+        ("aperiodic", "hybrid"),
+    ]
     assert len(list(designs(load_text(text.replace("RATE", "5 Hz"))))) == 4
 
 
@@ -275,20 +328,23 @@ objectives: ["minimise latency of 'my flow'"]
 """
 
 
-@pytest.mark.parametrize(("rule", "count"), [
-    # All: (10 ms, 20 ms, aperiodic) * (20 ms, 30 ms) = 6; a comparison with an inactive period is unknown.
-    ("nav.period == 'main loop'.period", 2 + 1),
-    ("forbid nav.period == 'main loop'.period", 2 + 3),
-    ("require nav.period is a multiple of 'main loop'.period", 2 + 3),  # 20/10, 20/20, 30/10
-    ("nav.period in [20 ms, 40 ms]", 3),
-    ("'main loop'.period > 10 ms", 2 + 2),
-    ("not 'main loop'.period > 10 ms", 2 + 2),
-    ("'main loop'.period == 10 ms or nav.period == 30 ms", 2 + 3),  # unknown or false is unknown
-    ("'main loop'.period == 10 ms and nav.period == 30 ms", 1 + 1),  # unknown and false is false
-    ("nav.period == 30 ms implies ('main loop'.dispatch_protocol == aperiodic)", 2 + 2),
-    ("require 'main loop'.period <= nav.period", 2 + 4),
-    ("nav.period != 30 ms", 3),
-])
+@pytest.mark.parametrize(
+    ("rule", "count"),
+    [
+        # All: (10 ms, 20 ms, aperiodic) * (20 ms, 30 ms) = 6; a comparison with an inactive period is unknown.
+        ("nav.period == 'main loop'.period", 2 + 1),
+        ("forbid nav.period == 'main loop'.period", 2 + 3),
+        ("require nav.period is a multiple of 'main loop'.period", 2 + 3),  # 20/10, 20/20, 30/10
+        ("nav.period in [20 ms, 40 ms]", 3),
+        ("'main loop'.period > 10 ms", 2 + 2),
+        ("not 'main loop'.period > 10 ms", 2 + 2),
+        ("'main loop'.period == 10 ms or nav.period == 30 ms", 2 + 3),  # unknown or false is unknown
+        ("'main loop'.period == 10 ms and nav.period == 30 ms", 1 + 1),  # unknown and false is false
+        ("nav.period == 30 ms implies ('main loop'.dispatch_protocol == aperiodic)", 2 + 2),
+        ("require 'main loop'.period <= nav.period", 2 + 4),
+        ("nav.period != 30 ms", 3),
+    ],
+)
 def test_rules(rule: str, count: int) -> None:
     problem = load_text(RULED.replace("RULE", rule))
     assert len(list(designs(problem))) == count
@@ -311,13 +367,20 @@ objectives: [minimise latency]
 """
     plain = text.replace("rules: [RULE]\n", "")
     assert decisions(load_text(plain)) == {
-        "p.type": ["P", "Q"], "p.cores": ["2", "4", "1"], "wire.type": ["none", "can", "rs232", "none_yet"],
-        "wire.transmission_time.fixed": ["1 ms", "2 ms", "0 ns"], "t.type": ["slow", "quick", "idle"],
-        "t.period": ["20 ms", "50 ms"]}
+        "p.type": ["P", "Q"],
+        "p.cores": ["2", "4", "1"],
+        "wire.type": ["none", "can", "rs232", "none_yet"],
+        "wire.transmission_time.fixed": ["1 ms", "2 ms", "0 ns"],
+        "t.type": ["slow", "quick", "idle"],
+        "t.period": ["20 ms", "50 ms"],
+    }
     found = list(designs(load_text(plain)))
     assert len(found) == (2 + 1) * (2 + 1 + 1) * (2 + 1 + 1)
-    assert all((design["wire.transmission_time.fixed"] is None) == (design["wire.type"] == "none_yet")
-               and (design["t.period"] is None) == (design["t.type"] == "idle") for design in found)
+    assert all(
+        (design["wire.transmission_time.fixed"] is None) == (design["wire.type"] == "none_yet")
+        and (design["t.period"] is None) == (design["t.type"] == "idle")
+        for design in found
+    )
     few = list(designs(load_text(text.replace("RULE", "t.period == 0.02 s and p.cores > 1"))))
     assert len(few) == 2 * 4 * 3  # Q has one core; an idle thread has no period, which is unknown
 
@@ -333,6 +396,7 @@ flows: {f: {path: [t]}}
 rules: [RULE]
 objectives: [minimise latency]
 """
+
     def bindings(rule: str) -> set[tuple[str | None, str | None]]:
         return {(d["p.type"], d["t.processor"]) for d in designs(load_text(text.replace("RULE", rule)))}
 
@@ -342,8 +406,9 @@ objectives: [minimise latency]
 
 
 def test_maximised_objectives_and_equal_vectors() -> None:
-    problem = load_text(COUPLED.replace("objectives: [minimise price, minimise latency of f]",
-                                        "objectives: [maximise price]"))
+    problem = load_text(
+        COUPLED.replace("objectives: [minimise price, minimise latency of f]", "objectives: [maximise price]")
+    )
     found = front(problem)
     # Q and the good device and the wire: 10 + 20 + 2 + 3.5 EUR, with either execution time and either size.
     assert {vector: len(same) for vector, same in found.items()} == {(-3_550,): 4}
@@ -356,8 +421,10 @@ def test_dominance_is_exact() -> None:
 
 
 def test_includes_are_merged(tmp_path) -> None:
-    head, catalogue = ROBOT.split("processors: {computer", 1)[0], "processors: {computer" + ROBOT.split(
-        "processors: {computer", 1)[1]
+    head, catalogue = (
+        ROBOT.split("processors: {computer", 1)[0],
+        "processors: {computer" + ROBOT.split("processors: {computer", 1)[1],
+    )
     (tmp_path / "types.yaml").write_text(head.replace("dse: 1\nname: robot\n", ""), encoding="utf-8")
     (tmp_path / "robot.yaml").write_text("dse: 1\nname: robot\ninclude: types.yaml\n" + catalogue, encoding="utf-8")
     assert front(load_file(tmp_path / "robot.yaml")) == front(load_text(ROBOT))
@@ -384,35 +451,141 @@ def test_designs_are_all_canonical_combinations(seed: int) -> None:
 # Coverage of the generator
 
 KINDS = {
-    *(f"decision {field}" for field in (
-        "processors.type", "processors.cores", "processors.price", "buses.type", "buses.bus", "buses.bandwidth",
-        "buses.overhead", "buses.latency", "buses.price", "devices.type", "devices.period",
-        "devices.compute_execution_time", "devices.latency", "devices.queue_size", "devices.price", "threads.type",
-        "threads.processor", "threads.dispatch_protocol", "threads.period", "threads.compute_execution_time",
-        "threads.response_time", "threads.queue_size", "connections.data_size", "connections.bus", "connections.rate",
-        "connections.data_rate", "connections.queue_size", "connections.latency")),
+    *(
+        f"decision {field}"
+        for field in (
+            "processors.type",
+            "processors.cores",
+            "processors.price",
+            "buses.type",
+            "buses.bus",
+            "buses.bandwidth",
+            "buses.overhead",
+            "buses.latency",
+            "buses.price",
+            "devices.type",
+            "devices.period",
+            "devices.compute_execution_time",
+            "devices.latency",
+            "devices.queue_size",
+            "devices.price",
+            "threads.type",
+            "threads.processor",
+            "threads.dispatch_protocol",
+            "threads.period",
+            "threads.compute_execution_time",
+            "threads.response_time",
+            "threads.queue_size",
+            "connections.data_size",
+            "connections.bus",
+            "connections.rate",
+            "connections.data_rate",
+            "connections.queue_size",
+            "connections.latency",
+        )
+    ),
     *(f"protocol option {protocol}" for protocol in ("periodic", "aperiodic", "sporadic", "hybrid")),
     *(f"protocol {protocol}" for protocol in ("periodic", "aperiodic", "sporadic", "hybrid")),
-    "several processors", "optional processors", "optional buses", "optional slot with one type",
-    "virtual bus transmission_time per processor type", "virtual bus latency per processor type",
-    "virtual bus transmission_time", "virtual bus overhead", "bus transmission_time", "bus latency", "bus overhead",
-    "virtual on physical", "stack of three", "virtual bus type used directly", "bus or middleware",
-    "alternatives inside devices type", "alternatives inside threads type", "alternatives inside processors type",
-    "alternatives inside buses type", "alternatives inside a processor type map",
-    "threads.process", "connection inside a process", "threads.callback_execution_time", "threads.dispatch_trigger",
-    "thread without processor", "data port", "feedback", "boundary", "unbound connection",
-    "data_rate with data_size", "data_rate without data_size", "flow from or to the boundary",
-    "connection named in a path", "required latency of a flow", "name with a blank",
-    "totals", "metrics", "baseline", "maximise", *(f"{count} objectives" for count in range(1, 6)),
-    *(f"objective {metric}" for metric in ("latency", "min latency", "jitter", "utilisation", "load", "price", "power",
-                                           "mass", "line_variation", "mean_distance", "budget", "spread")),
-    *(f"requirement {metric}" for metric in ("latency", "min latency", "jitter", "utilisation", "load", "price",
-                                             "power", "latency (general)", "jitter (general)",
-                                             "utilisation (general)", "load (general)", "price (general)",
-                                             "power (general)", "mass (general)", "line_variation (general)")),
-    *(f"operator {sign}" for sign in ("<=", "<", ">=", ">", "==")), "load share", "load in B/s",
-    *(f"rule {form}" for form in ("require", "forbid", "without verb", "implies", "requires", " and ", " or ", "not ",
-                                  " in [", "is a multiple of", "==", "!=", "<=", ">=", "(")),
+    "several processors",
+    "optional processors",
+    "optional buses",
+    "optional slot with one type",
+    "virtual bus transmission_time per processor type",
+    "virtual bus latency per processor type",
+    "virtual bus transmission_time",
+    "virtual bus overhead",
+    "bus transmission_time",
+    "bus latency",
+    "bus overhead",
+    "virtual on physical",
+    "stack of three",
+    "virtual bus type used directly",
+    "bus or middleware",
+    "alternatives inside devices type",
+    "alternatives inside threads type",
+    "alternatives inside processors type",
+    "alternatives inside buses type",
+    "alternatives inside a processor type map",
+    "threads.process",
+    "connection inside a process",
+    "threads.callback_execution_time",
+    "threads.dispatch_trigger",
+    "thread without processor",
+    "data port",
+    "feedback",
+    "boundary",
+    "unbound connection",
+    "data_rate with data_size",
+    "data_rate without data_size",
+    "flow from or to the boundary",
+    "connection named in a path",
+    "required latency of a flow",
+    "name with a blank",
+    "totals",
+    "metrics",
+    "baseline",
+    "maximise",
+    *(f"{count} objectives" for count in range(1, 6)),
+    *(
+        f"objective {metric}"
+        for metric in (
+            "latency",
+            "min latency",
+            "jitter",
+            "utilisation",
+            "load",
+            "price",
+            "power",
+            "mass",
+            "line_variation",
+            "mean_distance",
+            "budget",
+            "spread",
+        )
+    ),
+    *(
+        f"requirement {metric}"
+        for metric in (
+            "latency",
+            "min latency",
+            "jitter",
+            "utilisation",
+            "load",
+            "price",
+            "power",
+            "latency (general)",
+            "jitter (general)",
+            "utilisation (general)",
+            "load (general)",
+            "price (general)",
+            "power (general)",
+            "mass (general)",
+            "line_variation (general)",
+        )
+    ),
+    *(f"operator {sign}" for sign in ("<=", "<", ">=", ">", "==")),
+    "load share",
+    "load in B/s",
+    *(
+        f"rule {form}"
+        for form in (
+            "require",
+            "forbid",
+            "without verb",
+            "implies",
+            "requires",
+            " and ",
+            " or ",
+            "not ",
+            " in [",
+            "is a multiple of",
+            "==",
+            "!=",
+            "<=",
+            ">=",
+            "(",
+        )
+    ),
 }
 
 

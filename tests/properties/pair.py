@@ -1,4 +1,4 @@
-"""One problem read twice, by the product and by the oracle, with the way from one's designs and figures to the other's."""
+"""One problem read twice, by the product and by the oracle, and the way from one's designs and figures to the other."""
 
 from __future__ import annotations
 
@@ -48,7 +48,7 @@ class Pair:
 
     @cached_property
     def options(self) -> dict[str, list[str]]:
-        """For each decision of the oracle, its options in the order of the product's; both must be the same by value."""
+        """For each decision of the oracle, its options in the product's order; by value they must be the same."""
         mine = {item.name: item for item in self.space.decisions if item.is_open}
         assert mine.keys() == oracle.decisions(self.oracle).keys()
         found = {}
@@ -71,8 +71,11 @@ class Pair:
 
     def named(self, design: Design) -> oracle.Design:
         """A design of the product in the oracle's words."""
-        return {item.name: None if option < 0 else self.options[item.name][option]
-                for item, option in zip(self.space.decisions, design, strict=True) if item.is_open}
+        return {
+            item.name: None if option < 0 else self.options[item.name][option]
+            for item, option in zip(self.space.decisions, design, strict=True)
+            if item.is_open
+        }
 
     @cached_property
     def valid(self) -> list[Judged]:
@@ -101,8 +104,9 @@ class Pair:
         """Objectives as the product counts them, in the oracle's units; maximised ones negated."""
         senses = [1 if item.sense == "minimise" else -1 for item in self.space.objectives]
         measures = self.evaluator.objectives
-        return tuple(sign * exact_value(measure, count)
-                     for sign, measure, count in zip(senses, measures, counted, strict=True))
+        return tuple(
+            sign * exact_value(measure, count) for sign, measure, count in zip(senses, measures, counted, strict=True)
+        )
 
     @property
     def is_rounded(self) -> bool:
@@ -113,8 +117,11 @@ class Pair:
         """The oracle's figures by the names under which the product lists them."""
         found: dict[str, Fraction] = {}
         for flow, row in figures["flows"].items():
-            found |= {f"latency of {flow}": row["max"], f"min latency of {flow}": row["min"],
-                      f"jitter of {flow}": row["jitter"]}
+            found |= {
+                f"latency of {flow}": row["max"],
+                f"min latency of {flow}": row["min"],
+                f"jitter of {flow}": row["jitter"],
+            }
         found |= {f"utilisation of {slot}": value for slot, value in figures["utilisation"].items()}
         found |= {f"load of {bus}": value for bus, value in figures["load"].items()}
         found |= {"price": figures["price"]["system"], "power": figures["power"]["system"]}

@@ -1,7 +1,7 @@
 """The product against brute force by an independent reading of the documents, on random problems.
 
-``DSE_RANDOM_PROBLEMS=5000`` looks at that many tiny problems, and a twentieth as many small ones, instead of the default;
-``DSE_FIRST_SEED=100000`` at others than usual.
+``DSE_RANDOM_PROBLEMS=5000`` looks at that many tiny problems, and a twentieth as many small ones, instead of the
+default; ``DSE_FIRST_SEED=100000`` at others than usual.
 """
 
 from __future__ import annotations
