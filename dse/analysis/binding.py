@@ -52,3 +52,29 @@ def is_local(space: Space, connection: Connection, view: View) -> bool:
         return False
     one, other = (at(space.components[end].process, view) for end in (connection.source, connection.target))
     return one is not None and bool(one == other)
+
+
+def transmission_ns(space: Space, connection: Connection, view: View) -> tuple[int, int, str]:
+    """Least and most time that the connection takes, and the method: ``transmission time``, ``specified``, ``no latency``.
+
+    Over every carrier, fixed + per byte * size (Transmission_Time); a bus's latency only without one; the connection's own
+    latency only where nothing that carries it gives one (semantics, section 3).
+    """
+    stack = bus_stack(space, connection, view)
+    size = message_bytes(space, connection, stack, view)
+    least, most, given = 0, 0, False
+    for bus in (space.buses[index] for index in stack):
+        fixed = bus_figure(space, bus.fixed_ns, connection, view)
+        if fixed is not None:
+            per_byte = bus_figure(space, bus.per_byte_ns, connection, view)
+            times: Any = [fixed[end] + per_byte[end] * size for end in (0, 1)]
+        else:
+            times = bus_figure(space, bus.latency_ns, connection, view)
+        if times is not None:
+            least, most, given = least + times[0], most + times[1], True
+    own = at(connection.latency_ns, view)
+    if given:
+        return least, most, "transmission time"
+    if own is not None and not is_local(space, connection, view):
+        return own[0], own[1], "specified"
+    return 0, 0, "no latency"

@@ -7,10 +7,10 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
 
-from dse.analysis.binding import bus_figure, bus_stack, is_local, message_bytes
+from dse.analysis.binding import transmission_ns
 from dse.analysis.rates import is_event_triggered, is_periodic
+from dse.analysis.scheduling import UNBOUNDED_NS, Part, bounded_response_ns
 from dse.analysis.views import View
 from dse.space.trees import at
 from dse.space.types import Component, Flow, Space, Step
@@ -48,7 +48,10 @@ def step_rows(space: Space, step: Step, view: View) -> tuple[Row, ...]:
         callback = at(component.callback_ns, view)
         if callback is not None:
             method = "processing time"
-            rows.append(Row(component.category, component.name, callback[0], method, callback[1], method))
+            worst, worst_method = callback[1], method
+            if space.processing == "response_time" and at(component.processor, view) is not None:
+                worst, worst_method = _scheduled_ns(space, component, "callback", view)
+            rows.append(Row(component.category, component.name, callback[0], method, worst, worst_method))
     for row in (_sampling_row(space, step, component, view), _queuing_row(space, step, component, view)):
         if row is not None:
             rows.append(row)
@@ -57,28 +60,14 @@ def step_rows(space: Space, step: Step, view: View) -> tuple[Row, ...]:
 
 
 def _connection_row(space: Space, number: int, view: View) -> Row:
-    """Transmission: over every carrier, fixed + per byte * size (Transmission_Time); a bus's latency only without one."""
+    """Transmission, as `transmission_ns` says."""
     connection = space.connections[number]
-    stack = bus_stack(space, connection, view)
-    size = message_bytes(space, connection, stack, view)
-    total, given = [0, 0], False
-    for bus in (space.buses[index] for index in stack):
-        fixed = bus_figure(space, bus.fixed_ns, connection, view)
-        if fixed is not None:
-            per_byte = bus_figure(space, bus.per_byte_ns, connection, view)
-            times: Any = [fixed[end] + per_byte[end] * size for end in (0, 1)]
-        else:
-            times = bus_figure(space, bus.latency_ns, connection, view)
-        if times is not None:
-            given = True
-            total = [total[0] + times[0], total[1] + times[1]]
-    method = "no latency" if space.profile == "osate-2.2" else "transmission time"
-    own = at(connection.latency_ns, view)
-    if not given and own is not None and not is_local(space, connection, view):
-        total, method = list(own), "specified"
-    elif not given:
+    least, most, method = transmission_ns(space, connection, view)
+    if method == "transmission time" and space.profile == "osate-2.2":
+        method = "no latency"
+    if method == "no latency":
         method = NO_LATENCY[space.profile]
-    return Row("connection", connection.name, total[0], method, total[1], method)
+    return Row("connection", connection.name, least, method, most, method)
 
 
 def _sampling_row(space: Space, step: Step, component: Component, view: View) -> Row | None:
@@ -169,6 +158,9 @@ def _worst_ns(space: Space, component: Component, view: View) -> tuple[int, str]
     response, execution, latency = (
         (given and given[1], method) for given, method in zip(ranges, methods, strict=True)
     )
+    computed = space.processing == "response_time" and at(component.processor, view) is not None
+    if computed and response[0] is None and execution[0] is not None:
+        response = _scheduled_ns(space, component, "thread", view)
     if space.profile == "dse":
         return _first(space, [response, execution, latency])
     if space.profile == "osate-2.2":
@@ -176,6 +168,13 @@ def _worst_ns(space: Space, component: Component, view: View) -> tuple[int, str]
     if by_deadline and deadline[0] is not None:
         return _first(space, [response, deadline])
     return _first(space, [response, execution, latency, deadline, period])
+
+
+def _scheduled_ns(space: Space, component: Component, part: Part, view: View) -> tuple[int, str]:
+    """The response time that follows from what shares the core (``processing: response_time``)."""
+    number = next(number for number, item in enumerate(space.components) if item is component)
+    worst = bounded_response_ns(space, number, part, view)
+    return worst, "response time" if worst < UNBOUNDED_NS else "response time (unbounded)"
 
 
 def _first(space: Space, candidates: Sequence[tuple[int | None, str]]) -> tuple[int, str]:

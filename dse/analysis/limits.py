@@ -12,10 +12,11 @@ from fractions import Fraction
 from math import lcm
 
 from dse.analysis.measures import PPM, SCALE_LIMIT, Measure, Term, build_measure, display_unit
+from dse.analysis.scheduling import UNBOUNDED_NS, deadline_ns
 from dse.analysis.views import View, tabulate
 from dse.space.metrics import metric_dimension
 from dse.space.trees import at
-from dse.space.types import Requirement, Space
+from dse.space.types import Component, Requirement, Space
 from dse.units import DIMENSIONLESS
 
 MANY_CASES = 10_000
@@ -77,9 +78,18 @@ def build_limit(space: Space, requirement: Requirement) -> Limit:
     if metric.kind == "load" and quantity.dimension == DIMENSIONLESS:
         bus, share = space.buses[metric.index or 0], quantity.value / 8
         return Limit(requirement, measure, lambda view: share * (at(bus.bandwidth_bps, view) or 8))
+    if metric.key == "deadline":
+        thread = space.components[metric.index or 0]
+        return Limit(requirement, measure, lambda view: Fraction(_deadline_ns(thread, view)))
     dimension = metric_dimension(space, metric)
     bound = quantity.value * (display_unit(dimension)[1] if dimension is not None else 1)
     return Limit(requirement, measure, lambda view: bound)
+
+
+def _deadline_ns(thread: Component, view: View) -> int:
+    """The deadline of a thread as the designs have it; one without (aperiodic, no stated one) is never late."""
+    found = deadline_ns(thread, view)
+    return UNBOUNDED_NS if found is None else found
 
 
 def excess(space: Space, limit: Limit) -> Measure:

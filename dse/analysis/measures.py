@@ -14,6 +14,7 @@ from math import ceil, lcm
 from dse.analysis.binding import bus_stack, message_bytes
 from dse.analysis.latency import step_rows
 from dse.analysis.rates import RateKey, rate_hz, source_rates_hz
+from dse.analysis.scheduling import bounded_response_ns
 from dse.analysis.views import View
 from dse.space.metrics import metric_dimension, total_unit
 from dse.space.slots import carriers
@@ -43,7 +44,8 @@ DISPLAY: dict[Dimension, tuple[str, Fraction]] = {
 class Term:
     """One summand, with the thread or connection that it belongs to.
 
-    Where it is a coefficient times a rate, both parts are there too, for the search's sake.
+    Where it is a coefficient times a rate, both parts are there too, for the search's sake. `scheduled` tells that it is, or holds,
+    a response time, which consults whatever shares its processor.
     """
 
     label: str
@@ -51,6 +53,7 @@ class Term:
     coefficient: Callable[[View], Fraction] | None = None
     rate: RateKey | None = None
     component: str = ""
+    scheduled: bool = False
 
 
 @dataclass(frozen=True)
@@ -90,6 +93,8 @@ def build_measure(space: Space, metric: Metric) -> Measure:
         return _scaled(metric, "ppm", *_with_rates(space, utilisation_terms(space, metric.index or 0)))
     if metric.kind == "load":
         return _scaled(metric, "B/s", *_with_rates(space, load_terms(space, metric.index or 0)))
+    if metric.kind == "response time":
+        return Measure(metric, "ns", (_response_term(space, metric.index or 0),))
     if metric.kind == "derived":
         return _derived(space, metric, space.derived[metric.index or 0])
     unit = {"price": "ct", "power": "mW"}.get(metric.kind, space.totals.get(metric.key, ""))
@@ -115,7 +120,16 @@ def _latency_terms(space: Space, flow: Flow, kind: str) -> Iterator[Term]:
             least = sum(row.min_ns for row in rows) if kind != "latency" else 0
             return ZERO + (least if kind == "min latency" else most - least)
 
-        yield Term(names[step.index].name, value)
+        scheduled = step.kind == "component" and space.processing == "response_time"
+        yield Term(names[step.index].name, value, scheduled=scheduled)
+
+
+def _response_term(space: Space, number: int) -> Term:
+    """The worst response time of a thread, or of its timer where it is hybrid."""
+    name = space.components[number].name
+    return Term(
+        name, lambda view: Fraction(bounded_response_ns(space, number, "thread", view)), component=name, scheduled=True
+    )
 
 
 def utilisation_terms(space: Space, processor: int) -> tuple[Term, ...]:
@@ -258,7 +272,7 @@ def _derived(space: Space, metric: Metric, derived: Derived) -> Measure:
 def _times(term: Term, factor: Fraction) -> Term:
     coefficient = term.coefficient
     scaled = (lambda view: coefficient(view) * factor) if coefficient is not None else None
-    return Term(term.label, lambda view: term.value(view) * factor, scaled, term.rate, term.component)
+    return Term(term.label, lambda view: term.value(view) * factor, scaled, term.rate, term.component, term.scheduled)
 
 
 def display_unit(dimension: Dimension) -> tuple[str, Fraction]:

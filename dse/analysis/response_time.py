@@ -9,11 +9,14 @@ system", The Computer Journal 29(5), 1986). Blocking, context switches and inter
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
+from functools import partial
+from heapq import merge
+from itertools import count
 
-MOST_STEPS = 200_000
+MOST_STEPS = 100_000
 """A busy period that takes more steps than this is reported as unbounded, which is safe."""
 
 
@@ -62,30 +65,22 @@ def most_jobs(task: Task, window_ns: int) -> int:
     return jobs if task.separation_ns is None else min(jobs, -(-window_ns // task.separation_ns))
 
 
-def least_distance_ns(task: Task, jobs: int) -> int | None:
-    """The least time from the first to the last of `jobs` successive releases; None when there are never so many.
+def densest_releases_ns(task: Task) -> Iterator[int]:
+    """When the jobs of a busy period are released, the first at 0 and each as early as it can be.
 
-    >>> least_distance_ns(periodic("a", 1, 10, 3), 3)
-    17
+    >>> from itertools import islice
+    >>> list(islice(densest_releases_ns(periodic("a", 1, 10, 3)), 4))
+    [0, 7, 17, 27]
     """
-    if jobs <= 1:
-        return 0
     if not task.streams:
-        return None
-    if len(task.streams) == 1:
-        stream = task.streams[0]
-        distance = max(0, (jobs - 1) * stream.period_ns - stream.jitter_ns)
-        return distance if task.separation_ns is None else max(distance, (jobs - 1) * task.separation_ns)
-    low, high = 0, jobs * max(stream.period_ns for stream in task.streams)
-    if task.separation_ns is not None:
-        high = max(high, jobs * task.separation_ns)
-    while low < high:  # the shortest distance whose window, closed on both sides, holds them
-        middle = (low + high) // 2
-        if most_jobs(task, middle + 1) >= jobs:
-            high = middle
-        else:
-            low = middle + 1
-    return low
+        yield 0
+        return
+    for number, time in enumerate(merge(*(map(partial(_release_ns, stream), count()) for stream in task.streams))):
+        yield time if task.separation_ns is None else max(time, number * task.separation_ns)
+
+
+def _release_ns(stream: Stream, number: int) -> int:
+    return max(0, number * stream.period_ns - stream.jitter_ns)
 
 
 def response_time_ns(task: Task, higher: Sequence[Task]) -> int | None:
@@ -112,6 +107,8 @@ def response_time_ns(task: Task, higher: Sequence[Task]) -> int | None:
     if task.utilisation + sum(other.utilisation for other in rivals) > 1:
         return None
     steps, jobs, worst = 0, 1, 0
+    releases = densest_releases_ns(task)
+    released = next(releases)
     busy = task.worst_ns + sum(other.worst_ns for other in rivals)
     while True:
         while True:
@@ -122,11 +119,9 @@ def response_time_ns(task: Task, higher: Sequence[Task]) -> int | None:
             if work <= busy:
                 break
             busy = work
-        released = least_distance_ns(task, jobs)
-        assert released is not None
         worst = max(worst, busy - released)
-        following = least_distance_ns(task, jobs + 1)
-        if following is None or busy <= following:
+        released = next(releases, busy)
+        if busy <= released:
             return worst
         jobs += 1
         busy += task.worst_ns

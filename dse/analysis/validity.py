@@ -20,6 +20,7 @@ from dse.space.types import (
     EMPTY,
     INACTIVE,
     Atom,
+    Component,
     Connection,
     Decision,
     Design,
@@ -77,6 +78,7 @@ def structural_predicates(space: Space) -> Iterator[Predicate]:
     yield from _offered_by_machines(space)
     yield from _filled_slots(space)
     yield from _shared_processes(space)
+    yield from _existing_cores(space)
 
 
 def _mentions_not_offered(tree: Tree) -> bool:
@@ -150,6 +152,19 @@ def _runs_on(processor: Tree, number: int) -> Callable[[View], bool]:
 
 def _is_carried(space: Space, connection: Any, number: int) -> Callable[[View], bool]:
     return lambda view: number in bus_stack(space, connection, view)
+
+
+def _existing_cores(space: Space) -> Iterator[Predicate]:
+    """A thread with a stated core runs on a processor that has it."""
+    for component in space.components:
+        if component.core is not None:
+            text = f"the core of {component.name} is one that its processor has"
+            yield Predicate(text, partial(_has_core, space, component))
+
+
+def _has_core(space: Space, component: Component, view: View) -> bool:
+    core, processor = at(component.core, view), at(component.processor, view)
+    return core is None or processor is None or core <= at(space.processors[processor].cores, view)
 
 
 def _shared_processes(space: Space) -> Iterator[Predicate]:

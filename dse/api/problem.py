@@ -6,9 +6,8 @@ import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
 
-from dse.analysis.validity import is_met, slot_users
+from dse.analysis.validity import canonical, is_met, slot_users
 from dse.analysis.views import View
 from dse.errors import UsageError
 from dse.space.build import build_space
@@ -19,6 +18,7 @@ from dse.space.questions import (
     read_requirements,
     read_rule,
 )
+from dse.space.trees import NotOffered
 from dse.space.types import EMPTY, Design, Objective, Requirement, Rule, Space
 from dse.spec.grammar import ExpressionError, parse_assignment, parse_limit
 from dse.spec.load import LoadedSpec, load_spec, parse_spec
@@ -117,34 +117,6 @@ def changed(problem: Problem, changes: Changes) -> Problem:
     )
 
 
-def restated(problem: Problem, effective: Mapping[str, Any]) -> Problem:
-    """The problem with exactly the question that the ``effective`` block of a result states.
-
-    Raises
-    ------
-    UsageError
-        when the block is not one that `dse.solve` writes for this problem.
-    """
-    space = problem.space
-    origins = {item.text: item.origin for item in space.requirements} | {item.text: item.origin for item in space.rules}
-    try:
-        space = replace(space, profile=effective["profile"], worst_case=effective["worst_case"])
-        requirements = [
-            replace(item, text=text)
-            for text in effective["requirements"]
-            for item in read_requirements(space, text, origins.get(text, ORIGIN))
-        ]
-        rules = [read_rule(space, text, origins.get(text, ORIGIN)) for text in effective["rules"]]
-        objectives = _objectives(space, effective["objectives"])
-        fixed = read_choices(space, [f"'{name}' = {option}" for name, option in effective["fixed"].items()])
-    except (KeyError, TypeError, AttributeError, ExpressionError, QuestionError) as error:
-        raise UsageError(f"the result does not state a question that fits the problem: {error}") from error
-    space = replace(
-        space, requirements=tuple(requirements), rules=tuple(rules), objectives=objectives, fixed=dict(fixed)
-    )
-    return replace(problem, space=space)
-
-
 def _limit(space: Space, metric: str, text: str) -> tuple[Requirement, ...]:
     """``--max-METRIC [NAME=]QUANTITY``."""
     option = f"--max-{metric}"
@@ -241,8 +213,8 @@ def baseline_design(space: Space) -> Design | None:
     if not space.baseline:
         return None
     try:
-        return complete_design(space, space.baseline)
-    except UsageError:
+        return canonical(space, complete_design(space, space.baseline))
+    except (UsageError, NotOffered):
         return None
 
 

@@ -6,7 +6,8 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from dse.api.problem import Problem, complete_design, load, read_choices, restated
+from dse.api.problem import Problem, load
+from dse.api.recalling import named_design, restated
 from dse.errors import UsageError
 from dse.pareto.front import FrontSearch
 from dse.results.reading import read_result
@@ -55,9 +56,8 @@ def _search(space: Space, data: Mapping[str, Any]) -> FrontSearch:
     signs = {item.metric.name: -1 if item.sense == "maximise" else 1 for item in space.objectives}
     points = {}
     for point in data["front"]:
-        texts = [f"'{name}' = {option}" for name, option in point["decisions"].items()]
         vector = tuple(int(point["objectives"][name]) for name in signs)
-        points[vector] = complete_design(space, read_choices(space, texts))
+        points[vector] = named_design(space, point["decisions"])
     return FrontSearch(
         points=points,
         unexplored=tuple(_bound(region, signs) for region in data["unexplored"]),

@@ -157,16 +157,16 @@ def solve_asked(asked: Problem, budget: Budget, watcher: Watcher, earlier: Front
     watch = Watch(watcher.progress)
     if watcher.checkpoint is not None:
         write = watcher.checkpoint
-        watch = Watch(watcher.progress, lambda state: write(_result(asked, evaluator, state, budget)))
+        watch = Watch(watcher.progress, lambda state: write(result_of(asked, evaluator, state, budget)))
     search = search_front(evaluator, budget, watch, earlier)
-    result = _result(asked, evaluator, search, budget)
+    result = result_of(asked, evaluator, search, budget)
     if result.status == "infeasible":
         wishes = Wishes(time_limit_s=_time_to_explain(budget, started), seed=budget.seed)
         result = replace(result, conflicts=conflicts_of(asked, wishes))
     return replace(result, search=replace(result.search, wall_s=round(time.monotonic() - started, 3)))
 
 
-def _result(asked: Problem, evaluator: Evaluator, search: FrontSearch, budget: Budget) -> Result:
+def result_of(asked: Problem, evaluator: Evaluator, search: FrontSearch, budget: Budget) -> Result:
     """What a search, finished or not, amounts to."""
     space = evaluator.space
     status: Literal["complete", "incomplete", "infeasible"] = "complete" if search.is_complete else "incomplete"

@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 import sys
 import tempfile
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
 
@@ -56,6 +56,69 @@ def json_option(command: F) -> F:
     """``--json PATH``."""
     text = "Also write JSON; - for standard output (then nothing else goes there)."
     return click.option("--json", "json_path", metavar="PATH", help=text)(command)
+
+
+class Top(click.ParamType[int | None]):
+    """How many alternatives to show: a number, or ``all``."""
+
+    name = "number"
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> int | None:
+        """None for ``all``."""
+        if value is None or value == "all":
+            return None
+        if not str(value).isdecimal() or int(value) < 1:
+            self.fail(f"{value!r}: expected a number from 1, or all", param, ctx)
+        return int(value)
+
+
+def ranking_options(command: F) -> F:
+    """``--rank-by`` and ``--top``."""
+    more = (
+        click.option(
+            "--top", type=Top(), default="10", show_default=True, metavar="N|all", help="How many alternatives to show."
+        ),
+        click.option(
+            "--rank-by",
+            metavar="METHOD",
+            help="ideal (default), topsis, knee, baseline, weights:NAME=NUMBER,... or order:NAME,...; ideal and topsis take "
+            "weights too.",
+        ),
+    )
+    for option in more:
+        command = option(command)
+    return command
+
+
+def report_folder(path: str) -> Path:
+    """The folder of a report, made if need be; fails before the work rather than after it.
+
+    Raises
+    ------
+    UsageError
+        when it cannot be written to.
+    """
+    folder = Path(path)
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise UsageError(f"{path}: {error.strerror or error}") from error
+    if not os.access(folder, os.W_OK):
+        raise UsageError(f"{path}: the folder cannot be written to")
+    return folder
+
+
+def write_files(folder: Path, files: Iterable[tuple[str, str | bytes]]) -> list[Path]:
+    """Write files into a folder, each whole or not at all; returns their paths."""
+    written = []
+    for name, content in files:
+        path = folder / name
+        if isinstance(content, str):
+            write_text(str(path), content)
+        else:
+            path.write_bytes(content)
+        written.append(path)
+    return written
 
 
 def changes_of(options: dict[str, Any], objectives: tuple[str, ...] = ()) -> Changes:

@@ -15,6 +15,7 @@ from dse.cli.common import (
     console,
     json_option,
     question_options,
+    ranking_options,
     write_text,
 )
 
@@ -58,6 +59,7 @@ class Seconds(click.ParamType[float]):
     metavar="RESULT",
     help="Go on with the stopped search of a result file; the question is that of the result.",
 )
+@ranking_options
 @json_option
 @click.option("--csv", "csv_path", metavar="PATH", help="Also write the front as CSV; - for standard output.")
 @click.option("-q", "--quiet", is_flag=True, help="Print nothing but what --json or --csv ask for.")
@@ -69,6 +71,8 @@ def command(
     seed: int,
     workers: int,
     resume: str | None,
+    rank_by: str | None,
+    top: int | None,
     json_path: str | None,
     csv_path: str | None,
     quiet: bool,
@@ -83,10 +87,11 @@ def command(
     if json_path == "-" and csv_path == "-":
         raise click.UsageError("only one of --json and --csv can go to standard output")
     check_writable(json_path, csv_path)
-    from dse.api.problem import changed, load
+    from dse.api.problem import baseline_design, changed, load
     from dse.api.resuming import read_search
     from dse.api.solving import Watcher, solve_asked
     from dse.pareto.front import Budget
+    from dse.results.order import check_ranking, ranked_by
 
     texts = [f"minimise {text}" for text in minimise] + [f"maximise {text}" for text in maximise]
     changes = changes_of(options, tuple(texts))
@@ -98,16 +103,18 @@ def command(
         asked, earlier = changed(load(file), changes), None
     else:
         raise click.UsageError("missing argument FILE")
+    check_ranking(rank_by or "ideal", asked.space, has_baseline=baseline_design(asked.space) is not None)
     checkpoint = None
     if json_path is not None and json_path != "-":
         path = json_path
         checkpoint = lambda result: write_text(path, result.to_json())  # noqa: E731
     with _Reporter(quiet=quiet) as progress:
         result = solve_asked(asked, Budget(time_limit, seed, workers), Watcher(progress, checkpoint), earlier)
+    result = ranked_by(result, rank_by or "ideal")
     if not quiet and "-" not in (json_path, csv_path):
         from dse.report.terminal import print_result
 
-        print_result(console(), result)
+        print_result(console(), result, top)
     if json_path is not None:
         write_text(json_path, result.to_json())
     if csv_path is not None:

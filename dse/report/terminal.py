@@ -2,57 +2,114 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from fractions import Fraction
+from collections.abc import Mapping, Sequence
+from textwrap import wrap
 
 from rich import box
 from rich.console import Console
 from rich.table import Table
 
 from dse.api.checking import Description
+from dse.report.explanation import print_conflicts
+from dse.report.words import (
+    REDUCED,
+    changes_words,
+    dominated_words,
+    others_words,
+    proof_words,
+    rank_text,
+    sentences,
+    tie_words,
+)
 from dse.results.analysis import Analysis, FlowTable, Usage
-from dse.results.ranking import METHOD
-from dse.results.result import Clash, ObjectiveInfo, Point, Result
-from dse.results.values import readable
+from dse.results.changes import changes_between
+from dse.results.reasons import Reasoner
+from dse.results.result import Point, Result
+from dse.results.values import counted, readable
 
-REDUCED = "Latencies are reduced reaction times: a flow starts at its first component, without that component's own period."
+TOP = 10
+EXPLAINED = 3
 ADDITIVE = (
     "Worst execution times are not response times: CPU contention is not in the latency. "
     "Sums of periods over-estimate harmonic, synchronised threads."
 )
 
 
-def print_result(console: Console, result: Result) -> None:
-    """The front, ranked, and what was proved; or the proof of infeasibility and the closest misses."""
+def print_result(console: Console, result: Result, top: int | None = TOP) -> None:
+    """The front, ranked, with reasons for the first; what was proved; or the proof of infeasibility and the closest misses.
+
+    `top` is how many alternatives are shown (None: all); how many are not is said.
+    """
     console.print(f"{result.problem.name} (profile {result.space.profile})", style="bold", markup=False)
     if result.status == "infeasible":
         _print_infeasible(console, result)
         return
     if result.front:
-        console.print(_front_table(console, result))
+        shown = result.front[:top]
+        console.print(_front_table(console, result, shown))
+        _print_ranking(console, result, len(shown))
         _print_common(console, result)
-    console.print(_proof(result), markup=False, style="bold")
+        _print_reasons(console, result, len(shown))
+        _print_others(console, result, shown)
+    console.print(proof_words(result), markup=False, style="bold")
     search = result.search
     console.print(
         f"{search.solver_calls} solver calls, {search.wall_s:.2f} s, {search.space_size:,} combinations of options; "
         f"every point recomputed without the solver.",
         markup=False,
     )
-    if result.front:
-        console.print(f"Ranked by {METHOD}.", markup=False)
     console.print(REDUCED, markup=False)
 
 
-def _proof(result: Result) -> str:
-    count = len(result.front)
-    points = f"{count} non-dominated design{'s' if count != 1 else ''}"
-    if result.status == "complete":
-        return f"Pareto front, proved complete: {points}."
-    regions = len(result.unexplored)
-    return (
-        f"Incomplete front, stopped early: {points} so far; {regions} region{'s' if regions != 1 else ''} of the objective "
-        f"space may hold more."
+def _print_ranking(console: Console, result: Result, shown: int) -> None:
+    """The method with its parameters, ties, and what is not shown."""
+    console.print(f"Ranked by {result.ranking_words}.", markup=False)
+    ties = tie_words(result)
+    if ties:
+        console.print(ties, markup=False)
+    hidden = len(result.front) - shown
+    if hidden:
+        console.print(
+            f"Not shown here: {hidden} more of {len(result.front)}, ranked lower (--top all shows them).", markup=False
+        )
+
+
+def _print_reasons(console: Console, result: Result, shown: int) -> None:
+    reasoner = Reasoner(result)
+    if reasoner.baseline is not None:
+        broken = [verdict.requirement.text for verdict in reasoner.baseline[0].verdicts if not verdict.holds]
+        figures = _figures(result, reasoner.baseline[1])
+        console.print(f"Baseline: {figures}" + (f"; breaks {'; '.join(broken)}" if broken else ""), markup=False)
+    for position in range(min(shown, EXPLAINED)):
+        reasons = reasoner.reasons(position)
+        console.print(f"#{reasons.point.id}: {_figures(result, reasons.point.objectives)}", style="bold", markup=False)
+        for sentence in sentences(result, reasons):
+            _print_hanging(console, f"{sentence.label}: {sentence.text}")
+
+
+def _figures(result: Result, values: Mapping[str, int]) -> str:
+    return ", ".join(
+        f"{info.name} {counted(values[info.name], info.unit, result.space.currency)}" for info in result.objectives
     )
+
+
+def _print_others(console: Console, result: Result, shown: Sequence[Point]) -> None:
+    points = {point.id: point for point in result.front}
+    for others in result.others:
+        if others.of not in {point.id for point in shown}:
+            continue
+        console.print(f"#{others.of}: {others_words(others)}", markup=False)
+        for sibling in others.designs:
+            changes = changes_between(result.space, points[others.of].design, sibling.design)
+            figures = f" {_figures(result, sibling.objectives)};" if others.within else ""
+            said = dominated_words(sibling, result)
+            _print_hanging(console, f"{sibling.id}:{figures} {changes_words(changes)}{said}.")
+
+
+def _print_hanging(console: Console, text: str) -> None:
+    """A paragraph whose further lines are indented."""
+    lines = wrap(text, console.width, initial_indent="  ", subsequent_indent="      ", break_on_hyphens=False)
+    console.print("\n".join(lines), markup=False)
 
 
 def _table(console: Console, title: str = "") -> Table:
@@ -60,35 +117,35 @@ def _table(console: Console, title: str = "") -> Table:
     return Table(title=title or None, title_justify="left", box=box.ASCII2 if ascii_only else box.SIMPLE_HEAD)
 
 
-def _front_table(console: Console, result: Result) -> Table:
+def _front_table(console: Console, result: Result, shown: Sequence[Point]) -> Table:
     table = _table(console)
-    table.add_column("rank", justify="right")
+    for heading in ("rank", "#"):
+        table.add_column(heading, justify="right", no_wrap=True)
     for info in result.objectives:
-        table.add_column(f"{'' if info.sense == 'minimise' else 'max '}{info.name}", justify="right", overflow="fold")
+        table.add_column(
+            _plain(f"{'' if info.sense == 'minimise' else 'max '}{info.name}"), justify="right", overflow="fold"
+        )
+    scored = any(point.score for point in shown)
+    if scored:
+        table.add_column("score", justify="right", no_wrap=True)
     varying = _varying(result)
     table.add_column("decisions", overflow="fold")
-    for point in result.front:
-        values = [_value(point.objectives[info.name], info, result.space.currency) for info in result.objectives]
-        table.add_row(str(point.rank), *values, _decisions(point, varying))
+    for point in shown:
+        values = [counted(point.objectives[info.name], info.unit, result.space.currency) for info in result.objectives]
+        score = [point.score] if scored else []
+        table.add_row(rank_text(result, point.rank), str(point.id), *values, *score, _plain(_decisions(point, varying)))
     return table
-
-
-def _value(value: int, info: ObjectiveInfo, currency: str) -> str:
-    """An integer in a counting unit (``1/3 ppm``) for people."""
-    scale, _, unit = info.unit.rpartition(" ")
-    factor = Fraction(1, int(scale.removeprefix("1/"))) if scale.startswith("1/") else Fraction(1)
-    return readable(value * factor, unit, currency)
 
 
 def _varying(result: Result) -> list[str]:
     """The decisions in which the points of the front differ."""
-    return [
-        name for name in result.open_decisions if len({point.decisions.get(name) for point in result.front}) > 1
-    ]
+    return [name for name in result.open_decisions if len({point.decisions.get(name) for point in result.front}) > 1]
 
 
 def _decisions(point: Point, names: Sequence[str]) -> str:
-    return ", ".join(f"{name.removesuffix('.type')} {point.decisions[name]}" for name in names if name in point.decisions)
+    return ", ".join(
+        f"{name.removesuffix('.type')} {point.decisions[name]}" for name in names if name in point.decisions
+    )
 
 
 def _print_common(console: Console, result: Result) -> None:
@@ -101,32 +158,14 @@ def _print_common(console: Console, result: Result) -> None:
 
 def _print_infeasible(console: Console, result: Result) -> None:
     console.print("Infeasible, proved: no design meets every requirement and rule.", style="bold", markup=False)
-    if not result.conflicts:
-        console.print("No small set of requirements is to blame alone.", markup=False)
-    for conflict in result.conflicts:
-        if len(conflict.members) == 1:
-            console.print("Closest miss, when all others hold:", markup=False)
-        else:
-            console.print("No single requirement is to blame; these must give together:", markup=False)
-        for clash in conflict.members:
-            console.print(f"  {_clash(clash, result.space.currency)}", markup=False)
-
-
-def _clash(clash: Clash, currency: str) -> str:
-    where = f" ({clash.origin})" if clash.origin else ""
-    if clash.closest is None or clash.limit is None or clash.miss is None:
-        return f"rule: {clash.text}{where}"
-    closest = readable(clash.closest, clash.unit, currency, 6)
-    if clash.thread:
-        return f"{clash.text}{where}: {clash.thread} alone needs more than one core allows"
-    miss = readable(clash.miss, clash.unit, currency, 6)
-    limit = readable(clash.limit, clash.unit, currency, 6)
-    return f"{clash.text}{where}: the closest is {closest}, {miss} beyond the limit of {limit}"
+    print_conflicts(console, result)
 
 
 def print_analysis(console: Console, analysis: Analysis) -> None:
     """Contributor tables, processor and bus tables, verdicts of one design."""
-    setting = "" if analysis.space.profile == "dse" else f", worst case by {analysis.space.worst_case.replace('_', ' ')}"
+    setting = (
+        "" if analysis.space.profile == "dse" else f", worst case by {analysis.space.worst_case.replace('_', ' ')}"
+    )
     console.print(f"{analysis.space.name} (profile {analysis.space.profile}{setting})", style="bold", markup=False)
     if analysis.decisions:
         chosen = ", ".join(f"{name.removesuffix('.type')} {value}" for name, value in analysis.decisions.items())
@@ -150,7 +189,13 @@ def print_analysis(console: Console, analysis: Analysis) -> None:
 
 def _flow_table(console: Console, flow: FlowTable) -> Table:
     table = _table(console, f"Flow {flow.name}".replace("[", r"\["))
-    for heading, justify in (("contributor", "left"), ("min", "right"), ("method", "left"), ("max", "right"), ("method", "left")):
+    for heading, justify in (
+        ("contributor", "left"),
+        ("min", "right"),
+        ("method", "left"),
+        ("max", "right"),
+        ("method", "left"),
+    ):
         table.add_column(heading, justify=justify, overflow="fold")  # type: ignore[arg-type]
     for row in flow.rows:
         cells = (f"{row.category} {row.contributor}", _ms(row.min_ns), row.min_method, _ms(row.max_ns), row.max_method)
@@ -202,7 +247,9 @@ def _print_metrics(console: Console, analysis: Analysis) -> None:
     table.add_column("metric")
     table.add_column("value", justify="right")
     for name in names:
-        table.add_row(_plain(name), readable(analysis.metrics[name], analysis.metric_units[name], analysis.space.currency))
+        table.add_row(
+            _plain(name), readable(analysis.metrics[name], analysis.metric_units[name], analysis.space.currency)
+        )
     console.print(table)
 
 
@@ -238,7 +285,9 @@ def print_description(console: Console, description: Description) -> None:
     for decision in description.decisions:
         table.add_row(_plain(decision.name), _plain(", ".join(decision.options)))
     console.print(table)
-    console.print(f"{description.size:,} combinations of options, before rules, bindings and requirements.", markup=False)
+    console.print(
+        f"{description.size:,} combinations of options, before rules, bindings and requirements.", markup=False
+    )
     console.print(f"Flows: {', '.join(flow.name for flow in space.flows) or 'none'}", markup=False)
     for title, texts in (
         ("Requirements", [item.text for item in space.requirements]),

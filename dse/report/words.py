@@ -11,7 +11,9 @@ from dse.results.reasons import Comparison, Dominant, Improvement, Margin, Reaso
 from dse.results.result import Others, Result, Sibling
 from dse.results.values import counted, display_unit, readable
 
-REDUCED = "Latencies are reduced reaction times: a flow starts at its first component, without that component's own period."
+REDUCED = (
+    "Latencies are reduced reaction times: a flow starts at its first component, without that component's own period."
+)
 GAPS = (
     "Worst execution time is not response time: CPU contention is not in the latency unless response times are computed.",
     "The sum of periods over-estimates when sender and receiver are harmonic and synchronised.",
@@ -58,11 +60,13 @@ def best_words(result: Result, reasons: Reasons) -> str:
         if point.objectives[info.name] == (min(values) if info.sense == "minimise" else max(values)):
             sharing = values.count(point.objectives[info.name]) - 1
             word = "least" if info.sense == "minimise" else "most"
-            best.append(f"{word} {info.name}" + (f" (as {sharing} other{'s' if sharing > 1 else ''})" if sharing else ""))
+            best.append(
+                f"{word} {info.name}" + (f" (as {sharing} other{'s' if sharing > 1 else ''})" if sharing else "")
+            )
     front = "of the front" if result.status == "complete" else "found so far"
     if best:
-        return f"{_listed(best)} {front}."
-    return "a compromise: no objective is at its best here."
+        return f"{_capital(_listed(best))} {front}."
+    return "A compromise: no objective is at its best here."
 
 
 def comparison_words(comparison: Comparison, currency: str) -> str:
@@ -141,7 +145,7 @@ def improvement_words(item: Improvement, result: Result) -> str:
     """Which point is next better in an objective, what it costs, and what has to change."""
     if item.point is None:
         best = result.status == "complete"
-        return "no design is better: proved." if best else "nothing better was found before the search stopped."
+        return "No design is better: proved." if best else "Nothing better was found before the search stopped."
     currency = result.space.currency
     gained = next(delta for delta in item.deltas if delta.name == item.objective)
     losses = [delta for delta in item.deltas if delta.gain < 0]
@@ -149,6 +153,12 @@ def improvement_words(item: Improvement, result: Result) -> str:
     text = f"#{item.point} has {difference_words(gained, currency)}, for {_listed(costs)}"
     if len(losses) == 1:
         text += f" ({rate_words(losses[0], gained, currency)})"
+    also = [
+        f"{delta.name} {difference_words(delta, currency)}"
+        for delta in item.deltas
+        if delta.gain > 0 and delta != gained
+    ]
+    text += f", and with {_listed(also)}" if also else ""
     return f"{text}. {changes_words(item.changes)}."
 
 
@@ -163,11 +173,21 @@ def rate_words(loss: Delta, gain: Delta, currency: str) -> str:
 def others_words(others: Others) -> str:
     """How many designs share a point's objectives or come near, and whether these are all."""
     count = len(others.designs)
-    what = f"with each objective at most {readable(others.within * 10**6, 'ppm')} worse" if others.within else "with exactly the same objectives"
+    what = (
+        f"with each objective at most {readable(others.within * 10**6, 'ppm')} worse"
+        if others.within
+        else "with exactly the same objectives"
+    )
     if not count:
-        return f"No other design {what}" + (": proved." if others.more is False else " was found before the search stopped.")
+        return f"No other design {what}" + (
+            ": proved." if others.more is False else " was found before the search stopped."
+        )
     said = f"{count} other design{'s' if count > 1 else ''} {what}, chosen to differ"
-    tail = {True: "there are more", False: "there are no more", None: "the search stopped before it could tell whether there are more"}
+    tail = {
+        True: "there are more",
+        False: "there are no more",
+        None: "the search stopped before it could tell whether there are more",
+    }
     return f"{said}; {tail[others.more]}."
 
 
@@ -199,13 +219,19 @@ def tie_words(result: Result) -> str:
     groups: dict[int, list[int]] = {}
     for point in result.front:
         groups.setdefault(point.rank, []).append(point.id)
-    tied = [f"{', '.join(f'#{number}' for number in ids)} at rank {rank}" for rank, ids in groups.items() if len(ids) > 1]
+    tied = [
+        f"{', '.join(f'#{number}' for number in ids)} at rank {rank}" for rank, ids in groups.items() if len(ids) > 1
+    ]
     return f"Ties: {'; '.join(tied)}." if tied else ""
 
 
 def rank_text(result: Result, rank: int) -> str:
     """The rank, with ``=`` where several points share it."""
     return f"{rank}=" if sum(point.rank == rank for point in result.front) > 1 else str(rank)
+
+
+def _capital(text: str) -> str:
+    return text[:1].upper() + text[1:]
 
 
 def _listed(items: Sequence[str]) -> str:

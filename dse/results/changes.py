@@ -13,8 +13,8 @@ from dse.space.types import EMPTY, Design, Space
 class Change:
     """A decision that differs; None where a design has no use for it.
 
-    `follows` marks what is no choice of its own: a decision that falls away with another one, or an optional slot of one type, which
-    is filled exactly when something is bound to it.
+    `follows` marks what is no choice of its own: a decision that falls away with another one, or an optional slot of
+    one type, which is filled exactly when something is bound to it.
     """
 
     name: str

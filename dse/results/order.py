@@ -36,7 +36,8 @@ def ranked_by(result: Result, method: str) -> Result:
     if result.baseline is not None:
         base = result.baseline
         changed = [
-            sum(not change.follows for change in changes_between(result.space, base, point.design)) for point in result.front
+            sum(not change.follows for change in changes_between(result.space, base, point.design))
+            for point in result.front
         ]
     ranking = rank(method, points, objectives, changed)
     rows = zip(ranking.ranks, ranking.scores, result.front, strict=True)

@@ -1,7 +1,7 @@
 """Ranking of a front by a stated method, in exact rational arithmetic.
 
-Every score is a fraction of integers, so that ties are real ones; objectives are scaled by the front itself, so that a change of
-units changes nothing. Nothing is left out: each point gets a rank, and equal scores share one.
+Every score is a fraction of integers, so that ties are real ones; objectives are scaled by the front itself, so that a
+change of units changes nothing. Nothing is left out: each point gets a rank, and equal scores share one.
 """
 
 from __future__ import annotations
@@ -47,8 +47,9 @@ def rank(
     Parameters
     ----------
     method
-        ``ideal``, ``topsis``, ``knee``, ``baseline``, ``weights:NAME=NUMBER,…`` or ``order:NAME,…``; `ideal` and `topsis` take weights
-        too (``topsis:price=2``). A name is that of an objective or the beginning of exactly one; weights may be numbers alone.
+        ``ideal``, ``topsis``, ``knee``, ``baseline``, ``weights:NAME=NUMBER,…`` or ``order:NAME,…``; `ideal` and
+        `topsis` take weights too (``topsis:price=2``). A name is that of an objective or the beginning of exactly one;
+        weights may be numbers alone.
     points
         objective vectors, in counting units.
     objectives
@@ -95,7 +96,9 @@ def rank(
     return _by_topsis(method, points, [sense for _, sense in objectives], weights, said)
 
 
-def ideal_distances(points: Vectors, senses: Sequence[str], weights: Sequence[Fraction] | None = None) -> list[Fraction]:
+def ideal_distances(
+    points: Vectors, senses: Sequence[str], weights: Sequence[Fraction] | None = None
+) -> list[Fraction]:
     """The squared distance of each point to the ideal point (the best value of every objective on the front).
 
     >>> ideal_distances([(0, 10), (4, 0)], ["minimise", "minimise"])
@@ -151,9 +154,7 @@ def _by_range(losses: Vectors) -> list[tuple[Fraction, ...]]:
     ]
 
 
-def _by_topsis(
-    method: str, points: Vectors, senses: Sequence[str], weights: Sequence[Fraction], said: str
-) -> Ranking:
+def _by_topsis(method: str, points: Vectors, senses: Sequence[str], weights: Sequence[Fraction], said: str) -> Ranking:
     """TOPSIS (Hwang and Yoon, 1981): closeness = d- / (d+ + d-), distances in vector-normalised, weighted objectives.
 
     Squared distances are rational, and closeness falls as (d+ / d-)^2 rises, so that no root is compared.
@@ -283,5 +284,3 @@ def _short(weight: Fraction) -> str:
 
 def _quoted(name: str) -> str:
     return f'"{name}"' if "," in name or "=" in name else name
-
-

@@ -210,5 +210,3 @@ def _scaled_losses(result: Result) -> list[tuple[Fraction, ...]]:
         low, high = min(values, default=0), max(values, default=0)
         columns.append([Fraction(value - low, (high - low) or 1) for value in values])
     return list(zip(*columns, strict=True)) if columns else []
-
-

@@ -16,11 +16,11 @@ from dse.units import DATA_RATE, DIMENSIONLESS, MONEY, POWER, TIME, Dimension, Q
 
 SYSTEM_METRICS = {"price": MONEY, "power": POWER}
 FLOW_METRICS = ("latency", "min latency", "jitter")
-BUILT_IN = (*FLOW_METRICS, "utilisation", "load", *SYSTEM_METRICS)
+BUILT_IN = (*FLOW_METRICS, "utilisation", "load", "response time", *SYSTEM_METRICS)
 RESERVED = (*BUILT_IN, "utilization", "max latency", "maximum latency", "minimum latency")
 EXAMPLES = {TIME: "20 ms", DATA_RATE: "5 KB/s", MONEY: "500 EUR", POWER: "10 W", DIMENSIONLESS: "70 %"}
 _MEANT = {
-    "cost": "price", "delay": "latency", "response time": "latency", "cpu": "utilisation", "cpu load": "utilisation",
+    "cost": "price", "delay": "latency", "cpu": "utilisation", "cpu load": "utilisation",
     "cpu usage": "utilisation", "usage": "utilisation", "bandwidth": "load", "energy": "power", "variation": "jitter",
 }  # fmt: skip
 
@@ -48,6 +48,8 @@ def resolve_metrics(space: Space, ref: MetricRef) -> tuple[Metric, ...]:
         return _indexed(space, kind, ref.of, "processor")
     if kind == "load":
         return _indexed(space, kind, ref.of, "bus")
+    if kind == "response time":
+        return _response_times(space, ref.of)
     if kind in SYSTEM_METRICS or kind in space.totals:
         return (_system_metric(space, ref),)
     for number, derived in enumerate(space.derived):
@@ -90,6 +92,24 @@ def _indexed(space: Space, kind: str, of: str | None, what: str) -> tuple[Metric
     if other is not None:
         raise QuestionError(f"{shown(of)} is a {other}, {kind} is measured of a {what}", closest(of, names))
     raise QuestionError(f"no {what} is called {shown(of)}", closest(of, names))
+
+
+def _response_times(space: Space, of: str | None) -> tuple[Metric, ...]:
+    """The response time of a thread, or of every one that runs on a processor."""
+    threads = {
+        item.name: Metric(f"response time of {item.name}", "response time", number)
+        for number, item in enumerate(space.components)
+        if item.processor is not None
+    }
+    if of is None:
+        if not threads:
+            raise QuestionError("no thread runs on a processor: there is no response time")
+        return tuple(threads.values())
+    if of not in threads:
+        if any(item.name == of for item in space.components):
+            raise QuestionError(f"{shown(of)} runs on no processor: it has no response time", closest(of, threads))
+        raise QuestionError(f"no thread is called {shown(of)}", closest(of, threads))
+    return (threads[of],)
 
 
 def metric_dimension(space: Space, metric: Metric) -> Dimension | None:

@@ -23,6 +23,7 @@ from dse.space.metrics import (
     read_derived,
     resolve_metrics,
 )
+from dse.space.trees import leaves
 from dse.space.types import (
     EMPTY,
     Atom,
@@ -89,7 +90,7 @@ T = TypeVar("T")
 def with_questions(ledger: Ledger, space: Space, spec: Spec) -> Space:
     """The space with everything that the problem file asks; mistakes go to the ledger."""
     space = _with_derived(ledger, space, spec)
-    requirements = _required_latencies(ledger, space)
+    requirements = _required_latencies(ledger, space) + _deadlines(ledger, space, spec)
     for number, text in enumerate(spec.requirements):
         path: Path = ("requirements", number)
         origin = ledger.origin(path)
@@ -156,6 +157,20 @@ def _required_latencies(ledger: Ledger, space: Space) -> list[Requirement]:
             metric = Metric(f"latency of {flow.name}", "latency", number)
             limit = Quantity(Fraction(flow.required_ns[1], 10**9), TIME, "s")
             found.append(Requirement(text, metric, "<=", limit, ledger.origin(("flows", flow.name, "latency"))))
+    return found
+
+
+def _deadlines(ledger: Ledger, space: Space, spec: Spec) -> list[Requirement]:
+    """With ``deadlines: true`` each thread on a processor meets its deadline: the stated one, else its period."""
+    found = []
+    for number, component in enumerate(space.components) if spec.deadlines else ():
+        stated = [leaf for tree in (component.deadline_ns, component.period_ns) for leaf in leaves(tree)]
+        times = [leaf for leaf in stated if leaf is not None]
+        if component.processor is not None and times:
+            metric = Metric(f"response time of {component.name}", "response time", number, "deadline")
+            limit = Quantity(Fraction(max(times), 10**9), TIME, "s")
+            text = f"response time of {component.name} <= its deadline"
+            found.append(Requirement(text, metric, "<=", limit, ledger.origin(("deadlines",))))
     return found
 
 

@@ -162,8 +162,8 @@ class Metric:
     """A resolved metric: `kind` and the index (or component name) it is of.
 
     `kind` is ``latency``, ``min latency``, ``jitter`` (of a flow), ``utilisation`` (of a processor), ``load`` (of a
-    bus), ``response time`` (of a thread; `key` is ``deadline`` where its own deadline is the limit), ``price``, ``power``,
-    ``total`` (`key` names it; `of` a component, or all) or ``derived``.
+    bus), ``response time`` (of a thread; `key` is ``deadline`` where its own is the limit), ``price``, ``power``, ``total``
+    (`key` names it; `of` a component, or all) or ``derived``.
     """
 
     name: str

@@ -26,10 +26,12 @@ FRONT = [(0, 110), (10, 60), (50, 20), (100, 10)]
         ("weights:price=1", (4, 3, 2, 1)),
         ("order:price", (4, 3, 2, 1)),
         ("order:jitter of a, price", (1, 2, 3, 4)),
-        # least trade-offs: 1: to 2 it loses 0.1 and gains 0.5; 2: to 3 it loses 0.4 and gains 0.4; 3: to 2 the same; 4: to 3, 0.1 / 0.5
+        # least trade-offs: 1: to 2 it loses 0.1 and gains 0.5; 2: to 3 it loses 0.4 and gains 0.4; 3: to 2 the same; 4:
+        # to 3, 0.1 / 0.5
         ("knee", (3, 1, 1, 3)),
         # jitter / sqrt(12600), price / sqrt(16200); squared near / far of each: (10000/16200) / (10000/12600) = 0.78;
-        # (100/12600 + 2500/16200) / (8100/12600 + 2500/16200) = 0.203; (2500/12600 + 100/16200) / (2500/12600 + 8100/16200) = 0.293;
+        # (100/12600 + 2500/16200) / (8100/12600 + 2500/16200) = 0.203; (2500/12600 + 100/16200) / (2500/12600 +
+        # 8100/16200) = 0.293;
         # (10000/12600) / (10000/16200) = 1.29
         ("topsis", (3, 1, 2, 4)),
         ("baseline", (4, 1, 1, 3)),  # 3, 0, 0, 2 changes
@@ -98,16 +100,17 @@ def test_trade_off() -> None:
     assert trade_off([Fraction(0)], [Fraction(1)]) is None
 
 
-METHODS_WITH = [name if name not in ("weights", "order") else f"{name}:{'1,2' if name == 'weights' else 'price'}" for name in METHODS]
+METHODS_WITH = [
+    name if name not in ("weights", "order") else f"{name}:{'1,2' if name == 'weights' else 'price'}"
+    for name in METHODS
+]
 
 
 @given(
     points=st.lists(st.tuples(st.integers(0, 10**12), st.integers(0, 10**12)), min_size=1, max_size=8, unique=True),
     factors=st.tuples(st.integers(1, 10**9), st.integers(1, 10**9)),
 )
-def test_ranks_do_not_change_with_units_or_order(
-    points: list[tuple[int, int]], factors: tuple[int, int]
-) -> None:
+def test_ranks_do_not_change_with_units_or_order(points: list[tuple[int, int]], factors: tuple[int, int]) -> None:
     scaled = [(a * factors[0], b * factors[1]) for a, b in points]
     changes = [a % 5 for a, _ in points]
     for method in METHODS_WITH:

@@ -1,7 +1,7 @@
 """The sentences name the right decision, gain, loss and requirement, on a front worked out by hand.
 
-The flow is source -> worker -> sink. The worker on `slow` takes 4 ms, on `fast` 1 ms (best times 0); its period is 10 or 20 ms.
-Jitter: period + execution. Utilisation: 4 ms / 20 ms = 20 %, 4 / 10 = 40 %, 1 / 20 = 5 %, 1 / 10 = 10 %.
+The flow is source -> worker -> sink. The worker on `slow` takes 4 ms, on `fast` 1 ms (best times 0); its period is 10
+or 20 ms. Jitter: period + execution. Utilisation: 4 ms / 20 ms = 20 %, 4 / 10 = 40 %, 1 / 20 = 5 %, 1 / 10 = 10 %.
 """
 
 from __future__ import annotations
@@ -83,19 +83,27 @@ def test_binding_requirement_dominant_and_next_step(result: Result) -> None:
     )
     words = said(result, slow)
     # 40 % of 50 % leaves 20 % of the limit; the jitter of 14 ms leaves 10 ms of 24 ms
-    assert words["Tightest requirement"] == "utilisation of cpu <= 50 %: 40 % against 50 %, slack 10 % (20 % of the limit)."
+    assert (
+        words["Tightest requirement"]
+        == "utilisation of cpu <= 50 %: 40 % against 50 %, slack 10 % (20 % of the limit)."
+    )
     assert words["Most of the latency of main"] == "worker (sampling), 10 ms of 14 ms (71.4 %)."
-    assert words["Stands out"] == "least price of the front."
-    assert words["To better price"] == "no design is better: proved."
+    assert words["Stands out"] == "Least price of the front."
+    assert words["To better price"] == "No design is better: proved."
     assert words["To better jitter of main"] == (
         f"#{fast} has 3 ms less, for price 200 EUR more (66.67 EUR per ms). Changes cpu slow to fast."
     )
-    assert said(result, fast)["Tightest requirement"].startswith("jitter of main <= 24 ms: 11 ms against 24 ms, slack 13 ms")
+    assert said(result, fast)["Tightest requirement"].startswith(
+        "jitter of main <= 24 ms: 11 ms against 24 ms, slack 13 ms"
+    )
 
 
 def test_a_requirement_without_slack_binds() -> None:
     exact = dse.solve(dse.loads(PROBLEM), max_jitter="11ms")
-    assert said(exact, 1)["Tightest requirement"] == "jitter of main <= 11 ms: 11 ms against 11 ms. It binds: there is no slack."
+    assert (
+        said(exact, 1)["Tightest requirement"]
+        == "jitter of main <= 11 ms: 11 ms against 11 ms. It binds: there is no slack."
+    )
 
 
 def test_one_core_binds_before_the_processor() -> None:

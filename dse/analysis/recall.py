@@ -1,0 +1,72 @@
+"""Results of a costly formula, remembered by the decisions that it consulted."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any, Generic, TypeVar
+
+from dse.analysis.views import View
+from dse.space.types import Space
+
+T = TypeVar("T")
+KEPT_SPACES = 8
+
+
+class _Watching(View):
+    """Another view, with a note of every decision that is asked for."""
+
+    __slots__ = ("asked",)
+
+    def __init__(self, view: View) -> None:
+        self.design = view
+        self.memo = {}
+        self.asked: dict[int, int] = {}
+
+    def __getitem__(self, decision: int) -> int:
+        option = self.design[decision]
+        self.asked[decision] = option
+        return int(option)
+
+
+class _Node(Generic[T]):
+    """After the same answers a formula asks for the same decision next, or is done."""
+
+    __slots__ = ("branches", "decision", "value")
+
+    def __init__(self) -> None:
+        self.decision: int | None = None
+        self.branches: dict[int, _Node[T]] = {}
+        self.value: T | None = None
+
+
+class Recall(Generic[T]):
+    """Remembers a formula's values, for the last few spaces; designs that agree where it looks share one."""
+
+    def __init__(self) -> None:
+        self._trees: dict[int, tuple[Space, dict[Any, _Node[T]]]] = {}
+
+    def recall(self, space: Space, key: Any, view: View, formula: Callable[[Space, Any, View], T]) -> T:
+        """``formula(space, key, view)``, from memory where it has been asked before."""
+        if id(space) not in self._trees:
+            if len(self._trees) >= KEPT_SPACES:
+                self._trees.pop(next(iter(self._trees)), None)
+            self._trees[id(space)] = (space, {})
+        node = self._trees[id(space)][1].setdefault(key, _Node())
+        while node.decision is not None:
+            branch = node.branches.get(view[node.decision])
+            if branch is None:
+                break
+            node = branch
+        if node.value is None:
+            watching = _Watching(view)
+            value = formula(space, key, watching)
+            self._plant(self._trees[id(space)][1][key], watching.asked, value)
+            return value
+        return node.value
+
+    @staticmethod
+    def _plant(node: _Node[T], asked: dict[int, int], value: T) -> None:
+        for decision, option in asked.items():
+            node.decision = decision
+            node = node.branches.setdefault(option, _Node())
+        node.value = value

@@ -1,0 +1,331 @@
+"""What runs on each core of a design, at which priority, and the response times that follow.
+
+Threads are partitioned to the cores of their processor: as the user states, the others first-fit by decreasing utilisation.
+On a core stated priorities go first (a larger number is more urgent), then the threads without one, rate-monotonically; file
+order breaks ties. A hybrid thread is two tasks of one priority, its callback before its timer.
+
+Event-triggered threads inherit the streams of what triggers them, with the jitter that processing and transmission add on
+the way (K. Tindell and J. Clark, "Holistic schedulability analysis for distributed hard real-time systems",
+Microprocessing and Microprogramming 40, 1994). Offsets between threads are never used to advantage.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from fractions import Fraction
+from typing import Literal, TypeAlias
+
+from dse.analysis.binding import transmission_ns
+from dse.analysis.rates import NS_PER_S, RateKey, is_event_triggered, rate_hz
+from dse.analysis.recall import Recall
+from dse.analysis.response_time import Stream, Task, response_time_ns
+from dse.analysis.views import View
+from dse.space.trees import at, leaves
+from dse.space.types import Component, Space
+
+UNBOUNDED_NS = 10**14
+"""Stands for a response time without a bound (27.8 h) wherever a number is needed."""
+MOST_ROUNDS = 64
+Part: TypeAlias = Literal["thread", "callback"]
+TaskKey: TypeAlias = tuple[int, Part]
+
+
+@dataclass(frozen=True)
+class Response:
+    """The response time of a thread or a hybrid thread's callback; None where it has no bound.
+
+    `rank` counts the tasks of the core by priority, from 1; `deadline_ns` is the thread's, else its period, else None.
+    """
+
+    component: int
+    part: Part
+    core: int
+    rank: int
+    task: Task
+    best_ns: int
+    response_ns: int | None
+    deadline_ns: int | None
+
+    @property
+    def name(self) -> str:
+        """The thread, and which part of it."""
+        return self.task.name
+
+    @property
+    def meets_deadline(self) -> bool | None:
+        """Whether it ends by its deadline; None when there is none."""
+        if self.deadline_ns is None:
+            return None
+        return self.response_ns is not None and self.response_ns <= self.deadline_ns
+
+
+_RECALLED: Recall[tuple[Response, ...]] = Recall()
+
+
+def processor_responses(space: Space, processor: int, view: View) -> tuple[Response, ...]:
+    """Everything that runs on a processor, by core and priority."""
+    return _RECALLED.recall(space, processor, view, _responses_on)
+
+
+def response_of(space: Space, component: int, part: Part, view: View) -> Response | None:
+    """The response of one task; None when it runs on no processor, or has nothing to execute there."""
+    found = view.memo.get(("response", component, part))
+    if found is None:
+        found = _RECALLED.recall(space, (component, part), view, _response_to)
+        view.memo["response", component, part] = found
+    return found[0] if found else None
+
+
+def _responses_on(space: Space, processor: int, view: View) -> tuple[Response, ...]:
+    schedule = _Schedule(space, view)
+    keys = [key for core in schedule.cores(processor) for key in core]
+    return _responses(schedule, keys)
+
+
+def _response_to(space: Space, key: TaskKey, view: View) -> tuple[Response, ...]:
+    if at(space.components[key[0]].processor, view) is None or key not in _keys(space, key[0], view):
+        return ()
+    return _responses(_Schedule(space, view), [key])
+
+
+def bounded_response_ns(space: Space, component: int, part: Part, view: View) -> int:
+    """The response time as a number: `UNBOUNDED_NS` without a bound, the longest processing off the processors."""
+    found = response_of(space, component, part, view)
+    if found is None:
+        return _alone_ns(space.components[component], part, view)[1]
+    return UNBOUNDED_NS if found.response_ns is None else found.response_ns
+
+
+def deadline_ns(component: Component, view: View) -> int | None:
+    """The stated deadline, else the period (or minimum separation), else None."""
+    stated = at(component.deadline_ns, view)
+    found: int | None = at(component.period_ns, view) if stated is None else stated
+    return found
+
+
+def _alone_ns(component: Component, part: Part, view: View) -> tuple[int, int]:
+    """Best and worst time of one job that nothing delays."""
+    trees = (component.callback_ns,) if part == "callback" else (component.execution_ns, component.latency_ns)
+    for tree in trees:
+        given = at(tree, view)
+        if given is not None:
+            return given[0], given[1]
+    stated = at(component.response_ns, view) if part == "thread" else None
+    return (0, 0) if stated is None else (stated[0], stated[1])
+
+
+def _members(space: Space, processor: int, view: View) -> Iterator[int]:
+    for number, component in enumerate(space.components):
+        if component.processor is not None and at(component.processor, view) == processor:
+            yield number
+
+
+def _keys(space: Space, number: int, view: View) -> Iterator[TaskKey]:
+    """The tasks of a thread: its callback first."""
+    component = space.components[number]
+    if at(component.protocol, view) == "hybrid" and at(component.callback_ns, view) is not None:
+        yield number, "callback"
+    if at(component.execution_ns, view) is not None:
+        yield number, "thread"
+
+
+class _Schedule:
+    """The cores of a design's processors, each planned when it is asked for."""
+
+    def __init__(self, space: Space, view: View) -> None:
+        self.space, self.view = space, view
+        self._planned: dict[int, list[list[TaskKey]]] = {}
+
+    def cores(self, processor: int) -> list[list[TaskKey]]:
+        """The tasks of each core, by priority."""
+        if processor not in self._planned:
+            self._planned[processor] = _cores(self.space, processor, self.view)
+        return self._planned[processor]
+
+    def place(self, key: TaskKey) -> tuple[int, int, int] | None:
+        """Processor, core and position of a task; None where it runs on none."""
+        processor = at(self.space.components[key[0]].processor, self.view)
+        for core, keys in enumerate(self.cores(processor) if processor is not None else ()):
+            if key in keys:
+                return processor, core, keys.index(key)
+        return None
+
+    def needed(self, wanted: Sequence[TaskKey]) -> list[list[TaskKey]]:
+        """What decides the response times of `wanted`: whatever goes before them, and what releases any of these."""
+        depth: dict[tuple[int, int], int] = {}
+        todo = list(wanted)
+        while todo:
+            place = self.place(todo.pop())
+            if place is None:
+                continue
+            processor, core, position = place
+            known = depth.get((processor, core), 0)
+            for key in self.cores(processor)[core][known : position + 1]:
+                todo += _upstream(self.space, key, self.view, frozenset())
+            depth[processor, core] = max(known, position + 1)
+        return [self.cores(processor)[core][:count] for (processor, core), count in depth.items()]
+
+
+def _upstream(space: Space, key: TaskKey, view: View, seen: frozenset[int]) -> list[TaskKey]:
+    """The tasks whose response times are jitter of the task's releases."""
+    number, part = key
+    component = space.components[number]
+    if number in seen or (part == "thread" and not is_event_triggered(component, view)):
+        return []
+    found: list[TaskKey] = []
+    for connection in (space.connections[wire] for wire in component.triggers):
+        if connection.source is None or connection.rate_hz is not None or connection.data_rate is not None:
+            continue
+        found.append((connection.source, "thread"))
+        if at(space.components[connection.source].processor, view) is None:
+            found += _upstream(space, found[-1], view, seen | {number})
+    return found
+
+
+def _cores(space: Space, processor: int, view: View) -> list[list[TaskKey]]:
+    """The tasks of each core, by priority."""
+    count = max(1, at(space.processors[processor].cores, view))
+    loads = [Fraction(0)] * count
+    placed: dict[int, int] = {}
+    members = {number: _utilisation(space, number, view) for number in _members(space, processor, view)}
+    stated = {number: at(space.components[number].core, view) for number in members}
+    order = sorted(members, key=lambda number: (stated[number] is None, -members[number], number))
+    for number in order:
+        share, core = members[number], stated[number]
+        if core is None:
+            fitting = [index for index, load in enumerate(loads) if load + share <= 1]
+            index = fitting[0] if fitting else loads.index(min(loads))
+        else:
+            index = min(core, count) - 1
+        placed[number] = index
+        loads[index] += share
+    cores: list[list[TaskKey]] = []
+    for index in range(count):
+        here = [number for number in members if placed[number] == index]
+        ranked = sorted(here, key=lambda number: _urgency(space, number, view))
+        cores.append([key for number in ranked for key in _keys(space, number, view)])
+    return cores
+
+
+def _urgency(space: Space, number: int, view: View) -> tuple[bool, int, bool, Fraction, int]:
+    """Sorts a core's threads: stated priorities first, then by rate, then as in the file."""
+    priority = at(space.components[number].priority, view)
+    rate = rate_hz(space, ("activation", number), view)
+    return priority is None, -(priority or 0), rate == 0, -rate, number
+
+
+def _utilisation(space: Space, number: int, view: View) -> Fraction:
+    share = Fraction(0)
+    for _, part in _keys(space, number, view):
+        key: RateKey = ("input", number) if part == "callback" else ("activation", number)
+        share += _alone_ns(space.components[number], part, view)[1] * rate_hz(space, key, view) / NS_PER_S
+    return share
+
+
+def _fixed_point(space: Space, cores: Sequence[Sequence[TaskKey]], view: View) -> dict[TaskKey, int | None]:
+    """Response times and inherited jitter, raised together until both stand still; what keeps growing has no bound."""
+    known: dict[TaskKey, int | None] = {
+        key: _alone_ns(space.components[key[0]], key[1], view)[1] for keys in cores for key in keys
+    }
+    rounds, changed, horizon = 0, True, _horizon_ns(space)
+    while changed:
+        rounds, changed = rounds + 1, False
+        for keys in cores:
+            tasks = [_task(space, key, known, view) for key in keys]
+            for position, key in enumerate(keys):
+                found = _respond(tasks[: position + 1])
+                if found is not None and rounds > 1 and (found > horizon or rounds > MOST_ROUNDS):
+                    found = found if found == known[key] else None
+                if known[key] is not None and found != known[key]:
+                    known[key], changed = found, True
+    return known
+
+
+def _horizon_ns(space: Space) -> int:
+    """Ten times the longest period: response times that feed on their own jitter until they are longer have no bound."""
+    periods = [leaf for item in space.components for leaf in leaves(item.period_ns) if leaf is not None]
+    return 10 * max(periods, default=NS_PER_S)
+
+
+def _respond(tasks: Sequence[Task | None]) -> int | None:
+    """The response time of the last task under the others."""
+    given = [task for task in tasks if task is not None]
+    if len(given) < len(tasks):
+        return None
+    return response_time_ns(given[-1], given[:-1])
+
+
+def _task(space: Space, key: TaskKey, known: Mapping[TaskKey, int | None], view: View) -> Task | None:
+    """The task with the streams that release it; None when their jitter has no bound."""
+    number, part = key
+    component = space.components[number]
+    streams = _releases(space, number, part, known, view)
+    if streams is None:
+        return None
+    sporadic = part == "thread" and at(component.protocol, view) == "sporadic"
+    separation = at(component.period_ns, view) if sporadic else None
+    return Task(_task_name(component, part), _alone_ns(component, part, view)[1], streams, separation)
+
+
+Streams: TypeAlias = tuple[Stream, ...] | None
+
+
+def _releases(space: Space, number: int, part: Part, known: Mapping[TaskKey, int | None], view: View) -> Streams:
+    component = space.components[number]
+    if part == "thread" and not is_event_triggered(component, view):
+        return (Stream(at(component.period_ns, view)),)
+    streams: list[Stream] = []
+    for wire in component.triggers:
+        found = _deliveries(space, wire, known, view)
+        if found is None:
+            return None
+        streams += found
+    return tuple(streams)
+
+
+def _deliveries(space: Space, wire: int, known: Mapping[TaskKey, int | None], view: View) -> Streams:
+    """What a connection delivers: what its sender releases, later by the jitter of processing and transmission."""
+    connection = space.connections[wire]
+    least, most, _ = transmission_ns(space, connection, view)
+    if connection.rate_hz is not None or connection.data_rate is not None or connection.source is None:
+        rate = rate_hz(space, ("delivery", wire), view)
+        period = NS_PER_S * rate.denominator // rate.numerator if rate else 0
+        return (Stream(max(1, period), most - least),) if rate else ()
+    leaving = _leaving(space, connection.source, known, view)
+    return None if leaving is None else tuple(Stream(item.period_ns, item.jitter_ns + most - least) for item in leaving)
+
+
+def _leaving(space: Space, number: int, known: Mapping[TaskKey, int | None], view: View) -> Streams:
+    component = space.components[number]
+    released = _releases(space, number, "thread", known, view)
+    best, worst = _alone_ns(component, "thread", view)
+    response = known.get((number, "thread"), worst)
+    if released is None or response is None:
+        return None
+    if at(component.protocol, view) == "sporadic":
+        # holding back what comes early keeps the streams' own bound: of the two bounds the one with the lower rate goes on
+        separation = at(component.period_ns, view)
+        if sum((Fraction(1, item.period_ns) for item in released), Fraction(0)) * separation >= 1:
+            released = (Stream(separation),)
+    return tuple(Stream(item.period_ns, item.jitter_ns + max(response, worst) - best) for item in released)
+
+
+def _responses(schedule: _Schedule, wanted: Sequence[TaskKey]) -> tuple[Response, ...]:
+    space, view = schedule.space, schedule.view
+    known = _fixed_point(space, schedule.needed(wanted), view)
+    found = []
+    for key in wanted:
+        place = schedule.place(key)
+        assert place is not None
+        component = space.components[key[0]]
+        task = _task(space, key, known, view)
+        best, worst = _alone_ns(component, key[1], view)
+        deadline = deadline_ns(component, view) if key[1] == "thread" else None
+        lost = Task(_task_name(component, key[1]), worst, ())
+        found.append(Response(*key, place[1] + 1, place[2] + 1, task or lost, best, known[key], deadline))
+    return tuple(found)
+
+
+def _task_name(component: Component, part: Part) -> str:
+    return component.name if part == "thread" else f"{component.name} (callback)"

@@ -1,0 +1,88 @@
+"""The question and the designs that a result states, back as a problem and designs: names are taken as they are, not parsed."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+from typing import Any
+
+from dse.analysis.measures import all_metrics
+from dse.api.problem import ORIGIN, Problem, complete_design
+from dse.errors import UsageError
+from dse.space.questions import QuestionError, read_objective, read_requirements, read_rule
+from dse.space.types import Design, Objective, Requirement, Rule, Space
+from dse.spec.grammar import ExpressionError
+
+
+def restated(problem: Problem, effective: Mapping[str, Any]) -> Problem:
+    """The problem with exactly the question that the ``effective`` block of a result states.
+
+    Raises
+    ------
+    UsageError
+        when the block is not one that `dse.solve` writes for this problem.
+    """
+    space = problem.space
+    try:
+        space = replace(space, profile=effective["profile"], worst_case=effective["worst_case"])
+        requirements = [
+            item for text in dict.fromkeys(effective["requirements"]) for item in _requirements(space, text)
+        ]
+        rules = [_rule(space, text) for text in effective["rules"]]
+        objectives = tuple(_objective(space, text) for text in effective["objectives"])
+        fixed = named_choices(space, effective["fixed"])
+    except (KeyError, TypeError, AttributeError, ExpressionError, QuestionError) as error:
+        raise UsageError(f"the result does not state a question that fits the problem: {error}") from error
+    space = replace(space, requirements=tuple(requirements), rules=tuple(rules), objectives=objectives, fixed=fixed)
+    return replace(problem, space=space)
+
+
+def named_choices(space: Space, decisions: Mapping[str, str]) -> dict[int, int]:
+    """Options by decision, from names and canonical texts as results have them.
+
+    Raises
+    ------
+    UsageError
+        when the problem has no such decision or option.
+    """
+    found = {}
+    for name, option in decisions.items():
+        index = space.decision_index(name)
+        if index is None or option not in space.decisions[index].options:
+            raise UsageError(f"the problem has no decision {name!r} with an option {option!r}")
+        found[index] = space.decisions[index].options.index(option)
+    return found
+
+
+def named_design(space: Space, decisions: Mapping[str, str]) -> Design:
+    """The design of a result's point; errors as for `named_choices`, or when it leaves something open."""
+    return complete_design(space, named_choices(space, decisions))
+
+
+def _requirements(space: Space, text: str) -> list[Requirement]:
+    """Those of the file with this text; else what the text says."""
+    own = [item for item in space.requirements if item.text == text]
+    if own:
+        return own
+    for metric in sorted(all_metrics(space), key=lambda item: len(item.name), reverse=True):
+        rest = text.removeprefix(metric.name).lstrip()
+        if text.startswith(metric.name) and rest[:1] in "<>=":
+            kind, of, name = metric.name.partition(" of ")
+            quote = "'" if '"' in name else '"'
+            found = read_requirements(space, f"{kind}{of}{quote}{name}{quote} {rest}" if of else text, ORIGIN)
+            return [replace(item, text=text) for item in found]
+    return [replace(item, text=text) for item in read_requirements(space, text, ORIGIN)]
+
+
+def _rule(space: Space, text: str) -> Rule:
+    own = [item for item in space.rules if item.text == text]
+    return own[0] if own else read_rule(space, text, ORIGIN)
+
+
+def _objective(space: Space, text: str) -> Objective:
+    sense, _, name = text.partition(" ")
+    for metric in all_metrics(space):
+        if metric.name == name and sense in ("minimise", "maximise"):
+            return Objective(text, "minimise" if sense == "minimise" else "maximise", metric)
+    own = [item for item in space.objectives if f"{item.sense} {item.metric.name}" == text]
+    return own[0] if own else read_objective(space, text)

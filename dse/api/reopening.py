@@ -1,0 +1,128 @@
+"""A result file as a `Result` again: its problem read anew, and every figure recomputed and compared."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+from fractions import Fraction
+from pathlib import Path
+from typing import Any
+
+from dse.analysis.evaluate import Evaluator
+from dse.api.origins import origin_of
+from dse.api.problem import baseline_design
+from dse.api.recalling import named_design
+from dse.api.resuming import read_search
+from dse.errors import UsageError
+from dse.results.reading import read_result
+from dse.results.result import (
+    Clash,
+    Conflict,
+    ObjectiveInfo,
+    Others,
+    Point,
+    Result,
+    Search,
+    Sibling,
+    decisions_of,
+)
+from dse.space.types import Design
+
+
+def reopen(path: str | Path, problem: str | Path | None = None) -> Result:
+    """The result at `path`, as `dse.solve` returned it.
+
+    Parameters
+    ----------
+    path
+        what ``dse solve --json`` wrote.
+    problem
+        the problem file, where it is no longer where the result says.
+
+    Raises
+    ------
+    UsageError
+        when the file is no result, its problem is not found or has changed, or a figure is not the one that the
+        analysis finds.
+    """
+    data = read_result(path)
+    asked, search = read_search(path, problem)
+    space = asked.space
+    evaluator = Evaluator(space)
+    infos = tuple(
+        ObjectiveInfo(measure.metric.name, objective.sense, measure.counting_unit)
+        for measure, objective in zip(evaluator.objectives, space.objectives, strict=True)
+    )
+    try:
+        if [vars(info) for info in infos] != data["objectives"]:
+            raise UsageError(f"{path}: its objectives are not those of the problem")
+        designs = list(search.points.values())
+        front = tuple(
+            _point(evaluator, item, design, infos, path) for item, design in zip(data["front"], designs, strict=True)
+        )
+        ranking = data["ranking"] if isinstance(data.get("ranking"), dict) else {}
+        return Result(
+            problem=replace(origin_of(asked), file=str(data["problem"]["file"])),
+            space=space,
+            status=data["status"],
+            objectives=infos,
+            metric_units={measure.metric.name: measure.counting_unit for measure in evaluator.metrics},
+            front=front,
+            unexplored=tuple(data["unexplored"]),
+            refuted=tuple(data["refuted"]),
+            potential=data.get("potential", {}),
+            conflicts=tuple(_conflict(item) for item in data["conflicts"]),
+            search=Search(**data["search"]),
+            baseline=baseline_design(space),
+            **({"ranking": ranking["method"], "ranking_words": ranking["words"]} if ranking else {}),
+            others=tuple(_others(evaluator, item, infos, path) for item in data.get("others", [])),
+        )
+    except (KeyError, TypeError, ValueError, AttributeError) as error:
+        raise UsageError(f"{path}: is not a whole result: {error!r}") from error
+
+
+def _checked(
+    evaluator: Evaluator, item: Mapping[str, Any], design: Design, infos: tuple[ObjectiveInfo, ...], path: str | Path
+) -> dict[str, Any]:
+    """Objectives, metrics, decisions and design, as the analysis finds them."""
+    evaluation = evaluator.evaluate(design)
+    named = f"{path}: alternative {item['id']}"
+    if not evaluation.is_feasible:
+        raise UsageError(f"{named} is no design of the problem that meets its requirements")
+    objectives = dict(zip((info.name for info in infos), evaluation.objectives, strict=True))
+    if objectives != item["objectives"]:
+        raise UsageError(f"{named} has other figures than the result says: {objectives}")
+    return {
+        "objectives": objectives,
+        "metrics": evaluator.metric_values(evaluation.design),
+        "decisions": decisions_of(evaluator.space, evaluation.design),
+        "design": evaluation.design,
+    }
+
+
+def _point(
+    evaluator: Evaluator, item: Mapping[str, Any], design: Design, infos: tuple[ObjectiveInfo, ...], path: str | Path
+) -> Point:
+    checked = _checked(evaluator, item, design, infos, path)
+    return Point(id=int(item["id"]), rank=int(item["rank"]), score=str(item.get("score", "")), **checked)
+
+
+def _others(
+    evaluator: Evaluator, item: Mapping[str, Any], infos: tuple[ObjectiveInfo, ...], path: str | Path
+) -> Others:
+    designs = []
+    for found in item["designs"]:
+        checked = _checked(evaluator, found, named_design(evaluator.space, found["decisions"]), infos, path)
+        dominated = tuple(int(number) for number in found["dominated_by"])
+        designs.append(
+            Sibling(id=str(found["id"]), dominated_by=dominated, different=int(found["different_decisions"]), **checked)
+        )
+    return Others(int(item["of"]), Fraction(item["within"]), tuple(designs), item["more"])
+
+
+def _conflict(item: Mapping[str, Any]) -> Conflict:
+    members = []
+    for clash in item["members"]:
+        figures = {name: None if clash[name] is None else Fraction(clash[name]) for name in ("limit", "closest")}
+        members.append(Clash(clash["text"], clash["origin"], clash["unit"], **figures, thread=clash["thread"] or ""))
+    return Conflict(tuple(members))

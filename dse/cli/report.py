@@ -1,0 +1,75 @@
+"""``dse report``."""
+
+from __future__ import annotations
+
+import click
+
+from dse.cli.common import console, ranking_options, report_folder, write_files
+
+
+@click.command("report")
+@click.argument("result", type=click.Path(exists=True, dir_okay=False))
+@click.option(
+    "-o",
+    "--output",
+    "folder",
+    default="reports",
+    show_default=True,
+    metavar="DIR",
+    help="The folder to write to; it is made.",
+)
+@click.option(
+    "--problem", type=click.Path(exists=True, dir_okay=False), metavar="FILE", help="The problem file, if it has moved."
+)
+@click.option(
+    "--alternative", type=int, metavar="ID", help="The alternative that the report opens with, and that figures show."
+)
+@click.option("--figures", metavar="png,svg", help="Write the plots in these formats instead; no browser is needed.")
+@ranking_options
+def command(
+    result: str,
+    folder: str,
+    problem: str | None,
+    alternative: int | None,
+    figures: str | None,
+    rank_by: str | None,
+    top: int | None,
+) -> int:
+    """A result as a report: one HTML file that needs no network, Markdown, CSV and JSON.
+
+    Every figure is recomputed from the problem file, which must be the one that was solved.
+    """
+    formats = _formats(figures)
+    target = report_folder(folder)
+    from dse.api.reopening import reopen
+    from dse.errors import UsageError
+    from dse.report.document import Document
+    from dse.results.order import ranked_by
+
+    found = reopen(result, problem)
+    if rank_by is not None:
+        found = ranked_by(found, rank_by)
+    if alternative is not None and alternative not in {point.id for point in found.front}:
+        raise UsageError(f"{result}: has no alternative {alternative}; ids run from 1 to {len(found.front)}")
+    document = Document(found)
+    if formats:
+        from dse.report.figures import figure_files
+
+        paths = write_files(target, figure_files(document, formats, alternative))
+    else:
+        from dse.report.writing import report_files
+
+        paths = write_files(target, report_files(document, alternative, top))
+    for path in paths:
+        console().print(str(path), markup=False, soft_wrap=True)
+    return 0
+
+
+def _formats(text: str | None) -> tuple[str, ...]:
+    if text is None:
+        return ()
+    formats = tuple(part.strip().lower() for part in text.split(","))
+    unknown = [name for name in formats if name not in ("png", "svg")]
+    if unknown:
+        raise click.BadParameter(f"expected png, svg or both, got {unknown[0]!r}", param_hint="--figures")
+    return formats

@@ -1,0 +1,62 @@
+"""The plots as PNG and SVG files, without a browser."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator, Sequence
+from typing import Any
+
+from dse.report.charts import Spec, parallel, scatter, usage_chart, waterfall
+from dse.report.document import Alternative, Document
+from dse.report.drawing import Drafter
+from dse.report.theme import LIGHT, with_colours
+from dse.report.writing import report_name
+
+WIDTH = 760
+SCALE = 2
+
+
+def figure_files(
+    document: Document, formats: Sequence[str], chosen: int | None = None
+) -> Iterator[tuple[str, str | bytes]]:
+    """(file name, content) of each plot of the front, and of those of the alternative `chosen` (the first in rank)."""
+    alternatives = document.alternatives
+    if not alternatives:
+        return
+    item = next((one for one in alternatives if one.point.id == chosen), alternatives[0])
+    stem = report_name(document.result)
+    for name, svg in _drawings(document, item):
+        for kind in formats:
+            yield f"{stem}-{name}.{kind}", svg if kind == "svg" else _png(svg)
+
+
+def _drawings(document: Document, item: Alternative) -> Iterator[tuple[str, str]]:
+    """(name, SVG) of each plot."""
+    result, number = document.result, item.point.id
+    yield "scatter", _svg(scatter(result, document.records, number, document.baseline_record))
+    yield "parallel", _svg(parallel(result, document.records, number))
+    for position, flow in enumerate(item.flows, start=1):
+        if flow.records:
+            yield f"{number}-latency-{position}", _svg(waterfall(flow.source, flow.records))
+    if item.usage:
+        yield f"{number}-usage", _svg(usage_chart(item.usage))
+    yield f"{number}-architecture", Drafter(result.space).standalone(item.point.design)
+
+
+def _svg(spec: Spec) -> str:
+    """The plot in light colours, at a fixed width."""
+    import vl_convert
+
+    literal: dict[str, Any] = json.loads(with_colours(json.dumps(spec), LIGHT))
+    literal["width"] = WIDTH
+    literal["config"] = {**literal["config"], "background": LIGHT["paper"], "font": "sans-serif", "padding": 12}
+    literal["config"]["text"] = {**literal["config"]["text"], "font": "sans-serif"}
+    svg: str = vl_convert.vegalite_to_svg(literal)
+    return svg
+
+
+def _png(svg: str) -> bytes:
+    import vl_convert
+
+    png: bytes = vl_convert.svg_to_png(svg, scale=SCALE)
+    return png

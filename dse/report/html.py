@@ -1,0 +1,144 @@
+"""The report as one HTML file that needs nothing else: text, tables, plots, their JavaScript.
+
+Alternatives share most of their lines, so each is kept as a list of numbers into a pool of distinct lines. Jinja
+escapes every text; data for scripts cannot end their element; a content security policy admits these scripts alone and
+no network at all.
+"""
+
+from __future__ import annotations
+
+import base64
+import gzip
+import hashlib
+import json
+from collections.abc import Iterable, Mapping, Sequence
+from functools import cache
+from typing import Any
+
+from jinja2 import Environment, PackageLoader, StrictUndefined
+
+from dse.report.charts import HUES, METHODS, axis_title, colour_by, parallel, scatter, usage_chart, waterfall
+from dse.report.document import Alternative, Document
+from dse.report.drawing import STYLE, Drafter
+from dse.report.theme import DARK, LIGHT, css_variables
+from dse.report.words import proof_words
+
+
+def html_report(document: Document, chosen: int | None = None) -> str:
+    """The whole page; `chosen` is the id of the alternative that it opens with (the first in rank)."""
+    environment = _environment()
+    result = document.result
+    first = chosen if chosen is not None else result.front[0].id if result.front else None
+    drafter = Drafter(result.space)
+    fragments = {item.point.id: _fragment(environment, document, drafter, item) for item in document.alternatives}
+    opened = next((item for item in document.alternatives if item.point.id == first), None)
+    script = _asset("report.js")
+    libraries = _libraries() if result.front else ""
+    data = _data(document, fragments, opened)
+    return environment.get_template("report.html.j2").render(
+        document=document,
+        result=result,
+        proof=proof_words(result),
+        first=first,
+        fragment=fragments.get(first, []) if first is not None else [],
+        style=_asset("report.css") + STYLE,
+        light=css_variables(LIGHT),
+        dark=css_variables(DARK),
+        data=packed(data),
+        scripts=[libraries, script],
+        policy=f"default-src 'none'; style-src 'unsafe-inline'; img-src data:; script-src {_hashes([libraries, script])}",
+    )
+
+
+def packed(data: Any) -> str:
+    """Data as JSON, gzip and base64: no text in it can end the script element that holds it."""
+    text = json.dumps(data, ensure_ascii=False, separators=(",", ":"))
+    return base64.b64encode(gzip.compress(text.encode(), 9, mtime=0)).decode()
+
+
+class Pool:
+    """Distinct items, numbered in the order of their first use."""
+
+    def __init__(self) -> None:
+        self.items: list[Any] = []
+        self._numbers: dict[str, int] = {}
+
+    def take(self, items: Iterable[Any]) -> list[int]:
+        """The numbers of the items."""
+        numbers = []
+        for item in items:
+            key = item if isinstance(item, str) else json.dumps(item, sort_keys=True)
+            if key not in self._numbers:
+                self._numbers[key] = len(self.items)
+                self.items.append(item)
+            numbers.append(self._numbers[key])
+        return numbers
+
+
+def _environment() -> Environment:
+    return Environment(
+        loader=PackageLoader("dse.report", "templates"),
+        autoescape=True,
+        trim_blocks=True,
+        lstrip_blocks=True,
+        undefined=StrictUndefined,
+    )
+
+
+def _asset(name: str) -> str:
+    loader = PackageLoader("dse.report", "templates")
+    text, _, _ = loader.get_source(Environment(autoescape=True), name)
+    return text
+
+
+@cache
+def _libraries() -> str:
+    """Vega, Vega-Lite and Vega-Embed as one script."""
+    import vl_convert
+
+    script: str = vl_convert.javascript_bundle(None)
+    return script.replace("</script", "<\\/script")
+
+
+def _hashes(scripts: Sequence[str]) -> str:
+    digests = [hashlib.sha256(script.encode()).digest() for script in scripts if script]
+    return " ".join(f"'sha256-{base64.b64encode(digest).decode()}'" for digest in digests)
+
+
+def _fragment(environment: Environment, document: Document, drafter: Drafter, alternative: Alternative) -> list[str]:
+    """The lines of an alternative's section."""
+    template = environment.get_template("alternative.html.j2")
+    drawing = list(drafter.lines(alternative.point.design))
+    text = template.render(document=document, item=alternative, drawing=drawing)
+    return [line.strip() for line in text.splitlines() if line.strip()]
+
+
+def _data(document: Document, fragments: Mapping[int, Sequence[str]], opened: Alternative | None) -> dict[str, Any]:
+    result = document.result
+    lines, rows = Pool(), Pool()
+    parts = {str(number): lines.take(fragment) for number, fragment in fragments.items()}
+    details = {
+        str(item.point.id): {"flows": [rows.take(flow.records) for flow in item.flows], "usage": rows.take(item.usage)}
+        for item in document.alternatives
+    }
+    data: dict[str, Any] = {
+        "chosen": opened.point.id if opened is not None else None,
+        "objectives": [{"name": info.name, "sense": info.sense} for info in result.objectives],
+        "front": document.records,
+        "lines": lines.items,
+        "fragments": parts,
+        "rows": rows.items,
+        "details": details,
+        "titles": [axis_title(result, axis) for axis in range(len(result.objectives))],
+        "colours": [colour_by(result, axis) for axis in range(len(result.objectives))] if result.front else [],
+        "methods": {"names": METHODS, "colours": HUES},
+        "specs": {},
+    }
+    if opened is not None:
+        data["specs"] = {
+            "scatter": scatter(result, document.records, opened.point.id, document.baseline_record),
+            "parallel": parallel(result, document.records, opened.point.id),
+            "flows": [waterfall(flow.source, flow.records) for flow in opened.flows],
+            "usage": next((usage_chart(item.usage) for item in document.alternatives if item.usage), None),
+        }
+    return data

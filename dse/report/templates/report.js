@@ -1,0 +1,242 @@
+"use strict";
+(async () => {
+  const packed = Uint8Array.from(atob(document.getElementById("data").textContent), (letter) => letter.charCodeAt(0));
+  const stream = new Blob([packed]).stream().pipeThrough(new DecompressionStream("gzip"));
+  const data = JSON.parse(await new Response(stream).text());
+  const byId = new Map(data.front.map((record) => [record.id, record]));
+  const state = { chosen: data.chosen, kept: null, brush: null, limits: data.objectives.map(() => null), views: {}, details: [] };
+  window.dseReport = { data, state, choose, ready: false };
+  const element = (id) => document.getElementById(id);
+  const options = { actions: false, renderer: "svg", ast: true, tooltip: { theme: "custom" } };
+
+  function narrow(spec) {
+    // a phone has no room for long labels
+    if (window.innerWidth < 600 && spec.config) {
+      spec.config.legend.columns = 1;
+    }
+    return spec;
+  }
+
+  function copy(value) {
+    return JSON.parse(JSON.stringify(value));
+  }
+
+  async function embed(node, spec) {
+    const result = await vegaEmbed(node, narrow(copy(spec)), options);
+    const drawing = node.querySelector("svg");
+    if (drawing) drawing.setAttribute("focusable", "false");
+    return result;
+  }
+
+  function listen(view) {
+    view.addEventListener("click", (event, item) => {
+      const id = item && item.datum && item.datum.id;
+      if (byId.has(id)) choose(id);
+    });
+  }
+
+  // --- one alternative -----------------------------------------------------------------------------------------
+
+  function rowsOf(numbers) {
+    return numbers.map((number) => data.rows[number]);
+  }
+
+  async function plotDetails() {
+    const old = state.details;
+    state.details = [];
+    old.forEach((result) => result.finalize());
+    const chosen = state.chosen;
+    const detail = data.details[chosen];
+    for (const node of document.querySelectorAll("#alternative .plot")) {
+      const usage = node.dataset.plot === "usage";
+      const number = Number(node.dataset.number);
+      const rows = usage ? stackShares(rowsOf(detail.usage)) : stackRows(rowsOf(detail.flows[number]));
+      const spec = copy(usage ? data.specs.usage || null : data.specs.flows[number]);
+      if (!spec || !rows.length) continue;
+      spec.data.values = rows;
+      if (usage) fitUsage(spec, rows);
+      else fitFlow(spec, rows);
+      const result = await embed(node, spec);
+      if (state.chosen !== chosen) {
+        result.finalize();
+        return;
+      }
+      state.details.push(result);
+    }
+  }
+
+  function stackRows(rows) {
+    let start = 0;
+    return rows.map((row) => {
+      const bar = { start: start / 1e6, best: (start + row.min_ns) / 1e6, end: (start + row.max_ns) / 1e6 };
+      start += row.max_ns;
+      return { ...row, ...bar, title: `${row.label} · ${row.text}` };
+    });
+  }
+
+  function stackShares(rows) {
+    let before = null;
+    return rows.map((row) => {
+      const fresh = !before || before.name !== row.name;
+      const start = fresh ? 0 : before.end;
+      before = { ...row, start, end: start + row.share, shade: fresh ? 0 : 1 - before.shade };
+      return before;
+    });
+  }
+
+  function fitFlow(spec, rows) {
+    spec.height = 32 * rows.length + 8;
+    const methods = data.methods;
+    const used = methods.names.filter((name) => rows.some((row) => row.method === name));
+    const scale = { domain: used, range: used.map((name) => methods.colours[methods.names.indexOf(name)]) };
+    for (const layer of spec.layer) if (layer.encoding.color) layer.encoding.color.scale = scale;
+  }
+
+  function fitUsage(spec, rows) {
+    const names = [...new Set(rows.map((row) => row.name))];
+    const firsts = names.map((name) => rows.find((row) => row.name === name));
+    spec.height = 40 * names.length + 8;
+    const most = Math.max(100, ...rows.map((row) => row.end));
+    for (const layer of spec.layer) {
+      layer.encoding.y.sort = names;
+      if (layer.encoding.x.scale) layer.encoding.x.scale.domain = [0, most];
+    }
+    spec.layer[1].data.values = firsts.filter((row) => row.limit !== null);
+    spec.layer[2].data.values = firsts;
+  }
+
+  async function choose(id, focus) {
+    if (id === state.chosen && state.views.scatter) return;
+    state.chosen = id;
+    const open = [...document.querySelectorAll("#alternative details")].map((node) => node.open);
+    // every line was escaped when the report was written
+    element("alternative").innerHTML = data.fragments[id].map((number) => data.lines[number]).join("\n");
+    document.querySelectorAll("#alternative details").forEach((node, at) => (node.open = Boolean(open[at])));
+    for (const row of document.querySelectorAll("#front-table tbody tr")) {
+      const here = Number(row.dataset.id) === id;
+      row.classList.toggle("chosen", here);
+      row.querySelector("input").checked = here;
+    }
+    const views = Object.values(state.views);
+    await Promise.all(views.map((view) => view.signal("chosen", id).runAsync()));
+    await plotDetails();
+    if (focus) element("alternative-title").focus();
+  }
+
+  // --- which alternatives are kept -----------------------------------------------------------------------------
+
+  function inside(record) {
+    const limited = data.objectives.every((objective, axis) => {
+      const limit = state.limits[axis];
+      if (limit === null) return true;
+      return objective.sense === "minimise" ? record["o" + axis] <= limit : record["o" + axis] >= limit;
+    });
+    const brushed = Object.entries(state.brush || {}).every(([field, ends]) => {
+      return record[field] >= Math.min(...ends) && record[field] <= Math.max(...ends);
+    });
+    return limited && brushed;
+  }
+
+  async function keep() {
+    const kept = data.front.filter(inside).map((record) => record.id);
+    state.kept = kept.length === data.front.length ? null : kept;
+    const there = new Set(kept);
+    for (const row of document.querySelectorAll("#front-table tbody tr")) {
+      row.classList.toggle("out", !there.has(Number(row.dataset.id)));
+    }
+    element("count").textContent = `${kept.length} of ${data.front.length} alternatives within the limits`;
+    await Promise.all(Object.values(state.views).map((view) => view.signal("kept", state.kept).runAsync()));
+  }
+
+  function setUpLimits() {
+    const form = element("limits");
+    for (const input of form.querySelectorAll("input")) {
+      const axis = Number(input.dataset.axis);
+      const least = data.objectives[axis].sense === "minimise";
+      const steps = [...new Map(data.front.map((record) => [record["o" + axis], record["t" + axis]]))];
+      steps.sort((one, other) => (least ? one[0] - other[0] : other[0] - one[0]));
+      input.max = String(steps.length - 1);
+      const show = () => {
+        const [value, text] = steps[Number(input.value)];
+        state.limits[axis] = Number(input.value) === steps.length - 1 ? null : value;
+        input.nextElementSibling.textContent = text;
+        input.setAttribute("aria-valuetext", text);
+      };
+      const reset = () => {
+        input.value = input.max;
+        show();
+      };
+      reset();
+      input.addEventListener("input", () => {
+        show();
+        keep();
+      });
+      form.addEventListener("reset", () => setTimeout(reset));
+    }
+    form.addEventListener("reset", () => {
+      setTimeout(async () => {
+        state.brush = null;
+        await plotScatter();
+        await keep();
+      });
+    });
+    form.addEventListener("submit", (event) => event.preventDefault());
+  }
+
+  // --- the plots of the front ----------------------------------------------------------------------------------
+
+  async function plotScatter() {
+    const spec = copy(data.specs.scatter);
+    const axes = { x: Number(element("across").value), y: Number(element("up").value) };
+    for (const layer of spec.layer) {
+      for (const [channel, axis] of Object.entries(axes)) {
+        layer.encoding[channel].field = "o" + axis;
+        layer.encoding[channel].title = data.titles[axis];
+      }
+    }
+    const third = data.objectives.findIndex((_, axis) => axis !== axes.x && axis !== axes.y);
+    if (third >= 0 && data.colours[third]) spec.layer[0].encoding.color = copy(data.colours[third]);
+    spec.params[0].value = state.chosen;
+    spec.params[1].value = state.kept;
+    if (state.scatter) state.scatter.finalize();
+    state.scatter = await embed(element("scatter"), spec);
+    state.views.scatter = state.scatter.view;
+    listen(state.views.scatter);
+    state.views.scatter.addSignalListener("brush", (name, value) => {
+      state.brush = Object.keys(value).length ? value : null;
+      keep();
+    });
+  }
+
+  async function start() {
+    if (!data.front.length) {
+      window.dseReport.ready = true;
+      return;
+    }
+    setUpLimits();
+    await plotScatter();
+    const lines = await embed(element("parallel"), data.specs.parallel);
+    state.views.parallel = lines.view;
+    listen(lines.view);
+    await plotDetails();
+    await keep();
+    element("front-table").addEventListener("change", (event) => choose(Number(event.target.value)));
+    element("front-table").addEventListener("click", (event) => {
+      const row = event.target.closest("tbody tr");
+      if (row) choose(Number(row.dataset.id));
+    });
+    for (const link of document.querySelectorAll("a.pick")) {
+      link.addEventListener("click", () => choose(Number(link.dataset.id), true));
+    }
+    for (const id of ["across", "up"]) {
+      element(id).addEventListener("change", async () => {
+        state.brush = null;
+        await plotScatter();
+        await keep();
+      });
+    }
+    window.dseReport.ready = true;
+  }
+
+  start();
+})();

@@ -1,0 +1,61 @@
+"""Colours, by name: CSS variables in the report, which follow the reader's light or dark setting; literal ones in figures.
+
+The categorical colours are those of Okabe and Ito, told apart by colour-blind readers, darkened or lightened to keep a
+contrast of at least 3 : 1 against the paper.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping
+
+LIGHT: Mapping[str, str] = {
+    "paper": "#ffffff",
+    "panel": "#f6f7f9",
+    "ink": "#1c2430",
+    "soft": "#566173",
+    "line": "#c3cad5",
+    "accent": "#b3261e",
+    "c1": "#0066a8",
+    "c2": "#b85c00",
+    "c3": "#00805e",
+    "c4": "#a8558c",
+    "c5": "#8a7400",
+    "c6": "#2f8fbf",
+    "s1": "#74a9cf",
+    "s2": "#3d8bc0",
+    "s3": "#176aa6",
+    "s4": "#023858",
+}
+DARK: Mapping[str, str] = {
+    "paper": "#14181f",
+    "panel": "#1d232d",
+    "ink": "#e8ecf2",
+    "soft": "#a9b4c4",
+    "line": "#465163",
+    "accent": "#ff8a80",
+    "c1": "#56b4e9",
+    "c2": "#f0a04b",
+    "c3": "#3fc79a",
+    "c4": "#d99ac2",
+    "c5": "#e3d24f",
+    "c6": "#8fd3ff",
+    "s1": "#d6ecff",
+    "s2": "#8cc6f2",
+    "s3": "#4a9bd8",
+    "s4": "#2f74b0",
+}
+
+
+def css_variables(theme: Mapping[str, str]) -> str:
+    """``--paper: #ffffff; …``."""
+    return " ".join(f"--{name}: {colour};" for name, colour in theme.items())
+
+
+def with_colours(text: str, theme: Mapping[str, str]) -> str:
+    """The text with ``var(--name)`` replaced by the colour.
+
+    >>> with_colours("fill: var(--ink)", LIGHT)
+    'fill: #1c2430'
+    """
+    return re.sub(r"var\(--([a-z0-9]+)\)", lambda found: theme[found.group(1)], text)

@@ -1,0 +1,96 @@
+"""The front of the designs that hold for all stated values of their inputs, and what that costs against the nominal front."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from dataclasses import dataclass
+from fractions import Fraction
+from typing import Any
+
+from dse.results.result import Point, Result, exact
+
+
+@dataclass(frozen=True)
+class Failure:
+    """Why a design of the nominal front is not robust: a requirement, and the values of the inputs at which it misses its limit most."""
+
+    point: int
+    requirement: str
+    value: Fraction
+    limit: Fraction
+    unit: str
+    inputs: Mapping[str, Fraction]
+
+    def to_dict(self) -> dict[str, Any]:
+        """For JSON: exact numbers, fractions as text; `point` is the id on the nominal front."""
+        return {
+            "nominal_id": self.point,
+            "requirement": self.requirement,
+            "worst": exact(self.value),
+            "limit": exact(self.limit),
+            "unit": self.unit,
+            "inputs": {path: exact(value) for path, value in self.inputs.items()},
+        }
+
+
+@dataclass(frozen=True)
+class RobustResult:
+    """`robust` has the designs whose requirements hold for all stated values, proved complete; objectives are those of the nominal figures.
+
+    `nominal` is the front without uncertainties. `inputs` says what was stated; `corners` how many (requirement, values) pairs stand for
+    all values in between.
+    """
+
+    robust: Result
+    nominal: Result
+    inputs: Mapping[str, str]
+    corners: int
+    failures: tuple[Failure, ...]
+
+    @property
+    def exit_code(self) -> int:
+        """What the command line answers with."""
+        return max(self.robust.exit_code, self.nominal.exit_code)
+
+    @property
+    def price(self) -> dict[str, tuple[int | None, int | None]]:
+        """For each objective its best value on the nominal and on the robust front (None: there is no design)."""
+        found: dict[str, tuple[int | None, int | None]] = {}
+        for info in self.robust.objectives:
+            pick = min if info.sense == "minimise" else max
+            ends = [[point.objectives[info.name] for point in result.front] for result in (self.nominal, self.robust)]
+            best = [pick(values) if values else None for values in ends]
+            found[info.name] = (best[0], best[1])
+        return found
+
+    @property
+    def kept(self) -> tuple[Point, ...]:
+        """The points of the robust front that are on the nominal front too."""
+        nominal = {point.design for point in self.nominal.front}
+        return tuple(point for point in self.robust.front if point.design in nominal)
+
+    @property
+    def entered(self) -> tuple[Point, ...]:
+        """The points that only the robust front has: something better was not robust."""
+        nominal = {point.design for point in self.nominal.front}
+        return tuple(point for point in self.robust.front if point.design not in nominal)
+
+    def to_dict(self) -> dict[str, Any]:
+        """The robust front in the form ``dse-result/1``, with a further entry ``robust``."""
+        return {
+            **self.robust.to_dict(),
+            "robust": {
+                "inputs": dict(self.inputs),
+                "corners": self.corners,
+                "nominal_front": self.nominal.to_dict()["front"],
+                "price": {name: {"nominal": one, "robust": other} for name, (one, other) in self.price.items()},
+                "kept": [point.id for point in self.kept],
+                "entered": [point.id for point in self.entered],
+                "lost": [item.to_dict() for item in self.failures],
+            },
+        }
+
+    def to_json(self) -> str:
+        """`to_dict` as text."""
+        return json.dumps(self.to_dict(), ensure_ascii=False, indent=1) + "\n"

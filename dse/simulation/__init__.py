@@ -1,0 +1,1 @@
+"""Discrete-event simulation of a design: a second witness that shares no formula with `dse.analysis`."""

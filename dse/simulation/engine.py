@@ -1,0 +1,321 @@
+"""The simulation itself: events in integer nanoseconds.
+
+At one instant jobs end first, then messages arrive, then timers dispatch: what arrives at the very moment of a dispatch is
+read by it. A timer's job reads the latest value of everything at its dispatch; an arrival dispatches an event-triggered
+thread, or waits in its queue while there is room, or is lost. Output leaves when a job ends.
+
+*The latency of a datum* runs from the dispatch of the job that produces it in the first component of a flow (from its sending
+where a flow begins with a connection) to the first moment at which the last element of the flow has processed it or a newer
+one that has overwritten it on the way: the length of its immediate forward job chain, without the first component's own period
+(the maximum reduced reaction time of M. Günzel et al., "Timing analysis of asynchronized distributed cause-effect chains",
+RTAS 2021). It is counted once; data that a full queue or a stated rate drops are counted as lost.
+"""
+
+from __future__ import annotations
+
+import random
+from collections import Counter, deque
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from heapq import heappop, heappush
+from typing import Literal, TypeAlias
+
+from dse.simulation.figures import Range
+from dse.simulation.plan import Link, Plan, StepKey, Task, TaskKey
+
+Births: TypeAlias = dict[StepKey, list[int]]
+"""For each flow step, when the data were born that are there."""
+Execution: TypeAlias = Literal["max", "min", "random"]
+MILLION = 10**6
+
+
+@dataclass(frozen=True)
+class Setting:
+    """One run: offsets in ns and drifts in ppm by name (0 where missing), how execution times are drawn, and how long.
+
+    `births_until_ns`: later data are not followed.
+    """
+
+    duration_ns: int
+    births_until_ns: int
+    offsets_ns: Mapping[str, int] = field(default_factory=dict)
+    drift_ppm: Mapping[str, int] = field(default_factory=dict)
+    execution: Execution = "random"
+    bus_contention: bool = False
+    seed: int = 0
+
+
+@dataclass
+class Observation:
+    """What a run showed: latencies by flow, response times by task (most), what was lost where.
+
+    `latest` and `earliest` hold for each flow step the datum that took longest (shortest) to get there: its age and the time.
+    """
+
+    latencies: list[Counter[int]]
+    responses: dict[str, int] = field(default_factory=dict)
+    lost: Counter[str] = field(default_factory=Counter)
+    latest: dict[StepKey, tuple[int, int]] = field(default_factory=dict)
+    earliest: dict[StepKey, tuple[int, int]] = field(default_factory=dict)
+    events: int = 0
+
+
+@dataclass
+class _Job:
+    task: Task
+    release: int
+    left: int
+    births: Births
+
+
+class _Core:
+    """A core: the running job, since when, and what is ready, most urgent first."""
+
+    def __init__(self) -> None:
+        self.running: _Job | None = None
+        self.since = 0
+        self.version = 0
+        self.ready: list[tuple[int, int, _Job]] = []
+
+
+class _Entry:
+    """The door of an event-triggered task: one job in service, arrivals that wait."""
+
+    def __init__(self) -> None:
+        self.busy = False
+        self.waiting: deque[tuple[int, Births]] = deque()
+        self.not_before = 0
+
+
+def simulate_once(plan: Plan, setting: Setting) -> Observation:
+    """One run of a plan."""
+    return _Run(plan, setting).run()
+
+
+END, ARRIVE, DISPATCH = 0, 1, 2
+
+
+class _Run:
+    def __init__(self, plan: Plan, setting: Setting) -> None:
+        self.plan, self.setting = plan, setting
+        self.rng = random.Random(setting.seed)
+        self.seen = Observation([Counter() for _ in plan.lengths])
+        self.heap: list[tuple[int, int, int, tuple[object, ...]]] = []
+        self.sequence = 0
+        self.cores: dict[tuple[int, int], _Core] = {}
+        self.entries: dict[TaskKey, _Entry] = {}
+        self.free: dict[TaskKey, int] = {}
+        self.buffers: Births = {}
+        self.sent_after: dict[int, int] = {}
+        self.delivered: dict[int, int] = {}
+        self.bus_free: dict[int, int] = {}
+        self.now = 0
+
+    def at(self, time: int, order: int, *what: object) -> None:
+        self.sequence += 1
+        heappush(self.heap, (time, order, self.sequence, what))
+
+    def run(self) -> Observation:
+        """Play every event up to the end of the run."""
+        for task in self.plan.tasks.values():
+            if task.period_ns is not None:
+                self._next_tick(task, 0)
+        for number, link in enumerate(self.plan.links):
+            if link.period_ns is not None:
+                self._next_send(number, link, 0)
+        handlers = {
+            "tick": self._tick, "send": self._send_timer, "end": self._end, "alone": self._complete,
+            "bus": self._on_bus, "arrive": self._arrive, "wake": self._serve,
+        }  # fmt: skip
+        while self.heap and self.heap[0][0] <= self.setting.duration_ns:
+            self.now, _, _, what = heappop(self.heap)
+            self.seen.events += 1
+            handlers[what[0]](*what[1:])  # type: ignore[index, operator]
+        return self.seen
+
+    # --- timers -----------------------------------------------------------------------------------------------------
+
+    def _time_of(self, name: str, period: object, count: int) -> int:
+        drift = self.setting.drift_ppm.get(name, 0)
+        return self.setting.offsets_ns.get(name, 0) + int(count * period * (MILLION + drift) / MILLION)  # type: ignore[operator]
+
+    def _next_tick(self, task: Task, count: int) -> None:
+        self.at(self._time_of(task.name, task.period_ns, count), DISPATCH, "tick", task, count)
+
+    def _tick(self, task: Task, count: int) -> None:
+        self._next_tick(task, count + 1)
+        self._release(task, self.now, {})
+
+    def _next_send(self, number: int, link: Link, count: int) -> None:
+        self.at(self._time_of(link.name, link.period_ns, count), DISPATCH, "send", number, link, count)
+
+    def _send_timer(self, number: int, link: Link, count: int) -> None:
+        self._next_send(number, link, count + 1)
+        self._send(number, {})
+
+    # --- jobs -------------------------------------------------------------------------------------------------------
+
+    def _drawn(self, limits: Range) -> int:
+        if self.setting.execution == "random":
+            return self.rng.randint(*limits)
+        return limits[self.setting.execution == "max"]
+
+    def _release(self, task: Task, release: int, births: Births) -> None:
+        """A job begins its life: it reads what is there, and gets a core or waits for one."""
+        component, part = task.key
+        if part == "thread":
+            for key in self.plan.places.get(component, ()):
+                fresh = self.buffers.pop(key, None)
+                if fresh:
+                    births.setdefault(key, []).extend(fresh)
+            if self.now < self.setting.births_until_ns:
+                for flow in self.plan.starts.get(component, ()):
+                    births[flow, 0] = [self.now]
+        job = _Job(task, release, self._drawn(task.cost_ns), births)
+        if task.core is not None:
+            core = self.cores.setdefault(task.core, _Core())
+            self.sequence += 1
+            heappush(core.ready, (task.urgency, self.sequence, job))
+            self._reschedule(core)
+            return
+        start = max(self.now, self.free.get(task.key, 0)) if task.serial else self.now
+        self.free[task.key] = start + job.left
+        self.at(start + job.left, END, "alone", job)
+
+    def _reschedule(self, core: _Core) -> None:
+        """The most urgent ready job runs; the running one goes back to the ready ones if it is less urgent."""
+        running = core.running
+        if running is not None:
+            if not core.ready or core.ready[0][0] >= running.task.urgency:
+                return
+            running.left -= self.now - core.since
+            # an interrupted job goes before later ones of its own task
+            heappush(core.ready, (running.task.urgency, -1, running))
+            core.running = None
+        if core.ready:
+            core.running = heappop(core.ready)[2]
+            core.since = self.now
+            core.version += 1
+            self.at(self.now + core.running.left, END, "end", core, core.version)
+
+    def _end(self, core: _Core, version: int) -> None:
+        if version != core.version or core.running is None:
+            return
+        job, core.running = core.running, None
+        core.version += 1
+        self._complete(job)
+        self._reschedule(core)
+
+    def _complete(self, job: _Job) -> None:
+        task = job.task
+        component, part = task.key
+        self.seen.responses[task.name] = max(self.seen.responses.get(task.name, 0), self.now - job.release)
+        if part == "callback":
+            for key, births in job.births.items():
+                self._store(key, births)
+        else:
+            for (flow, position), births in job.births.items():
+                if position == self.plan.lengths[flow] - 1:
+                    self._arrived(flow, births)
+            for number in self.plan.outgoing.get(component, ()):
+                carried = {
+                    (flow, position + 1): births
+                    for (flow, position), births in job.births.items()
+                    if self.plan.exits.get((flow, position)) == number
+                }
+                self._send(number, carried)
+        if task.period_ns is None:
+            self.entries[task.key].busy = False
+            self._serve(task)
+
+    def _arrived(self, flow: int, births: list[int]) -> None:
+        counter = self.seen.latencies[flow]
+        for birth in births:
+            counter[self.now - birth] += 1
+
+    def _store(self, key: StepKey, births: list[int]) -> None:
+        """Data for the next dispatch to read; unread older data live on in what overwrites them."""
+        self._note(key, births)
+        self.buffers.setdefault(key, []).extend(births)
+
+    def _note(self, key: StepKey, births: list[int]) -> None:
+        for birth in births:
+            age = self.now - birth
+            if key not in self.seen.latest or age > self.seen.latest[key][0]:
+                self.seen.latest[key] = (age, self.now)
+            if key not in self.seen.earliest or age < self.seen.earliest[key][0]:
+                self.seen.earliest[key] = (age, self.now)
+
+    # --- messages ---------------------------------------------------------------------------------------------------
+
+    def _send(self, number: int, births: Births) -> None:
+        link = self.plan.links[number]
+        if self.now < self.sent_after.get(number, 0):
+            self.seen.lost[f"{link.name}: sooner than its stated rate"] += 1
+            return
+        self.sent_after[number] = self.now + link.gap_ns
+        if self.now < self.setting.births_until_ns:
+            for flow in self.plan.link_starts.get(number, ()):
+                births[flow, 0] = [self.now]
+        soft = self._drawn(link.soft_ns)
+        if self.setting.bus_contention and link.bus is not None:
+            self.at(self.now + soft, ARRIVE, "bus", number, births)
+        else:
+            self._deliver(number, self.now + soft + self._drawn(link.bus_ns), births)
+
+    def _on_bus(self, number: int, births: Births) -> None:
+        """A physical bus carries one message at a time, in the order in which they are handed to it."""
+        link = self.plan.links[number]
+        assert link.bus is not None
+        end = max(self.now, self.bus_free.get(link.bus, 0)) + self._drawn(link.bus_ns)
+        self.bus_free[link.bus] = end
+        self._deliver(number, end, births)
+
+    def _deliver(self, number: int, time: int, births: Births) -> None:
+        """Messages of one connection keep their order."""
+        time = max(time, self.delivered.get(number, 0))
+        self.delivered[number] = time
+        self.at(time, ARRIVE, "arrive", number, births)
+
+    def _arrive(self, number: int, births: Births) -> None:
+        link = self.plan.links[number]
+        onward: Births = {}
+        for (flow, position), born in births.items():
+            if position == self.plan.lengths[flow] - 1:
+                self._arrived(flow, born)
+            else:
+                onward[flow, position + 1] = born
+        if link.target is None:
+            return
+        task = self.plan.tasks[link.target, "thread"]
+        if task.period_ns is not None:
+            task = self.plan.tasks.get((link.target, "callback"), task)
+        if task.period_ns is not None or not link.is_trigger:
+            for key, born in onward.items():
+                self._store(key, born)
+            return
+        entry = self.entries.setdefault(task.key, _Entry())
+        for key, born in onward.items():
+            self._note(key, born)
+        room = link.capacity if link.capacity is not None and task.key[1] == "thread" else task.capacity
+        if len(entry.waiting) >= room and (entry.busy or entry.waiting or self.now < entry.not_before):
+            self.seen.lost[f"{task.name}: {'no room in its queue' if entry.busy else 'sooner than its minimum separation'}"] += 1
+            return
+        entry.waiting.append((self.now, onward))
+        self._serve(task)
+
+    def _serve(self, task: Task) -> None:
+        """Dispatch the next arrival that waits, if the thread is free and its minimum separation has passed."""
+        entry = self.entries[task.key]
+        if entry.busy or not entry.waiting:
+            return
+        if self.now < entry.not_before:
+            self.at(entry.not_before, DISPATCH, "wake", task)
+            return
+        arrival, births = entry.waiting.popleft()
+        release = arrival
+        if task.separation_ns is not None:
+            release = max(arrival, entry.not_before)
+            entry.not_before = release + task.separation_ns
+        entry.busy = task.serial
+        self._release(task, release, births)

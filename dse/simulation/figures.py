@@ -1,0 +1,227 @@
+"""The figures of one design, read from the space: times, rates, bindings, cores."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from fractions import Fraction
+from typing import Any, TypeAlias
+
+from dse.space.trees import PerProcessorType, at
+from dse.space.types import Component, Connection, Design, Space
+
+Range: TypeAlias = tuple[int, int]
+NS_PER_S = 10**9
+PROBE_NS = 100_000_000
+
+
+@dataclass(frozen=True)
+class ComponentFigures:
+    """A component in a design.
+
+    `cost_ns` is the time of a job that runs alone (a stated response time stands for contention), `demand_ns` its execution time;
+    `executes` tells whether it is an execution time at all, or the latency of a data sheet, which occupies nothing.
+    """
+
+    period_ns: Fraction | None
+    separation_ns: int | None
+    cost_ns: Range
+    demand_ns: Range
+    callback_ns: Range | None
+    executes: bool
+    queue_size: int | None
+    rate_hz: Fraction
+    input_hz: Fraction
+
+
+@dataclass(frozen=True)
+class ConnectionFigures:
+    """A connection in a design: what virtual carriers take, and the physical bus under them."""
+
+    soft_ns: Range
+    bus: int | None
+    bus_ns: Range
+    stated_hz: Fraction | None
+    queue_size: int | None
+
+
+@dataclass(frozen=True)
+class Figures:
+    """Everything, by index. `placed` gives each thread on a processor its core and its place there; `shares` the use of one core."""
+
+    space: Space
+    components: Sequence[ComponentFigures]
+    connections: Sequence[ConnectionFigures]
+    placed: Mapping[int, tuple[tuple[int, int], int]]
+    shares: Mapping[str, Fraction]
+    probe_ns: int
+
+    def stimulus_ns(self, number: int) -> Fraction | None:
+        """The period of a component that nothing dispatches: its fastest outgoing stated rate, or the longest period there is.
+
+        None where something may dispatch it after all.
+        """
+        if self.space.components[number].triggers:
+            return None
+        leaving = [
+            self.connections[index].stated_hz
+            for index, item in enumerate(self.space.connections)
+            if item.source == number
+        ]
+        rates = [rate for rate in leaving if rate]
+        return NS_PER_S / max(rates) if rates else Fraction(self.probe_ns)
+
+
+def read_figures(space: Space, design: Design) -> Figures:
+    """The figures of a valid design."""
+    reader = _Reader(space, design)
+    components = [reader.component(number) for number in range(len(space.components))]
+    connections = [reader.connection(item) for item in space.connections]
+    periods = [int(item.period_ns) for item in components if item.period_ns is not None]
+    shares = {
+        item.name: _share(figures) for item, figures in zip(space.components, components, strict=True) if figures.executes
+    }
+    return Figures(space, components, connections, _placed(space, design, components), shares, max(periods, default=PROBE_NS))
+
+
+def _share(figures: ComponentFigures) -> Fraction:
+    """The use of one core, of the thread or of its callback, whichever is more: each is a task of its own."""
+    callback = figures.callback_ns[1] * figures.input_hz if figures.callback_ns is not None else Fraction(0)
+    return max(figures.cost_ns[1] * figures.rate_hz, callback) / NS_PER_S
+
+
+class _Reader:
+    """Reads a design; keeps the rates that it has found."""
+
+    def __init__(self, space: Space, design: Design) -> None:
+        self.space, self.design = space, design
+        self._rates: dict[int, Fraction] = {}
+
+    def at(self, tree: Any) -> Any:
+        return at(tree, self.design)
+
+    def component(self, number: int) -> ComponentFigures:
+        item = self.space.components[number]
+        protocol, period = self.at(item.protocol), self.at(item.period_ns)
+        timed = protocol in ("periodic", "hybrid") or (protocol is None and period is not None)
+        execution, stated, latency = (self.at(tree) for tree in (item.execution_ns, item.response_ns, item.latency_ns))
+        demand = execution or latency or stated or (0, 0)
+        least = (execution or latency or (0, 0))[0]
+        cost = (min(least, stated[1]), stated[1]) if stated is not None else demand
+        callback = self.at(item.callback_ns) if protocol == "hybrid" else None
+        return ComponentFigures(
+            period_ns=Fraction(period) if timed else None,
+            separation_ns=period if protocol == "sporadic" else None,
+            cost_ns=(cost[0], cost[1]),
+            demand_ns=(demand[0], demand[1]),
+            callback_ns=None if callback is None else (callback[0], callback[1]),
+            executes=execution is not None,
+            queue_size=self.at(item.queue_size),
+            rate_hz=self.rate(number),
+            input_hz=self.input_rate(item),
+        )
+
+    def rate(self, number: int) -> Fraction:
+        """How often the component runs, in the long run and at most."""
+        if number not in self._rates:
+            item = self.space.components[number]
+            protocol, period = self.at(item.protocol), self.at(item.period_ns)
+            own = Fraction(NS_PER_S, period) if period is not None else None
+            if protocol in ("aperiodic", "sporadic") or own is None:
+                arriving = self.input_rate(item)
+                self._rates[number] = min(arriving, own) if protocol == "sporadic" and own is not None else arriving
+            else:
+                self._rates[number] = own
+        return self._rates[number]
+
+    def input_rate(self, item: Component) -> Fraction:
+        return sum((self.delivery_rate(self.space.connections[wire]) for wire in item.triggers), Fraction(0))
+
+    def delivery_rate(self, item: Connection) -> Fraction:
+        stated = self.stated_rate(item)
+        if stated is not None:
+            return stated
+        return Fraction(0) if item.source is None else self.rate(item.source)
+
+    def stated_rate(self, item: Connection) -> Fraction | None:
+        rate, data_rate, size = (self.at(tree) for tree in (item.rate_hz, item.data_rate, item.size_bytes))
+        if rate is not None:
+            return Fraction(rate)
+        return Fraction(data_rate) / size if data_rate is not None and size else None
+
+    def connection(self, item: Connection) -> ConnectionFigures:
+        buses = []
+        bus = None if self.is_local(item) else self.at(item.bus)
+        while bus is not None:
+            buses.append(bus)
+            bus = self.at(self.space.buses[bus].carrier)
+        size = (self.at(item.size_bytes) or 0) + sum(self.at(self.space.buses[bus].overhead_bytes) for bus in buses)
+        times = {bus: self.carrying_ns(bus, item, size) for bus in buses}
+        given = [time for time in times.values() if time is not None]
+        hard = next((bus for bus in buses if not self.space.buses[bus].virtual), None)
+        own = self.at(item.latency_ns)
+        if not given and own is not None and not self.is_local(item):
+            soft, on_bus = (own[0], own[1]), (0, 0)
+        else:
+            on_bus = (times.get(hard) if hard is not None else None) or (0, 0)
+            soft = (sum(time[0] for time in given) - on_bus[0], sum(time[1] for time in given) - on_bus[1])
+        return ConnectionFigures(soft, hard, on_bus, self.stated_rate(item), self.at(item.queue_size))
+
+    def carrying_ns(self, number: int, item: Connection, size: int) -> Range | None:
+        """What one carrier takes for the message: its transmission time, or its latency without one."""
+        bus = self.space.buses[number]
+        fixed = self.carried(bus.fixed_ns, item)
+        if fixed is not None:
+            per_byte = self.carried(bus.per_byte_ns, item)
+            return fixed[0] + per_byte[0] * size, fixed[1] + per_byte[1] * size
+        latency = self.carried(bus.latency_ns, item)
+        return None if latency is None else (latency[0], latency[1])
+
+    def carried(self, tree: Any, item: Connection) -> Any:
+        """A bus's figure; per processor type it is that of the sender's machine, else of the receiver's."""
+        leaf = self.at(tree)
+        if not isinstance(leaf, PerProcessorType):
+            return leaf
+        ends = [self.space.components[end].processor for end in (item.source, item.target) if end is not None]
+        slot = next(self.space.processors[found] for found in map(self.at, ends) if found is not None)
+        return self.at(leaf.by_type[slot.types[self.design[slot.type_decision]]])
+
+    def is_local(self, item: Connection) -> bool:
+        if item.source is None or item.target is None:
+            return False
+        one, other = (self.at(self.space.components[end].process) for end in (item.source, item.target))
+        return one is not None and bool(one == other)
+
+
+def _placed(
+    space: Space, design: Design, components: Sequence[ComponentFigures]
+) -> dict[int, tuple[tuple[int, int], int]]:
+    """Core and rank of each thread: stated cores first, the others first-fit by decreasing use; then by priority and rate."""
+    result: dict[int, tuple[tuple[int, int], int]] = {}
+    for number, slot in enumerate(space.processors):
+        here = [index for index, item in enumerate(space.components) if at(item.processor, design) == number]
+        room = [Fraction(1)] * max(1, at(slot.cores, design))
+        use = {index: _use(components[index]) for index in here}
+        given = {index: at(space.components[index].core, design) for index in here}
+        where: dict[int, int] = {index: core - 1 for index, core in given.items() if core is not None}
+        for index, core in where.items():
+            room[core] -= use[index]
+        for index in sorted((index for index in here if given[index] is None), key=lambda index: (-use[index], index)):
+            fits = [core for core, left in enumerate(room) if left >= use[index]]
+            where[index] = fits[0] if fits else room.index(max(room))
+            room[where[index]] -= use[index]
+        for core in range(len(room)):
+            queue = [index for index in here if where[index] == core]
+            queue.sort(key=lambda index: _rank(space.components[index], components[index], design, index))
+            result |= {index: ((number, core), rank) for rank, index in enumerate(queue)}
+    return result
+
+
+def _use(figures: ComponentFigures) -> Fraction:
+    callback = figures.callback_ns[1] * figures.input_hz if figures.callback_ns is not None else Fraction(0)
+    return ((figures.demand_ns[1] * figures.rate_hz if figures.executes else 0) + callback) / NS_PER_S
+
+
+def _rank(component: Component, figures: ComponentFigures, design: Design, index: int) -> tuple[Any, ...]:
+    priority = at(component.priority, design)
+    return (0, -priority, -figures.rate_hz, index) if priority is not None else (1, 0, -figures.rate_hz, index)

@@ -1,0 +1,193 @@
+"""What is simulated: a design with every figure read, as tasks, links and routes.
+
+Reads the space on its own, without `dse.analysis`, so that a mistake there is not repeated here.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from fractions import Fraction
+from typing import Any, Literal, TypeAlias
+
+from dse.simulation.figures import Figures, Range, read_figures
+from dse.space.types import Design, Space
+
+NS_PER_S = 10**9
+PROBE_NS = 100_000_000
+"""Period at which something is dispatched that a flow begins with and nothing dispatches, in a problem without periods."""
+
+TaskKey: TypeAlias = tuple[int, Literal["thread", "callback"]]
+StepKey: TypeAlias = tuple[int, int]
+"""A flow and the position of one of its steps."""
+
+
+@dataclass(frozen=True)
+class Task:
+    """Something that runs jobs: a thread or device, or the callback of a hybrid thread.
+
+    `period_ns` is that of its timer (None: each arrival dispatches it); `core` a core that it shares, or None; `urgency` its place
+    there, 0 first. A job of a `serial` task waits for the one before. `capacity` is how many arrivals may wait.
+    """
+
+    key: TaskKey
+    name: str
+    cost_ns: Range
+    period_ns: Fraction | None
+    separation_ns: int | None
+    core: tuple[int, int] | None
+    urgency: int
+    serial: bool
+    capacity: int
+
+
+@dataclass(frozen=True)
+class Link:
+    """A connection: the delays of its virtual carriers together, and of the physical bus that it occupies.
+
+    At least `gap_ns` lie between two messages; one without a sender has the `period_ns` of a timer.
+    """
+
+    name: str
+    source: int | None
+    target: int | None
+    soft_ns: Range
+    bus: int | None
+    bus_ns: Range
+    gap_ns: int
+    period_ns: Fraction | None
+    is_trigger: bool
+    capacity: int | None
+
+
+@dataclass(frozen=True)
+class Plan:
+    """The tasks by key, the links in the order of the problem, and what data the flows follow.
+
+    `places` lists for each component the flow steps at it that come over a connection, `starts` the flows that begin there;
+    `exits` tells over which link data go on. `overloaded` names the tasks that alone need more than a core.
+    """
+
+    tasks: Mapping[TaskKey, Task]
+    links: Sequence[Link]
+    places: Mapping[int, Sequence[StepKey]]
+    starts: Mapping[int, Sequence[int]]
+    link_starts: Mapping[int, Sequence[int]]
+    exits: Mapping[StepKey, int]
+    lengths: Sequence[int]
+    outgoing: Mapping[int, Sequence[int]]
+    overloaded: Sequence[str]
+
+    @property
+    def timers(self) -> dict[str, Fraction]:
+        """Everything with an offset of its own: the period in ns, by name."""
+        tasks = {task.name: task.period_ns for task in self.tasks.values() if task.period_ns is not None}
+        return tasks | {link.name: link.period_ns for link in self.links if link.period_ns is not None}
+
+    def span_ns(self, flow: int, steps: Sequence[Any]) -> int:
+        """A time in which data that are not lost pass the flow, if nothing is overloaded."""
+        total = 0
+        for step in steps:
+            if step.kind == "connection":
+                link = self.links[step.index]
+                total += link.soft_ns[1] + link.bus_ns[1]
+                continue
+            for part in ("thread", "callback"):
+                task = self.tasks.get((step.index, part))  # type: ignore[arg-type]
+                if task is not None:
+                    total += (2 + task.capacity) * task.cost_ns[1] + int(task.period_ns or task.separation_ns or 0)
+        return total
+
+
+def build_plan(space: Space, design: Design, *, contention: bool = False, endless_queues: bool = False) -> Plan:
+    """The plan of a valid design.
+
+    Parameters
+    ----------
+    space, design
+        a problem, and an option for each of its decisions.
+    contention
+        threads share the cores of their processors; otherwise each task has a core of its own.
+    endless_queues
+        whatever arrives waits; otherwise as many as `queue_size` says, none where it says nothing.
+    """
+    figures = read_figures(space, design)
+    tasks = _tasks(space, figures, contention=contention, endless=endless_queues)
+    places: dict[int, list[StepKey]] = {}
+    starts: dict[int, list[int]] = {}
+    link_starts: dict[int, list[int]] = {}
+    exits: dict[StepKey, int] = {}
+    for flow, item in enumerate(space.flows):
+        for position, step in enumerate(item.steps):
+            if step.kind == "component" and step.via is not None:
+                places.setdefault(step.index, []).append((flow, position))
+            elif position == 0:
+                (starts if step.kind == "component" else link_starts).setdefault(step.index, []).append(flow)
+            if position + 1 < len(item.steps) and item.steps[position + 1].kind == "connection":
+                exits[flow, position] = item.steps[position + 1].index
+    outgoing: dict[int, list[int]] = {}
+    for number, connection in enumerate(space.connections):
+        if connection.source is not None:
+            outgoing.setdefault(connection.source, []).append(number)
+    return Plan(
+        tasks=tasks,
+        links=_links(space, figures, endless=endless_queues),
+        places=places,
+        starts=starts,
+        link_starts=link_starts,
+        exits=exits,
+        lengths=[len(item.steps) for item in space.flows],
+        outgoing=outgoing,
+        overloaded=[name for name, share in figures.shares.items() if share > 1],
+    )
+
+
+ENDLESS = 10**9
+
+
+def _tasks(space: Space, figures: Figures, *, contention: bool, endless: bool) -> dict[TaskKey, Task]:
+    placed = figures.placed if contention else {}
+    found: dict[TaskKey, Task] = {}
+    for number, component in enumerate(space.components):
+        part = figures.components[number]
+        core, urgency = placed.get(number, (None, 0))
+        capacity = ENDLESS if endless else part.queue_size or 0
+        if part.callback_ns is not None:
+            key: TaskKey = (number, "callback")
+            at_core = core if part.callback_ns[1] else None
+            wait = ENDLESS if endless else 0
+            name = f"{component.name} (callback)"
+            found[key] = Task(key, name, part.callback_ns, None, None, at_core, 2 * urgency, True, wait)
+        period = part.period_ns if part.period_ns is not None or part.rate_hz else figures.stimulus_ns(number)
+        key = (number, "thread")
+        at_core = core if part.executes and part.cost_ns[1] else None
+        cost = part.cost_ns if not contention or at_core is None else part.demand_ns
+        found[key] = Task(
+            key, component.name, cost, period, part.separation_ns, at_core, 2 * urgency + 1, part.executes, capacity
+        )
+    return found
+
+
+def _links(space: Space, figures: Figures, *, endless: bool) -> list[Link]:
+    found = []
+    for number, connection in enumerate(space.connections):
+        part = figures.connections[number]
+        gap = NS_PER_S / part.stated_hz if part.stated_hz else None
+        period = None
+        if connection.source is None:
+            period = gap if gap is not None else Fraction(figures.probe_ns)
+        found.append(
+            Link(
+                name=connection.name,
+                source=connection.source,
+                target=connection.target,
+                soft_ns=part.soft_ns,
+                bus=part.bus,
+                bus_ns=part.bus_ns,
+                gap_ns=int(gap) if gap is not None and connection.source is not None else 0,
+                period_ns=period,
+                is_trigger=connection.target is not None and number in space.components[connection.target].triggers,
+                capacity=ENDLESS if endless else part.queue_size,
+            )
+        )
+    return found

@@ -1,0 +1,162 @@
+"""`dse solve --robust`: the front of the designs whose requirements hold for all stated values of their inputs.
+
+Requirements are first demanded at the nominal figures and at corners of the box of stated values; then each design that is found is checked
+over the whole box (`dse.study.boxes`). A design that fails names a corner, which is demanded too, and the search is made again. A robust
+design meets every corner, so that none is ever lost; in the end every design found is proved robust: that front is the robust front.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from fractions import Fraction
+
+from dse.analysis.evaluate import Evaluator
+from dse.analysis.limits import HOLDS, Limit, build_limit
+from dse.analysis.measures import Term
+from dse.analysis.views import View
+from dse.api.problem import Changes, Problem
+from dse.api.solving import Watcher, result_of
+from dse.errors import UsageError
+from dse.pareto.front import Budget, FrontSearch, Watch, search_front
+from dse.results.robust import Failure, RobustResult
+from dse.space.types import Design, Space
+from dse.study.boxes import Box, Corner, Worst
+from dse.study.fronts import check_objectives
+from dse.study.functions import Bound, DesignFunction, InputSpace
+from dse.study.uncertainty import read_uncertainties
+
+Demand = tuple[int, Corner]
+"""A requirement, by number, at a corner."""
+
+
+def solve_robust(problem: Problem, changes: Changes, budget: Budget, watcher: Watcher | None = None) -> RobustResult:
+    """The nominal front, the robust one, and what the difference costs.
+
+    Raises
+    ------
+    ProblemError
+        when a stated uncertainty is wrong.
+    UsageError
+        when nothing is stated, an input has no bounds, or nothing can be proved of a requirement over the stated ranges.
+    """
+    inputs = InputSpace(problem, changes)
+    check_objectives(inputs.problem.space)
+    uncertain = read_uncertainties(problem, inputs)
+    if not uncertain:
+        raise UsageError("the problem states no uncertainty: name what may vary under `uncertainty` (docs/problem-file.md)")
+    study = _Study(inputs, Box(uncertain), budget, watcher or Watcher())
+    nominal = study.search(())
+    result = result_of(inputs.problem, study.evaluator(()), nominal, budget)
+    demands: dict[Demand, None] = {}
+    for design in nominal.points.values():
+        demands |= dict.fromkeys(study.demands(design))
+    failures = tuple(
+        failure for point in result.front for failure in study.failures(point.id, point.design)
+    )
+    while True:
+        search = study.search(tuple(demands))
+        found = [demand for design in search.points.values() for demand in study.broken(design)]
+        if not found or not search.is_complete:
+            break
+        demands |= dict.fromkeys(found)
+    if found:  # stopped early: what is not proved robust is left out
+        kept = {vector: design for vector, design in search.points.items() if not study.broken(design)}
+        search = replace(search, points=kept)
+    robust = result_of(inputs.problem, study.evaluator(tuple(demands)), search, budget)
+    words = {item.path: item.words for item in uncertain}
+    return RobustResult(robust, result, words, len(demands), failures)
+
+
+@dataclass
+class _Study:
+    inputs: InputSpace
+    box: Box
+    budget: Budget
+    watcher: Watcher
+
+    def __post_init__(self) -> None:
+        self.functions: dict[Design, DesignFunction] = {}
+        self.worsts: dict[Design, list[tuple[Bound, Worst]]] = {}
+
+    @property
+    def space(self) -> Space:
+        return self.inputs.problem.space
+
+    def evaluator(self, demands: tuple[Demand, ...]) -> Evaluator:
+        """The evaluator of the nominal figures with further limits: requirements at corners."""
+        evaluator = Evaluator(self.space)
+        evaluator.limits = (*evaluator.limits, *(self._limit(number, corner) for number, corner in demands))
+        return evaluator
+
+    def _limit(self, number: int, corner: Corner) -> Limit:
+        values = self.box.values(self.inputs.nominal, corner)
+        limit = build_limit(self.inputs.at(values), self.space.requirements[number])
+        key = ("corner", corner)
+        terms = tuple(_elsewhere(term, key) for term in limit.measure.terms)
+        return replace(limit, measure=replace(limit.measure, terms=terms), bound=lambda view: limit.bound(_own(view, key)))
+
+    def search(self, demands: tuple[Demand, ...]) -> FrontSearch:
+        """The front of the designs that meet the demands."""
+        return search_front(self.evaluator(demands), self.budget, Watch(self.watcher.progress))
+
+    def worst(self, design: Design) -> list[tuple[Bound, Worst]]:
+        """The worst corner of each comparison, for a design."""
+        if design not in self.worsts:
+            function = DesignFunction(self.inputs, design)
+            self.worsts[design] = [(bound, self.box.worst(function, bound)) for bound in function.outputs.bounds]
+            self.functions[design] = function
+        return self.worsts[design]
+
+    def demands(self, design: Design) -> list[Demand]:
+        """What to demand for a start: each requirement where it is worst for this design."""
+        return [(bound.requirement, worst.corner) for bound, worst in self.worst(design)]
+
+    def broken(self, design: Design) -> list[Demand]:
+        """The demands that the design does not meet."""
+        operators = [item.operator for item in self.space.requirements]
+        return [
+            (bound.requirement, worst.corner)
+            for bound, worst in self.worst(design)
+            if not HOLDS[operators[bound.requirement]](worst.value, worst.limit)
+        ]
+
+    def failures(self, point: int, design: Design) -> list[Failure]:
+        """Why a nominal design is not robust: each requirement that breaks somewhere, at its worst."""
+        found: dict[int, Failure] = {}
+        requirements = self.space.requirements
+        for bound, worst in self.worst(design):
+            requirement = requirements[bound.requirement]
+            if HOLDS[requirement.operator](worst.value, worst.limit) or bound.requirement in found:
+                continue
+            ends = {
+                item.path: self.box.ends[number][worst.corner[number]] * (item.variables[0].nominal if _is_single_factor(item) else 1)
+                for number, item in enumerate(self.box.uncertain)
+            }
+            unit = self.evaluator(()).limits[bound.requirement].measure.unit
+            text = f"{requirement.text} (by {bound.thread} alone)" if bound.thread else requirement.text
+            found[bound.requirement] = Failure(point, text, worst.value, worst.limit, unit, ends)
+        return list(found.values())
+
+
+def _is_single_factor(item: object) -> bool:
+    return bool(getattr(item, "is_factor", False)) and len(getattr(item, "variables", ())) == 1
+
+
+def _own(view: View, key: object) -> View:
+    """A view of the same design with a memory of its own: its rates are those of other figures."""
+    if key not in view.memo:
+        view.memo[key] = type(view)(view.design)
+    found: View = view.memo[key]
+    return found
+
+
+def _elsewhere(term: Term, key: object) -> Term:
+    """A term of a space with other figures, ready to be evaluated beside those of the nominal one.
+
+    Its rate is not the nominal one, so that it is tabulated as a whole.
+    """
+
+    def value(view: View) -> Fraction:
+        return term.value(_own(view, key))
+
+    return Term(term.label, value, None, None, term.component, term.scheduled)

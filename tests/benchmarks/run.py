@@ -1,0 +1,243 @@
+"""Measurements, each in a fresh process; peers take turns, so that whatever else the machine does falls on all."""
+
+from __future__ import annotations
+
+import json
+import statistics
+import subprocess
+import sys
+import time
+from collections.abc import Callable
+from dataclasses import asdict
+from pathlib import Path
+from typing import Any
+
+from . import cases
+from .cases import ROOT, Case
+from .fronts import hypervolume
+
+Say = Callable[[str], None]
+GRACE_S = 120.0
+MOST_DESIGNS = 5 * 10**7
+
+
+def measure(task: str, case: Case, **options: Any) -> dict[str, Any]:
+    """The outcome of one worker process; ``{"failed": why}`` when it died."""
+    text = json.dumps({"task": task, "case": asdict(case), **options})
+    command = [sys.executable, "-m", "tests.benchmarks.worker"]
+    try:
+        done = subprocess.run(  # noqa: S603
+            command,
+            input=text,
+            capture_output=True,
+            text=True,
+            cwd=ROOT,
+            timeout=options.get("limit_s", 0.0) * 2 + GRACE_S + 600 * (case.threads >= 1000),
+            check=False,
+        )
+    except subprocess.TimeoutExpired:
+        return {"failed": "did not stop in time"}
+    if done.returncode:
+        return {"failed": (done.stderr.strip().splitlines() or [f"exit code {done.returncode}"])[-1]}
+    outcome: dict[str, Any] = json.loads(done.stdout)
+    return outcome
+
+
+def spread(values: list[float]) -> dict[str, float]:
+    """Median, least and most."""
+    if not values:
+        return {}
+    return {"median": statistics.median(values), "least": min(values), "most": max(values), "runs": len(values)}
+
+
+def run_fronts(options: Any, say: Say) -> list[dict[str, Any]]:
+    """Ours against the textbook loop and brute force, then the genetic algorithms with our time and ten times that."""
+    rows = []
+    for case in cases.fronts(quick=options.quick, seed=options.seed):
+        if options.match not in case.name:
+            continue
+        row = _one_front(case, options)
+        rows.append(row)
+        say(_line(row))
+    return rows
+
+
+def _one_front(case: Case, options: Any) -> dict[str, Any]:
+    ours: list[dict[str, Any]] = []
+    loops: dict[int, list[dict[str, Any]]] = {1: [], 0: []}
+    for _ in range(options.repeats):
+        for workers in (1, 2):
+            ours.append({**measure("ours", case, limit_s=options.limit, workers=workers), "workers": workers})
+        for workers, runs in loops.items():
+            if not runs or runs[-1].get("is_complete"):  # what has not ended once is not asked again
+                runs.append(measure("textbook", case, limit_s=options.limit, workers=workers))
+    full = measure("exhaustive", case, limit_s=options.limit, most_designs=MOST_DESIGNS)
+    good = [run for run in ours if "failed" not in run]
+    row: dict[str, Any] = {"case": case.name, "failed": [run["failed"] for run in ours if "failed" in run]}
+    if not good:
+        return row
+    front = [tuple(point) for point in good[0]["front"]]
+    row.update({key: good[0][key] for key in ("is_complete", "gap", "variables", "constraints", "calls", "all_calls")})
+    row["points"] = len(front)
+    for workers in (1, 2):
+        mine = [run for run in good if run["workers"] == workers]
+        keys = ("build_s", "import_s", "encode_s", "proof_s", "enumerate_s", "report_s", "peak_mb")
+        row[f"ours_{workers}"] = {key: spread([run[key] for run in mine]) for key in keys}
+    row["same_every_time"] = all(run["front"] == good[0]["front"] for run in good if run["is_complete"])
+    row["textbook"] = {str(workers): _loop(runs, front, good, row) for workers, runs in loops.items()}
+    row["exhaustive"] = {key: full.get(key) for key in ("is_complete", "designs", "seconds", "combinations", "failed")}
+    row["checked_by"] = _checks(front, row, loops, full)
+    if row["is_complete"] and options.genetic:
+        row["genetic"] = _genetic(case, row, front, options)
+    return row
+
+
+def _loop(runs: list[dict[str, Any]], front: list[Any], good: list[dict[str, Any]], row: dict[str, Any]) -> dict[str, Any]:
+    """A textbook loop: seconds, and how many times ours it took, repeat by repeat, against one worker of ours."""
+    fine = [run for run in runs if "failed" not in run]
+    if not fine:
+        return {"failed": [run["failed"] for run in runs]}
+    ours = [run for run in good if run["workers"] == 1]
+    ratios = [loop["seconds"] / mine["proof_s"] for loop, mine in zip(fine, ours, strict=False) if mine["proof_s"] > 0]
+    return {
+        "seconds": spread([run["seconds"] for run in fine]),
+        "is_complete": fine[0]["is_complete"],
+        "points": len(fine[0]["front"]),
+        "calls": fine[0]["calls"],
+        "times_ours": spread(ratios),
+        "peak_mb": spread([run["peak_mb"] for run in fine]),
+    }
+
+
+def _checks(front: list[Any], row: dict[str, Any], loops: dict[int, list[dict[str, Any]]], full: dict[str, Any]) -> str:
+    """Who confirms the front; a front that anybody contradicts is reported in capitals."""
+    known = set(front)
+    said = []
+    if not row["same_every_time"]:
+        said.append("NOT THE SAME IN EVERY RUN")
+    if full.get("is_complete"):
+        same = known == {tuple(point) for point in full["front"]}
+        said.append("brute force" if same else "BRUTE FORCE DISAGREES")
+    for runs in loops.values():
+        for run in runs:
+            found = {tuple(point) for point in run.get("front", ())}
+            if "failed" in run or not found:
+                continue
+            if run["is_complete"] and row["is_complete"]:
+                said.append("textbook loop" if found == known else "TEXTBOOK LOOP DISAGREES")
+            elif row["is_complete"]:
+                said.append(f"{len(found)} points of the textbook loop" if found <= known else "TEXTBOOK LOOP DISAGREES")
+    return ", ".join(dict.fromkeys(said)) or "nobody"
+
+
+def _genetic(case: Case, row: dict[str, Any], front: list[Any], options: Any) -> dict[str, Any]:
+    """Medians over seeds for both algorithms and both times."""
+    made: dict[str, Any] = {}
+    ours_s = max(0.2, row["ours_1"]["proof_s"]["median"])
+    for algorithm in ("nsga2", "nsga3"):
+        for factor in (1, 10):
+            limit = ours_s * factor
+            if limit > options.limit * 2:
+                continue
+            seeds = range(1, 2 if options.quick else 4)
+            runs = [measure("genetic", case, limit_s=limit, solver_seed=seed, algorithm=algorithm) for seed in seeds]
+            fine = [run for run in runs if "failed" not in run]
+            if not fine:
+                return {"failed": runs[0]["failed"]}
+            shares = [len({tuple(point) for point in run["front"]} & set(front)) / len(front) for run in fine]
+            volumes = [hypervolume(run["front"], front) for run in fine]
+            made[f"{algorithm} x{factor}"] = {
+                "limit_s": limit,
+                "share_of_true_front": spread(shares),
+                "hypervolume": spread([volume for volume in volumes if volume is not None]),
+                "designs": spread([run["designs"] for run in fine]),
+            }
+    return made
+
+
+def _line(row: dict[str, Any]) -> str:
+    if "points" not in row:
+        return f"{row['case']}: FAILED {row['failed']}"
+    ratios = [
+        f"{item['times_ours']['median']:.1f}x{'' if item['is_complete'] else '+'}"
+        for item in row["textbook"].values()
+        if item.get("times_ours")
+    ]
+    state = "proved" if row["is_complete"] else f"gap {row['gap']}"
+    seconds = row["ours_1"]["proof_s"]["median"]
+    return f"{row['case']}: {row['points']} points, {state}, {seconds:.2f} s, textbook {ratios}, {row['checked_by']}"
+
+
+def run_curves(options: Any, say: Say) -> dict[str, list[dict[str, Any]]]:
+    """Time and memory along each series; the gap where a search did not end."""
+    made: dict[str, list[dict[str, Any]]] = {}
+    for name, series in cases.curves(quick=options.quick, seed=options.seed).items():
+        made[name] = []
+        for value, case in series:
+            if options.match not in case.name:
+                continue
+            limits = [60.0, 600.0] if options.long else [options.limit]
+            for limit in limits:
+                runs = [measure("ours", case, limit_s=limit, workers=1) for _ in range(options.repeats if limit < 60 else 1)]
+                fine = [run for run in runs if "failed" not in run]
+                row = {"value": value, "case": case.name, "limit_s": limit, "failed": [r["failed"] for r in runs if "failed" in r]}
+                if fine:
+                    keys = ("build_s", "encode_s", "proof_s", "peak_mb")
+                    row.update({key: spread([run[key] for run in fine]) for key in keys})
+                    row.update({key: fine[0][key] for key in ("is_complete", "gap", "calls", "variables", "constraints")})
+                    row["points"] = len(fine[0]["front"])
+                made[name].append(row)
+                say(f"{name} = {value}: {json.dumps({k: row.get(k) for k in ('points', 'is_complete', 'gap', 'failed')})}")
+                if row.get("is_complete"):
+                    break
+    return made
+
+
+def run_analysis(options: Any, say: Say) -> list[dict[str, Any]]:
+    """Designs per second."""
+    rows = []
+    for case in (cases.INMARK, cases.generated("event-driven", 100, 3, options.seed)):
+        runs = [measure("analysis", case, designs=400_000, singles=300) for _ in range(options.repeats)]
+        fine = [run for run in runs if "failed" not in run]
+        keys = ("build_s", "per_second", "singles_per_second")
+        row = {"case": case.name, **{key: spread([run[key] for run in fine]) for key in keys}}
+        rows.append(row)
+        say(json.dumps(row))
+    return rows
+
+
+STARTS = {
+    "import ortools.sat.python.cp_model": ["-c", "import ortools.sat.python.cp_model"],
+    "dse --help": ["-m", "dse", "--help"],
+    "dse check problems/inmark.yaml": ["-m", "dse", "check", "problems/inmark.yaml"],
+    "dse solve problems/inmark.yaml --max-jitter 20ms": [
+        "-m", "dse", "solve", "problems/inmark.yaml", "--max-jitter", "20ms", "-q",
+    ],
+}  # fmt: skip
+
+
+def run_startup(options: Any, say: Say) -> list[dict[str, Any]]:
+    """Whole processes, in turns; and their multiples of importing the solver."""
+    start = [sys.executable]
+    seconds: dict[str, list[float]] = {name: [] for name in STARTS}
+    for _ in range(max(5, options.repeats * 2)):
+        for name, arguments in STARTS.items():
+            started = time.perf_counter()
+            real = ["-c", "from dse.cli.main import main; main()", *arguments[2:]] if arguments[0] == "-m" else arguments
+            done = subprocess.run([*start, *real], cwd=ROOT, capture_output=True, check=False)  # noqa: S603
+            if done.returncode == 0:
+                seconds[name].append(time.perf_counter() - started)
+    rows = []
+    base = seconds["import ortools.sat.python.cp_model"]
+    for name, measured in seconds.items():
+        ratios = [one / other for one, other in zip(measured, base, strict=False)]
+        rows.append({"command": name, "seconds": spread(measured), "times_import": spread(ratios)})
+        say(json.dumps(rows[-1]))
+    return rows
+
+
+def write(folder: Path, record: dict[str, Any], text: str, name: str) -> None:
+    """The record as JSON and the tables as Markdown."""
+    folder.mkdir(parents=True, exist_ok=True)
+    (folder / f"{name}.json").write_text(json.dumps(record, indent=1) + "\n", encoding="utf-8")
+    (folder / f"{name}.md").write_text(text, encoding="utf-8")

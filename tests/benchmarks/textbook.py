@@ -1,0 +1,87 @@
+"""The textbook loops on the same encoded model: CP-SAT with its default parameters, no hints, no tightened domains.
+
+* One objective: minimise it.
+* Two: the lexicographic epsilon-constraint method (Chankong and Haimes 1983; Mavrotas 2009 for why lexicographic): minimise the
+  first, then the second at that value, then ask for better values of the second; two calls for each point and one to end.
+* Three and more: minimise the sum of the objectives; cut off what the point dominates by a clause over one literal per objective (the
+  guided improvement and P-minimal searches of the literature without their refinements); one call for each point and one to
+  end.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from typing import Any
+
+from ortools.sat.python import cp_model
+
+from dse.analysis.evaluate import Evaluator
+from dse.encode.model import encode
+
+Vector = tuple[int, ...]
+
+
+class OutOfTime(Exception):
+    """The time limit is reached."""
+
+
+def textbook_front(evaluator: Evaluator, limit_s: float, workers: int) -> dict[str, Any]:
+    """The front as minimised values, whether it is proved, and the number of calls."""
+    encoded = encode(evaluator)
+    started = time.perf_counter()
+    variables = [objective.variable for objective in encoded.objectives]
+    points: list[Vector] = []
+    calls = 0
+
+    def solve(objective: Any) -> Vector | None:
+        nonlocal calls
+        calls += 1
+        left = limit_s - (time.perf_counter() - started)
+        if left <= 0:
+            raise OutOfTime
+        encoded.model.minimize(objective)
+        solver = cp_model.CpSolver()
+        solver.parameters.num_workers = workers
+        solver.parameters.max_time_in_seconds = left
+        status = solver.solve(encoded.model)
+        if status == cp_model.INFEASIBLE:
+            return None
+        if status != cp_model.OPTIMAL:
+            raise OutOfTime
+        return tuple(solver.value(variable) for variable in variables)
+
+    loop = _by_two if len(variables) == 2 else _by_sum
+    try:
+        loop(encoded.model, variables, solve, points)
+        is_complete = True
+    except OutOfTime:
+        is_complete = False
+    elapsed_s = time.perf_counter() - started
+    values = [
+        tuple(item.offset + item.step * value for item, value in zip(encoded.objectives, point, strict=True))
+        for point in points
+    ]
+    return {"front": sorted(values), "is_complete": is_complete, "calls": calls, "seconds": elapsed_s}
+
+
+def _by_two(model: Any, variables: list[Any], solve: Callable[[Any], Vector | None], points: list[Vector]) -> None:
+    one, other = variables
+    while (first := solve(one)) is not None:
+        fixed = model.add(one == first[0])
+        point = solve(other)
+        assert point is not None
+        points.append(point)
+        fixed.proto.Clear() if hasattr(fixed.proto, "Clear") else fixed.proto.clear()
+        model.add(other <= point[1] - 1)
+
+
+def _by_sum(model: Any, variables: list[Any], solve: Callable[[Any], Vector | None], points: list[Vector]) -> None:
+    while (point := solve(sum(variables))) is not None:
+        points.append(point)
+        better = []
+        for variable, value in zip(variables, point, strict=True):
+            literal = model.new_bool_var("")
+            model.add(variable <= value - 1).only_enforce_if(literal)
+            better.append(literal)
+        model.add_bool_or(better)

@@ -1,0 +1,146 @@
+"""One measurement in a process of its own: a task as JSON on standard input, the outcome as JSON on standard output."""
+
+from __future__ import annotations
+
+import json
+import resource
+import sys
+import time
+from typing import Any
+
+from .cases import ROOT, Case
+
+STARTED = time.perf_counter()
+
+
+def main() -> None:
+    """Run the task."""
+    task = json.load(sys.stdin)
+    outcome = TASKS[task["task"]](Case(**task["case"]), task)
+    outcome["peak_mb"] = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
+    json.dump(outcome, sys.stdout)
+
+
+def _load(case: Case) -> tuple[Any, float, float]:
+    """The problem, the seconds to import what reads it, and those to build it."""
+    started = time.perf_counter()
+    from dse.api.problem import Changes, changed, load, loads
+
+    imported = time.perf_counter()
+    if case.file:
+        text = ""
+    else:
+        text = case.text()
+    drawn = time.perf_counter()
+    problem = loads(text) if text else load(ROOT / case.file)
+    if case.max_jitter:
+        problem = changed(problem, Changes(limits=[("jitter", case.max_jitter)]))
+    return problem, imported - started, time.perf_counter() - drawn
+
+
+def _ours(case: Case, task: dict[str, Any]) -> dict[str, Any]:
+    problem, _, build_s = _load(case)
+    started = time.perf_counter()
+    from dse.analysis.evaluate import Evaluator
+    from dse.api.solving import _result
+    from dse.encode.model import encode
+    from dse.pareto.front import Budget, Progress, Watch, search_front
+
+    import_s = time.perf_counter() - started
+    started = time.perf_counter()
+    evaluator = Evaluator(problem.space)
+    encoded = encode(evaluator)
+    encode_s = time.perf_counter() - started
+    proof = {"seconds": 0.0, "calls": 0}
+
+    def watch(progress: Progress) -> None:
+        proof.update(seconds=progress.elapsed_s, calls=progress.calls)
+
+    budget = Budget(task["limit_s"], task.get("solver_seed", 0), task.get("workers", 1))
+    started = time.perf_counter()
+    search = search_front(evaluator, budget, Watch(watch))
+    search_s = time.perf_counter() - started
+    started = time.perf_counter()
+    result = _result(problem, evaluator, search, budget)
+    text = result.to_json()
+    report_s = time.perf_counter() - started
+    signs = [-1 if item.sense == "maximise" else 1 for item in problem.space.objectives]
+    points = [tuple(sign * value for sign, value in zip(signs, point, strict=True)) for point in search.points]
+    from .fronts import certified_gap
+
+    return {
+        "build_s": build_s,
+        "import_s": import_s,
+        "encode_s": encode_s,
+        "proof_s": max(0.0, proof["seconds"]),
+        "enumerate_s": search_s,
+        "report_s": report_s,
+        "report_bytes": len(text),
+        "calls": proof["calls"],
+        "all_calls": search.calls,
+        "front": sorted(points),
+        "is_complete": search.is_complete,
+        "gap": certified_gap(points, search.floors),
+        "open_regions": len(search.unexplored),
+        "variables": len(encoded.model.proto.variables),
+        "constraints": len(encoded.model.proto.constraints),
+    }
+
+
+def _textbook(case: Case, task: dict[str, Any]) -> dict[str, Any]:
+    from dse.analysis.evaluate import Evaluator
+
+    from .textbook import textbook_front
+
+    return textbook_front(Evaluator(_load(case)[0].space), task["limit_s"], task["workers"])
+
+
+def _genetic(case: Case, task: dict[str, Any]) -> dict[str, Any]:
+    from dse.analysis.evaluate import Evaluator
+
+    from .genetic import genetic_front
+
+    evaluator = Evaluator(_load(case)[0].space)
+    return genetic_front(evaluator, task["limit_s"], task["solver_seed"], task["algorithm"])
+
+
+def _exhaustive(case: Case, task: dict[str, Any]) -> dict[str, Any]:
+    from dse.analysis.evaluate import Evaluator
+
+    from .exhaustive import combinations, exhaustive_front
+
+    evaluator = Evaluator(_load(case)[0].space)
+    if combinations(evaluator) > task["most_designs"]:
+        return {"front": [], "is_complete": False, "designs": 0, "seconds": 0.0, "combinations": combinations(evaluator)}
+    return {**exhaustive_front(evaluator, task["limit_s"]), "combinations": combinations(evaluator)}
+
+
+def _analysis(case: Case, task: dict[str, Any]) -> dict[str, Any]:
+    """Designs evaluated per second, vectorised and one by one, on the same random designs."""
+    import numpy as np
+
+    from dse.analysis.evaluate import Evaluator
+    from dse.analysis.vectorised import VectorisedEvaluator
+
+    space = _load(case)[0].space
+    evaluator = Evaluator(space)
+    started = time.perf_counter()
+    tables = VectorisedEvaluator(evaluator)
+    build_s = time.perf_counter() - started
+    rng = np.random.default_rng(1)
+    designs = np.stack([rng.integers(0, len(item.options), task["designs"]) for item in space.decisions], axis=1)
+    started = time.perf_counter()
+    batch = tables.evaluate(designs)
+    many_s = time.perf_counter() - started
+    few = designs[: task["singles"]]
+    started = time.perf_counter()
+    evaluations = [evaluator.evaluate(tuple(map(int, row))) for row in few]
+    one_s = (time.perf_counter() - started) / len(few)
+    assert [item.is_feasible for item in evaluations] == batch.is_feasible[: len(few)].tolist()
+    return {"build_s": build_s, "per_second": len(designs) / many_s, "singles_per_second": 1 / one_s}
+
+
+TASKS = {"ours": _ours, "textbook": _textbook, "genetic": _genetic, "exhaustive": _exhaustive, "analysis": _analysis}
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,81 @@
+"""True results are accepted, results with one thing wrong rejected: on every shipped problem and on random ones."""
+
+from __future__ import annotations
+
+import json
+import os
+from collections import Counter
+from pathlib import Path
+from typing import Any, Literal
+
+import pytest
+from oracle.generator import random_problem
+from verify.mutations import mutations
+
+import dse
+from dse.api.problem import Problem
+from dse.errors import ProblemError
+from dse.examples import example_files
+
+MANY = bool(os.environ.get("DSE_LONG_TESTS"))
+SEEDS = range(400) if MANY else range(40)
+OF_EACH = 1000 if MANY else 4
+
+
+@pytest.mark.parametrize("path", example_files(), ids=lambda path: path.stem)
+@pytest.mark.parametrize("method", ["exhaustion", "model"])
+def test_true_results_of_shipped_problems_are_accepted(
+    path: Path, method: Literal["exhaustion", "model"], tmp_path: Path
+) -> None:
+    file = tmp_path / "result.json"
+    file.write_text(dse.solve(path).to_json(), encoding="utf-8")
+    found = dse.verify(file, problem=path, method=method)
+    assert found.status == "verified", found.findings
+
+
+@pytest.mark.parametrize("path", example_files(), ids=lambda path: path.stem)
+def test_wrong_results_of_shipped_problems_are_rejected(path: Path) -> None:
+    problem = dse.load(path)
+    data = solved(problem)
+    assert not accepted(data, problem, seed=1, method="exhaustion")
+
+
+@pytest.mark.parametrize("method", ["exhaustion", "model"])
+def test_random_problems(method: Literal["exhaustion", "model"]) -> None:
+    seen: Counter[str] = Counter()
+    for seed in SEEDS:
+        try:
+            problem = dse.loads(random_problem(seed, "tiny"))
+        except ProblemError:
+            continue
+        data = solved(problem)
+        found = dse.verify(data, problem=problem, method=method)
+        assert found.status == "verified", (seed, found.findings, found.left_open)
+        wrong = accepted(data, problem, seed, method, seen)
+        assert not wrong, (seed, wrong)
+    assert seen["rejected"] >= 200
+    print(f"{seen['rejected']} mutated results rejected")
+
+
+def solved(problem: Problem) -> dict[str, Any]:
+    """A result as a program would read it."""
+    data: dict[str, Any] = json.loads(dse.solve(problem, workers=1).to_json())
+    return data
+
+
+def accepted(
+    data: dict[str, Any],
+    problem: Problem,
+    seed: int,
+    method: Literal["exhaustion", "model"],
+    seen: Counter[str] | None = None,
+) -> list[str]:
+    """The mutations that `verify` does not reject."""
+    wrong = []
+    for name, mutated in mutations(data, problem, seed, OF_EACH):
+        found = dse.verify(mutated, problem=problem, method=method)
+        if found.status != "rejected" or not found.findings:
+            wrong.append(name)
+        elif seen is not None:
+            seen["rejected"] += 1
+    return wrong
