@@ -140,11 +140,17 @@ def console(*, quiet: bool = False, err: bool = False) -> Console:
     """A console that neither cuts tables in a pipe nor fails on a terminal without UTF-8."""
     from rich.console import Console
 
+    class PipedConsole(Console):
+        """Lets the outermost handler answer for a reader that has gone; rich would exit with a code of its own."""
+
+        def on_broken_pipe(self) -> None:
+            raise BrokenPipeError
+
     stream = sys.stderr if err else sys.stdout
     if hasattr(stream, "reconfigure"):
         stream.reconfigure(errors="replace")
     width = None if stream.isatty() else 160
-    return Console(file=stream, quiet=quiet, width=width, highlight=False, soft_wrap=False, emoji=False)
+    return PipedConsole(file=stream, quiet=quiet, width=width, highlight=False, soft_wrap=False, emoji=False)
 
 
 def check_writable(*paths: str | None) -> None:
