@@ -10,7 +10,7 @@ from typing import Any
 
 import click
 
-from dse.errors import EXIT_BUG, EXIT_USAGE, DseError, ProblemError
+from dse.errors import EXIT_BUG, EXIT_INCOMPLETE, EXIT_USAGE, DseError, ProblemError
 
 COMMANDS = {
     "solve": "The proven Pareto front of a problem, ranked.",
@@ -86,7 +86,7 @@ def run(arguments: list[str]) -> int:
         error.show()
         return EXIT_USAGE
     except (click.Abort, KeyboardInterrupt):
-        return _say("interrupted", 130)
+        return _say("interrupted; nothing was written", EXIT_INCOMPLETE)
     except ProblemError as error:
         for item in error.diagnostics:
             click.echo(str(item), err=True)
