@@ -1,4 +1,4 @@
-"""The question and the designs that a result states, back as a problem and designs: names are taken as they are, not parsed."""
+"""The question and the designs that a result states, as a problem and designs: names are taken as they are."""
 
 from __future__ import annotations
 

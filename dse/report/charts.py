@@ -1,4 +1,4 @@
-"""The plots as Vega-Lite specifications: one description for the report, where they answer to each other, and for PNG and SVG.
+"""The plots of the front as Vega-Lite specifications: one for the report, where they answer to each other, and for PNG.
 
 Colours are CSS variables (`dse.report.theme`). Names from the problem occur as data and titles only, never as field
 names or in expressions: fields are called ``o0``, ``o1``, … in the order of the objectives.
@@ -10,23 +10,11 @@ from collections.abc import Mapping, Sequence
 from fractions import Fraction
 from typing import Any, TypeAlias
 
-from dse.results.analysis import FlowTable, Usage
 from dse.results.result import ObjectiveInfo, Result
-from dse.results.values import counted, display_unit, readable
+from dse.results.values import counted, display_unit
 
 Spec: TypeAlias = dict[str, Any]
 SCHEMA = "https://vega.github.io/schema/vega-lite/v6.json"
-METHODS = (
-    "sampling",
-    "processing time",
-    "transmission time",
-    "queued",
-    "specified",
-    "response time",
-    "deadline",
-    "other",
-)
-HUES = ("var(--c1)", "var(--c2)", "var(--c3)", "var(--c4)", "var(--c5)", "var(--c6)", "var(--accent)", "var(--soft)")
 STEPS = ("var(--s1)", "var(--s2)", "var(--s3)", "var(--s4)")
 KEPT = "kept === null || indexof(kept, datum.id) >= 0"
 CONFIG: Spec = {
@@ -61,7 +49,7 @@ CONFIG: Spec = {
 
 
 def front_records(result: Result) -> list[dict[str, Any]]:
-    """A record per point: ``id``, ``rank``; for objective k its value ``o<k>`` in readable units, text ``t<k>``, class ``q<k>``.
+    """A record per point: ``id``, ``rank``; for objective k the readable value ``o<k>``, text ``t<k>``, class ``q<k>``.
 
     ``n<k>`` is the place between the worst (0) and the best value (1) of the front.
     """
@@ -178,7 +166,7 @@ def scatter(
             }
         )
     values = [{**record, "label": f"#{record['id']}"} for record in records]
-    return _whole(
+    return whole_spec(
         {"params": _params(chosen), "data": {"name": "front", "values": values}, "layer": layers, "height": 340},
         f"Pareto scatter: {titles[0]} across, {titles[1]} up; {len(records)} alternatives.",
     )
@@ -261,170 +249,9 @@ def parallel(result: Result, records: Sequence[Mapping[str, Any]], chosen: int |
             "encoding": {"x": across, "y": up, "text": {"field": "text"}},
         },
     ]
-    return _whole(
+    return whole_spec(
         {"params": _params(chosen), "data": {"name": "lines", "values": values}, "layer": layers, "height": 260},
         f"Parallel coordinates: {', '.join(names)}; the best value of each is on top.",
-    )
-
-
-def waterfall_records(table: FlowTable) -> list[dict[str, Any]]:
-    """The rows of a flow's contributor table that take time: ``row`` counts from 1, ``text`` is what a reader sees."""
-    return [
-        {
-            "row": number,
-            "label": row.contributor,
-            "method": row.max_method if row.max_method in METHODS else "other",
-            "min_ns": row.min_ns,
-            "max_ns": row.max_ns,
-            "text": f"{counted(row.min_ns, 'ns')} to {counted(row.max_ns, 'ns')}",
-        }
-        for number, row in enumerate(table.rows, start=1)
-        if row.max_ns
-    ]
-
-
-def stacked_rows(records: Sequence[Mapping[str, Any]]) -> list[dict[str, Any]]:
-    """The records with their bars, in ms: each starts where the worst case of the one before it ends (report.js does the same)."""
-    found = []
-    start = 0
-    for record in records:
-        bar = {"start": start / 1e6, "best": (start + record["min_ns"]) / 1e6, "end": (start + record["max_ns"]) / 1e6}
-        found.append({**record, **bar, "title": f"{record['label']} · {record['text']}"})
-        start += record["max_ns"]
-    return found
-
-
-def waterfall(table: FlowTable, records: Sequence[Mapping[str, Any]]) -> Spec:
-    """Worst-case latency of a flow, contribution by contribution; the solid part of a bar is its minimum."""
-    used = [method for method in METHODS if any(record["method"] == method for record in records)]
-    colour = {
-        "field": "method",
-        "type": "nominal",
-        "title": None,
-        "scale": {"domain": used, "range": [HUES[METHODS.index(method)] for method in used]},
-    }
-    row = {
-        "field": "row",
-        "type": "ordinal",
-        "title": None,
-        "axis": {"labels": False, "ticks": False, "domain": False, "grid": False},
-        "scale": {"paddingInner": 0.45, "paddingOuter": 0.4},
-    }
-    across = {"type": "quantitative", "title": "latency [ms]", "axis": {"tickCount": 6}}
-    tooltip = [
-        {"field": "label", "title": "contributor"},
-        {"field": "method", "title": "method"},
-        {"field": "text", "title": "minimum to maximum"},
-    ]
-    bars = {"y": row, "color": colour, "tooltip": tooltip}
-    layers: list[Spec] = [
-        {
-            "mark": {"type": "bar", "opacity": 0.55},
-            "encoding": {**bars, "x": {**across, "field": "start"}, "x2": {"field": "end"}},
-        },
-        {"mark": {"type": "bar"}, "encoding": {**bars, "x": {**across, "field": "start"}, "x2": {"field": "best"}}},
-        {
-            "mark": {"type": "text", "align": "left", "baseline": "bottom", "dy": -9, "fontSize": 11, "limit": 320},
-            "encoding": {"y": row, "x": {"value": 2}, "text": {"field": "title"}},
-        },
-    ]
-    values = stacked_rows(records)
-    return _whole(
-        {"data": {"name": "rows", "values": values}, "layer": layers, "height": 32 * len(values) + 8},
-        f"Latency waterfall of {table.name}: {counted(table.min_ns, 'ns')} to {counted(table.max_ns, 'ns')}.",
-    )
-
-
-def usage_records(usages: Sequence[Usage], limits: Mapping[str, Fraction]) -> list[dict[str, Any]]:
-    """The shares of each processor and bus that has a capacity, in per cent of it.
-
-    `limits` are shares of the capacity.
-    """
-    records = []
-    for usage in usages:
-        if not usage.capacity:
-            continue
-        total = readable(usage.total / usage.capacity * 10**6, "ppm", digits=2)
-        limit = limits.get(usage.name)
-        said = f"{usage.name} ({usage.type}) · {total}"
-        if limit is not None:
-            said += f" of at most {readable(limit * 10**6, 'ppm')}"
-        for who, share in usage.shares.items():
-            part = share / usage.capacity * 100
-            records.append(
-                {
-                    "name": usage.name,
-                    "part": who,
-                    "share": float(part),
-                    "text": readable(part * 10**4, "ppm"),
-                    "title": said,
-                    "limit": None if limit is None else float(limit * 100),
-                }
-            )
-    return records
-
-
-def stacked_shares(records: Sequence[Mapping[str, Any]]) -> list[dict[str, Any]]:
-    """The records with their place in the bar (report.js does the same)."""
-    found: list[dict[str, Any]] = []
-    for record in records:
-        before = found[-1] if found and found[-1]["name"] == record["name"] else None
-        start, shade = (before["end"], 1 - before["shade"]) if before else (0.0, 0)
-        found.append({**record, "start": start, "end": start + record["share"], "shade": shade})
-    return found
-
-
-def usage_chart(shares: Sequence[Mapping[str, Any]]) -> Spec:
-    """Stacked shares against the limit, which is a mark across the bar."""
-    records = stacked_shares(shares)
-    names = list(dict.fromkeys(record["name"] for record in records))
-    row = {
-        "field": "name",
-        "type": "nominal",
-        "sort": names,
-        "title": None,
-        "axis": {"labels": False, "ticks": False, "domain": False},
-        "scale": {"paddingInner": 0.5, "paddingOuter": 0.45},
-    }
-    most = max([100.0, *(record["end"] for record in records)])
-    across = {
-        "type": "quantitative",
-        "title": "share of the capacity [%]",
-        "scale": {"domain": [0, most]},
-        "axis": {"tickCount": 6},
-    }
-    tooltip = [
-        {"field": "name", "title": "of"},
-        {"field": "part", "title": "used by"},
-        {"field": "text", "title": "share"},
-    ]
-    firsts = [next(record for record in records if record["name"] == name) for name in names]
-    shade = {"condition": {"test": "datum.shade === 0", "value": 0.95}, "value": 0.6}
-    layers: list[Spec] = [
-        {
-            "mark": {"type": "bar", "color": "var(--c1)"},
-            "encoding": {
-                "y": row,
-                "x": {**across, "field": "start"},
-                "x2": {"field": "end"},
-                "opacity": shade,
-                "tooltip": tooltip,
-            },
-        },
-        {
-            "data": {"values": [record for record in firsts if record["limit"] is not None]},
-            "mark": {"type": "tick", "thickness": 3, "color": "var(--accent)", "height": 20},
-            "encoding": {"y": row, "x": {**across, "field": "limit"}},
-        },
-        {
-            "data": {"values": firsts},
-            "mark": {"type": "text", "align": "left", "baseline": "bottom", "dy": -11, "fontSize": 11, "limit": 320},
-            "encoding": {"y": row, "x": {"value": 2}, "text": {"field": "title"}},
-        },
-    ]
-    return _whole(
-        {"data": {"name": "shares", "values": list(records)}, "layer": layers, "height": 40 * len(names) + 8},
-        f"Use of {', '.join(names)} against the limits.",
     )
 
 
@@ -432,7 +259,8 @@ def _params(chosen: int | None) -> list[Spec]:
     return [{"name": "chosen", "value": chosen}, {"name": "kept", "value": None}]
 
 
-def _whole(spec: Spec, description: str) -> Spec:
+def whole_spec(spec: Spec, description: str) -> Spec:
+    """The specification with what all of them share; the description is what a screen reader says."""
     return {
         "$schema": SCHEMA,
         "description": description,

@@ -14,7 +14,8 @@ from dse.analysis.binding import bus_stack, message_bytes
 from dse.analysis.limits import Verdict
 from dse.analysis.rates import rate_hz
 from dse.analysis.views import View
-from dse.report.charts import front_records, usage_records, waterfall_records
+from dse.report.bars import usage_records, waterfall_records
+from dse.report.charts import front_records
 from dse.report.words import (
     GAPS,
     REDUCED,
@@ -33,7 +34,6 @@ from dse.results.reasons import Reasoner, Reasons
 from dse.results.result import Point, Result, decisions_of
 from dse.results.values import counted, display_unit, readable
 from dse.space.types import EMPTY, Space
-
 
 NOTHING = "\N{EN DASH}"
 MINUS = "\N{MINUS SIGN}"

@@ -156,7 +156,7 @@ def _cut(text: str, length: int = NAME_LENGTH) -> str:
 
 
 def _path(route: tuple[tuple[float, int], ...]) -> str:
-    """A smooth line through the places of a route: from box to box, downwards or upwards; a loop beside the box at its own."""
+    """A smooth line through the places of a route, downwards or upwards; a loop beside a box that leads to itself."""
     points = [(MARGIN + column * STEP_X + STEP_X / 2, MARGIN + layer * STEP_Y + BOX_H / 2) for column, layer in route]
     if len(set(points)) == 1:
         x, y = points[0][0] + BOX_W / 2, points[0][1]

@@ -6,7 +6,8 @@ import json
 from collections.abc import Iterator, Sequence
 from typing import Any
 
-from dse.report.charts import Spec, parallel, scatter, usage_chart, waterfall
+from dse.report.bars import usage_chart, waterfall
+from dse.report.charts import Spec, parallel, scatter
 from dse.report.document import Alternative, Document
 from dse.report.drawing import Drafter
 from dse.report.theme import LIGHT, with_colours

@@ -17,11 +17,14 @@ from typing import Any
 
 from jinja2 import Environment, PackageLoader, StrictUndefined
 
-from dse.report.charts import HUES, METHODS, axis_title, colour_by, parallel, scatter, usage_chart, waterfall
+from dse.report.bars import HUES, METHODS, usage_chart, waterfall
+from dse.report.charts import axis_title, colour_by, parallel, scatter
 from dse.report.document import Alternative, Document
 from dse.report.drawing import STYLE, Drafter
 from dse.report.theme import DARK, LIGHT, css_variables
 from dse.report.words import proof_words
+
+POLICY = "default-src 'none'; style-src 'unsafe-inline'; img-src data:"
 
 
 def html_report(document: Document, chosen: int | None = None) -> str:
@@ -46,7 +49,7 @@ def html_report(document: Document, chosen: int | None = None) -> str:
         dark=css_variables(DARK),
         data=packed(data),
         scripts=[libraries, script],
-        policy=f"default-src 'none'; style-src 'unsafe-inline'; img-src data:; script-src {_hashes([libraries, script])}",
+        policy=f"{POLICY}; script-src {_hashes([libraries, script])}",
     )
 
 
@@ -96,7 +99,7 @@ def _libraries() -> str:
     """Vega, Vega-Lite and Vega-Embed as one script."""
     import vl_convert
 
-    script: str = vl_convert.javascript_bundle(None)
+    script: str = vl_convert.javascript_bundle("window.vegaEmbed = vegaEmbed;")
     return script.replace("</script", "<\\/script")
 
 

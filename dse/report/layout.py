@@ -5,7 +5,7 @@ Sugiyama, Tagawa and Toda (1981), in its simplest form; the same graph always gi
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 
@@ -14,7 +14,7 @@ SWEEPS = 8
 
 @dataclass(frozen=True)
 class Layout:
-    """`place` has the (column, layer) of each node, columns in units of one node; `routes` the places that each edge passes.
+    """`place` has the (column, layer) of each node, a node being 1 wide; `routes` the places that each edge passes.
 
     A route runs from the edge's source to its target, also where the target lies above.
     """
@@ -60,11 +60,11 @@ def _downward(count: int, edges: Sequence[tuple[int, int]]) -> list[tuple[int, i
         if state[root]:
             continue
         state[root] = 1
-        stack = [(root, iter(following[root]))]
+        stack: list[tuple[int, Iterator[int]]] = [(root, iter(following[root]))]
         while stack:
             node, rest = stack[-1]
-            target = next(rest, None)
-            if target is None:
+            target = next(rest, -1)
+            if target < 0:
                 state[node] = 2
                 stack.pop()
             elif state[target] == 1:

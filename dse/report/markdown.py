@@ -11,7 +11,7 @@ DETAILED = 3
 
 
 def markdown_report(document: Document, top: int | None = None) -> str:
-    """Summary, the whole ranked table, the first alternatives (three, or `top` if fewer) in detail, and what all of it rests on."""
+    """Summary, the whole ranked table, the first three alternatives (or `top`, if fewer) in detail, the foundations."""
     return "\n".join(_lines(document, min(top or DETAILED, DETAILED))) + "\n"
 
 

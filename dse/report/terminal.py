@@ -36,7 +36,7 @@ ADDITIVE = (
 
 
 def print_result(console: Console, result: Result, top: int | None = TOP) -> None:
-    """The front, ranked, with reasons for the first; what was proved; or the proof of infeasibility and the closest misses.
+    """The front, ranked, with reasons for the first; what was proved; or why there is no design.
 
     `top` is how many alternatives are shown (None: all); how many are not is said.
     """

@@ -1,4 +1,4 @@
-"""Colours, by name: CSS variables in the report, which follow the reader's light or dark setting; literal ones in figures.
+"""Colours, by name: CSS variables in the report, which follow the light or dark setting; literal ones in figures.
 
 The categorical colours are those of Okabe and Ito, told apart by colour-blind readers, darkened or lightened to keep a
 contrast of at least 3 : 1 against the paper.

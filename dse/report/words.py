@@ -15,7 +15,7 @@ REDUCED = (
     "Latencies are reduced reaction times: a flow starts at its first component, without that component's own period."
 )
 GAPS = (
-    "Worst execution time is not response time: CPU contention is not in the latency unless response times are computed.",
+    "Worst execution time is not response time: without computed response times, CPU contention is not in the latency.",
     "The sum of periods over-estimates when sender and receiver are harmonic and synchronised.",
     "A measured maximum is a sample maximum, not a bound.",
 )
@@ -130,7 +130,8 @@ def margin_words(margin: Margin, currency: str) -> str:
     if not margin.slack:
         return f"{margin.requirement.text}: {who}. It binds: there is no slack."
     slack = counted(margin.slack, margin.unit, currency)
-    return f"{margin.requirement.text}: {who}, slack {slack} ({readable(margin.share * 10**6, 'ppm', digits=1)} of the limit)."
+    share = readable(margin.share * 10**6, "ppm", digits=1)
+    return f"{margin.requirement.text}: {who}, slack {slack} ({share} of the limit)."
 
 
 def dominant_words(dominant: Dominant) -> str:
@@ -209,8 +210,8 @@ def proof_words(result: Result) -> str:
         return "Infeasible, proved: no design meets every requirement and rule."
     regions = len(result.unexplored)
     return (
-        f"Incomplete front, stopped early: {points} so far; {regions} region{'s' if regions != 1 else ''} of the objective "
-        f"space may hold more."
+        f"Incomplete front, stopped early: {points} so far; "
+        f"{regions} region{'s' if regions != 1 else ''} of the objective space may hold more."
     )
 
 

@@ -23,7 +23,7 @@ Key: TypeAlias = tuple[Any, ...]
 
 @dataclass(frozen=True)
 class Ranking:
-    """How a front is ranked: `method` as asked for, `words` with every parameter, a rank and a score in words for each point."""
+    """How a front is ranked: `method` as asked for, `words` with every parameter; rank and score of each point."""
 
     method: str
     words: str
@@ -183,7 +183,7 @@ def _by_topsis(method: str, points: Vectors, senses: Sequence[str], weights: Seq
 
 
 def _by_knee(method: str, losses: Vectors) -> Ranking:
-    """The least trade-off of leaving a point for any other (Rachmawati and Srinivasan, 2009, equation of the worth metric)."""
+    """The least trade-off of leaving a point for any other (the worth metric of Rachmawati and Srinivasan, 2009)."""
     rows = _by_range(losses)
     keys: list[Key] = []
     scores = []
@@ -193,8 +193,8 @@ def _by_knee(method: str, losses: Vectors) -> Ranking:
         keys.append((0, Fraction(0)) if worth is None else (1, -worth))
         scores.append("-" if worth is None else f"{float(worth):.3f}")
     words = (
-        "knee: how much worse, per unit of what gets better, the least painful move to another point is; objectives scaled to their "
-        "range on the front"
+        "knee: how much worse, per unit of what gets better, the least painful move to another point is; "
+        "objectives scaled to their range on the front"
     )
     return _ranking(method, words, keys, scores)
 

@@ -31,7 +31,7 @@ class Comparison:
 
 @dataclass(frozen=True)
 class Margin:
-    """How much room a requirement leaves: `slack` of `limit`, in `unit`; `thread` where the limit is that of one core alone."""
+    """How much room a requirement leaves, in `unit`; `thread` is named where the limit is that of one core alone."""
 
     requirement: Requirement
     value: Fraction
@@ -63,7 +63,7 @@ class Dominant:
 
 @dataclass(frozen=True)
 class Improvement:
-    """The next better value of an objective on the front: the point that has it at the least loss; None where there is none."""
+    """The next better value of an objective on the front: the point that has it at the least loss, if there is one."""
 
     objective: str
     point: int | None
@@ -135,7 +135,7 @@ class Reasoner:
         return Comparison(None, changes, deltas(self.result.objectives, self.baseline[1], point.objectives))
 
     def neighbour(self, position: int) -> Point | None:
-        """The nearest other point: objectives scaled to their range on the front, squared distances; the first ranked of several."""
+        """The nearest other point, objectives scaled to their range on the front; the first ranked of several."""
         here = self._losses[position]
         others = [
             (sum(((a - b) ** 2 for a, b in zip(here, row, strict=True)), Fraction(0)), other)

@@ -1,0 +1,184 @@
+"""The plots of one design as Vega-Lite specifications: latency waterfalls, and the use of processors and buses."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from fractions import Fraction
+from typing import Any
+
+from dse.report.charts import Spec, whole_spec
+from dse.results.analysis import FlowTable, Usage
+from dse.results.values import counted, readable
+
+METHODS = (
+    "sampling",
+    "processing time",
+    "transmission time",
+    "queued",
+    "specified",
+    "response time",
+    "deadline",
+    "other",
+)
+HUES = ("var(--c1)", "var(--c2)", "var(--c3)", "var(--c4)", "var(--c5)", "var(--c6)", "var(--accent)", "var(--soft)")
+
+
+def waterfall_records(table: FlowTable) -> list[dict[str, Any]]:
+    """The rows of a flow's contributor table that take time: ``row`` counts from 1, ``text`` is what a reader sees."""
+    return [
+        {
+            "row": number,
+            "label": row.contributor,
+            "method": row.max_method if row.max_method in METHODS else "other",
+            "min_ns": row.min_ns,
+            "max_ns": row.max_ns,
+            "text": f"{counted(row.min_ns, 'ns')} to {counted(row.max_ns, 'ns')}",
+        }
+        for number, row in enumerate(table.rows, start=1)
+        if row.max_ns
+    ]
+
+
+def stacked_rows(records: Sequence[Mapping[str, Any]]) -> list[dict[str, Any]]:
+    """The records with their bars, in ms, each from the worst case of the one before it (report.js does the same)."""
+    found = []
+    start = 0
+    for record in records:
+        bar = {"start": start / 1e6, "best": (start + record["min_ns"]) / 1e6, "end": (start + record["max_ns"]) / 1e6}
+        found.append({**record, **bar, "title": f"{record['label']} · {record['text']}"})
+        start += record["max_ns"]
+    return found
+
+
+def waterfall(table: FlowTable, records: Sequence[Mapping[str, Any]]) -> Spec:
+    """Worst-case latency of a flow, contribution by contribution; the solid part of a bar is its minimum."""
+    used = [method for method in METHODS if any(record["method"] == method for record in records)]
+    colour = {
+        "field": "method",
+        "type": "nominal",
+        "title": None,
+        "scale": {"domain": used, "range": [HUES[METHODS.index(method)] for method in used]},
+    }
+    row = {
+        "field": "row",
+        "type": "ordinal",
+        "title": None,
+        "axis": {"labels": False, "ticks": False, "domain": False, "grid": False},
+        "scale": {"paddingInner": 0.45, "paddingOuter": 0.4},
+    }
+    across = {"type": "quantitative", "title": "latency [ms]", "axis": {"tickCount": 6}}
+    tooltip = [
+        {"field": "label", "title": "contributor"},
+        {"field": "method", "title": "method"},
+        {"field": "text", "title": "minimum to maximum"},
+    ]
+    bars = {"y": row, "color": colour, "tooltip": tooltip}
+    layers: list[Spec] = [
+        {
+            "mark": {"type": "bar", "opacity": 0.55},
+            "encoding": {**bars, "x": {**across, "field": "start"}, "x2": {"field": "end"}},
+        },
+        {"mark": {"type": "bar"}, "encoding": {**bars, "x": {**across, "field": "start"}, "x2": {"field": "best"}}},
+        {
+            "mark": {"type": "text", "align": "left", "baseline": "bottom", "dy": -9, "fontSize": 11, "limit": 320},
+            "encoding": {"y": row, "x": {"value": 2}, "text": {"field": "title"}},
+        },
+    ]
+    values = stacked_rows(records)
+    return whole_spec(
+        {"data": {"name": "rows", "values": values}, "layer": layers, "height": 32 * len(values) + 8},
+        f"Latency waterfall of {table.name}: {counted(table.min_ns, 'ns')} to {counted(table.max_ns, 'ns')}.",
+    )
+
+
+def usage_records(usages: Sequence[Usage], limits: Mapping[str, Fraction]) -> list[dict[str, Any]]:
+    """The shares of each processor and bus that has a capacity, in per cent of it.
+
+    `limits` are shares of the capacity.
+    """
+    records = []
+    for usage in usages:
+        if not usage.capacity:
+            continue
+        total = readable(usage.total / usage.capacity * 10**6, "ppm", digits=2)
+        limit = limits.get(usage.name)
+        said = f"{usage.name} ({usage.type}) · {total}"
+        if limit is not None:
+            said += f" of at most {readable(limit * 10**6, 'ppm')}"
+        for who, share in usage.shares.items():
+            part = share / usage.capacity * 100
+            records.append(
+                {
+                    "name": usage.name,
+                    "part": who,
+                    "share": float(part),
+                    "text": readable(part * 10**4, "ppm"),
+                    "title": said,
+                    "limit": None if limit is None else float(limit * 100),
+                }
+            )
+    return records
+
+
+def stacked_shares(records: Sequence[Mapping[str, Any]]) -> list[dict[str, Any]]:
+    """The records with their place in the bar (report.js does the same)."""
+    found: list[dict[str, Any]] = []
+    for record in records:
+        before = found[-1] if found and found[-1]["name"] == record["name"] else None
+        start, shade = (before["end"], 1 - before["shade"]) if before else (0.0, 0)
+        found.append({**record, "start": start, "end": start + record["share"], "shade": shade})
+    return found
+
+
+def usage_chart(shares: Sequence[Mapping[str, Any]]) -> Spec:
+    """Stacked shares against the limit, which is a mark across the bar."""
+    records = stacked_shares(shares)
+    names = list(dict.fromkeys(record["name"] for record in records))
+    row = {
+        "field": "name",
+        "type": "nominal",
+        "sort": names,
+        "title": None,
+        "axis": {"labels": False, "ticks": False, "domain": False},
+        "scale": {"paddingInner": 0.5, "paddingOuter": 0.45},
+    }
+    most = max([100.0, *(record["end"] for record in records)])
+    across = {
+        "type": "quantitative",
+        "title": "share of the capacity [%]",
+        "scale": {"domain": [0, most]},
+        "axis": {"tickCount": 6},
+    }
+    tooltip = [
+        {"field": "name", "title": "of"},
+        {"field": "part", "title": "used by"},
+        {"field": "text", "title": "share"},
+    ]
+    firsts = [next(record for record in records if record["name"] == name) for name in names]
+    shade = {"condition": {"test": "datum.shade === 0", "value": 0.95}, "value": 0.6}
+    layers: list[Spec] = [
+        {
+            "mark": {"type": "bar", "color": "var(--c1)"},
+            "encoding": {
+                "y": row,
+                "x": {**across, "field": "start"},
+                "x2": {"field": "end"},
+                "opacity": shade,
+                "tooltip": tooltip,
+            },
+        },
+        {
+            "data": {"values": [record for record in firsts if record["limit"] is not None]},
+            "mark": {"type": "tick", "thickness": 3, "color": "var(--accent)", "height": 20},
+            "encoding": {"y": row, "x": {**across, "field": "limit"}},
+        },
+        {
+            "data": {"values": firsts},
+            "mark": {"type": "text", "align": "left", "baseline": "bottom", "dy": -11, "fontSize": 11, "limit": 320},
+            "encoding": {"y": row, "x": {"value": 2}, "text": {"field": "title"}},
+        },
+    ]
+    return whole_spec(
+        {"data": {"name": "shares", "values": list(records)}, "layer": layers, "height": 40 * len(names) + 8},
+        f"Use of {', '.join(names)} against the limits.",
+    )
