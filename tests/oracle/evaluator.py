@@ -58,6 +58,7 @@ __all__ = [
     "designs",
     "dominates",
     "evaluate",
+    "evaluated",
     "front",
     "is_met",
     "is_obeyed",
@@ -79,6 +80,12 @@ def decisions(problem: Problem) -> dict[str, list[str]]:
 def designs(problem: Problem) -> Iterator[Design]:
     """Every design that obeys the rules, once each: inactive decisions are None. Requirements are not looked at."""
     return (dict(reading.design) for reading in _readings(problem))
+
+
+def evaluated(problem: Problem) -> Iterator[tuple[Design, dict[str, Any]]]:
+    """Every design that obeys the rules with its figures, as `designs` and `evaluate` give them."""
+    for reading in _readings(problem):
+        yield dict(reading.design), _figures(problem, reading)
 
 
 def _readings(problem: Problem) -> Iterator[Reading]:
@@ -351,8 +358,7 @@ def front(problem: Problem) -> dict[tuple[Fraction, ...], list[Design]]:
     Units: ns, cores (1 = one core), B/s, ct, mW, totals as declared; maximised objectives are negated.
     """
     reached: dict[tuple[Fraction, ...], list[Design]] = {}
-    for reading in _readings(problem):
-        figures = _figures(problem, reading)
+    for design, figures in evaluated(problem):
         if not figures["violations"]:
-            reached.setdefault(figures["objectives"], []).append(dict(reading.design))
+            reached.setdefault(figures["objectives"], []).append(design)
     return {vector: reached[vector] for vector in sorted(non_dominated(set(reached)))}

@@ -80,9 +80,7 @@ class Pair:
     @cached_property
     def valid(self) -> list[Judged]:
         """Every design that the oracle admits, in the product's order; requirements are not looked at."""
-        found = []
-        for named in oracle.designs(self.oracle):
-            found.append(Judged(self.design(named), named, oracle.evaluate(self.oracle, named)))
+        found = [Judged(self.design(named), named, figures) for named, figures in oracle.evaluated(self.oracle)]
         return sorted(found, key=lambda judged: judged.design)
 
     @cached_property

@@ -62,8 +62,7 @@ class Demands:
         self.problem = oracle.load_text(text_of(free))
         self.texts = [*requirements, *rules]
         self.designs = []
-        for named in oracle.designs(self.problem):
-            figures = oracle.evaluate(self.problem, named)
+        for named, figures in oracle.evaluated(self.problem):
             met = {text for text in requirements if oracle.is_met(self.problem, figures, text)}
             met |= {text for text in rules if oracle.is_obeyed(self.problem, named, text)}
             self.designs.append((figures, met))

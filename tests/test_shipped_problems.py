@@ -1,0 +1,122 @@
+"""Every shipped problem has the front that is written down for it, and brute force finds the same vectors.
+
+After a change that is meant to change a front, or the way it is written, look at every difference that this leaves::
+
+    python -m tests.test_shipped_problems
+    git diff tests/expected
+
+Brute force is that of the oracle, which knows the profile ``dse``; for the others it is the analysis on every combination.
+"""
+
+from __future__ import annotations
+
+import csv
+from fractions import Fraction
+from functools import cache
+from itertools import product
+from pathlib import Path
+
+import pytest
+
+import dse
+from dse.analysis.evaluate import Evaluator
+from tests.oracle import evaluator as oracle
+from tests.properties.pair import PER_UNIT
+
+HERE = Path(__file__).parent
+SHIPPED = sorted((HERE.parent / "problems").glob("*.yaml"))
+EXPECTED = HERE / "expected"
+STRICTER = {"inmark": {"max_jitter": "20 ms"}}
+"""Problems that are solved with a further limit as well: the keyword arguments of `dse.solve`."""
+QUESTIONS = [(path.stem, {}) for path in SHIPPED] + list(STRICTER.items())
+
+Vector = tuple[Fraction, ...]
+
+
+def question_name(question: tuple[str, dict[str, str]]) -> str:
+    """``inmark`` or ``inmark_max_jitter_20_ms``."""
+    name, changes = question
+    return "_".join([name, *(f"{key}_{value.replace(' ', '_')}" for key, value in changes.items())])
+
+
+def front_of(name: str, changes: dict[str, str]) -> str:
+    """The front as the command line writes it to a file."""
+    result = dse.solve(HERE.parent / "problems" / f"{name}.yaml", **changes)
+    assert result.status == "complete"
+    return result.to_csv()
+
+
+def expected_vectors(question: tuple[str, dict[str, str]]) -> set[Vector]:
+    """The objective vectors of an expected front, in the oracle's units; maximised ones negated."""
+    objectives = dse.load(HERE.parent / "problems" / f"{question[0]}.yaml").space.objectives
+    with (EXPECTED / f"{question_name(question)}.csv").open(encoding="utf-8", newline="") as file:
+        rows = list(csv.DictReader(file))
+    vectors = set()
+    for row in rows:
+        found = []
+        for objective in objectives:
+            column = next(key for key in row if key.startswith(f"{objective.metric.name} ["))
+            sign = 1 if objective.sense == "minimise" else -1
+            found.append(sign * int(row[column]) * one_unit(column.rpartition("[")[2].removesuffix("]")))
+        vectors.add(tuple(found))
+    return vectors
+
+
+def one_unit(text: str) -> Fraction:
+    """What a number in a column counts, in the oracle's unit: ``1/3 ppm`` is a three-millionth of a core."""
+    part, _, unit = text.rpartition(" ")
+    return Fraction(part or 1) / PER_UNIT.get(unit, 1)
+
+
+@cache
+def brute_force(name: str) -> tuple[tuple[Vector, tuple[Fraction, ...]], ...]:
+    """The vector and the jitters of every design that meets the requirements of the file."""
+    path = HERE.parent / "problems" / f"{name}.yaml"
+    space = dse.load(path).space
+    found = set()
+    if space.profile == "dse":
+        problem = oracle.load_file(path)
+        for _, figures in oracle.evaluated(problem):
+            if not figures["violations"]:
+                jitters = tuple(Fraction(flow["jitter"]) for flow in figures["flows"].values())
+                found.add((figures["objectives"], jitters))
+        return tuple(found)
+    evaluator = Evaluator(space)
+    senses = [1 if objective.sense == "minimise" else -1 for objective in space.objectives]
+    units = [one_unit(measure.counting_unit) for measure in evaluator.objectives]
+    for raw in product(*(range(len(decision.options)) for decision in space.decisions)):
+        evaluation = evaluator.evaluate(raw)
+        if evaluation.is_feasible:
+            counted = zip(senses, evaluation.objectives, units, strict=True)
+            found.add((tuple(sign * value * unit for sign, value, unit in counted), ()))
+    return tuple(found)
+
+
+def test_every_problem_has_its_expected_front() -> None:
+    assert {path.name for path in EXPECTED.glob("*")} == {f"{question_name(item)}.csv" for item in QUESTIONS}
+
+
+@pytest.mark.parametrize("question", QUESTIONS, ids=question_name)
+def test_the_front_is_the_expected_one(question: tuple[str, dict[str, str]]) -> None:
+    expected = (EXPECTED / f"{question_name(question)}.csv").read_text(encoding="utf-8")
+    assert front_of(*question) == expected
+
+
+@pytest.mark.parametrize("name", [path.stem for path in SHIPPED])
+def test_brute_force_finds_the_same_vectors(name: str) -> None:
+    found = brute_force(name)
+    assert expected_vectors((name, {})) == oracle.non_dominated({vector for vector, _ in found})
+    if name in STRICTER:
+        steady = {vector for vector, jitters in found if max(jitters) <= 20_000_000}
+        assert expected_vectors((name, STRICTER[name])) == oracle.non_dominated(steady)
+
+
+def write() -> None:
+    """Write every expected front."""
+    EXPECTED.mkdir(exist_ok=True)
+    for question in QUESTIONS:
+        (EXPECTED / f"{question_name(question)}.csv").write_text(front_of(*question), encoding="utf-8")
+
+
+if __name__ == "__main__":
+    write()
