@@ -5,7 +5,8 @@ After a change that is meant to change a front, or the way it is written, look a
     python -m tests.test_shipped_problems
     git diff tests/expected
 
-Brute force is that of the oracle, which knows the profile ``dse``; for the others it is the analysis on every combination.
+Brute force is that of the oracle, which knows the profile ``dse``; for the others it is the analysis on every
+combination.
 """
 
 from __future__ import annotations
