@@ -25,7 +25,8 @@ def non_dominated(rows: Any) -> Any:
 def hypervolume(front: Sequence[Vector], true_front: Sequence[Vector]) -> float | None:
     """The share of the true front's hypervolume that `front` covers.
 
-    Objectives are scaled to the true front's ideal and nadir point; the reference point is 10 % of the range beyond the nadir.
+    Objectives are scaled to the true front's ideal and nadir point; the reference point is 10 % of the range beyond the
+    nadir.
     """
     try:
         import moocore
@@ -44,8 +45,8 @@ def hypervolume(front: Sequence[Vector], true_front: Sequence[Vector]) -> float 
 def certified_gap(points: Sequence[Vector], floors: Sequence[Vector]) -> float | None:
     """How far the found front can be from the true one, as a share of each objective's range: the additive epsilon.
 
-    Whatever the open regions hold is nowhere below their floors, so each of them is compared with the found point that is
-    closest to dominating its floor. None when there are no points to compare with.
+    Whatever the open regions hold is nowhere below their floors, so each of them is compared with the found point that
+    is closest to dominating its floor. None when there are no points to compare with.
     """
     if not floors:
         return 0.0

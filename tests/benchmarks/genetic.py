@@ -1,8 +1,8 @@
 """pymoo's NSGA-II and NSGA-III on the vectorised evaluation function.
 
 Set up as pymoo's documentation says for integers: SBX and polynomial mutation with rounding, duplicates removed. In its
-favour: the baseline is in the first population, so that feasible designs are known from the start; the clock starts after imports and
-tables; and every feasible non-dominated design that was ever evaluated counts, not only the last population.
+favour: the baseline is in the first population, so that feasible designs are known from the start; the clock starts
+after imports and tables; every feasible non-dominated design ever evaluated counts, not only the last population.
 """
 
 from __future__ import annotations

@@ -26,7 +26,7 @@ def measure(task: str, case: Case, **options: Any) -> dict[str, Any]:
     text = json.dumps({"task": task, "case": asdict(case), **options})
     command = [sys.executable, "-m", "tests.benchmarks.worker"]
     try:
-        done = subprocess.run(  # noqa: S603
+        done = subprocess.run(
             command,
             input=text,
             capture_output=True,
@@ -84,7 +84,7 @@ def _one_front(case: Case, options: Any) -> dict[str, Any]:
         keys = ("build_s", "import_s", "encode_s", "proof_s", "enumerate_s", "report_s", "peak_mb")
         row[f"ours_{workers}"] = {key: spread([run[key] for run in mine]) for key in keys}
     row["same_every_time"] = all(run["front"] == good[0]["front"] for run in good if run["is_complete"])
-    row["textbook"] = {str(workers): _loop(runs, front, good, row) for workers, runs in loops.items()}
+    row["textbook"] = {str(workers): _loop(runs, good) for workers, runs in loops.items()}
     row["exhaustive"] = {key: full.get(key) for key in ("is_complete", "designs", "seconds", "combinations", "failed")}
     row["checked_by"] = _checks(front, row, loops, full)
     if row["is_complete"] and options.genetic:
@@ -92,7 +92,7 @@ def _one_front(case: Case, options: Any) -> dict[str, Any]:
     return row
 
 
-def _loop(runs: list[dict[str, Any]], front: list[Any], good: list[dict[str, Any]], row: dict[str, Any]) -> dict[str, Any]:
+def _loop(runs: list[dict[str, Any]], good: list[dict[str, Any]]) -> dict[str, Any]:
     """A textbook loop: seconds, and how many times ours it took, repeat by repeat, against one worker of ours."""
     fine = [run for run in runs if "failed" not in run]
     if not fine:
@@ -126,7 +126,8 @@ def _checks(front: list[Any], row: dict[str, Any], loops: dict[int, list[dict[st
             if run["is_complete"] and row["is_complete"]:
                 said.append("textbook loop" if found == known else "TEXTBOOK LOOP DISAGREES")
             elif row["is_complete"]:
-                said.append(f"{len(found)} points of the textbook loop" if found <= known else "TEXTBOOK LOOP DISAGREES")
+                agrees = found <= known
+                said.append(f"{len(found)} points of the textbook loop" if agrees else "TEXTBOOK LOOP DISAGREES")
     return ", ".join(dict.fromkeys(said)) or "nobody"
 
 
@@ -171,26 +172,33 @@ def _line(row: dict[str, Any]) -> str:
 def run_curves(options: Any, say: Say) -> dict[str, list[dict[str, Any]]]:
     """Time and memory along each series; the gap where a search did not end."""
     made: dict[str, list[dict[str, Any]]] = {}
+    limits = [60.0, 600.0] if options.long else [options.limit]
     for name, series in cases.curves(quick=options.quick, seed=options.seed).items():
         made[name] = []
         for value, case in series:
-            if options.match not in case.name:
-                continue
-            limits = [60.0, 600.0] if options.long else [options.limit]
-            for limit in limits:
-                runs = [measure("ours", case, limit_s=limit, workers=1) for _ in range(options.repeats if limit < 60 else 1)]
-                fine = [run for run in runs if "failed" not in run]
-                row = {"value": value, "case": case.name, "limit_s": limit, "failed": [r["failed"] for r in runs if "failed" in r]}
-                if fine:
-                    keys = ("build_s", "encode_s", "proof_s", "peak_mb")
-                    row.update({key: spread([run[key] for run in fine]) for key in keys})
-                    row.update({key: fine[0][key] for key in ("is_complete", "gap", "calls", "variables", "constraints")})
-                    row["points"] = len(fine[0]["front"])
+            for limit in limits if options.match in case.name else ():
+                row = {"value": value, **_on_curve(case, limit, options.repeats)}
                 made[name].append(row)
-                say(f"{name} = {value}: {json.dumps({k: row.get(k) for k in ('points', 'is_complete', 'gap', 'failed')})}")
+                shown = {key: row.get(key) for key in ("limit_s", "points", "is_complete", "gap", "failed")}
+                say(f"{name} = {value}: {json.dumps(shown)}")
                 if row.get("is_complete"):
                     break
     return made
+
+
+def _on_curve(case: Case, limit_s: float, repeats: int) -> dict[str, Any]:
+    """One point of a curve; what does not end in time is not repeated."""
+    runs: list[dict[str, Any]] = []
+    while len(runs) < repeats and (not runs or runs[-1].get("is_complete")):
+        runs.append(measure("ours", case, limit_s=limit_s, workers=1))
+    fine = [run for run in runs if "failed" not in run]
+    row: dict[str, Any] = {"case": case.name, "limit_s": limit_s}
+    row["failed"] = [run["failed"] for run in runs if "failed" in run]
+    if fine:
+        row.update({key: spread([run[key] for run in fine]) for key in ("build_s", "encode_s", "proof_s", "peak_mb")})
+        row.update({key: fine[0][key] for key in ("is_complete", "gap", "calls", "variables", "constraints")})
+        row["points"] = len(fine[0]["front"])
+    return row
 
 
 def run_analysis(options: Any, say: Say) -> list[dict[str, Any]]:
@@ -206,29 +214,27 @@ def run_analysis(options: Any, say: Say) -> list[dict[str, Any]]:
     return rows
 
 
+RUN = "from dse.cli.main import main; main()"
+IMPORT = "import ortools.sat.python.cp_model"
 STARTS = {
-    "import ortools.sat.python.cp_model": ["-c", "import ortools.sat.python.cp_model"],
-    "dse --help": ["-m", "dse", "--help"],
-    "dse check problems/inmark.yaml": ["-m", "dse", "check", "problems/inmark.yaml"],
-    "dse solve problems/inmark.yaml --max-jitter 20ms": [
-        "-m", "dse", "solve", "problems/inmark.yaml", "--max-jitter", "20ms", "-q",
-    ],
-}  # fmt: skip
+    IMPORT: [IMPORT],
+    "dse --help": [RUN, "--help"],
+    "dse check problems/inmark.yaml": [RUN, "check", "problems/inmark.yaml"],
+    "dse solve problems/inmark.yaml --max-jitter 20ms": [RUN, "solve", "problems/inmark.yaml", "--max-jitter", "20ms"],
+}
 
 
 def run_startup(options: Any, say: Say) -> list[dict[str, Any]]:
     """Whole processes, in turns; and their multiples of importing the solver."""
-    start = [sys.executable]
     seconds: dict[str, list[float]] = {name: [] for name in STARTS}
     for _ in range(max(5, options.repeats * 2)):
         for name, arguments in STARTS.items():
             started = time.perf_counter()
-            real = ["-c", "from dse.cli.main import main; main()", *arguments[2:]] if arguments[0] == "-m" else arguments
-            done = subprocess.run([*start, *real], cwd=ROOT, capture_output=True, check=False)  # noqa: S603
+            done = subprocess.run([sys.executable, "-c", *arguments], cwd=ROOT, capture_output=True, check=False)
             if done.returncode == 0:
                 seconds[name].append(time.perf_counter() - started)
     rows = []
-    base = seconds["import ortools.sat.python.cp_model"]
+    base = seconds[IMPORT]
     for name, measured in seconds.items():
         ratios = [one / other for one, other in zip(measured, base, strict=False)]
         rows.append({"command": name, "seconds": spread(measured), "times_import": spread(ratios)})

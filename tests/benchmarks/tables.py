@@ -25,12 +25,14 @@ def _head(record: dict[str, Any]) -> Iterator[str]:
     yield "# Benchmarks"
     yield ""
     machine = record["machine"]
-    yield f"{machine['processor']}, {machine['cores']} cores, {machine['memory_gb']} GB, {machine['system']}; "
-    yield f"{', '.join(f'{name} {version}' for name, version in record['versions'].items())}; commit {record['commit']}. "
-    yield f"Seed {record['seed']}, {record['repeats']} repeats, time limit {record['limit_s']:g} s. Command: `{record['command']}`."
+    versions = ", ".join(f"{name} {version}" for name, version in record["versions"].items())
+    yield f"{machine['processor']}, {machine['cores']} cores, {machine['memory_gb']} GB, {machine['system']};"
+    yield f"{versions}; commit {record['commit']}."
+    yield f"Seed {record['seed']}, {record['repeats']} repeats, time limit {record['limit_s']:g} s."
+    yield f"Command: `{record['command']}`."
     yield ""
-    yield "Seconds are medians with the least and the most in brackets, each run in a process of its own, peers in turns. "
-    yield "Other work ran on the same machine: compare ratios rather than seconds."
+    yield "Seconds are medians with the least and the most in brackets, each run in a process of its own, in turns."
+    yield "Other work may have run on the same machine: compare ratios rather than seconds."
 
 
 def _table(head: Sequence[str], rows: Sequence[Sequence[str]]) -> Iterator[str]:
@@ -54,7 +56,8 @@ def _fronts(rows: list[dict[str, Any]]) -> Iterator[str]:
     yield ""
     yield "One worker. `prove` ends when no region is open; `enumerate` also makes every design the canonical one."
     yield ""
-    head = ("problem", "points", "build s", "encode s", "prove s", "enumerate s", "report s", "calls a point", "ms a point", "MB")
+    stages_head = ("build s", "encode s", "prove s", "enumerate s", "report s")
+    head = ("problem", "points", *stages_head, "calls a point", "ms a point", "MB")
     body = []
     for row in done:
         mine, count = row["ours_1"], max(1, row["points"])
@@ -66,12 +69,13 @@ def _fronts(rows: list[dict[str, Any]]) -> Iterator[str]:
     yield ""
     yield "## Against the textbook loop and brute force"
     yield ""
-    yield "The same encoded model, CP-SAT's default parameters, no hints: lexicographic epsilon-constraint for two objectives, "
-    yield "minimise a sum and cut off what is dominated for three and more. Its seconds leave out the encoding, ours include it. "
-    yield "`+`: not ended at the time limit, the ratio is a lower bound. Brute force: all combinations through the vectorised "
-    yield "analysis, where there are at most 5e7."
+    yield "The same encoded model, CP-SAT's default parameters, no hints: lexicographic epsilon-constraint for two"
+    yield "objectives, minimise a sum and cut off what is dominated for three and more. Its seconds leave out the"
+    yield "encoding, ours include it. Ratios are to ours with one worker, repeat by repeat. `+`: not ended at the time"
+    yield "limit, the ratio is a lower bound. Brute force: all combinations through the vectorised analysis, if at most 5e7."
     yield ""
-    head = ("problem", "ours s", "ours, 2 workers s", "loop, 1 worker s", "times ours", "loop, all cores s", "times ours", "brute force", "front confirmed by")
+    loops = ("loop, 1 worker s", "times ours", "loop, all cores s", "times ours")
+    head = ("problem", "ours s", "ours, 2 workers s", *loops, "brute force", "front confirmed by")
     body = []
     for row in done:
         cells = [row["case"], _show(row["ours_1"]["proof_s"]), _show(row["ours_2"]["proof_s"])]
@@ -89,9 +93,9 @@ def _fronts(rows: list[dict[str, Any]]) -> Iterator[str]:
     yield ""
     yield "## Against genetic algorithms"
     yield ""
-    yield "pymoo on the vectorised analysis, with our time and with ten times that (at least 0.2 s; three seeds). Hypervolume "
-    yield "and found points as shares of the true front's. In pymoo's favour: the baseline is in the first population, the clock "
-    yield "starts after imports and tables, and every non-dominated design that was ever evaluated counts."
+    yield "pymoo on the vectorised analysis, with our time and with ten times that (at least 0.2 s; three seeds)."
+    yield "Hypervolume and found points as shares of the true front's. In pymoo's favour: the baseline is in the first"
+    yield "population, the clock starts after imports and tables, and every non-dominated design ever evaluated counts."
     yield ""
     names = [f"{algorithm} x{factor}" for algorithm in ("nsga2", "nsga3") for factor in (1, 10)]
     head = ("problem", "points", *(f"{name}: {what}" for name in names for what in ("hypervolume", "found")))
@@ -124,7 +128,8 @@ def _percent(value: float | None) -> str:
 def _curves(series: dict[str, list[dict[str, Any]]]) -> Iterator[str]:
     yield "## Cost curves"
     yield ""
-    yield "One worker. The gap is certified: no design is better than a found one by more than that share of the range in every objective."
+    yield "One worker. The gap is certified: whatever design is missing, a found one is at most that share of each"
+    yield "objective's range worse."
     for name, rows in series.items():
         yield ""
         yield f"### {name.capitalize()}"
@@ -138,7 +143,8 @@ def _curves(series: dict[str, list[dict[str, Any]]]) -> Iterator[str]:
             shown = [_show(row[key]) for key in ("build_s", "encode_s", "proof_s")]
             size = [str(row["variables"]), str(row["calls"])]
             body.append([row["case"], str(row["points"]), state, *shown, *size, _show(row["peak_mb"], 0)])
-        yield from _table(("problem", "points", "state", "build s", "encode s", "prove s", "variables", "calls", "MB"), body)
+        head = ("problem", "points", "state", "build s", "encode s", "prove s", "variables", "calls", "MB")
+        yield from _table(head, body)
         yield ""
         yield from _fits(name, [row for row in rows if row.get("is_complete")])
 
@@ -150,7 +156,8 @@ def _fits(name: str, rows: list[dict[str, Any]]) -> Iterator[str]:
         return
     exponential = name == "objectives"
     for what in ("build_s", "encode_s", "proof_s", "peak_mb"):
-        pairs = [(row["value"] if exponential else log(row["value"]), log(max(1e-4, row[what]["median"]))) for row in rows]
+        grown = [row["value"] if exponential else log(row["value"]) for row in rows]
+        pairs = list(zip(grown, [log(max(1e-4, row[what]["median"])) for row in rows], strict=True))
         slope = _slope(pairs)
         fit = f"a factor of {exp(slope):.2f} for each" if exponential else f"{name}^{slope:.2f}"
         yield f"* {what.removesuffix('_s').removesuffix('_mb')} grows as {fit}"

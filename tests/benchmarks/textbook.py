@@ -1,11 +1,11 @@
 """The textbook loops on the same encoded model: CP-SAT with its default parameters, no hints, no tightened domains.
 
 * One objective: minimise it.
-* Two: the lexicographic epsilon-constraint method (Chankong and Haimes 1983; Mavrotas 2009 for why lexicographic): minimise the
-  first, then the second at that value, then ask for better values of the second; two calls for each point and one to end.
-* Three and more: minimise the sum of the objectives; cut off what the point dominates by a clause over one literal per objective (the
-  guided improvement and P-minimal searches of the literature without their refinements); one call for each point and one to
-  end.
+* Two: the lexicographic epsilon-constraint method (Chankong and Haimes 1983; Mavrotas 2009 for why lexicographic):
+  minimise the first, then the second at that value, then ask for better values of the second; two calls for each
+  point, one to end.
+* Three and more: minimise the sum of the objectives; cut off what the point dominates by a clause over one literal per
+  objective (guided improvement and P-minimal search without their refinements); one call for each point, one to end.
 """
 
 from __future__ import annotations
@@ -68,12 +68,19 @@ def textbook_front(evaluator: Evaluator, limit_s: float, workers: int) -> dict[s
 def _by_two(model: Any, variables: list[Any], solve: Callable[[Any], Vector | None], points: list[Vector]) -> None:
     one, other = variables
     while (first := solve(one)) is not None:
-        fixed = model.add(one == first[0])
+        domain = model.proto.variables[one.index].domain
+        before = list(domain)
+        _set(domain, [first[0], first[0]])
         point = solve(other)
         assert point is not None
         points.append(point)
-        fixed.proto.Clear() if hasattr(fixed.proto, "Clear") else fixed.proto.clear()
+        _set(domain, before)
         model.add(other <= point[1] - 1)
+
+
+def _set(domain: Any, bounds: list[int]) -> None:
+    domain.clear()
+    domain.extend(bounds)
 
 
 def _by_sum(model: Any, variables: list[Any], solve: Callable[[Any], Vector | None], points: list[Vector]) -> None:

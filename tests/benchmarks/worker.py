@@ -27,10 +27,7 @@ def _load(case: Case) -> tuple[Any, float, float]:
     from dse.api.problem import Changes, changed, load, loads
 
     imported = time.perf_counter()
-    if case.file:
-        text = ""
-    else:
-        text = case.text()
+    text = "" if case.file else case.text()
     drawn = time.perf_counter()
     problem = loads(text) if text else load(ROOT / case.file)
     if case.max_jitter:
@@ -110,9 +107,10 @@ def _exhaustive(case: Case, task: dict[str, Any]) -> dict[str, Any]:
     from .exhaustive import combinations, exhaustive_front
 
     evaluator = Evaluator(_load(case)[0].space)
-    if combinations(evaluator) > task["most_designs"]:
-        return {"front": [], "is_complete": False, "designs": 0, "seconds": 0.0, "combinations": combinations(evaluator)}
-    return {**exhaustive_front(evaluator, task["limit_s"]), "combinations": combinations(evaluator)}
+    count = combinations(evaluator)
+    if count > task["most_designs"]:
+        return {"front": [], "is_complete": False, "designs": 0, "seconds": 0.0, "combinations": count}
+    return {**exhaustive_front(evaluator, task["limit_s"]), "combinations": count}
 
 
 def _analysis(case: Case, task: dict[str, Any]) -> dict[str, Any]:
