@@ -59,6 +59,7 @@ class Seconds(click.ParamType[float]):
     metavar="RESULT",
     help="Go on with the stopped search of a result file; the question is that of the result.",
 )
+@click.option("--robust", is_flag=True, help="Let every requirement hold for all values that `uncertainty` states; tell what that costs.")
 @ranking_options
 @json_option
 @click.option("--csv", "csv_path", metavar="PATH", help="Also write the front as CSV; - for standard output.")
@@ -71,6 +72,7 @@ def command(
     seed: int,
     workers: int,
     resume: str | None,
+    robust: bool,
     rank_by: str | None,
     top: int | None,
     json_path: str | None,
@@ -104,6 +106,14 @@ def command(
     else:
         raise click.UsageError("missing argument FILE")
     check_ranking(rank_by or "ideal", asked.space, has_baseline=baseline_design(asked.space) is not None)
+    if robust:
+        if file is None or resume is not None:
+            raise click.UsageError("--robust needs a problem file, and does not go on with a stopped search")
+        from dse.cli.robust import show_robust, solve_robustly
+
+        with _Reporter(quiet=quiet) as progress:
+            study = solve_robustly(file, changes, Budget(time_limit, seed, workers), progress)
+        return show_robust(study, rank_by or "ideal", top, json_path, csv_path, quiet=quiet)
     checkpoint = None
     if json_path is not None and json_path != "-":
         path = json_path

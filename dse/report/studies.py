@@ -10,6 +10,7 @@ from rich import box
 from rich.console import Console
 from rich.table import Table
 
+from dse.results.robust import RobustResult
 from dse.results.sensitivity import Break, Margin, SensitivityResult, UncertainResult
 from dse.results.sweep import Change, SweepResult, SweepRun
 from dse.results.values import readable
@@ -244,13 +245,14 @@ def _print_uncertain(console: Console, found: UncertainResult, show_all: bool) -
             weakest = min(item.by_requirement, key=lambda text: item.by_requirement[text], default="")
             table.add_row(f"{item.all_met:.2%}", _plain(weakest), _decisions({"decisions": item.decisions}, varying))
         console.print(table)
-    for item in found.indices:
-        table = _table(console, _plain(f"What moves {item.output}: share of its variance (Sobol), effect of the whole range (Morris)"))
+    for index in found.indices:
+        title = f"What moves {index.output}: share of its variance (Sobol), effect of the whole range (Morris)"
+        table = _table(console, _plain(title))
         for heading in ("input", "alone", "with interactions", "effect"):
             table.add_column(heading, justify="left" if heading == "input" else "right", overflow="fold")
-        for path in sorted(item.total, key=lambda name: -item.total[name]):
-            effect = _figure(Fraction(item.effect[path]), item.unit, "")
-            table.add_row(_plain(path), f"{item.first[path]:.3f}", f"{item.total[path]:.3f}", effect)
+        for path in sorted(index.total, key=lambda name: -index.total[name]):
+            effect = _figure(Fraction(index.effect[path]), index.unit, "")
+            table.add_row(_plain(path), f"{index.first[path]:.3f}", f"{index.total[path]:.3f}", effect)
         console.print(table)
 
 
@@ -259,3 +261,39 @@ def _figure(value: Fraction, unit: str, currency: str) -> str:
         return readable(value, unit, currency, 6)
     number = str(value) if value.denominator == 1 else f"{float(value):.9g}"
     return f"{number} {unit}".strip()
+
+
+# --- robustness ----------------------------------------------------------------------------------------------------
+
+
+def print_robust(console: Console, study: RobustResult) -> None:
+    """What robustness costs: the best of each objective with and without it, and why nominal designs were lost."""
+    console.print("Robust: every requirement holds for all of", style="bold", markup=False)
+    for path, words in study.inputs.items():
+        console.print(f"  {path}: {words}", markup=False)
+    currency = study.robust.space.currency
+    infos = {info.name: info for info in study.robust.objectives}
+    for name, pair in study.price.items():
+        unit = infos[name].unit
+        ends = ["none" if value is None else _counted(value, unit, currency) for value in pair]
+        words = "unchanged" if ends[0] == ends[1] else f"{ends[1]} instead of {ends[0]}"
+        console.print(f"Best {name}: {words}.", markup=False)
+    lost = {item.point for item in study.failures}
+    console.print(
+        f"Of {len(study.nominal.front)} nominal designs {len(lost)} are not robust; {len(study.kept)} of {len(study.robust.front)} robust "
+        f"designs are on the nominal front too.",
+        markup=False,
+    )
+    reasons: dict[str, int] = {}
+    for item in study.failures:
+        reasons[item.requirement] = reasons.get(item.requirement, 0) + 1
+    for text, count in sorted(reasons.items(), key=lambda pair: -pair[1]):
+        console.print(f"  {count} break {text}", markup=False)
+    console.print("Objectives are those of the nominal figures; the front is proved over the whole ranges.", markup=False)
+
+
+def _counted(value: int, unit: str, currency: str) -> str:
+    """An integer in a counting unit (``1/3 ppm``) for people."""
+    scale, _, name = unit.rpartition(" ")
+    factor = Fraction(1, int(scale.removeprefix("1/"))) if scale.startswith("1/") else Fraction(1)
+    return readable(value * factor, name, currency)

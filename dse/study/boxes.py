@@ -45,6 +45,7 @@ class Box:
     def __init__(self, uncertain: Sequence[Uncertain]) -> None:
         self.uncertain = tuple(uncertain)
         self.ends = [item.ends() for item in uncertain]
+        self._last: tuple[object, list[Fraction]] = (None, [])
 
     def values(self, nominal: Sequence[Fraction], corner: Corner) -> list[Fraction]:
         """The values of all variables at a corner."""
@@ -53,48 +54,57 @@ class Box:
             item.set(values, ends[end])
         return values
 
-    def worst(self, function: DesignFunction, bound: Bound) -> Worst:
-        """The corner at which the comparison is missed most, or met most narrowly.
+    def worsts(self, function: DesignFunction) -> list[tuple[Bound, Worst]]:
+        """For each comparison of a design the corner at which it is missed most, or met most narrowly.
 
         Raises
         ------
         NotProvedError
-            when no corner is proved to be the worst.
+            when no corner is proved to be the worst of some comparison.
         """
-        sign = -1 if function.outputs.operators[bound.requirement][0] == ">" else 1
-        if function.outputs.operators[bound.requirement] == "==":
-            raise NotProvedError(f"{function.outputs.texts[bound.requirement]}: an equality cannot hold for a whole range")
-        directions = self._directions(function, bound)
+        if not function.applies:
+            raise NotProvedError("the figures of the analysis cannot be followed over a range of inputs")
+        ranges = self._ranges(function)
+        parts = [_Part(program, ranges, self.uncertain) for program in self._programs(function, ranges)]
+        return [(bound, self._worst(function, parts, bound)) for bound in function.outputs.bounds]
+
+    def _worst(self, function: DesignFunction, parts: Sequence[_Part], bound: Bound) -> Worst:
+        text, operator = function.outputs.texts[bound.requirement], function.outputs.operators[bound.requirement]
+        directions = self._directions(parts, bound, text)
+        if operator == "==" and any(direction != 0 for direction in directions):
+            raise NotProvedError(f"{text}: an equality cannot hold for a whole range")
+        sign = -1 if operator[0] == ">" else 1
         free = [number for number, direction in enumerate(directions) if direction is None]
-        corners = []
+        found = []
         for chosen in product((0, 1), repeat=len(free)):
             picked = dict(zip(free, chosen, strict=True))
             corner = tuple(
                 picked[number] if direction is None else int(direction * sign > 0) for number, direction in enumerate(directions)
             )
-            outputs = function.exact(self.values(function.inputs.nominal, corner))
-            corners.append((sign * (outputs[bound.limit] - outputs[bound.value]), corner, outputs))
-        _, corner, outputs = min(corners, key=lambda item: (item[0], item[1]))
-        return Worst(corner, outputs[bound.value], outputs[bound.limit])
+            value, limit = self._sides(function, bound, corner)
+            found.append((sign * (limit - value), corner, value, limit))
+        _, corner, value, limit = min(found, key=lambda item: (item[0], item[1]))
+        return Worst(corner, value, limit)
 
-    def _directions(self, function: DesignFunction, bound: Bound) -> list[int | None]:
+    def _sides(self, function: DesignFunction, bound: Bound, corner: Corner) -> tuple[Fraction, Fraction]:
+        key = (id(function), corner)
+        if self._last[0] != key:
+            self._last = (key, function.exact(self.values(function.inputs.nominal, corner)))
+        outputs = self._last[1]
+        return outputs[bound.value], outputs[bound.limit]
+
+    def _directions(self, parts: Sequence[_Part], bound: Bound, text: str) -> list[int | None]:
         """For each input 1 where value - limit rises with it, -1 where it falls, 0 where it does neither, None where both ends matter."""
-        text = function.outputs.texts[bound.requirement]
-        if not function.applies:
-            raise NotProvedError(f"{text}: its figures cannot be followed over a range of inputs")
-        ranges = self._ranges(function)
-        programs = self._programs(function, ranges, text)
         found: list[int | None] = []
         for number, item in enumerate(self.uncertain):
-            seeds = {variable.index: (variable.nominal if item.is_factor else Fraction(1)) for variable in item.variables}
-            signs = {_direction(program, ranges, seeds, bound) for program in programs}
+            signs = {part.direction(number, bound) for part in parts}
             signs -= {0} if len(signs) > 1 else set()
             if len(signs) == 1 and None not in signs:
                 found.append(signs.pop())
-            elif len(programs) == 1 and _degree(programs[0], seeds, bound) <= 1:
+            elif len(parts) == 1 and parts[0].degree(number, bound) <= 1:
                 found.append(None)
             else:
-                raise NotProvedError(f"{text}: it may rise and fall with {self.uncertain[number].path}; no end of its range is the worst")
+                raise NotProvedError(f"{text}: it may rise and fall with {item.path}; no end of its range is the worst")
         if found.count(None) > MOST_FREE:
             raise NotProvedError(f"{text}: more than {MOST_FREE} inputs whose worst end depends on the others")
         return found
@@ -107,19 +117,44 @@ class Box:
                 ranges[variable.index] = (low * scale, high * scale)
         return ranges
 
-    def _programs(self, function: DesignFunction, ranges: Sequence[Interval], text: str) -> list[Program]:
+    def _programs(self, function: DesignFunction, ranges: Sequence[Interval]) -> list[Program]:
         """The programs that apply somewhere in the box: one, unless a comparison is undecided."""
         program, _ = function.program_at([low for low, _ in ranges])
         undecided = _undecided(program, ranges)
         if not undecided:
             return [program]
         if any(operation == "==" and outcome and not _is_zero_test(program, number) for number, operation, outcome in undecided):
-            raise NotProvedError(f"{text}: a figure moves in steps within the stated ranges, which nothing can be proved of")
+            raise NotProvedError("a figure moves in steps within the stated ranges, of which nothing can be proved")
         if len(self.uncertain) > MOST_FREE:
-            raise NotProvedError(f"{text}: too many uncertain inputs ({len(self.uncertain)}) around a comparison")
+            raise NotProvedError(f"too many uncertain inputs ({len(self.uncertain)}) around a comparison")
         corners = product((0, 1), repeat=len(self.uncertain))
         found = [function.program_at(self.values(function.inputs.nominal, corner))[0] for corner in corners]
         return list({id(item): item for item in found}.values())
+
+
+class _Part:
+    """A program over a box: the interval of each step and, for each uncertain input, of its derivative."""
+
+    def __init__(self, program: Program, ranges: Sequence[Interval], uncertain: Sequence[Uncertain]) -> None:
+        self.program = program
+        self.seeds = [
+            {variable.index: (variable.nominal if item.is_factor else Fraction(1)) for variable in item.variables} for item in uncertain
+        ]
+        values = _intervals(program, ranges)
+        self.slopes = [_slopes(program, values, seeds) for seeds in self.seeds]
+        self.degrees = [_degrees(program, seeds) for seeds in self.seeds]
+
+    def direction(self, number: int, bound: Bound) -> int | None:
+        """The sign of the derivative of value - limit over the box; None when it is not proved."""
+        slopes = self.slopes[number]
+        low, high = _combined("-", *(slopes[self.program.outputs[side]] for side in (bound.value, bound.limit)))
+        if low == high == 0:
+            return 0
+        return 1 if low >= 0 else -1 if high <= 0 else None
+
+    def degree(self, number: int, bound: Bound) -> int:
+        """The degree of a comparison in an input; 2 stands for anything that is not linear."""
+        return max(self.degrees[number][self.program.outputs[side]] for side in (bound.value, bound.limit))
 
 
 def _is_zero_test(program: Program, number: int) -> bool:
@@ -170,31 +205,27 @@ def _combined(operation: str, one: Interval, other: Interval) -> Interval:
     return min(ends), max(ends)
 
 
-def _direction(program: Program, ranges: Sequence[Interval], seeds: dict[int, Fraction], bound: Bound) -> int | None:
-    """The sign of the derivative of value - limit over the box, by interval arithmetic; None when it is not proved."""
-    values = _intervals(program, ranges)
+def _slopes(program: Program, values: Sequence[Interval], seeds: dict[int, Fraction]) -> list[Interval]:
+    """The derivative of each step over the box, by interval arithmetic."""
     slopes: list[Interval] = []
     for operation, left, right in program.steps:
         if operation in ("var", "const"):
             slope = seeds.get(left, Fraction(0)) if operation == "var" else Fraction(0)
             slopes.append((slope, slope))
+        elif slopes[left] == ZERO and slopes[right] == ZERO:
+            slopes.append(ZERO)
         elif operation in "+-":
             slopes.append(_combined(operation, slopes[left], slopes[right]))
-        elif operation == "*":
-            parts = _combined("*", slopes[left], values[right]), _combined("*", values[left], slopes[right])
-            slopes.append(_combined("+", *parts))
         else:
-            top = _combined("*", slopes[left], values[right]), _combined("*", values[left], slopes[right])
-            square = _combined("*", values[right], values[right])
-            slopes.append(ZERO if slopes[left] == slopes[right] == ZERO else _combined("/", _combined("-", *top), square))
-    low, high = _combined("-", slopes[program.outputs[bound.value]], slopes[program.outputs[bound.limit]])
-    if low == high == 0:
-        return 0
-    return 1 if low >= 0 else -1 if high <= 0 else None
+            first, second = _combined("*", slopes[left], values[right]), _combined("*", values[left], slopes[right])
+            if operation == "*":
+                slopes.append(_combined("+", first, second))
+            else:
+                slopes.append(_combined("/", _combined("-", first, second), _combined("*", values[right], values[right])))
+    return slopes
 
 
-def _degree(program: Program, seeds: dict[int, Fraction], bound: Bound) -> int:
-    """The degree of a comparison in an input; 2 stands for anything that is not linear."""
+def _degrees(program: Program, seeds: dict[int, Fraction]) -> list[int]:
     degrees: list[int] = []
     for operation, left, right in program.steps:
         if operation in ("var", "const"):
@@ -205,4 +236,4 @@ def _degree(program: Program, seeds: dict[int, Fraction], bound: Bound) -> int:
             degrees.append(min(2, degrees[left] + degrees[right]))
         else:
             degrees.append(degrees[left] if degrees[right] == 0 else 2)
-    return max(degrees[program.outputs[bound.value]], degrees[program.outputs[bound.limit]])
+    return degrees

@@ -22,8 +22,9 @@ from dse.results.robust import Failure, RobustResult
 from dse.space.types import Design, Space
 from dse.study.boxes import Box, Corner, Worst
 from dse.study.fronts import check_objectives
-from dse.study.functions import Bound, DesignFunction, InputSpace
+from dse.study.functions import Bound, DesignFunction, InputSpace, Variable
 from dse.study.uncertainty import read_uncertainties
+from dse.units import PERIOD, RATE, RATE_OF_DATA, SIZE
 
 Demand = tuple[int, Corner]
 """A requirement, by number, at a corner."""
@@ -75,8 +76,8 @@ class _Study:
     watcher: Watcher
 
     def __post_init__(self) -> None:
-        self.functions: dict[Design, DesignFunction] = {}
         self.worsts: dict[Design, list[tuple[Bound, Worst]]] = {}
+        self.same_rates = not any(_moves_rates(self.space, variable) for item in self.box.uncertain for variable in item.variables)
 
     @property
     def space(self) -> Space:
@@ -92,7 +93,7 @@ class _Study:
         values = self.box.values(self.inputs.nominal, corner)
         limit = build_limit(self.inputs.at(values), self.space.requirements[number])
         key = ("corner", corner)
-        terms = tuple(_elsewhere(term, key) for term in limit.measure.terms)
+        terms = tuple(_elsewhere(term, key, same_rates=self.same_rates) for term in limit.measure.terms)
         return replace(limit, measure=replace(limit.measure, terms=terms), bound=lambda view: limit.bound(_own(view, key)))
 
     def search(self, demands: tuple[Demand, ...]) -> FrontSearch:
@@ -102,9 +103,7 @@ class _Study:
     def worst(self, design: Design) -> list[tuple[Bound, Worst]]:
         """The worst corner of each comparison, for a design."""
         if design not in self.worsts:
-            function = DesignFunction(self.inputs, design)
-            self.worsts[design] = [(bound, self.box.worst(function, bound)) for bound in function.outputs.bounds]
-            self.functions[design] = function
+            self.worsts[design] = self.box.worsts(DesignFunction(self.inputs, design))
         return self.worsts[design]
 
     def demands(self, design: Design) -> list[Demand]:
@@ -126,7 +125,9 @@ class _Study:
         requirements = self.space.requirements
         for bound, worst in self.worst(design):
             requirement = requirements[bound.requirement]
-            if HOLDS[requirement.operator](worst.value, worst.limit) or bound.requirement in found:
+            if HOLDS[requirement.operator](worst.value, worst.limit):
+                continue
+            if bound.requirement in found and _miss(found[bound.requirement]) >= abs(worst.value - worst.limit) / (abs(worst.limit) or 1):
                 continue
             ends = {
                 item.path: self.box.ends[number][worst.corner[number]] * (item.variables[0].nominal if _is_single_factor(item) else 1)
@@ -136,6 +137,11 @@ class _Study:
             text = f"{requirement.text} (by {bound.thread} alone)" if bound.thread else requirement.text
             found[bound.requirement] = Failure(point, text, worst.value, worst.limit, unit, ends)
         return list(found.values())
+
+
+def _miss(failure: Failure) -> Fraction:
+    """How far beyond its limit, as a share of it."""
+    return abs(failure.value - failure.limit) / (abs(failure.limit) or 1)
 
 
 def _is_single_factor(item: object) -> bool:
@@ -150,13 +156,27 @@ def _own(view: View, key: object) -> View:
     return found
 
 
-def _elsewhere(term: Term, key: object) -> Term:
+def _moves_rates(space: Space, variable: Variable) -> bool:
+    """Whether an input has a part in how often something runs or is sent (semantics, section 2)."""
+    if variable.kind is SIZE:
+        return any(item.data_rate is not None and variable.path.startswith(f"connections.{item.name}.") for item in space.connections)
+    return variable.kind in (PERIOD, RATE, RATE_OF_DATA)
+
+
+def _elsewhere(term: Term, key: object, *, same_rates: bool) -> Term:
     """A term of a space with other figures, ready to be evaluated beside those of the nominal one.
 
-    Its rate is not the nominal one, so that it is tabulated as a whole.
+    Where the rates are not the nominal ones, it is tabulated as a whole.
     """
+    coefficient = term.coefficient
 
     def value(view: View) -> Fraction:
         return term.value(_own(view, key))
 
-    return Term(term.label, value, None, None, term.component, term.scheduled)
+    def scaled(view: View) -> Fraction:
+        assert coefficient is not None
+        return coefficient(_own(view, key))
+
+    if coefficient is None or not same_rates:
+        return replace(term, value=value, coefficient=None, rate=None)
+    return replace(term, value=value, coefficient=scaled)
