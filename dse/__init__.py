@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from dse.api.problem import load as load
     from dse.api.problem import loads as loads
     from dse.api.solving import resume as resume
+    from dse.api.simulating import simulate as simulate
     from dse.api.solving import solve as solve
     from dse.api.verifying import verify as verify
     from dse.errors import Diagnostic as Diagnostic
@@ -28,6 +29,13 @@ if TYPE_CHECKING:
     from dse.results.explanation import Explanation as Explanation
     from dse.results.graph import architecture_graph as architecture_graph
     from dse.results.result import Result as Result
+    from dse.results.simulation import Simulation as Simulation
+    from dse.results.robust import RobustResult as RobustResult
+    from dse.results.sensitivity import SensitivityResult as SensitivityResult
+    from dse.results.sweep import SweepResult as SweepResult
+    from dse.study.robust import solve_robust as solve_robust
+    from dse.study.sensitivity import sensitivity as sensitivity
+    from dse.study.sweep import sweep as sweep
     from dse.results.verification import Verification as Verification
 
 _HOMES = {
@@ -39,6 +47,7 @@ _HOMES = {
     "load": "dse.api.problem",
     "loads": "dse.api.problem",
     "resume": "dse.api.solving",
+    "simulate": "dse.api.simulating",
     "solve": "dse.api.solving",
     "verify": "dse.api.verifying",
     "Diagnostic": "dse.errors",
@@ -49,6 +58,13 @@ _HOMES = {
     "Explanation": "dse.results.explanation",
     "architecture_graph": "dse.results.graph",
     "Result": "dse.results.result",
+    "Simulation": "dse.results.simulation",
+    "RobustResult": "dse.results.robust",
+    "SensitivityResult": "dse.results.sensitivity",
+    "SweepResult": "dse.results.sweep",
+    "solve_robust": "dse.study.robust",
+    "sensitivity": "dse.study.sensitivity",
+    "sweep": "dse.study.sweep",
     "Verification": "dse.results.verification",
 }
 

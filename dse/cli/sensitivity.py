@@ -46,12 +46,34 @@ class Share(click.ParamType[Any]):
     help="A decision of the design, on top of the baseline; or RESULT.json#ID, an alternative of a solve.",
 )
 @question_options
-@click.option("--minimise", "--minimize", multiple=True, metavar="METRIC", help="Objectives instead of those of the file.")
+@click.option(
+    "--minimise", "--minimize", multiple=True, metavar="METRIC", help="Objectives instead of those of the file."
+)
 @click.option("--maximise", "--maximize", multiple=True, metavar="METRIC", help="The same, to be maximised.")
-@click.option("--swing", type=Share(), default="10%", show_default=True, help="How far the tornado goes where no uncertainty is stated.")
-@click.option("--samples", type=click.IntRange(1, 10**8), default=100_000, show_default=True, help="Of the stated uncertain inputs.")
-@click.option("--seed", type=click.IntRange(0, 2**31 - 1), default=0, show_default=True, help="Of the samples; recorded in the result.")
-@click.option("--front/--no-front", default=True, help="Whether to tell the chance of each alternative of the front too.")
+@click.option(
+    "--swing",
+    type=Share(),
+    default="10%",
+    show_default=True,
+    help="How far the tornado goes where no uncertainty is stated.",
+)
+@click.option(
+    "--samples",
+    type=click.IntRange(1, 10**8),
+    default=100_000,
+    show_default=True,
+    help="Of the stated uncertain inputs.",
+)
+@click.option(
+    "--seed",
+    type=click.IntRange(0, 2**31 - 1),
+    default=0,
+    show_default=True,
+    help="Of the samples; recorded in the result.",
+)
+@click.option(
+    "--front/--no-front", default=True, help="Whether to tell the chance of each alternative of the front too."
+)
 @click.option("--all", "show_all", is_flag=True, help="Show every margin and bar, not the closest and longest only.")
 @json_option
 @click.option("--csv", "csv_path", metavar="PATH", help="Also write the margins as CSV; - for standard output.")
@@ -71,8 +93,8 @@ def command(
 ) -> int:
     """How far each input of a design may move before a requirement breaks; which inputs matter; how sure one can be.
 
-    Uncertain inputs are those that the problem file states under `uncertainty`. Exit code 4 when the design breaks a requirement as
-    it is.
+    Uncertain inputs are those that the problem file states under `uncertainty`. Exit code 4 when the design breaks a
+    requirement as it is.
     """
     if json_path == "-" and csv_path == "-":
         raise click.UsageError("only one of --json and --csv can go to standard output")

@@ -32,19 +32,38 @@ PLAIN_STEP_S = 5.0
     multiple=True,
     required=True,
     metavar="'WHAT=VALUES'",
-    help="A limit: 'jitter of FLOW=5ms..100ms' (every break-point) or '=a,b,c'; an input by its path: 'PATH=a,b,c', 'PATH=a..b step c', "
+    help="A limit: 'jitter of FLOW=5ms..100ms' (every break-point) or '=a,b,c'; an input by its path: 'PATH=a,b,c', "
+    "'PATH=a..b step c', "
     "or a factor 'PATH=*0.5..2 step 0.1'. Several make a grid.",
 )
 @question_options
-@click.option("--minimise", "--minimize", multiple=True, metavar="METRIC", help="Objectives instead of those of the file.")
+@click.option(
+    "--minimise", "--minimize", multiple=True, metavar="METRIC", help="Objectives instead of those of the file."
+)
 @click.option("--maximise", "--maximize", multiple=True, metavar="METRIC", help="The same, to be maximised.")
-@click.option("--seed", type=click.IntRange(0, 2**31 - 1), default=0, show_default=True, help="Of the solver; the result does not depend on it.")
-@click.option("--workers", type=click.IntRange(1, 1024), help="Processes on this machine; its cores unless told otherwise.")
-@click.option("--scheduler", metavar="ADDRESS", help="Solve on a Dask cluster, such as tcp://host:8786 (needs dse[cluster]).")
-@click.option("--store", metavar="PATH", help="Where finished runs are kept; NAME.runs.sqlite in this folder unless told otherwise.")
+@click.option(
+    "--seed",
+    type=click.IntRange(0, 2**31 - 1),
+    default=0,
+    show_default=True,
+    help="Of the solver; the result does not depend on it.",
+)
+@click.option(
+    "--workers", type=click.IntRange(1, 1024), help="Processes on this machine; its cores unless told otherwise."
+)
+@click.option(
+    "--scheduler", metavar="ADDRESS", help="Solve on a Dask cluster, such as tcp://host:8786 (needs dse[cluster])."
+)
+@click.option(
+    "--store",
+    metavar="PATH",
+    help="Where finished runs are kept; NAME.runs.sqlite in this folder unless told otherwise.",
+)
 @click.option("--no-store", is_flag=True, help="Keep nothing; a stopped sweep begins anew.")
 @json_option
-@click.option("--csv", "csv_path", metavar="PATH", help="Also write every alternative of every run as CSV; - for standard output.")
+@click.option(
+    "--csv", "csv_path", metavar="PATH", help="Also write every alternative of every run as CSV; - for standard output."
+)
 @click.option("-q", "--quiet", is_flag=True, help="Print nothing but what --json or --csv ask for.")
 def command(
     file: str,
@@ -63,8 +82,8 @@ def command(
 ) -> int:
     """The front as a function of a limit or an input.
 
-    Every finished run is kept at once: the same command goes on where it was stopped, however it was stopped. Ctrl-C ends the
-    sweep and writes what is done (exit code 5).
+    Every finished run is kept at once: the same command goes on where it was stopped, however it was stopped. Ctrl-C
+    ends the sweep and writes what is done (exit code 5).
     """
     if json_path == "-" and csv_path == "-":
         raise click.UsageError("only one of --json and --csv can go to standard output")
@@ -88,7 +107,9 @@ def command(
 
         print_sweep(console(), result)
         kept = f", kept in {path}" if path is not None else ""
-        console().print(f"{len(result.runs)} runs: {result.solved} solved now, {result.found} from the store{kept}.", markup=False)
+        console().print(
+            f"{len(result.runs)} runs: {result.solved} solved now, {result.found} from the store{kept}.", markup=False
+        )
     if json_path is not None:
         write_text(json_path, result.to_json())
     if csv_path is not None:
@@ -99,7 +120,10 @@ def command(
 
 
 class Estimate:
-    """Progress with the time that is left, on standard error: a bar on a terminal, plain lines now and then elsewhere."""
+    """Progress with the time that is left, on standard error.
+
+    A bar on a terminal, plain lines now and then elsewhere.
+    """
 
     def __init__(self, *, quiet: bool) -> None:
         self.quiet = quiet

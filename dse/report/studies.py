@@ -32,7 +32,11 @@ def print_sweep(console: Console, sweep: SweepResult) -> None:
         else:
             _print_front(console, run, where, change)
     counts = {status: sum(run.status == status for run in sweep.runs) for status in ("invalid", "open", "incomplete")}
-    for status, words in (("invalid", "made no valid problem"), ("open", "not solved"), ("incomplete", "stopped early")):
+    for status, words in (
+        ("invalid", "made no valid problem"),
+        ("open", "not solved"),
+        ("incomplete", "stopped early"),
+    ):
         if counts[status]:
             console.print(f"{counts[status]} of {len(sweep.runs)} runs {words}.", markup=False)
 
@@ -64,19 +68,28 @@ def _print_breaks(console: Console, run: SweepRun, where: str) -> None:
         console.print(_best_by_limit(outcome, known, info), markup=False)
     words = "proved" if outcome["status"] == "complete" else "NOT proved: stopped early"
     count = len(outcome["stretches"])
-    console.print(f"{count - 1} break-points of the front, {words}: nothing changes between them.", style="bold", markup=False)
+    console.print(
+        f"{count - 1} break-points of the front, {words}: nothing changes between them.", style="bold", markup=False
+    )
     console.print(f"Definition: {outcome['definition']}.", markup=False)
 
 
 def _best_by_limit(outcome: Mapping[str, Any], known: Mapping[int, Mapping[str, Any]], info: Mapping[str, str]) -> str:
-    """The best value of one objective as a function of the limit: ``Best price: 900 EUR from 5 ms, 150 EUR from 20 ms``."""
+    """The best value of one objective as a function of the limit: ``Best price.
+
+    900 EUR from 5 ms, 150 EUR from 20 ms``.
+    """
     pick = min if info["sense"] == "minimise" else max
     steps: list[tuple[Fraction, str]] = []
     for stretch in outcome["stretches"]:
         value = pick(Fraction(known[entry["id"]]["metrics"][info["name"]]) for entry in stretch["front"])
         if not steps or steps[-1][0] != value:
             steps.append((value, readable(Fraction(stretch["from"]), outcome["unit"], digits=6)))
-    return f"Best {info['name']}: " + ", ".join(f"{readable(value, info['unit'])} from {place}" for value, place in steps) + "."
+    return (
+        f"Best {info['name']}: "
+        + ", ".join(f"{readable(value, info['unit'])} from {place}" for value, place in steps)
+        + "."
+    )
 
 
 def _merged(stretches: Sequence[Mapping[str, Any]]) -> list[dict[str, Any]]:
@@ -85,7 +98,11 @@ def _merged(stretches: Sequence[Mapping[str, Any]]) -> list[dict[str, Any]]:
     for stretch in stretches:
         size = len(stretch["front"])
         if merged and merged[-1]["best"] == stretch["best"]:
-            merged[-1] |= {"to": stretch["to"], "most": max(merged[-1]["most"], size), "least": min(merged[-1]["least"], size)}
+            merged[-1] |= {
+                "to": stretch["to"],
+                "most": max(merged[-1]["most"], size),
+                "least": min(merged[-1]["least"], size),
+            }
         else:
             merged.append({**stretch, "least": size, "most": size})
     for item in merged:
@@ -105,7 +122,9 @@ def _print_front(console: Console, run: SweepRun, where: str, change: Change | N
     if outcome["status"] == "infeasible":
         console.print("  infeasible, proved", markup=False)
     for item in run.front[:SHOWN_DESIGNS]:
-        figures = ", ".join(f"{name} {value}" for name, value in zip(_headings(outcome), _values(outcome, item), strict=True))
+        figures = ", ".join(
+            f"{name} {value}" for name, value in zip(_headings(outcome), _values(outcome, item), strict=True)
+        )
         console.print(f"  {item['rank']:>3}. {figures}", markup=False)
     more = len(run.front) - SHOWN_DESIGNS
     if more > 0:
@@ -177,16 +196,28 @@ def _print_margins(console: Console, result: SensitivityResult, show_all: bool) 
     ordered = sorted(breaking, key=lambda item: (item.relative is None, item.relative or 0))
     shown = ordered if show_all else ordered[:SHOWN_MARGINS]
     table = _table(console, "Margins: each input alone, the values up to which every requirement holds")
-    for heading, justify in (("input", "left"), ("value", "right"), ("least", "right"), ("greatest", "right"), ("breaks", "left")):
+    for heading, justify in (
+        ("input", "left"),
+        ("value", "right"),
+        ("least", "right"),
+        ("greatest", "right"),
+        ("breaks", "left"),
+    ):
         table.add_column(heading, justify=justify, overflow="fold")  # type: ignore[arg-type]
     for item in shown:
-        ends = [_figure(side.last, item.unit, result.currency) if side is not None else "" for side in (item.below, item.above)]
-        table.add_row(_plain(item.path), _figure(item.nominal, item.unit, result.currency), *ends, _plain(_breaking(item)))
+        ends = [
+            _figure(side.last, item.unit, result.currency) if side is not None else ""
+            for side in (item.below, item.above)
+        ]
+        table.add_row(
+            _plain(item.path), _figure(item.nominal, item.unit, result.currency), *ends, _plain(_breaking(item))
+        )
     console.print(table)
     more = len(ordered) - len(shown)
     free = len(result.margins) - len(breaking)
     console.print(
-        f"{more} further inputs have a margin (--all shows them); {free} reach a requirement but break none within reach.", markup=False
+        f"{more} further inputs have a margin (--all shows them); {free} reach a requirement but break none.",
+        markup=False,
     )
 
 
@@ -202,11 +233,15 @@ def _requirement(side: Break) -> str:
 def _print_scaling(console: Console, result: SensitivityResult) -> None:
     found = result.scaling
     if found.factor is None:
-        console.print(f"All execution times together: no requirement breaks up to {found.most} times as long.", markup=False)
+        console.print(
+            f"All execution times together: no requirement breaks up to {found.most} times as long.", markup=False
+        )
         return
     used = ", ".join(f"{name} {readable(value, 'ppm')}" for name, value in found.utilisations.items())
     sign = "exactly " if found.is_exact and found.factor.denominator < 1000 else ""
-    words = f"All execution times together: {sign}{float(found.factor):.9g} times as long, then breaks {found.requirement}."
+    words = (
+        f"All execution times together: {sign}{float(found.factor):.9g} times as long, then breaks {found.requirement}."
+    )
     console.print(words, style="bold", markup=False)
     if used:
         console.print(f"Breakdown utilisation there: {used} of one core.", markup=False)
@@ -216,7 +251,9 @@ def _print_tornado(console: Console, result: SensitivityResult, metric: str, sho
     bars = result.of_metric(metric)
     shown = bars if show_all else bars[:SHOWN_BARS]
     longest = max(bar.swing for bar in bars) or Fraction(1)
-    table = _table(console, _plain(f"{metric}: {_figure(bars[0].nominal, bars[0].unit, result.currency)} ({result.swing})"))
+    table = _table(
+        console, _plain(f"{metric}: {_figure(bars[0].nominal, bars[0].unit, result.currency)} ({result.swing})")
+    )
     for heading in ("input", "from", "to", ""):
         table.add_column(heading, justify="right" if heading in ("from", "to") else "left", overflow="fold")
     for bar in shown:
@@ -232,7 +269,9 @@ def _print_uncertain(console: Console, found: UncertainResult, show_all: bool) -
     for path, words in found.inputs.items():
         console.print(f"  {path}: {words}", markup=False)
     one = found.design_chance
-    console.print(f"The design meets every requirement in {one.all_met:.2%} of the samples.", style="bold", markup=False)
+    console.print(
+        f"The design meets every requirement in {one.all_met:.2%} of the samples.", style="bold", markup=False
+    )
     for text, share in one.by_requirement.items():
         if share < 1:
             console.print(f"  {text}: {share:.2%}", markup=False)
@@ -280,7 +319,8 @@ def print_robust(console: Console, study: RobustResult) -> None:
         console.print(f"Best {name}: {words}.", markup=False)
     lost = {item.point for item in study.failures}
     console.print(
-        f"Of {len(study.nominal.front)} nominal designs {len(lost)} are not robust; {len(study.kept)} of {len(study.robust.front)} robust "
+        f"Of {len(study.nominal.front)} nominal designs {len(lost)} are not robust; "
+        f"{len(study.kept)} of {len(study.robust.front)} robust "
         f"designs are on the nominal front too.",
         markup=False,
     )
@@ -289,7 +329,9 @@ def print_robust(console: Console, study: RobustResult) -> None:
         reasons[item.requirement] = reasons.get(item.requirement, 0) + 1
     for text, count in sorted(reasons.items(), key=lambda pair: -pair[1]):
         console.print(f"  {count} break {text}", markup=False)
-    console.print("Objectives are those of the nominal figures; the front is proved over the whole ranges.", markup=False)
+    console.print(
+        "Objectives are those of the nominal figures; the front is proved over the whole ranges.", markup=False
+    )
 
 
 def _counted(value: int, unit: str, currency: str) -> str:

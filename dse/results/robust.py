@@ -1,4 +1,7 @@
-"""The front of the designs that hold for all stated values of their inputs, and what that costs against the nominal front."""
+"""The front of the designs that hold for all stated values of their inputs.
+
+And what that costs against the nominal front.
+"""
 
 from __future__ import annotations
 
@@ -13,7 +16,10 @@ from dse.results.result import Point, Result, exact
 
 @dataclass(frozen=True)
 class Failure:
-    """Why a design of the nominal front is not robust: a requirement, and the values of the inputs at which it misses its limit most."""
+    """Why a design of the nominal front is not robust.
+
+    A requirement, and the values of the inputs at which it misses its limit most.
+    """
 
     point: int
     requirement: str
@@ -36,10 +42,12 @@ class Failure:
 
 @dataclass(frozen=True)
 class RobustResult:
-    """`robust` has the designs whose requirements hold for all stated values, proved complete; objectives are those of the nominal figures.
+    """`robust` has the designs whose requirements hold for all stated values, proved complete.
 
-    `nominal` is the front without uncertainties. `inputs` says what was stated; `corners` how many (requirement, values) pairs stand for
-    all values in between.
+    Objectives are those of the nominal figures.
+
+    `nominal` is the front without uncertainties. `inputs` says what was stated; `corners` how many (requirement,
+    values) pairs stand for all values in between.
     """
 
     robust: Result

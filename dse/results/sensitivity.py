@@ -21,7 +21,9 @@ FORMAT = "dse-sensitivity/1"
 
 @dataclass(frozen=True)
 class Break:
-    """Where a requirement breaks in one direction: the last value that holds, the first that breaks, and which requirement.
+    """Where a requirement breaks in one direction.
+
+    The last value that holds, the first that breaks, and which requirement.
 
     `first` is None where the border is no whole number and every value beyond `last` breaks. `last` itself holds.
     """
@@ -34,12 +36,20 @@ class Break:
     def to_dict(self) -> dict[str, Any]:
         """For JSON."""
         first = None if self.first is None else exact(self.first)
-        return {"last": exact(self.last), "first": first, "requirement": self.requirement, "thread": self.thread or None}
+        return {
+            "last": exact(self.last),
+            "first": first,
+            "requirement": self.requirement,
+            "thread": self.thread or None,
+        }
 
 
 @dataclass(frozen=True)
 class Margin:
-    """How far one input may move, alone: `below` and `above` are None where no requirement breaks down to `least`, up to `most`."""
+    """How far one input may move, alone.
+
+    `below` and `above` are None where no requirement breaks down to `least`, up to `most`.
+    """
 
     path: str
     unit: str
@@ -69,10 +79,13 @@ class Margin:
 
 @dataclass(frozen=True)
 class Scaling:
-    """All execution times multiplied by one factor: up to `factor` every requirement holds, beyond it `requirement` breaks.
+    """All execution times multiplied by one factor.
 
-    `factor` is None where no factor up to `most` breaks anything; `is_exact` tells the exact border from one found to 1e-9.
-    `by_requirement` has the factor of each requirement alone, `utilisations` each processor's at that factor (the breakdown utilisation).
+    Up to `factor` every requirement holds, beyond it `requirement` breaks.
+
+    `factor` is None where no factor up to `most` breaks anything; `is_exact` tells the exact border from one found to
+    1e-9. `by_requirement` has the factor of each requirement alone, `utilisations` each processor's at that factor
+    (the breakdown utilisation).
     """
 
     factor: Fraction | None
@@ -88,7 +101,9 @@ class Scaling:
             "factor": None if self.factor is None else exact(self.factor),
             "requirement": self.requirement or None,
             "exact": self.is_exact,
-            "by_requirement": {text: None if item is None else exact(item) for text, item in self.by_requirement.items()},
+            "by_requirement": {
+                text: None if item is None else exact(item) for text, item in self.by_requirement.items()
+            },
             "utilisations_ppm": {name: exact(value) for name, value in self.utilisations.items()},
             "searched_to": exact(self.most),
         }
@@ -143,8 +158,8 @@ class Chance:
 class Indices:
     """What of an output's variation each uncertain input explains.
 
-    Sobol: `first` alone, `total` with its interactions; Morris: `effect`, the mean absolute change over the input's whole range (in `unit`),
-    and `spread`, its standard deviation. `output` is a metric.
+    Sobol: `first` alone, `total` with its interactions; Morris: `effect`, the mean absolute change over the input's
+    whole range (in `unit`), and `spread`, its standard deviation. `output` is a metric.
     """
 
     output: str
@@ -186,8 +201,8 @@ class UncertainResult:
 class SensitivityResult:
     """The sensitivity of one design.
 
-    `broken` are the requirements that the design breaks as it is; margins and scaling then look at the others. `swing` says over what
-    the bars go.
+    `broken` are the requirements that the design breaks as it is; margins and scaling then look at the others.
+    `swing` says over what the bars go.
     """
 
     problem: Mapping[str, Any]
@@ -215,7 +230,10 @@ class SensitivityResult:
         return list(dict.fromkeys(bar.metric for bar in self.bars))
 
     def to_dict(self) -> dict[str, Any]:
-        """The result in the form ``dse-sensitivity/1``; times in ns, rates of use in ppm, as the units beside the figures say."""
+        """The result in the form ``dse-sensitivity/1``.
+
+        Times in ns, rates of use in ppm, as the units beside the figures say.
+        """
         return {
             "format": FORMAT,
             "problem": dict(self.problem),
@@ -244,7 +262,10 @@ class SensitivityResult:
     COLUMNS = ("path", "unit", "nominal", "least that holds", "broken below", "greatest that holds", "broken above")
 
     def to_csv(self) -> str:
-        """The margins as CSV text: exact figures in the unit beside them, fractions as text, empty where nothing breaks."""
+        """The margins as CSV text: exact figures in the unit beside them, fractions as text.
+
+        Empty where nothing breaks.
+        """
         out = io.StringIO()
         writer = csv.writer(out, lineterminator="\n")
         writer.writerow(self.COLUMNS)

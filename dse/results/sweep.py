@@ -53,9 +53,10 @@ class Change:
 class SweepRun:
     """One run: the value of each axis that has values, and what was found there.
 
-    `outcome` is plain data. Its ``kind`` is ``front`` (``front``: alternatives with ``rank``, ``decisions``, ``metrics``), ``breaks``
-    (``stretches`` of limits with the front in each, ``alternatives`` by ``id``) or ``error``; figures are exact in the ``units`` beside
-    them, fractions as text. None when the sweep was stopped before.
+    `outcome` is plain data. Its ``kind`` is ``front`` (``front``: alternatives with ``rank``, ``decisions``,
+    ``metrics``), ``breaks`` (``stretches`` of limits with the front in each, ``alternatives`` by ``id``) or
+    ``error``; figures are exact in the ``units`` beside them, fractions as text. None when the sweep was stopped
+    before.
     """
 
     values: tuple[str, ...]
@@ -88,8 +89,8 @@ class SweepRun:
 class SweepResult:
     """Everything that a sweep found, in the order of the values, the last axis fastest.
 
-    The same problem, changes and seed give the same text, however often the sweep was stopped and wherever its runs were solved;
-    `solved` and `found` (in the store) tell what this sitting did and are no part of it.
+    The same problem, changes and seed give the same text, however often the sweep was stopped and wherever its runs
+    were solved; `solved` and `found` (in the store) tell what this sitting did and are no part of it.
     """
 
     problem: Mapping[str, Any]
@@ -102,7 +103,10 @@ class SweepResult:
 
     @property
     def status(self) -> str:
-        """``complete``, ``invalid`` when some value makes no valid problem, ``incomplete`` when stopped, ``infeasible`` when all are."""
+        """``complete``, ``invalid`` when some value makes no valid problem, ``incomplete`` when stopped.
+
+        ``infeasible`` when all are.
+        """
         statuses = {run.status for run in self.runs}
         for worst in ("invalid", "open", "incomplete"):
             if worst in statuses:
@@ -122,7 +126,10 @@ class SweepResult:
 
     @cached_property
     def changes(self) -> tuple[Change | None, ...]:
-        """For each run what it wins and loses against its neighbour: the value before on the last axis; None for the first."""
+        """For each run what it wins and loses against its neighbour: the value before on the last axis.
+
+        None for the first.
+        """
         last = len(self.grid_axes[-1].values) if self.grid_axes else 1
         found: list[Change | None] = []
         for number, run in enumerate(self.runs):
@@ -155,7 +162,10 @@ class SweepResult:
         return json.dumps(self.to_dict(), ensure_ascii=False, indent=1) + "\n"
 
     def to_csv(self) -> str:
-        """A row for each alternative of each run (and stretch of limits), units in the header; exact figures, fractions as text."""
+        """A row for each alternative of each run (and stretch of limits), units in the header.
+
+        Exact figures, fractions as text.
+        """
         out = io.StringIO()
         writer = csv.writer(out, lineterminator="\n")
         columns = self.columns
@@ -168,8 +178,9 @@ class SweepResult:
     def frame(self) -> pandas.DataFrame:
         """The rows of `to_csv` as a frame.
 
-        Columns: each axis with values (text); ``from`` and ``to`` where a limit has break-points (exact, in the limit's unit); ``status``,
-        ``rank``; each metric (integer, or a fraction as text, in its base unit); each decision (text, missing where inactive).
+        Columns: each axis with values (text); ``from`` and ``to`` where a limit has break-points (exact, in the
+        limit's unit); ``status``, ``rank``; each metric (integer, or a fraction as text, in its base unit); each
+        decision (text, missing where inactive).
         """
         import pandas
 

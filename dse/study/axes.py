@@ -1,4 +1,7 @@
-"""What ``--vary`` says: ``PATH=1ms,2ms``, ``PATH=*0.5..2 step 0.1``, ``METRIC of NAME=5ms..100ms``, with or without a step."""
+"""What ``--vary`` says: ``PATH=1ms,2ms``, ``PATH=*0.5..2 step 0.1``, ``METRIC of NAME=5ms..100ms``.
+
+With or without a step.
+"""
 
 from __future__ import annotations
 
@@ -105,7 +108,9 @@ def _split(text: str) -> tuple[str, Any, str]:
         left, found, right = text.partition(sign)
         if found and "=" not in left:
             return left.strip(), sign, right.strip()
-    raise UsageError(f'--vary {text!r}: expected PATH=VALUES or METRIC of NAME=VALUES, such as "price=100 EUR..900 EUR"')
+    raise UsageError(
+        f'--vary {text!r}: expected PATH=VALUES or METRIC of NAME=VALUES, such as "price=100 EUR..900 EUR"'
+    )
 
 
 def _names_metric(space: Space, name: str) -> bool:
@@ -169,11 +174,15 @@ def _input_axis(inputs: Inputs, path: str, values: str) -> InputAxis:
     if ".." in values and not _step(values)[1]:
         _ends(values)
         raise UsageError(
-            "an input needs values to solve for: give a step (a..b step c) or a list (a,b,c); only a limit has exact break-points"
+            "an input needs values to solve for: give a step (a..b step c) or a list (a,b,c); "
+            "only a limit has exact break-points"
         )
     texts = _grid(values, None)
     quantities = [read_value(text, kind, path) for text in texts]
-    written = [text if kind in (COUNT, TOTAL) else quantity_text(item, kind) for text, item in zip(texts, quantities, strict=True)]
+    written = [
+        text if kind in (COUNT, TOTAL) else quantity_text(item, kind)
+        for text, item in zip(texts, quantities, strict=True)
+    ]
     inputs.set(copied(inputs.data), path, written[0])
     return InputAxis(path, tuple(texts), texts=tuple(written))
 

@@ -1,9 +1,10 @@
 """The worst place of a requirement over a box of inputs, proved for one design.
 
-Where every partial derivative keeps its sign over the box (shown by interval arithmetic in exact fractions), the worst place is a corner
-that the signs name. Where one does not, the figure must be at most linear in that input: then the worst is at a corner too, and both ends are
-tried. A comparison that a formula makes (the smaller of two rates) may be decided one way in part of the box and the other way elsewhere: the
-figure is continuous there, so that signs which agree in every part hold for the whole.
+Where every partial derivative keeps its sign over the box (shown by interval arithmetic in exact fractions), the
+worst place is a corner that the signs name. Where one does not, the figure must be at most linear in that input: then
+the worst is at a corner too, and both ends are tried. A comparison that a formula makes (the smaller of two rates)
+may be decided one way in part of the box and the other way elsewhere: the figure is continuous there, so that signs
+which agree in every part hold for the whole.
 """
 
 from __future__ import annotations
@@ -79,7 +80,8 @@ class Box:
         for chosen in product((0, 1), repeat=len(free)):
             picked = dict(zip(free, chosen, strict=True))
             corner = tuple(
-                picked[number] if direction is None else int(direction * sign > 0) for number, direction in enumerate(directions)
+                picked[number] if direction is None else int(direction * sign > 0)
+                for number, direction in enumerate(directions)
             )
             value, limit = self._sides(function, bound, corner)
             found.append((sign * (limit - value), corner, value, limit))
@@ -94,7 +96,10 @@ class Box:
         return outputs[bound.value], outputs[bound.limit]
 
     def _directions(self, parts: Sequence[_Part], bound: Bound, text: str) -> list[int | None]:
-        """For each input 1 where value - limit rises with it, -1 where it falls, 0 where it does neither, None where both ends matter."""
+        """For each input 1 where value - limit rises with it, -1 where it falls, 0 where it does neither.
+
+        None where both ends matter.
+        """
         found: list[int | None] = []
         for number, item in enumerate(self.uncertain):
             signs = {part.direction(number, bound) for part in parts}
@@ -123,7 +128,10 @@ class Box:
         undecided = _undecided(program, ranges)
         if not undecided:
             return [program]
-        if any(operation == "==" and outcome and not _is_zero_test(program, number) for number, operation, outcome in undecided):
+        if any(
+            operation == "==" and outcome and not _is_zero_test(program, number)
+            for number, operation, outcome in undecided
+        ):
             raise NotProvedError("a figure moves in steps within the stated ranges, of which nothing can be proved")
         if len(self.uncertain) > MOST_FREE:
             raise NotProvedError(f"too many uncertain inputs ({len(self.uncertain)}) around a comparison")
@@ -138,7 +146,8 @@ class _Part:
     def __init__(self, program: Program, ranges: Sequence[Interval], uncertain: Sequence[Uncertain]) -> None:
         self.program = program
         self.seeds = [
-            {variable.index: (variable.nominal if item.is_factor else Fraction(1)) for variable in item.variables} for item in uncertain
+            {variable.index: (variable.nominal if item.is_factor else Fraction(1)) for variable in item.variables}
+            for item in uncertain
         ]
         values = _intervals(program, ranges)
         self.slopes = [_slopes(program, values, seeds) for seeds in self.seeds]
@@ -221,7 +230,9 @@ def _slopes(program: Program, values: Sequence[Interval], seeds: dict[int, Fract
             if operation == "*":
                 slopes.append(_combined("+", first, second))
             else:
-                slopes.append(_combined("/", _combined("-", first, second), _combined("*", values[right], values[right])))
+                slopes.append(
+                    _combined("/", _combined("-", first, second), _combined("*", values[right], values[right]))
+                )
     return slopes
 
 

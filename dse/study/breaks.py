@@ -1,10 +1,11 @@
 """Break-points of a limit: the exact values at which the front of the remaining objectives changes, proved.
 
-Let m be the varied metric, R the objectives other than m, and F the front of (R, m) under the loosest limit of the interval. A design
-that is non-dominated in R under a limit L on m has the vector of some point of F that meets L: whatever dominates it in (R, m) meets L too.
-So the front of R under every L follows from F alone, and changes only at values of m on F. Where the limit is a share of what the
-chosen type has (utilisation, load in per cent), the smallest share that the front needs is found, and the next front is that under a
-strictly smaller share: again every value between two break-points is proved to have the same front.
+Let m be the varied metric, R the objectives other than m, and F the front of (R, m) under the loosest limit of the
+interval. A design that is non-dominated in R under a limit L on m has the vector of some point of F that meets L:
+whatever dominates it in (R, m) meets L too. So the front of R under every L follows from F alone, and changes only at
+values of m on F. Where the limit is a share of what the chosen type has (utilisation, load in per cent), the smallest
+share that the front needs is found, and the next front is that under a strictly smaller share: again every value
+between two break-points is proved to have the same front.
 """
 
 from __future__ import annotations
@@ -13,7 +14,7 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 from fractions import Fraction
 from math import lcm
-from typing import Any, TypeAlias
+from typing import Any, Literal, TypeAlias
 
 from dse.analysis.evaluate import Evaluator
 from dse.analysis.limits import MANY_CASES, build_limit, thread_loads
@@ -27,7 +28,8 @@ from dse.study.fronts import Figures, check_objectives, minimised, non_dominated
 from dse.units import DIMENSIONLESS, Quantity
 
 DEFINITION = (
-    "the best choice under a limit is the first of the front of the remaining objectives (those other than the limited metric), "
+    "the best choice under a limit is the first of the front of the remaining objectives "
+    "(those other than the limited metric), "
     "ranked by distance to their ideal point; between two break-points that front does not change"
 )
 Row: TypeAlias = tuple[tuple[int, ...], Design]
@@ -35,7 +37,10 @@ Row: TypeAlias = tuple[tuple[int, ...], Design]
 
 @dataclass(frozen=True)
 class Stretch:
-    """From `value` (in the limit's unit) up to the next stretch towards looser limits, the front of the rest is `rows`."""
+    """From `value` (in the limit's unit) up to the next stretch towards looser limits.
+
+    The front of the rest is `rows`.
+    """
 
     value: Fraction
     rows: tuple[Row, ...]
@@ -168,7 +173,8 @@ class _Question:
 
     def stretches(self) -> tuple[list[Stretch], bool]:
         """The stretches from the tightest limit to the loosest, and whether they are proved."""
-        found, proved = [], True
+        found: list[Stretch] = []
+        proved = True
         steps = self._by_shares() if self.is_share and self.share is None else self._by_values()
         for stretch in steps:
             if stretch is None:
@@ -196,7 +202,7 @@ class _Question:
         return [(vector[: len(own)], design) for vector, design in search.points.items()]
 
     def _objective(self) -> Objective:
-        sense = "minimise" if self.sign > 0 else "maximise"
+        sense: Literal["minimise", "maximise"] = "minimise" if self.sign > 0 else "maximise"
         return Objective(f"{sense} {self.axis.metric.name}", sense, self.axis.metric)
 
     def _by_values(self) -> Iterator[Stretch | None]:

@@ -70,7 +70,9 @@ def _outcomes(client: Client, task: Task, payloads: Sequence[str]) -> Generator[
                 raise ClusterError("the scheduler is gone; run the same command again to go on")
             error = future.exception()
             if isinstance(error, distributed.KilledWorker):
-                raise ClusterError(f"run {numbers[future.key] + 1} has cost several workers: {_brief(error)}") from error
+                raise ClusterError(
+                    f"run {numbers[future.key] + 1} has cost several workers: {_brief(error)}"
+                ) from error
             yield numbers[future.key], future.result()
             future.release()
     except (OSError, distributed.client.FutureCancelledError) as error:

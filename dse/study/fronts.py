@@ -54,7 +54,9 @@ def check_objectives(space: Space) -> None:
         when the problem states no objectives.
     """
     if not space.objectives:
-        raise UsageError('nothing to minimise: state `objectives` in the problem file, or give --minimise "price" or the like')
+        raise UsageError(
+            'nothing to minimise: state `objectives` in the problem file, or give --minimise "price" or the like'
+        )
 
 
 def senses(space: Space) -> list[str]:
@@ -96,7 +98,9 @@ def minimised(vector: Sequence[Any], directions: Sequence[str]) -> tuple[Any, ..
 
 
 def non_dominated(points: Mapping[Any, tuple[Any, ...]]) -> list[Any]:
-    """The keys of the vectors (to be minimised) that no other dominates; of equal vectors the first, in the given order.
+    """The keys of the vectors (to be minimised) that no other dominates.
+
+    Of equal vectors the first, in the given order.
 
     >>> non_dominated({"a": (1, 2), "b": (2, 1), "c": (2, 2), "d": (1, 2)})
     ['a', 'b']

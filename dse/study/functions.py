@@ -1,8 +1,8 @@
 """A design's metrics and requirements as functions of the inputs of its problem file.
 
-The problem is read once with traced figures (`dse.study.trace`); the analysis' formulas then give every metric and limit of one design
-as an expression. The expressions are held to the analysis itself at random inputs when they are made; where they do not apply (a
-comparison would be decided otherwise) the formulas are run again for those inputs.
+The problem is read once with traced figures (`dse.study.trace`); the analysis' formulas then give every metric and
+limit of one design as an expression. The expressions are held to the analysis itself at random inputs when they are
+made; where they do not apply (a comparison would be decided otherwise) the formulas are run again for those inputs.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ from dse.space.types import Design, Space
 from dse.spec.model import Spec, TransmissionTime
 from dse.study.quantities import BASE, COUNT, FIELDS, PARTS, TOTAL
 from dse.study.trace import Node, Program, Traced, watching
-from dse.units import PERIOD, PRICE, RATE, RATE_OF_DATA, TIME_RANGE, Kind, Money, TimeRange, Total
+from dse.units import PERIOD, RATE, RATE_OF_DATA, TIME_RANGE, Kind, Money, TimeRange, Total
 
 CHECKS = 3
 """At how many random inputs a function is held to the analysis."""
@@ -34,7 +34,10 @@ Values = Sequence[Fraction]
 
 @dataclass(frozen=True)
 class Variable:
-    """An input: its path, kind, nominal value and unit; `end` is ``min`` or ``max`` of a time range with different ends."""
+    """An input: its path, kind, nominal value and unit.
+
+    `end` is ``min`` or ``max`` of a time range with different ends.
+    """
 
     index: int
     path: str
@@ -79,19 +82,24 @@ class _Tracer:
             if name in stated and getattr(model, name) is not None:
                 update[name] = self._field(f"{path}.{name}", getattr(model, name), kind)
         if "totals" in stated and model.totals:
-            update["totals"] = {key: self._field(f"{path}.totals.{key}", item, TOTAL) for key, item in model.totals.items()}
+            update["totals"] = {
+                key: self._field(f"{path}.totals.{key}", item, TOTAL) for key, item in model.totals.items()
+            }
         times = getattr(model, "transmission_time", None)
         if isinstance(times, TransmissionTime):
             update["transmission_time"] = self._transmission(f"{path}.transmission_time", times)
         elif times is not None:
             update["transmission_time"] = {
-                machine: self._transmission(f"{path}.transmission_time.{machine}", item) for machine, item in times.items()
+                machine: self._transmission(f"{path}.transmission_time.{machine}", item)
+                for machine, item in times.items()
             }
         return model.model_copy(update=update)
 
     def _transmission(self, path: str, times: TransmissionTime) -> TransmissionTime:
         update = {
-            part: self._field(f"{path}.{part}", getattr(times, part), TIME_RANGE) for part in PARTS if part in times.model_fields_set
+            part: self._field(f"{path}.{part}", getattr(times, part), TIME_RANGE)
+            for part in PARTS
+            if part in times.model_fields_set
         }
         return times.model_copy(update=update)
 
@@ -99,7 +107,9 @@ class _Tracer:
         if isinstance(given, dict):
             return {machine: self._field(f"{path}.{machine}", item, kind) for machine, item in given.items()}
         several = len(given) > 1
-        return tuple(self._value(f"{path}[{number}]" if several else path, item, kind) for number, item in enumerate(given))
+        return tuple(
+            self._value(f"{path}[{number}]" if several else path, item, kind) for number, item in enumerate(given)
+        )
 
     def _value(self, path: str, given: Any, kind: Kind) -> Any:
         if isinstance(given, Money):
@@ -110,7 +120,10 @@ class _Tracer:
             if given.min_ns == given.max_ns:
                 both: Any = self._traced(path, given.min_ns, kind, "ns")
                 return TimeRange(both, both)
-            ends = (self._traced(f"{path}.{end}", value, kind, "ns", end) for end, value in zip(("min", "max"), given, strict=True))
+            ends = (
+                self._traced(f"{path}.{end}", value, kind, "ns", end)
+                for end, value in zip(("min", "max"), given, strict=True)
+            )
             return TimeRange(*ends)  # type: ignore[arg-type]
         unit = "mW" if kind.noun == "a power" else BASE.get(kind, "")
         return self._traced(path, given, kind, unit)
@@ -130,7 +143,9 @@ class InputSpace:
         self.problem = changed(problem, changes)
         self.traced = changed(Problem(loaded, build_space(loaded)), changes).space
         self.variables = tuple(tracer.variables)
-        assert [item.options for item in self.traced.decisions] == [item.options for item in self.problem.space.decisions]
+        assert [item.options for item in self.traced.decisions] == [
+            item.options for item in self.problem.space.decisions
+        ]
 
     @cached_property
     def nominal(self) -> tuple[Fraction, ...]:
@@ -147,7 +162,10 @@ class InputSpace:
                 return Traced(value, number.node)
             return int(value) if value.denominator == 1 else value
 
-        parts = {name: _substituted(getattr(self.traced, name), replaced, {}) for name in ("processors", "buses", "components", "connections")}
+        parts = {
+            name: _substituted(getattr(self.traced, name), replaced, {})
+            for name in ("processors", "buses", "components", "connections")
+        }
         return replace(self.traced, **parts)
 
     def matching(self, path: str) -> list[Variable]:
@@ -185,7 +203,10 @@ def _substituted(part: Any, replaced: Any, seen: dict[int, Any]) -> Any:
 
 @dataclass(frozen=True)
 class Bound:
-    """One comparison that a requirement makes: numbers of two outputs; `thread` names the one that it is about, if it is one."""
+    """One comparison that a requirement makes: numbers of two outputs.
+
+    `thread` names the one that it is about, if it is one.
+    """
 
     requirement: int
     value: int
@@ -282,7 +303,9 @@ class DesignFunction:
         steps = program.run(inputs)
         varying = frozenset(columns)
         found = [
-            numpy.broadcast_to(steps[number], (size,)).copy() if program.variables(number) & varying else nominal[number]
+            numpy.broadcast_to(steps[number], (size,)).copy()
+            if program.variables(number) & varying
+            else nominal[number]
             for number in program.outputs
         ]
         good = numpy.broadcast_to(program.holds(steps), (size,))

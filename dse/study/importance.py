@@ -28,7 +28,10 @@ def random_shares(count: int, samples: int, seed: int) -> Any:
 
 
 def chance(function: DesignFunction, uncertain: Sequence[Uncertain], shares: Any) -> Chance:
-    """How often the design meets its requirements for the given samples (the same for every design, so that they compare)."""
+    """How often the design meets its requirements for the given samples (the same for every design.
+
+    So that they compare).
+    """
     size = shares.shape[1]
     outputs = function.sampled(columns_of(uncertain, shares), size)
     held: dict[int, Any] = {}
@@ -58,14 +61,21 @@ def _holds(operator: str, value: Any, limit: Any) -> Any:
     return compare(value, limit + slack if operator[0] == "<" else limit - slack)
 
 
-def indices(function: DesignFunction, uncertain: Sequence[Uncertain], metrics: Sequence[str], seed: int) -> tuple[Indices, ...]:
-    """Sobol indices (Saltelli 2010, by scipy) and Morris' elementary effects (radial, Campolongo 2011) of each metric that varies."""
+def indices(
+    function: DesignFunction, uncertain: Sequence[Uncertain], metrics: Sequence[str], seed: int
+) -> tuple[Indices, ...]:
+    """Sobol indices (Saltelli 2010, by scipy) and Morris' elementary effects (radial.
+
+    Campolongo 2011) of each metric that varies.
+    """
     names = [name for name in metrics if name in function.outputs.names]
     numbers = [function.outputs.names.index(name) for name in names]
 
     def outputs(values: Any) -> Any:
         found = function.sampled(ordered_columns(uncertain, list(values)), values.shape[1])
-        return numpy.array([numpy.broadcast_to(numpy.asarray(found[number], dtype=float), values.shape[1]) for number in numbers])
+        return numpy.array(
+            [numpy.broadcast_to(numpy.asarray(found[number], dtype=float), values.shape[1]) for number in numbers]
+        )
 
     effects, spreads = _morris(outputs, uncertain, seed)
     nominal = function.exact(function.inputs.nominal)
@@ -93,7 +103,11 @@ def _by_path(paths: Sequence[str], values: Any) -> dict[str, float]:
 
 
 def _sobol(
-    outputs: Callable[[Any], Any], uncertain: Sequence[Uncertain], varying: Sequence[int], sizes: Sequence[float], seed: int
+    outputs: Callable[[Any], Any],
+    uncertain: Sequence[Uncertain],
+    varying: Sequence[int],
+    sizes: Sequence[float],
+    seed: int,
 ) -> tuple[Any, Any]:
     """First-order and total indices: a row for each varying output (of size `sizes`), a column for each input."""
     from scipy.stats import sobol_indices
@@ -109,7 +123,10 @@ def _sobol(
 
 
 def _morris(outputs: Callable[[Any], Any], uncertain: Sequence[Uncertain], seed: int) -> tuple[Any, Any]:
-    """Mean absolute elementary effect and its standard deviation, per whole range: a row for each output, a column for each input."""
+    """Mean absolute elementary effect and its standard deviation, per whole range.
+
+    A row for each output, a column for each input.
+    """
     from scipy.stats import qmc
 
     count = len(uncertain)

@@ -1,4 +1,7 @@
-"""Margins of a design: how far each input may move, alone, before a requirement breaks; all execution times together; tornado bars."""
+"""Margins of a design: how far each input may move, alone, before a requirement breaks.
+
+All execution times together; tornado bars.
+"""
 
 from __future__ import annotations
 
@@ -177,7 +180,9 @@ def scaling(function: DesignFunction) -> Scaling:
     exact_ones: dict[str, bool] = {}
     for number in dict.fromkeys(bound.requirement for bound in held):
         bounds = tuple(bound for bound in held if bound.requirement == number)
-        found = _first_break(_Way(outputs, bounds, function.outputs.operators), Fraction(1), Fraction(FARTHEST), False, function)
+        found = _first_break(
+            _Way(outputs, bounds, function.outputs.operators), Fraction(1), Fraction(FARTHEST), False, function
+        )
         text = function.outputs.texts[number]
         alone[text] = None if found is None else found.last
         exact_ones[text] = found is not None and found.first is None
@@ -186,7 +191,9 @@ def scaling(function: DesignFunction) -> Scaling:
     at = outputs(limits[first]) if first else outputs(Fraction(1))
     names = function.outputs.names
     used = {
-        name.removeprefix("utilisation of "): at[number] for number, name in enumerate(names) if name.startswith("utilisation of ")
+        name.removeprefix("utilisation of "): at[number]
+        for number, name in enumerate(names)
+        if name.startswith("utilisation of ")
     }
     return Scaling(limits.get(first), first, exact_ones.get(first, True), alone, used, Fraction(FARTHEST))
 

@@ -1,8 +1,8 @@
 """The quantities of a problem file by their paths: found, read, set, scaled, as text.
 
 A path is what leads to a value in the file, joined by dots: ``threads.nav.compute_execution_time``,
-``bus_types.ros_ipc.transmission_time.RT101.fixed``; ``[2]`` picks one of several alternatives, counted from 0, ``.min`` and
-``.max`` an end of a time range.
+``bus_types.ros_ipc.transmission_time.RT101.fixed``; ``[2]`` picks one of several alternatives, counted from 0,
+``.min`` and ``.max`` an end of a time range.
 """
 
 from __future__ import annotations
@@ -148,7 +148,7 @@ class Inputs:
             return ' (a limit is varied by its metric, such as "jitter of my_flow=5ms..100ms")'
         for alias, targets in self.aliases.items():
             if path.startswith(f"{alias}."):
-                return f" (it comes from the type: {' or '.join(target + path[len(alias):] for target in targets)})"
+                return f" (it comes from the type: {' or '.join(target + path[len(alias) :] for target in targets)})"
         names = list(self.groups)
         close = get_close_matches(path, names, 1, 0.0)
         return f' (did you mean "{close[0]}"?)' if close else ""
@@ -164,7 +164,9 @@ class Inputs:
         items = self.at(path)
         if len(items) > 1:
             names = ", ".join(item.path for item in items[:6]) + (", …" if len(items) > 6 else "")
-            raise UsageError(f"{path} holds {len(items)} values: say which ({names}), or scale all of them (*0.5, 1, 2)")
+            raise UsageError(
+                f"{path} holds {len(items)} values: say which ({names}), or scale all of them (*0.5, 1, 2)"
+            )
         self._write(data, items[0], text)
 
     def scale(self, data: dict[str, Any], path: str, factor: Fraction) -> None:
@@ -204,7 +206,9 @@ def _fields(data: Mapping[str, Any]) -> Iterator[tuple[str, Place, Kind, Any]]:
                 yield f"{section}.{name}.totals.{key}", (section, name, "totals", key), TOTAL, value
             times = entry.get("transmission_time")
             if isinstance(times, dict):
-                yield from _transmission(f"{section}.{name}.transmission_time", (section, name, "transmission_time"), times)
+                yield from _transmission(
+                    f"{section}.{name}.transmission_time", (section, name, "transmission_time"), times
+                )
 
 
 def _transmission(path: str, place: Place, times: Mapping[str, Any]) -> Iterator[tuple[str, Place, Kind, Any]]:

@@ -1,8 +1,9 @@
 """`dse solve --robust`: the front of the designs whose requirements hold for all stated values of their inputs.
 
-Requirements are first demanded at the nominal figures and at corners of the box of stated values; then each design that is found is checked
-over the whole box (`dse.study.boxes`). A design that fails names a corner, which is demanded too, and the search is made again. A robust
-design meets every corner, so that none is ever lost; in the end every design found is proved robust: that front is the robust front.
+Requirements are first demanded at the nominal figures and at corners of the box of stated values; then each design
+that is found is checked over the whole box (`dse.study.boxes`). A design that fails names a corner, which is demanded
+too, and the search is made again. A robust design meets every corner, so that none is ever lost; in the end every
+design found is proved robust: that front is the robust front.
 """
 
 from __future__ import annotations
@@ -38,22 +39,23 @@ def solve_robust(problem: Problem, changes: Changes, budget: Budget, watcher: Wa
     ProblemError
         when a stated uncertainty is wrong.
     UsageError
-        when nothing is stated, an input has no bounds, or nothing can be proved of a requirement over the stated ranges.
+        when nothing is stated, an input has no bounds, or nothing can be proved of a requirement over the stated
+        ranges.
     """
     inputs = InputSpace(problem, changes)
     check_objectives(inputs.problem.space)
     uncertain = read_uncertainties(problem, inputs)
     if not uncertain:
-        raise UsageError("the problem states no uncertainty: name what may vary under `uncertainty` (docs/problem-file.md)")
+        raise UsageError(
+            "the problem states no uncertainty: name what may vary under `uncertainty` (docs/problem-file.md)"
+        )
     study = _Study(inputs, Box(uncertain), budget, watcher or Watcher())
     nominal = study.search(())
     result = result_of(inputs.problem, study.evaluator(()), nominal, budget)
     demands: dict[Demand, None] = {}
     for design in nominal.points.values():
         demands |= dict.fromkeys(study.demands(design))
-    failures = tuple(
-        failure for point in result.front for failure in study.failures(point.id, point.design)
-    )
+    failures = tuple(failure for point in result.front for failure in study.failures(point.id, point.design))
     while True:
         search = study.search(tuple(demands))
         found = [demand for design in search.points.values() for demand in study.broken(design)]
@@ -77,7 +79,9 @@ class _Study:
 
     def __post_init__(self) -> None:
         self.worsts: dict[Design, list[tuple[Bound, Worst]]] = {}
-        self.same_rates = not any(_moves_rates(self.space, variable) for item in self.box.uncertain for variable in item.variables)
+        self.same_rates = not any(
+            _moves_rates(self.space, variable) for item in self.box.uncertain for variable in item.variables
+        )
 
     @property
     def space(self) -> Space:
@@ -94,7 +98,9 @@ class _Study:
         limit = build_limit(self.inputs.at(values), self.space.requirements[number])
         key = ("corner", corner)
         terms = tuple(_elsewhere(term, key, same_rates=self.same_rates) for term in limit.measure.terms)
-        return replace(limit, measure=replace(limit.measure, terms=terms), bound=lambda view: limit.bound(_own(view, key)))
+        return replace(
+            limit, measure=replace(limit.measure, terms=terms), bound=lambda view: limit.bound(_own(view, key))
+        )
 
     def search(self, demands: tuple[Demand, ...]) -> FrontSearch:
         """The front of the designs that meet the demands."""
@@ -127,10 +133,13 @@ class _Study:
             requirement = requirements[bound.requirement]
             if HOLDS[requirement.operator](worst.value, worst.limit):
                 continue
-            if bound.requirement in found and _miss(found[bound.requirement]) >= abs(worst.value - worst.limit) / (abs(worst.limit) or 1):
+            if bound.requirement in found and _miss(found[bound.requirement]) >= abs(worst.value - worst.limit) / (
+                abs(worst.limit) or 1
+            ):
                 continue
             ends = {
-                item.path: self.box.ends[number][worst.corner[number]] * (item.variables[0].nominal if _is_single_factor(item) else 1)
+                item.path: self.box.ends[number][worst.corner[number]]
+                * (item.variables[0].nominal if _is_single_factor(item) else 1)
                 for number, item in enumerate(self.box.uncertain)
             }
             unit = self.evaluator(()).limits[bound.requirement].measure.unit
@@ -159,7 +168,10 @@ def _own(view: View, key: object) -> View:
 def _moves_rates(space: Space, variable: Variable) -> bool:
     """Whether an input has a part in how often something runs or is sent (semantics, section 2)."""
     if variable.kind is SIZE:
-        return any(item.data_rate is not None and variable.path.startswith(f"connections.{item.name}.") for item in space.connections)
+        return any(
+            item.data_rate is not None and variable.path.startswith(f"connections.{item.name}.")
+            for item in space.connections
+        )
     return variable.kind in (PERIOD, RATE, RATE_OF_DATA)
 
 

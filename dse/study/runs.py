@@ -36,7 +36,11 @@ class Run:
 
 
 def make_payload(
-    data: Mapping[str, Any], changes: Changes, limits: Sequence[tuple[str, str]], exact: tuple[str, str] | None, seed: int
+    data: Mapping[str, Any],
+    changes: Changes,
+    limits: Sequence[tuple[str, str]],
+    exact: tuple[str, str] | None,
+    seed: int,
 ) -> str:
     """A run as text: effective problem, changes, limits and an interval of a limit as (metric, ``OP VALUES``)."""
     content = {
@@ -58,8 +62,8 @@ def _plain(value: Any) -> Any:
 def solve_payload(payload: str, semantics: str) -> str:
     """The outcome of a run, as text; the same payload gives the same text, wherever it is solved.
 
-    An effective problem that is not valid is an outcome too (``status`` ``invalid``). `semantics` is the version that the caller
-    expects: a machine with another one says so rather than answer.
+    An effective problem that is not valid is an outcome too (``status`` ``invalid``). `semantics` is the version that
+    the caller expects: a machine with another one says so rather than answer.
     """
     if semantics != semantics_version():
         return _text({"kind": "error", "status": OTHER_VERSION, "message": f"this machine has {semantics_version()}"})
@@ -73,7 +77,9 @@ def solve_payload(payload: str, semantics: str) -> str:
             return _text(break_points(space, axis, content["seed"]))
         return _text(front_outcome(space, content["seed"]))
     except ProblemError as error:
-        messages = [f"{item.path}: {item.message}" + (f" ({item.hint})" if item.hint else "") for item in error.diagnostics]
+        messages = [
+            f"{item.path}: {item.message}" + (f" ({item.hint})" if item.hint else "") for item in error.diagnostics
+        ]
         return _text({"kind": "error", "status": "invalid", "message": "; ".join(messages)})
     except DseError as error:
         return _text({"kind": "error", "status": "invalid", "message": str(error)})

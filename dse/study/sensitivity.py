@@ -8,7 +8,7 @@ from fractions import Fraction
 from pathlib import Path
 
 from dse.analysis.evaluate import Evaluator
-from dse.api.problem import Changes, Problem, changed, complete_design, load, read_choices
+from dse.api.problem import Changes, Problem, complete_design, load, read_choices
 from dse.errors import UsageError
 from dse.results.result import decisions_of
 from dse.results.sensitivity import SensitivityResult, UncertainResult
@@ -25,7 +25,10 @@ SWING = Fraction(1, 10)
 
 @dataclass(frozen=True)
 class Settings:
-    """How far bars go where nothing is stated, and how uncertain inputs are sampled; `front` asks for the chance of each alternative."""
+    """How far bars go where nothing is stated, and how uncertain inputs are sampled.
+
+    `front` asks for the chance of each alternative.
+    """
 
     swing: Fraction = SWING
     samples: int = SAMPLES
@@ -68,13 +71,21 @@ def sensitivity(
         when a decision does not exist, or the design is none.
     """
     loaded = problem if isinstance(problem, Problem) else load(problem)
-    texts = [f"'{name}' = {option}" for name, option in design.items()] if isinstance(design, Mapping) else list(design or ())
+    texts = (
+        [f"'{name}' = {option}" for name, option in design.items()]
+        if isinstance(design, Mapping)
+        else list(design or ())
+    )
     settings = Settings(Fraction(swing).limit_denominator(10**9), samples, seed, front)
     return sensitivity_of(loaded, texts, changes or Changes(), settings)
 
 
 def sensitivity_of(
-    problem: Problem, texts: Sequence[str], changes: Changes, settings: Settings, say: Callable[[str], None] | None = None
+    problem: Problem,
+    texts: Sequence[str],
+    changes: Changes,
+    settings: Settings,
+    say: Callable[[str], None] | None = None,
 ) -> SensitivityResult:
     """`sensitivity` with its settings in one; `say` is told what is under way."""
     if settings.samples < 1:
@@ -120,12 +131,16 @@ def chosen_design(space: Space, texts: Sequence[str]) -> Design:
 
 def watched_metrics(space: Space) -> list[str]:
     """The metrics that are asked about: objectives, then requirements."""
-    names = [item.metric.name for item in (*space.objectives, *space.requirements)]
+    names = [item.metric.name for item in space.objectives] + [item.metric.name for item in space.requirements]
     return list(dict.fromkeys(names))
 
 
 def _uncertain(
-    inputs: InputSpace, function: DesignFunction, uncertain: Sequence[Uncertain], settings: Settings, tell: Callable[[str], None]
+    inputs: InputSpace,
+    function: DesignFunction,
+    uncertain: Sequence[Uncertain],
+    settings: Settings,
+    tell: Callable[[str], None],
 ) -> UncertainResult:
     shares = random_shares(len(uncertain), settings.samples, settings.seed)
     space = inputs.problem.space

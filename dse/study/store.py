@@ -1,7 +1,8 @@
 """Every finished run, kept at once in one SQLite file: write-ahead log, one writer, nothing lost by a kill.
 
-A run is found again by the content of its effective problem and the version of the semantics, and only so: whatever changes the
-answer changes the key. Each entry carries a digest of itself, and a file that is damaged or belongs to something else is refused.
+A run is found again by the content of its effective problem and the version of the semantics, and only so: whatever
+changes the answer changes the key. Each entry carries a digest of itself, and a file that is damaged or belongs to
+something else is refused.
 """
 
 from __future__ import annotations
@@ -68,7 +69,9 @@ class Store:
     def __enter__(self) -> Store:
         return self
 
-    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None) -> None:
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
         self.close()
 
     def close(self) -> None:

@@ -23,7 +23,10 @@ from dse.study.workers import Task, check_workers, run_all
 
 @dataclass(frozen=True)
 class SweepProgress:
-    """Where a sweep stands: runs in all, finished (of which `found` in the store), seconds, and those still expected."""
+    """Where a sweep stands: runs in all, finished (of which `found` in the store), seconds.
+
+    And those still expected.
+    """
 
     total: int
     done: int
@@ -64,14 +67,16 @@ def sweep(
     problem
         a loaded problem, or the path of a problem file.
     vary
-        what varies: ``"PATH=1ms,2ms"``, ``"PATH=1ms..5ms step 1ms"``, ``"PATH=*0.5..2 step 0.1"`` (a factor) for an input;
-        ``"METRIC of NAME=a,b,c"`` for a limit, and ``"METRIC of NAME=5ms..100ms"`` for every break-point in an interval (one such at most).
+        what varies: ``"PATH=1ms,2ms"``, ``"PATH=1ms..5ms step 1ms"``, ``"PATH=*0.5..2 step 0.1"`` (a factor) for an
+        input; ``"METRIC of NAME=a,b,c"`` for a limit, and ``"METRIC of NAME=5ms..100ms"`` for every break-point in an
+        interval (one such at most).
     changes
         further changes to the question, as for `dse.solve`.
     seed
         of the solver. The result does not depend on it.
     workers
-        processes on this machine; 1 solves in this one. More need a main module that can be imported (``if __name__ == "__main__"``).
+        processes on this machine; 1 solves in this one. More need a main module that can be imported (``if __name__
+        == "__main__"``).
     scheduler
         address of a Dask scheduler, which solves the runs instead.
     store
@@ -163,7 +168,10 @@ def plan(axes: Sequence[Axis], inputs: Inputs, changes: Changes, seed: int) -> l
 def _solved(
     runs: Sequence[Run], means: Means, progress: Callable[[SweepProgress], None] | None
 ) -> tuple[dict[int, dict[str, object]], int]:
-    """Outcomes by number, as far as they are there when all is done or Ctrl-C is pressed; and how many the store had."""
+    """Outcomes by number, as far as they are there when all is done or Ctrl-C is pressed.
+
+    And how many the store had.
+    """
     store = Store(means.store) if means.store is not None else None
     try:
         kept = store.find([run.key for run in runs]) if store is not None else {}
@@ -175,7 +183,9 @@ def _solved(
             for position, text in outcomes:
                 number, outcome = todo[position], json.loads(text)
                 if outcome["status"] == OTHER_VERSION:
-                    raise DseError(f"a worker has another version of dse ({outcome['message']}): install the same everywhere")
+                    raise DseError(
+                        f"a worker has another version of dse ({outcome['message']}): install the same everywhere"
+                    )
                 if outcome["status"] == "incomplete":  # Ctrl-C, while it was solved in this process
                     break
                 done[number] = outcome

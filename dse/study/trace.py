@@ -1,9 +1,11 @@
-"""Numbers that remember how they were made: a design's figures as functions of its inputs, made by the analysis' own formulas.
+"""Numbers that remember how they were made.
 
-A `Traced` number is an exact fraction with the expression it comes from. The formulas of `dse.analysis`, given traced figures, compute
-their usual values and leave expressions behind, which a `Program` evaluates again for other inputs: exactly, or for many samples at once.
-A comparison that a formula makes on the way is noted as a guard: where other inputs would decide it otherwise, the expressions do not
-apply, and the formulas are run again.
+A design's figures as functions of its inputs, made by the analysis' own formulas.
+
+A `Traced` number is an exact fraction with the expression it comes from. The formulas of `dse.analysis`, given traced
+figures, compute their usual values and leave expressions behind, which a `Program` evaluates again for other inputs:
+exactly, or for many samples at once. A comparison that a formula makes on the way is noted as a guard: where other
+inputs would decide it otherwise, the expressions do not apply, and the formulas are run again.
 """
 
 from __future__ import annotations
@@ -105,6 +107,7 @@ class Traced(Fraction):
     node: Node
 
     def __new__(cls, value: Any, node: Node) -> Traced:
+        """A number with the expression that made it."""
         made = super().__new__(cls, value)
         made.node = node
         return made
@@ -153,7 +156,9 @@ class Traced(Fraction):
         return Fraction, (self.numerator, self.denominator)
 
     def __format__(self, spec: str) -> str:
-        return format(int(Fraction(self)), spec) if spec and self.denominator == 1 else format(str(Fraction(self)), spec)
+        return (
+            format(int(Fraction(self)), spec) if spec and self.denominator == 1 else format(str(Fraction(self)), spec)
+        )
 
 
 class Program:
@@ -165,7 +170,9 @@ class Program:
         self._known: dict[tuple[str, Any, int], int] = {}
         self._kept: list[Node] = []
         self.outputs = [self._number(_node(output)) for output in outputs]
-        listed = {(guard.operation, self._number(guard.left), self._number(guard.right), guard.outcome) for guard in guards}
+        listed = {
+            (guard.operation, self._number(guard.left), self._number(guard.right), guard.outcome) for guard in guards
+        }
         self.guards = [item for item in sorted(listed) if self._depends(item[1]) or self._depends(item[2])]
         self._numbers.clear()
         self._kept.clear()
@@ -227,7 +234,10 @@ class Program:
         return values
 
     def holds(self, values: Sequence[Number]) -> Any:
-        """Whether every guard is decided as it was when the expressions were made: a truth value, or an array of them."""
+        """Whether every guard is decided as it was when the expressions were made.
+
+        A truth value, or an array of them.
+        """
         good: Any = True
         for operation, left, right, outcome in self.guards:
             good = good & (COMPARISONS[operation](values[left], values[right]) == outcome)

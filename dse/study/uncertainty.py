@@ -1,10 +1,10 @@
 """Stated uncertainties: what the problem file says of its own figures, read, bounded and sampled.
 
-    uncertainty:
-      thread_types.nav.compute_execution_time.max: {range: 3 ms .. 4 ms}
-      bus_types.can_125k.bandwidth: {distribution: normal, mean: 120 kbit/s, deviation: 2 kbit/s}
-      thread_types.fusion.compute_execution_time: {factor: 0.8 .. 1.3, distribution: triangular, mode: 1}
-      connections.position.data_size: {samples: sizes.csv, column: bytes, unit: B}
+uncertainty:
+thread_types.nav.compute_execution_time.max: {range: 3 ms .. 4 ms}
+bus_types.can_125k.bandwidth: {distribution: normal, mean: 120 kbit/s, deviation: 2 kbit/s}
+thread_types.fusion.compute_execution_time: {factor: 0.8 .. 1.3, distribution: triangular, mode: 1}
+connections.position.data_size: {samples: sizes.csv, column: bytes, unit: B}
 """
 
 from __future__ import annotations
@@ -118,7 +118,9 @@ class _Reader:
         self.is_factor = stated.factor is not None
         if not self.is_factor and len(self.variables) > 1:
             names = ", ".join(item.path for item in self.variables[:4])
-            raise _Mistake("", f"it stands for {len(self.variables)} values", f"say which ({names}), or state a `factor`")
+            raise _Mistake(
+                "", f"it stands for {len(self.variables)} values", f"say which ({names}), or state a `factor`"
+            )
         self.kind = PLAIN if self.is_factor else self.variables[0].kind
 
     def read(self) -> Uncertain:
@@ -128,7 +130,9 @@ class _Reader:
             raise _Mistake("factor", "give `range` or `factor`, not both")
         if stated.samples is not None:
             if stated.distribution is not None or forms == ["range"]:
-                raise _Mistake("samples", "samples are a distribution of their own", "leave `range` and `distribution` out")
+                raise _Mistake(
+                    "samples", "samples are a distribution of their own", "leave `range` and `distribution` out"
+                )
             return self._sampled()
         self._refuse("column", "unit")
         ends = self._ends(forms[0]) if forms else None
@@ -194,7 +198,9 @@ class _Reader:
         bottom, top = (0.0, 1.0) if ends is None else (float(ndtr((float(end) - mean) / deviation)) for end in ends)
         if top <= bottom:
             raise _Mistake("range", "the distribution has nothing in this range")
-        words = f"normal, {stated.mean} with deviation {stated.deviation}" + (f", cut to {stated.range or stated.factor}" if ends else "")
+        words = f"normal, {stated.mean} with deviation {stated.deviation}" + (
+            f", cut to {stated.range or stated.factor}" if ends else ""
+        )
         return self._made(words, ends, lambda share: mean + deviation * ndtri(bottom + (top - bottom) * share))
 
     def _triangular(self, ends: tuple[Fraction, Fraction]) -> Uncertain:
@@ -254,7 +260,11 @@ def _column(path: Path, name: str | None) -> list[str]:
             reader = csv.DictReader(stream)
             columns = list(reader.fieldnames or [])
             if name is None and len(columns) != 1:
-                raise _Mistake("samples", f"{path.name} has {len(columns)} columns", f"say which with `column`: {', '.join(columns)}")
+                raise _Mistake(
+                    "samples",
+                    f"{path.name} has {len(columns)} columns",
+                    f"say which with `column`: {', '.join(columns)}",
+                )
             chosen = name if name is not None else columns[0]
             if chosen not in columns:
                 raise _Mistake("column", f"{path.name} has no such column", f"columns: {', '.join(columns)}")
@@ -286,7 +296,10 @@ def stated_ends(uncertain: Sequence[Uncertain]) -> Mapping[int, tuple[Fraction, 
 
 
 def columns_of(uncertain: Sequence[Uncertain], shares: Any) -> dict[int, Any]:
-    """Samples of every variable for shares of [0, 1], one row for each uncertain input; a range's maximum is at least its minimum."""
+    """Samples of every variable for shares of [0, 1], one row for each uncertain input.
+
+    A range's maximum is at least its minimum.
+    """
     return ordered_columns(uncertain, [item.ppf(row) for item, row in zip(uncertain, shares, strict=True)])
 
 
@@ -301,5 +314,3 @@ def ordered_columns(uncertain: Sequence[Uncertain], values: Sequence[Any]) -> di
         if variable.kind is TIME_RANGE and variable.end == "max" and index - 1 in columns:
             columns[index] = numpy.maximum(columns[index], columns[index - 1])
     return columns
-
-

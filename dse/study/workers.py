@@ -1,7 +1,7 @@
 """Runs side by side on the cores of this machine, in fresh processes; one that dies costs its current run only.
 
-A `ProcessPoolExecutor` loses all of its runs when one worker is killed. Here each worker has a pipe of its own: the others do not notice,
-and the lost run is given to a new worker.
+A `ProcessPoolExecutor` loses all of its runs when one worker is killed. Here each worker has a pipe of its own: the
+others do not notice, and the lost run is given to a new worker.
 """
 
 from __future__ import annotations
