@@ -7,7 +7,6 @@ from functools import cached_property, partial
 from math import lcm
 from typing import Any
 
-import networkx
 from ortools.sat.python import cp_model
 
 from dse.analysis.measures import Term
@@ -16,6 +15,7 @@ from dse.analysis.views import View
 from dse.encode.forms import EXACT_LIMIT, Board, Form, ceil_int, check_exact
 from dse.encode.products import RateTables
 from dse.space.activation import trigger_graph
+from dse.space.circles import strong_components
 from dse.space.trees import at, leaves
 from dse.space.types import Space
 
@@ -23,8 +23,8 @@ from dse.space.types import Space
 def add_acyclic_activation(board: Board) -> None:
     """order[v] >= order[u] + 1 where u and v are both event-triggered and u triggers v."""
     graph = trigger_graph(board.space)
-    for members in networkx.strongly_connected_components(graph):
-        edges = {(one, other) for one, other, _ in graph.edges(members, keys=True) if other in members}
+    for members in strong_components(graph):
+        edges = {(one, other) for one in members for other in graph[one] if other in members}
         if not edges:
             continue
         order = {number: board.model.new_int_var(0, len(members), "") for number in sorted(members)}
@@ -144,14 +144,8 @@ class RateVariables:
         There no chain of dispatches comes back to where it was: as many rounds as a circle has members are enough.
         """
         space = self.board.space
-        graph: networkx.DiGraph[RateKey] = networkx.DiGraph()
-        for key in all_keys(space):
-            graph.add_node(key)
-            graph.add_edges_from((source, key) for source in _summands(space, key))
         bounds = dict.fromkeys(all_keys(space), 0)
-        circles = networkx.condensation(graph)
-        for circle in networkx.topological_sort(circles):
-            members = sorted(circles.nodes[circle]["members"])
+        for members in strong_components({key: list(_summands(space, key)) for key in bounds}):  # summands come first
             for _ in members:
                 bounds.update({key: self._bound(key, bounds) for key in members})
         return bounds

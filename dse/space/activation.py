@@ -5,8 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
-import networkx
-
+from dse.space.circles import shortest_circle, strong_components
 from dse.space.figures import Ledger, closest
 from dse.space.trees import leaves
 from dse.space.types import Component, Connection, Space
@@ -64,16 +63,16 @@ def must_be_event_triggered(component: Component) -> bool:
     return protocols <= set(EVENT_PROTOCOLS) or (protocols <= {None, *EVENT_PROTOCOLS} and periods == {None})
 
 
-def trigger_graph(space: Space) -> networkx.MultiDiGraph[int]:
-    """Components that may be event-triggered, and the connections between them that dispatch at the sender's rate."""
-    graph: networkx.MultiDiGraph[int] = networkx.MultiDiGraph()
+def trigger_graph(space: Space) -> dict[int, set[int]]:
+    """For each component those that it dispatches at its own rate, where both may be event-triggered."""
+    graph: dict[int, set[int]] = {number: set() for number in range(len(space.components))}
     eager = [may_be_event_triggered(component) for component in space.components]
     for target, component in enumerate(space.components):
         for number in component.triggers if eager[target] else ():
             connection = space.connections[number]
             stated = connection.rate_hz is not None or connection.data_rate is not None
             if connection.source is not None and eager[connection.source] and not stated:
-                graph.add_edge(connection.source, target, key=number)
+                graph[connection.source].add(target)
     return graph
 
 
@@ -88,13 +87,13 @@ def check_activation(ledger: Ledger, space: Space) -> None:
 
 def _check_cycles(ledger: Ledger, space: Space) -> None:
     """A circle of components that are event-triggered whatever is chosen has no rate in any design."""
-    always = [number for number, item in enumerate(space.components) if must_be_event_triggered(item)]
-    graph = trigger_graph(space).subgraph(always)
-    for members in networkx.strongly_connected_components(graph):
+    always = {number for number, item in enumerate(space.components) if must_be_event_triggered(item)}
+    graph = {source: sorted(targets & always) for source, targets in trigger_graph(space).items() if source in always}
+    for members in strong_components(graph):
         first = min(members)
-        if len(members) == 1 and not graph.has_edge(first, first):
+        if len(members) == 1 and first not in graph[first]:
             continue
-        circle = [space.components[edge[0]] for edge in networkx.find_cycle(graph.subgraph(members), first)]
+        circle = [space.components[number] for number in shortest_circle(graph, first)]
         if ledger.is_doubtful(*(item.name for item in circle)):
             continue
         names = " -> ".join(item.name for item in [*circle, circle[0]])
