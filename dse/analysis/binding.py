@@ -25,7 +25,7 @@ def machine_type(space: Space, connection: Connection, view: View) -> str:
         processor = at(space.components[end].processor, view) if end is not None else None
         if processor is not None:
             slot = space.processors[processor]
-            name = slot.types[view[slot.type_decision]]
+            name: str = slot.types[view[slot.type_decision]]
             if name == EMPTY:
                 raise NotOffered
             return name
@@ -43,7 +43,8 @@ def bus_figure(space: Space, tree: Tree, connection: Connection, view: View) -> 
 def message_bytes(space: Space, connection: Connection, stack: tuple[int, ...], view: View) -> int:
     """Data size plus the protocol overhead of every bus and virtual bus that carries it, in bytes."""
     size: int = at(connection.size_bytes, view) or 0
-    return size + sum(at(space.buses[bus].overhead_bytes, view) for bus in stack)
+    overhead: int = sum(at(space.buses[bus].overhead_bytes, view) for bus in stack)
+    return size + overhead
 
 
 def is_local(space: Space, connection: Connection, view: View) -> bool:

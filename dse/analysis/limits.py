@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 from fractions import Fraction
+from functools import partial
 from math import lcm
 
 from dse.analysis.measures import PPM, SCALE_LIMIT, Measure, Term, build_measure, display_unit
@@ -101,10 +102,14 @@ def excess(space: Space, limit: Limit) -> Measure:
     measure = limit.measure
     bounds = {limit_case.value for limit_case in tabulate(space, limit.bound, MANY_CASES) or []}
     scale = lcm(measure.scale, *(bound.denominator for bound in bounds))
-    terms = [Term(term.label, lambda view, term=term: sign * term.value(view)) for term in measure.terms]  # type: ignore[misc]
+    terms = [Term(term.label, partial(_times, sign, term.value)) for term in measure.terms]
     terms.append(Term("limit", lambda view: -sign * limit.bound(view)))
     too_fine = measure.rounded or scale > SCALE_LIMIT
     return Measure(measure.metric, measure.unit, tuple(terms), min(scale, SCALE_LIMIT), rounded=too_fine)
+
+
+def _times(factor: int, value: Callable[[View], Fraction], view: View) -> Fraction:
+    return factor * value(view)
 
 
 def thread_loads(terms: tuple[Term, ...]) -> dict[str, list[Term]]:

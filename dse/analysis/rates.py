@@ -62,22 +62,29 @@ def rate_hz(space: Space, key: RateKey, view: View) -> Fraction:
 def _activation_hz(space: Space, number: int, view: View) -> Fraction:
     component = space.components[number]
     if not is_event_triggered(component, view):
-        return NS_PER_S / (ZERO + at(component.period_ns, view))
+        return _timer_hz(component, view)
     arriving = rate_hz(space, ("input", number), view)
     if at(component.protocol, view) == "sporadic":
-        return min(arriving, NS_PER_S / (ZERO + at(component.period_ns, view)))
+        return min(arriving, _timer_hz(component, view))
     return arriving
+
+
+def _timer_hz(component: Component, view: View) -> Fraction:
+    rate: Fraction = NS_PER_S / (ZERO + at(component.period_ns, view))
+    return rate
 
 
 def _delivery_hz(space: Space, number: int, view: View) -> Fraction:
     connection = space.connections[number]
     stated = at(connection.rate_hz, view)
     if stated is not None:
-        return ZERO + stated
+        rate: Fraction = ZERO + stated
+        return rate
     data_rate = at(connection.data_rate, view)
     if data_rate is not None:
         size = at(connection.size_bytes, view)
-        return (ZERO + data_rate) / size if size else ZERO
+        messages: Fraction = (ZERO + data_rate) / size if size else ZERO
+        return messages
     if connection.source is None:
         return Fraction(0)
     return rate_hz(space, ("activation", connection.source), view)

@@ -74,7 +74,7 @@ def structural_predicates(space: Space) -> Iterator[Predicate]:
     """What the architecture itself demands of every design."""
     for decision in space.decisions:
         if _mentions_not_offered(decision.home):
-            yield Predicate(f"{decision.name} is offered", lambda view, home=decision.home: _is_offered(home, view))
+            yield Predicate(f"{decision.name} is offered", partial(_is_offered, decision.home))
     yield from _offered_by_machines(space)
     yield from _filled_slots(space)
     yield from _shared_processes(space)
@@ -121,12 +121,12 @@ def _filled_slots(space: Space) -> Iterator[Predicate]:
             continue
         empty = slot.types.index(EMPTY)
         for name, uses in users:
-            yield Predicate(
-                f"{name} is not bound to the empty slot {slot.name}",
-                lambda view, uses=uses, slot=slot, empty=empty: not (
-                    view[slot.type_decision] == empty and uses(view)
-                ),
-            )
+            text = f"{name} is not bound to the empty slot {slot.name}"
+            yield Predicate(text, partial(_is_filled_if_used, slot.type_decision, empty, uses))
+
+
+def _is_filled_if_used(decision: int, empty: int, uses: Callable[[View], bool], view: View) -> bool:
+    return view[decision] != empty or not uses(view)
 
 
 def covers(space: Space) -> tuple[Cover, ...]:

@@ -229,7 +229,7 @@ def _covers(evaluator: Evaluator) -> Iterable[tuple[Lookup, ...]]:
     """A filled optional slot has a user: for each slot, tables of which one must be true."""
     for cover in evaluator.rulebook.covers:
         slot, empty = cover.slot, cover.slot.types.index(EMPTY)
-        formulas = [partial(_is_empty, slot.type_decision, empty), *cover.users]
+        formulas: list[Callable[[View], bool]] = [partial(_is_empty, slot.type_decision, empty), *cover.users]
         yield tuple(_flags(evaluator.space, formula) for formula in formulas)
 
 
