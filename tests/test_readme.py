@@ -18,6 +18,8 @@ from sybil import Document, Example, Region
 from sybil.evaluators.doctest import DocTestEvaluator
 from sybil.parsers.abstract.doctest import DocTestStringParser
 
+from dse.cli.main import COMMANDS
+
 ROOT = Path(__file__).parents[1]
 README = ROOT / "README.md"
 DSE = [sys.executable, "-c", "from dse.cli.main import main; main()"]
@@ -77,6 +79,11 @@ def test_what_the_readme_shows_is_what_happens(tmp_path: Path, monkeypatch: pyte
     assert len(examples) > 5
     for example in examples:
         example.evaluate()
+
+
+def test_commands_that_are_named_exist() -> None:
+    named = set(re.findall(r"`dse (\w+)", README.read_text(encoding="utf-8")))
+    assert {"solve", "analyse"} <= named <= set(COMMANDS)
 
 
 def test_links_lead_somewhere() -> None:
