@@ -19,7 +19,7 @@ def command(file: str, json_path: str | None) -> int:
 
     description = check(file)
     if json_path != "-":
-        from dse.report.terminal import print_description
+        from dse.report.description import print_description
 
         print_description(console(), description)
     if json_path is not None:

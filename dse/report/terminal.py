@@ -5,12 +5,12 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from textwrap import wrap
 
-from rich import box
 from rich.console import Console
 from rich.table import Table
 
-from dse.api.checking import Description
 from dse.report.explanation import print_conflicts
+from dse.report.plain import plain as _plain
+from dse.report.plain import plain_table as _table
 from dse.report.words import (
     REDUCED,
     changes_words,
@@ -112,11 +112,6 @@ def _print_hanging(console: Console, text: str) -> None:
     console.print("\n".join(lines), markup=False)
 
 
-def _table(console: Console, title: str = "") -> Table:
-    ascii_only = (console.encoding or "utf-8").lower().replace("-", "") not in ("utf8", "utf8mb4", "utf16")
-    return Table(title=title or None, title_justify="left", box=box.ASCII2 if ascii_only else box.SIMPLE_HEAD)
-
-
 def _front_table(console: Console, result: Result, shown: Sequence[Point]) -> Table:
     table = _table(console)
     for heading in ("rank", "#"):
@@ -205,11 +200,6 @@ def _flow_table(console: Console, flow: FlowTable) -> Table:
     return table
 
 
-def _plain(text: str) -> str:
-    """Text in which square brackets are no markup."""
-    return text.replace("[", r"\[")
-
-
 def _ms(value_ns: int) -> str:
     return readable(value_ns, "ns", digits=6)
 
@@ -273,27 +263,3 @@ def _print_verdicts(console: Console, analysis: Analysis) -> None:
     if analysis.verdicts:
         words = "meets every requirement" if analysis.is_feasible else "breaks a requirement"
         console.print(f"The design {words}.", style="bold", markup=False)
-
-
-def print_description(console: Console, description: Description) -> None:
-    """The decisions of a problem, the size of its space, and remarks."""
-    space = description.space
-    console.print(f"{space.name}: valid (profile {space.profile})", style="bold", markup=False)
-    table = _table(console)
-    table.add_column("decision", overflow="fold")
-    table.add_column("options", overflow="fold")
-    for decision in description.decisions:
-        table.add_row(_plain(decision.name), _plain(", ".join(decision.options)))
-    console.print(table)
-    console.print(
-        f"{description.size:,} combinations of options, before rules, bindings and requirements.", markup=False
-    )
-    console.print(f"Flows: {', '.join(flow.name for flow in space.flows) or 'none'}", markup=False)
-    for title, texts in (
-        ("Requirements", [item.text for item in space.requirements]),
-        ("Rules", [item.text for item in space.rules]),
-        ("Objectives", [f"{item.sense} {item.metric.name}" for item in space.objectives]),
-    ):
-        console.print(f"{title}: {'; '.join(texts) or 'none'}", markup=False)
-    for remark in description.remarks:
-        console.print(f"remark: {remark}", markup=False)

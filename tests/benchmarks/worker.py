@@ -39,7 +39,7 @@ def _ours(case: Case, task: dict[str, Any]) -> dict[str, Any]:
     problem, _, build_s = _load(case)
     started = time.perf_counter()
     from dse.analysis.evaluate import Evaluator
-    from dse.api.solving import _result
+    from dse.api.solving import result_of
     from dse.encode.model import encode
     from dse.pareto.front import Budget, Progress, Watch, search_front
 
@@ -58,7 +58,7 @@ def _ours(case: Case, task: dict[str, Any]) -> dict[str, Any]:
     search = search_front(evaluator, budget, Watch(watch))
     search_s = time.perf_counter() - started
     started = time.perf_counter()
-    result = _result(problem, evaluator, search, budget)
+    result = result_of(problem, evaluator, search, budget)
     text = result.to_json()
     report_s = time.perf_counter() - started
     signs = [-1 if item.sense == "maximise" else 1 for item in problem.space.objectives]

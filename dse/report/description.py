@@ -1,0 +1,32 @@
+"""What `dse check` prints; apart from the other reports, whose imports it does not need."""
+
+from __future__ import annotations
+
+from rich.console import Console
+
+from dse.api.checking import Description
+from dse.report.plain import plain, plain_table
+
+
+def print_description(console: Console, description: Description) -> None:
+    """The decisions of a problem, the size of its space, and remarks."""
+    space = description.space
+    console.print(f"{space.name}: valid (profile {space.profile})", style="bold", markup=False)
+    table = plain_table(console)
+    table.add_column("decision", overflow="fold")
+    table.add_column("options", overflow="fold")
+    for decision in description.decisions:
+        table.add_row(plain(decision.name), plain(", ".join(decision.options)))
+    console.print(table)
+    console.print(
+        f"{description.size:,} combinations of options, before rules, bindings and requirements.", markup=False
+    )
+    console.print(f"Flows: {', '.join(flow.name for flow in space.flows) or 'none'}", markup=False)
+    for title, texts in (
+        ("Requirements", [item.text for item in space.requirements]),
+        ("Rules", [item.text for item in space.rules]),
+        ("Objectives", [f"{item.sense} {item.metric.name}" for item in space.objectives]),
+    ):
+        console.print(f"{title}: {'; '.join(texts) or 'none'}", markup=False)
+    for remark in description.remarks:
+        console.print(f"remark: {remark}", markup=False)
