@@ -1,4 +1,7 @@
-"""A loaded problem, and the question as it is really asked: the file's, with the caller's changes."""
+"""A loaded problem, and the question as it is really asked: the file's, with the caller's changes.
+
+The analysis is imported where it is used: ``dse check`` does without.
+"""
 
 from __future__ import annotations
 
@@ -7,8 +10,6 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-from dse.analysis.validity import canonical, is_met, slot_users
-from dse.analysis.views import View
 from dse.errors import UsageError
 from dse.space.build import build_space
 from dse.space.questions import (
@@ -192,6 +193,8 @@ def complete_design(space: Space, choices: Mapping[int, int]) -> Design:
     UsageError
         naming the decisions that are still open.
     """
+    from dse.analysis.validity import is_met
+    from dse.analysis.views import View
 
     made = [0 if len(item.options) == 1 else choices.get(index, -1) for index, item in enumerate(space.decisions)]
     design = _with_slots(space, made)
@@ -212,6 +215,8 @@ def baseline_design(space: Space) -> Design | None:
     """Today's design; None when the problem states none, or only a part of it."""
     if not space.baseline:
         return None
+    from dse.analysis.validity import canonical
+
     try:
         return canonical(space, complete_design(space, space.baseline))
     except (UsageError, NotOffered):
@@ -220,6 +225,9 @@ def baseline_design(space: Space) -> Design | None:
 
 def _with_slots(space: Space, made: Sequence[int]) -> list[int]:
     """Optional slots that are left open: empty when nothing is bound to them, else of their only type."""
+    from dse.analysis.validity import slot_users
+    from dse.analysis.views import View
+
     design = list(made)
     users = [(slot, uses) for slot, uses in slot_users(space) if slot.optional]
     for _ in range(len(users) + 1):  # a virtual bus that turns out to be used makes the bus that carries it used
