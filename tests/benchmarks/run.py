@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import resource
 import statistics
 import subprocess
 import sys
@@ -225,21 +226,31 @@ STARTS = {
 
 
 def run_startup(options: Any, say: Say) -> list[dict[str, Any]]:
-    """Whole processes, in turns; and their multiples of importing the solver."""
+    """Whole processes, in turns; and their multiples of importing the solver.
+
+    Processor seconds are those of the process, user and system: other work on the machine does not count in them.
+    """
     seconds: dict[str, list[float]] = {name: [] for name in STARTS}
+    worked: dict[str, list[float]] = {name: [] for name in STARTS}
     for _ in range(max(5, options.repeats * 2)):
         for name, arguments in STARTS.items():
-            started = time.perf_counter()
+            started, before = time.perf_counter(), _children_s()
             done = subprocess.run([sys.executable, "-c", *arguments], cwd=ROOT, capture_output=True, check=False)
             if done.returncode == 0:
                 seconds[name].append(time.perf_counter() - started)
+                worked[name].append(_children_s() - before)
     rows = []
-    base = seconds[IMPORT]
     for name, measured in seconds.items():
-        ratios = [one / other for one, other in zip(measured, base, strict=False)]
-        rows.append({"command": name, "seconds": spread(measured), "times_import": spread(ratios)})
+        ratios = [one / other for one, other in zip(measured, seconds[IMPORT], strict=False)]
+        row = {"command": name, "seconds": spread(measured), "times_import": spread(ratios)}
+        rows.append({**row, "processor_seconds": spread(worked[name])})
         say(json.dumps(rows[-1]))
     return rows
+
+
+def _children_s() -> float:
+    used = resource.getrusage(resource.RUSAGE_CHILDREN)
+    return used.ru_utime + used.ru_stime
 
 
 def write(folder: Path, record: dict[str, Any], text: str, name: str) -> None:

@@ -72,7 +72,8 @@ def _fronts(rows: list[dict[str, Any]]) -> Iterator[str]:
     yield "The same encoded model, CP-SAT's default parameters, no hints: lexicographic epsilon-constraint for two"
     yield "objectives, minimise a sum and cut off what is dominated for three and more. Its seconds leave out the"
     yield "encoding, ours include it. Ratios are to ours with one worker, repeat by repeat. `+`: not ended at the time"
-    yield "limit, the ratio is a lower bound. Brute force: all combinations through the vectorised analysis, if at most 5e7."
+    yield "limit, the ratio is a lower bound. Brute force: all combinations through the vectorised analysis, if at most"
+    yield "5e7."
     yield ""
     loops = ("loop, 1 worker s", "times ours", "loop, all cores s", "times ours")
     head = ("problem", "ours s", "ours, 2 workers s", *loops, "brute force", "front confirmed by")
@@ -175,8 +176,13 @@ def _slope(pairs: list[tuple[float, float]]) -> float:
 def _startup(rows: list[dict[str, Any]]) -> Iterator[str]:
     yield "## Whole processes"
     yield ""
-    body = [[f"`{row['command']}`", _show(row["seconds"], 3), _show(row["times_import"], 2)] for row in rows]
-    yield from _table(("command", "seconds", "times the import of the solver"), body)
+    yield "Processor seconds do not count what else the machine was doing."
+    yield ""
+    body = [
+        [f"`{row['command']}`", *(_show(row[key], 2) for key in ("seconds", "processor_seconds", "times_import"))]
+        for row in rows
+    ]
+    yield from _table(("command", "seconds", "processor seconds", "times the import of the solver"), body)
 
 
 def _analysis(rows: list[dict[str, Any]]) -> Iterator[str]:
