@@ -65,7 +65,7 @@ def _outcomes(client: Client, task: Task, payloads: Sequence[str]) -> Generator[
     submitted: list[Any] = client.map(task, list(payloads), pure=False, retries=MOST_DEATHS)
     numbers = {future.key: number for number, future in enumerate(submitted)}
     try:
-        for future in distributed.as_completed(submitted):
+        for future in distributed.as_completed(submitted, loop=client.loop):
             if future.status == "cancelled" or future.status == "lost":
                 raise ClusterError("the scheduler is gone; run the same command again to go on")
             error = future.exception()

@@ -1,0 +1,43 @@
+"""What the tests of studies share: problems with edits made as text, and whether the long versions run."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+
+import pytest
+
+from dse.api.problem import Problem, load, loads
+from dse.examples import example_files, example_path
+from dse.study.quantities import Inputs, copied, effective_text, merged_data
+
+LONG = bool(os.environ.get("DSE_LONG_TESTS"))
+long_test = pytest.mark.skipif(not LONG, reason="takes minutes: set DSE_LONG_TESTS=1")
+ALL = [path.stem for path in example_files()]
+QUICK = ["starter", "inmark_chapter2", "inmark_chapter3"]
+NAMES = ALL if LONG else QUICK
+
+
+def example(name: str) -> Problem:
+    return load(example_path(name))
+
+
+def edited(problem: Problem, **texts: str) -> Problem:
+    """The problem with values set by path (given as keyword arguments by ``**{path: text}``), read again from text."""
+    data = merged_data(problem)
+    inputs = Inputs(data)
+    changed = copied(data)
+    for path, text in texts.items():
+        inputs.set(changed, path, text)
+    return loads(effective_text(changed), "edited")
+
+
+def written(folder: Path, name: str, more: str = "") -> Path:
+    """An example as one file in a folder, with more text at its end."""
+    path = folder / f"{name}.yaml"
+    source = example_path(name).read_text(encoding="utf-8")
+    for catalogue in (example_path(name).parent / "catalogues").glob("*.yaml"):
+        (folder / "catalogues").mkdir(exist_ok=True)
+        (folder / "catalogues" / catalogue.name).write_text(catalogue.read_text(encoding="utf-8"), encoding="utf-8")
+    path.write_text(source + more, encoding="utf-8")
+    return path

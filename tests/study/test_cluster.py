@@ -1,0 +1,110 @@
+"""A Dask cluster gives the same results in the same order; a worker that dies costs its run only."""
+
+from __future__ import annotations
+
+import os
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+import pytest
+from study.studies import LONG, example
+from study.test_sweep import first_path
+
+from dse.errors import UsageError
+from dse.study.store import Store
+from dse.study.sweep import SweepProgress, sweep
+
+RUNS = 60 if LONG else 12
+
+
+@contextmanager
+def cluster(folder: Path, workers: int) -> Iterator[tuple[str, list[subprocess.Popen[bytes]]]]:
+    """A scheduler and workers as a user starts them; address and worker processes."""
+    pytest.importorskip("distributed")
+    address = folder / "scheduler.json"
+    dask = [sys.executable, "-m", "dask"]
+    quiet = {"stdout": subprocess.DEVNULL, "stderr": subprocess.DEVNULL}
+    options = ["--scheduler-file", str(address), "--no-dashboard"]
+    scheduler = subprocess.Popen([*dask, "scheduler", "--port", "0", "--host", "127.0.0.1", *options], **quiet)  # type: ignore[call-overload]
+    processes = [
+        subprocess.Popen(  # type: ignore[call-overload]
+            [*dask, "worker", *options, "--nthreads", "1", "--no-nanny", "--host", "127.0.0.1"], cwd=folder, **quiet
+        )
+        for _ in range(workers)
+    ]
+    try:
+        yield _address(address, workers), processes
+    finally:
+        for process in [*processes, scheduler]:
+            process.kill()
+            process.wait()
+
+
+def _address(file: Path, workers: int) -> str:
+    import json
+
+    from distributed import Client
+
+    for _ in range(600):
+        if file.exists() and file.stat().st_size:
+            break
+        time.sleep(0.1)
+    address = str(json.loads(file.read_text())["address"])
+    with Client(address, timeout=60, set_as_default=False) as client:
+        client.wait_for_workers(workers, timeout=120)
+    return address
+
+
+@pytest.mark.skipif(
+    not os.environ.get("DSE_CLUSTER_TESTS") and not LONG, reason="starts a cluster: set DSE_CLUSTER_TESTS=1"
+)
+@pytest.mark.filterwarnings("default")
+def test_three_workers_one_killed(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    problem = example("inmark" if LONG else "starter")
+    path = first_path("inmark" if LONG else "starter", ".price")
+    vary = f"{path}=1 EUR..{RUNS} EUR step 1 EUR"
+    with cluster(tmp_path, 1) as (address, _):
+        started = time.monotonic()
+        one = sweep(problem, vary, scheduler=address)
+        alone_s = time.monotonic() - started
+    folder = tmp_path / "three"
+    folder.mkdir()
+    with cluster(folder, 3) as (address, workers):
+
+        def kill(progress: SweepProgress) -> None:
+            if progress.done == RUNS // 3:
+                os.kill(workers[1].pid, signal.SIGKILL)
+
+        started = time.monotonic()
+        three = sweep(problem, vary, scheduler=address, store=tmp_path / "s", progress=kill)
+        together_s = time.monotonic() - started
+        assert workers[1].wait(10) == -signal.SIGKILL
+    assert three.to_json() == one.to_json() and three.status == "complete"
+    assert sweep(problem, vary, workers=1, store=tmp_path / "s").solved == 0
+    with Store(tmp_path / "s") as store:
+        assert store.solved() == RUNS
+    with capsys.disabled():
+        print(
+            f"\n{RUNS} runs: one worker {alone_s:.1f} s, three with one killed {together_s:.1f} s, ratio {alone_s / together_s:.2f}"
+        )
+
+
+@pytest.mark.filterwarnings("default")
+def test_a_cluster_that_is_not_there(monkeypatch: pytest.MonkeyPatch) -> None:
+    pytest.importorskip("distributed")
+    monkeypatch.setattr("dse.study.cluster.CONNECT_S", 1)
+    with pytest.raises(UsageError, match="there is no Dask scheduler"):
+        sweep(example("starter"), "price=100 EUR,200 EUR", scheduler="tcp://127.0.0.1:9")
+    with pytest.raises(UsageError, match="there is no Dask scheduler"):
+        sweep(example("starter"), "price=100 EUR,200 EUR", scheduler="nonsense://x")
+
+
+def test_without_the_extra_it_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(sys.modules, "distributed", None)
+    with pytest.raises(UsageError, match=r"pip install 'dse\[cluster\]'"):
+        sweep(example("starter"), "price=100 EUR,200 EUR", scheduler="tcp://127.0.0.1:9")

@@ -1,0 +1,156 @@
+"""Margins of designs against the analysis of edited problem files."""
+
+from __future__ import annotations
+
+from fractions import Fraction
+
+import pytest
+from study.studies import LONG, NAMES, edited, example
+
+from dse.api.analysing import analyse
+from dse.api.problem import Changes, Problem, complete_design, loads
+from dse.errors import UsageError
+from dse.results.analysis import Analysis
+from dse.results.sensitivity import Break, Margin
+from dse.space.types import Design, Space
+from dse.study.fronts import front_outcome
+from dse.study.functions import DesignFunction, InputSpace
+from dse.study.margins import bars, broken_texts, margins, scaling
+from dse.study.quantities import Inputs, copied, effective_text, merged_data
+from dse.units import format_number
+
+UNITS = {"ct": "EUR", "mW": "mW", "": ""}
+
+
+def design_of(space: Space) -> dict[str, str]:
+    """The baseline where it is complete, else the first of the front."""
+    try:
+        design = complete_design(space, dict(space.baseline))
+    except UsageError:
+        return dict(front_outcome(space, 0)["front"][0]["decisions"])
+    return {
+        item.name: item.options[option] for item, option in zip(space.decisions, design, strict=True) if item.is_open
+    }
+
+
+def function_of(problem: Problem, decisions: dict[str, str]) -> DesignFunction:
+    options = {item.name: index for index, item in enumerate(problem.space.decisions)}
+    chosen = {
+        options[name]: problem.space.decisions[options[name]].options.index(text) for name, text in decisions.items()
+    }
+    design: Design = complete_design(problem.space, chosen)
+    return DesignFunction(InputSpace(problem, Changes()), design)
+
+
+def value_text(margin: Margin, value: Fraction) -> str:
+    unit = margin.unit
+    number = value / 100 if unit == "ct" else value
+    return f"{format_number(number)} {UNITS.get(unit, unit)}".strip()
+
+
+def analysed(problem: Problem, margin: Margin, value: Fraction, decisions: dict[str, str]) -> Analysis:
+    """The design in the problem with one value edited; an edited alternative is chosen under its new name."""
+    changed = edited(problem, **{margin.path: value_text(margin, value)})
+    changes = {}
+    for index, item in enumerate(problem.space.decisions):
+        if item.name in decisions:
+            option = item.options.index(decisions[item.name])
+            changes[item.name] = changed.space.decisions[index].options[option]
+    return analyse(changed, changes)
+
+
+def verdicts(analysis: Analysis) -> dict[str, bool]:
+    return {verdict.requirement.text: verdict.holds for verdict in analysis.verdicts}
+
+
+def same_options(problem: Problem, margin: Margin, value: Fraction) -> bool:
+    """Whether the edit leaves the alternatives apart: two that become one are one option in the file."""
+    try:
+        changed = edited(problem, **{margin.path: value_text(margin, value)})
+    except Exception:  # noqa: BLE001 (an option given twice is refused)
+        return False
+    return [len(item.options) for item in changed.space.decisions] == [
+        len(item.options) for item in problem.space.decisions
+    ]
+
+
+@pytest.mark.parametrize("name", [*NAMES, *([] if LONG else ["inmark"])])
+def test_margins_agree_with_analyse(name: str) -> None:
+    """The last value that holds does, the first that breaks does, by `dse analyse` of the edited file; and nothing sooner."""
+    problem = example(name)
+    decisions = design_of(problem.space)
+    problem = loads(effective_text({**merged_data(problem), "rules": []}))  # margins are about requirements
+    function = function_of(problem, decisions)
+    broken = set(broken_texts(function))
+    found = margins(function)
+    assert found and function.applies
+    looked = 0
+    for margin in found if LONG or name != "inmark" else found[::6]:
+        for side in (margin.below, margin.above):
+            if side is None:
+                continue
+            looked += _agrees(problem, margin, side, decisions, broken)
+    assert looked > 3
+
+
+def _agrees(problem: Problem, margin: Margin, side: Break, decisions: dict[str, str], broken: set[str]) -> int:
+    step = Fraction(1, 10**6) * (1 if side.last > margin.nominal else -1)
+    first = side.first if side.first is not None else side.last + step
+    if not all(same_options(problem, margin, value) for value in (side.last, first)):
+        return 0
+    holding = verdicts(analysed(problem, margin, side.last, decisions))
+    breaking = verdicts(analysed(problem, margin, first, decisions))
+    assert all(good for text, good in holding.items() if text not in broken), (margin, side)
+    assert not breaking[side.requirement], (margin, side)
+    halfway = (margin.nominal + side.last) / 2
+    halfway = Fraction(round(halfway)) if side.first is not None else halfway
+    if same_options(problem, margin, halfway):
+        between = verdicts(analysed(problem, margin, halfway, decisions))
+        assert all(good for text, good in between.items() if text not in broken)
+    return 1
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_scaling_agrees_with_analyse(name: str) -> None:
+    """A little less holds, a little more breaks the requirement that is named."""
+    problem = example(name)
+    decisions = design_of(problem.space)
+    function = function_of(problem, decisions)
+    found = scaling(function)
+    if found.factor is None:
+        pytest.skip("nothing breaks")
+    broken = set(broken_texts(function))
+    data = merged_data(problem)
+    inputs = Inputs(data)
+    paths = [path for path in inputs.groups if path.endswith(("compute_execution_time", "callback_execution_time"))]
+    for times, good in ((Fraction(9999, 10000), True), (Fraction(10001, 10000), False)):
+        changed = copied(data)
+        for path in paths:
+            inputs.scale(changed, path, found.factor * times)
+        said = verdicts(analyse(loads(effective_text(changed)), decisions))
+        assert said[found.requirement] == good
+        assert not good or all(value for text, value in said.items() if text not in broken)
+
+
+def test_bars_are_the_analysis_at_both_ends() -> None:
+    problem = example("starter")
+    decisions = design_of(problem.space)
+    function = function_of(problem, decisions)
+    found = bars(function, Fraction(1, 10), {}, function.outputs.names)
+    assert found
+    for bar in found[:20]:
+        variable = next(item for item in function.inputs.variables if item.path == bar.path)
+        for end, value in zip(bar.inputs, bar.values, strict=True):
+            values = list(function.inputs.nominal)
+            values[variable.index] = end
+            assert function.analysed(values)[function.outputs.names.index(bar.metric)] == value
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_functions_are_the_analysis(name: str) -> None:
+    """Expressions give exactly what the formulas give, at inputs far from the nominal ones."""
+    problem = example(name)
+    function = function_of(problem, design_of(problem.space))
+    for factor in (Fraction(1, 2), Fraction(7, 3), Fraction(11)):
+        values = [max(Fraction(item.least), item.nominal * factor) for item in function.inputs.variables]
+        assert function.exact(values) == function.analysed(values)

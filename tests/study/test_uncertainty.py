@@ -1,0 +1,195 @@
+"""Uncertain inputs: samples against the analysis, known indices, chances, and robust fronts against brute force."""
+
+from __future__ import annotations
+
+from fractions import Fraction
+from itertools import product
+from pathlib import Path
+from typing import Any
+
+import numpy
+import pytest
+from study.studies import NAMES, example, written
+from study.test_margins import design_of, function_of
+from support import evaluated
+
+from dse.analysis.evaluate import Evaluator
+from dse.api.problem import Changes, Problem, load
+from dse.pareto.front import Budget
+from dse.study.boxes import Box
+from dse.study.functions import DesignFunction, InputSpace
+from dse.study.importance import chance, indices, random_shares
+from dse.study.margins import bars
+from dse.study.robust import solve_robust
+from dse.study.sensitivity import sensitivity
+from dse.study.uncertainty import columns_of, read_uncertainties, stated_ends
+
+
+def stated(folder: Path, name: str = "starter", text: str = "") -> Problem:
+    problem = example(name)
+    return load(written(folder, name, text or uncertain_text(problem)))
+
+
+def uncertain_text(problem: Problem) -> str:
+    """Something uncertain of every kind that the problem has."""
+    variables = InputSpace(problem, Changes()).variables
+    lines = ["", "uncertainty:"]
+    taken: set[str] = set()
+    for variable in variables:
+        word = variable.path.rpartition(".")[2]
+        key = f"{variable.kind.noun} {word}"
+        if key in taken or variable.nominal == 0 or not variable.unit or variable.unit == "mW" or len(taken) >= 6:
+            continue
+        taken.add(key)
+        lines.append(f"  {variable.path}: {{factor: 0.7 .. {2 + len(taken) * 2}}}")
+    return "\n".join(lines) + "\n"
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_samples_are_the_analysis(name: str) -> None:
+    problem = example(name)
+    function = function_of(problem, design_of(problem.space))
+    source = numpy.random.default_rng(3)
+    columns = {
+        item.index: numpy.maximum(float(item.nominal) * source.uniform(0.5, 2, 40), 1)
+        for item in function.inputs.variables
+    }
+    found = function.sampled(columns, 40)
+    for sample in range(0, 40, 7):
+        exact = function.analysed([Fraction(float(columns[item.index][sample])) for item in function.inputs.variables])
+        for value, wanted in zip(found, exact, strict=True):
+            assert float(value[sample] if isinstance(value, numpy.ndarray) else value) == pytest.approx(
+                float(wanted), rel=1e-9
+            )
+
+
+def test_distributions_have_their_moments(tmp_path: Path) -> None:
+    path = next(item.path for item in InputSpace(example("starter"), Changes()).variables if item.unit == "bit/s")
+    cases = {
+        "{range: 100 .. 300 kbit/s}": (200e3, 200e3 / 12**0.5),
+        "{factor: 0 .. 2, distribution: uniform}": (None, None),
+        "{distribution: normal, mean: 200 kbit/s, deviation: 10 kbit/s}": (200e3, 10e3),
+        "{range: 100 .. 300 kbit/s, distribution: triangular, mode: 200 kbit/s}": (200e3, 200e3 / 24**0.5),
+        "{samples: [100 kbit/s, 300 kbit/s]}": (200e3, 100e3),
+        "{samples: s.csv, column: b, unit: kbit/s}": (150e3, 50e3),
+    }
+    (tmp_path / "s.csv").write_text("a,b\n1,100\n2,200\n")
+    for text, (mean, deviation) in cases.items():
+        problem = stated(tmp_path, text=f"\nuncertainty:\n  {path}: {text}\n")
+        inputs = InputSpace(problem, Changes())
+        found = read_uncertainties(problem, inputs)
+        [values] = columns_of(found, random_shares(1, 200_000, 1)).values()
+        mean = float(found[0].variables[0].nominal) if mean is None else mean
+        assert values.mean() == pytest.approx(mean, rel=0.01)
+        assert deviation is None or values.std() == pytest.approx(deviation, rel=0.02)
+
+
+def test_the_same_seed_gives_the_same_bytes(tmp_path: Path) -> None:
+    problem = stated(tmp_path)
+    results = [sensitivity(problem, design_of(problem.space), samples=2000, seed=seed).to_json() for seed in (5, 5, 6)]
+    assert results[0] == results[1] != results[2] and '"seed": 5' in results[0]
+
+
+def test_chances_are_counts(tmp_path: Path) -> None:
+    """The share of samples that the analysis itself finds good."""
+    problem = stated(tmp_path)
+    function = function_of(problem, design_of(problem.space))
+    uncertain = read_uncertainties(problem, function.inputs)
+    shares = random_shares(len(uncertain), 200, 0)
+    found = chance(function, uncertain, shares)
+    columns = columns_of(uncertain, shares)
+    good = 0
+    for sample in range(200):
+        values = list(function.inputs.nominal)
+        for index, column in columns.items():
+            values[index] = Fraction(float(column[sample]))
+        good += not function.broken(function.analysed(values))
+    assert found.all_met == good / 200
+
+
+def test_indices_of_a_sum_are_shares_of_its_variance(tmp_path: Path) -> None:
+    """Jitter is linear in execution times: two uniform inputs share its variance as the squares of their effects."""
+    problem = example("inmark_chapter2")
+    function = function_of(problem, design_of(problem.space))
+    number = function.outputs.names.index("jitter of f_gnss_lat")
+    program = function.programs[0]
+    paths = [
+        item.path
+        for item in function.inputs.variables
+        if item.end == "max" and item.index in program.variables(program.outputs[number])
+    ][:2]
+    text = f"\nuncertainty:\n  {paths[0]}: {{range: 10 ms .. 11 ms}}\n  {paths[1]}: {{range: 10 ms .. 13 ms}}\n"
+    problem = stated(tmp_path, "inmark_chapter2", text)
+    function = function_of(problem, design_of(problem.space))
+    uncertain = read_uncertainties(problem, function.inputs)
+    [found] = indices(function, uncertain, ["jitter of f_gnss_lat"], 0)
+    slopes = [
+        abs(bar.values[1] - bar.values[0])
+        for bar in bars(function, Fraction(1, 10), stated_ends(uncertain), ["jitter of f_gnss_lat"])
+        if bar.path in paths
+    ]
+    assert sorted(found.effect.values()) == pytest.approx(sorted(float(slope) for slope in slopes))
+    squares = [effect**2 for effect in found.effect.values()]
+    shares = [square / sum(squares) for square in squares]
+    assert list(found.first.values()) == pytest.approx(shares, abs=0.01)
+    assert list(found.total.values()) == pytest.approx(shares, abs=0.01)
+    assert list(found.spread.values()) == pytest.approx([0, 0], abs=1)
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_worst_corners_are_the_worst(tmp_path: Path, name: str) -> None:
+    """Every corner and random places inside are no worse than the corner that is proved."""
+    problem = stated(tmp_path, name)
+    function = function_of(problem, design_of(problem.space))
+    box = Box(read_uncertainties(problem, function.inputs))
+    proved = box.worsts(function)
+    source = numpy.random.default_rng(0)
+    places: list[list[Any]] = [
+        [ends[end] for ends, end in zip(box.ends, corner, strict=True)]
+        for corner in product((0, 1), repeat=len(box.ends))
+    ]
+    for _ in range(50):
+        places.append([low + (high - low) * Fraction(int(source.integers(0, 1000)), 1000) for low, high in box.ends])
+    for place in places:
+        values = list(function.inputs.nominal)
+        for item, value in zip(box.uncertain, place, strict=True):
+            item.set(values, value)
+        outputs = function.exact(values)
+        for bound, worst in proved:
+            sign = -1 if function.outputs.operators[bound.requirement][0] == ">" else 1
+            assert sign * (outputs[bound.limit] - outputs[bound.value]) >= sign * (worst.limit - worst.value)
+
+
+@pytest.mark.parametrize("name", ["starter", "inmark_chapter3"])
+def test_the_robust_front_is_that_of_brute_force(tmp_path: Path, name: str) -> None:
+    """Every design of the space, at every corner: those that hold at all of them, and their front."""
+    problem = stated(tmp_path, name)
+    found = solve_robust(problem, Changes(), Budget())
+    inputs = InputSpace(problem, Changes())
+    box = Box(read_uncertainties(problem, inputs))
+    robust: dict[tuple[int, ...], tuple[int, ...]] = {}
+    for design, evaluation in evaluated(Evaluator(problem.space)).items():
+        if not evaluation.is_feasible:
+            continue
+        function = DesignFunction(inputs, design)
+        corners = product((0, 1), repeat=len(box.ends))
+        if not any(function.broken(function.exact(box.values(inputs.nominal, corner))) for corner in corners):
+            robust[design] = evaluation.objectives
+    vectors = set(robust.values())
+    front = {
+        one
+        for one in vectors
+        if not any(other != one and all(a <= b for a, b in zip(other, one, strict=True)) for other in vectors)
+    }
+    assert {tuple(point.objectives.values()) for point in found.robust.front} == front
+    assert (found.robust.status == "infeasible") == (not front)
+    lost = {failure.point for failure in found.failures}
+    assert {point.id for point in found.nominal.front if point.design not in robust} == lost
+
+
+def test_a_range_of_no_width_changes_nothing(tmp_path: Path) -> None:
+    path = InputSpace(example("starter"), Changes()).variables[0].path
+    problem = stated(tmp_path, text=f"\nuncertainty:\n  {path}: {{factor: 1 .. 1}}\n")
+    found = solve_robust(problem, Changes(), Budget())
+    assert [point.design for point in found.robust.front] == [point.design for point in found.nominal.front]
+    assert not found.failures and all(one == other for one, other in found.price.values())
