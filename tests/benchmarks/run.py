@@ -141,7 +141,7 @@ def _genetic(case: Case, row: dict[str, Any], front: list[Any], options: Any) ->
             limit = ours_s * factor
             if limit > options.limit * 2:
                 continue
-            seeds = range(1, 2 if options.quick else 4)
+            seeds = range(1, 1 + min(3, options.repeats))
             runs = [measure("genetic", case, limit_s=limit, solver_seed=seed, algorithm=algorithm) for seed in seeds]
             fine = [run for run in runs if "failed" not in run]
             if not fine:

@@ -94,7 +94,7 @@ def _fronts(rows: list[dict[str, Any]]) -> Iterator[str]:
     yield ""
     yield "## Against genetic algorithms"
     yield ""
-    yield "pymoo on the vectorised analysis, with our time and with ten times that (at least 0.2 s; three seeds)."
+    yield "pymoo on the vectorised analysis, with our time and with ten times that (at least 0.2 s; up to three seeds)."
     yield "Hypervolume and found points as shares of the true front's. In pymoo's favour: the baseline is in the first"
     yield "population, the clock starts after imports and tables, and every non-dominated design ever evaluated counts."
     yield ""
