@@ -261,7 +261,8 @@ def _rewritten(member: Requirement, limit: Fraction) -> str:
     """The requirement as it may be written so that the others leave a design."""
     operator = {"<": "<=", ">": ">="}.get(member.operator, member.operator)
     quantity = Quantity(limit, member.limit.dimension, member.limit.unit)
-    number = convert(quantity, member.limit.unit) if member.limit.dimension is not None else limit
+    written = member.limit.dimension is not None and member.limit.unit != ""
+    number = convert(quantity, member.limit.unit) if written else limit
     return f"{member.metric.name} {operator} {format_number(number)} {member.limit.unit}".rstrip()
 
 

@@ -90,6 +90,8 @@ def _checked(data: Mapping[str, Any], loaded: Problem, method: Method, deadline:
         check_front(bench)
         check_others(bench)
         check_claims(bench, method, deadline)
+        if data["conflicts"]:
+            bench.remarks.append("the conflicts listed are not checked here: `dse explain` proves them anew")
     except UsageError as error:
         bench.find("problem.effective", str(error))
     except (KeyError, IndexError, TypeError, ValueError, AttributeError, OverflowError) as error:

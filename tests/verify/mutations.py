@@ -1,4 +1,4 @@
-"""Results with one thing wrong: each mutation changes one part of a true result, as consistently as a careful forger would."""
+"""Results with one thing wrong: each mutation changes one part of a true result, as a careful forger would."""
 
 from __future__ import annotations
 
@@ -38,7 +38,9 @@ def renumbered(data: Data, space: Space) -> Data:
     """Ids, ranks and scores as they would be if the listed points were the front."""
     names = [item["name"] for item in data["objectives"]]
     senses = [item["sense"] for item in data["objectives"]]
-    order = {vector: number for number, (_, vector, _) in enumerate(ranked([(v, ()) for v in vectors(data)], senses), 1)}
+    order = {
+        vector: number for number, (_, vector, _) in enumerate(ranked([(v, ()) for v in vectors(data)], senses), 1)
+    }
     if data["ranking"]["method"] == "ideal":
         ranks = rank("ideal", vectors(data), list(zip(names, senses, strict=True))).ranks
         for point, vector, number in zip(data["front"], vectors(data), ranks, strict=True):

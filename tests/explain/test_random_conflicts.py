@@ -1,0 +1,213 @@
+"""Conflicts, corrections and relaxed limits of random infeasible problems, against every design of their structure."""
+
+from __future__ import annotations
+
+import os
+import random
+import time
+from collections import Counter
+from collections.abc import Callable, Iterator
+from dataclasses import replace
+from fractions import Fraction
+from itertools import combinations
+
+import pytest
+from oracle.generator import random_problem
+
+import dse
+from dse.analysis.evaluate import Evaluator
+from dse.analysis.limits import build_limit, judge
+from dse.analysis.measures import all_metrics, build_measure
+from dse.analysis.views import View
+from dse.api.explaining import Explainer, Wishes
+from dse.api.problem import Problem
+from dse.errors import ProblemError
+from dse.pareto.conflicts import find_conflicts
+from dse.pareto.feasibility import Oracle, demanding
+from dse.pareto.relaxations import closest_limit
+from dse.space.metrics import metric_dimension
+from dse.space.types import Design, Metric, Requirement, Space
+from dse.spec.expressions import Operator
+from dse.units import DIMENSIONLESS, Quantity
+from dse.units.table import UNITS
+from dse.verification.exhaustion import exhaust
+from dse.verification.tables import build_tables
+
+WANTED = int(os.environ.get("DSE_CONFLICTS", "300"))
+MOST_MEMBERS = 9
+PARTS = 6
+
+
+@pytest.mark.parametrize("part", range(PARTS))
+def test_conflicts_are_minimal_and_limits_exact(part: int, record_property: Callable[[str, object], None]) -> None:
+    wanted = -(-WANTED // PARTS)
+    seen: Counter[str] = Counter()
+    for seed in range(part, 10 * WANTED, PARTS):
+        if seen["problems"] == wanted:
+            break
+        found = infeasible(seed)
+        if found is not None:
+            check(*found, seen, seed)
+            seen["problems"] += 1
+    record_property("seen", dict(seen))
+    assert seen["problems"] == wanted
+    assert seen["conflicts of several"] and seen["limits"]
+
+
+def infeasible(seed: int) -> tuple[Problem, list[Design]] | None:
+    """A random problem tightened until no design is left, and every design of its structure."""
+    try:
+        problem = dse.loads(random_problem(seed, "tiny"))
+    except ProblemError:
+        return None
+    space = problem.space
+    designs = structural_designs(space)
+    rng = random.Random(seed)
+    if not 2 <= len(designs) <= 1500:
+        return None
+    requirements = list(space.requirements)[:3]
+    fixed = {}
+    if rng.random() < 0.3:
+        decision = rng.choice([n for n, item in enumerate(space.decisions) if item.is_open])
+        fixed[decision] = rng.randrange(len(space.decisions[decision].options))
+    for _ in range(12):
+        asked = replace(space, requirements=tuple(requirements), rules=space.rules[:3], fixed=fixed)
+        if Brute(asked).infeasible(designs):
+            return replace(problem, space=asked), designs
+        if len(requirements) + len(asked.rules) + len(fixed) >= MOST_MEMBERS:
+            requirements.pop(rng.randrange(len(requirements)))
+        requirements.append(tight(rng, asked, designs))
+    return None
+
+
+class Brute:
+    """Which members each design meets, by the analysis; no solver, no encoding."""
+
+    def __init__(self, space: Space) -> None:
+        self.oracle = Oracle(space)
+
+    def infeasible(self, designs: list[Design]) -> bool:
+        return not any(self.oracle.met_by(design) == self.oracle.everything for design in designs)
+
+
+def structural_designs(space: Space) -> list[Design]:
+    try:
+        found = exhaust(build_tables(Evaluator(demanding(space, ()))), 20_000).designs
+    except Exception as error:  # noqa: BLE001 - too many for this test
+        assert type(error).__name__ in ("TooMany", "TooLarge")
+        return []
+    return [tuple(int(option) for option in row) for row in found]
+
+
+def tight(rng: random.Random, space: Space, designs: list[Design]) -> Requirement:
+    """A requirement that few designs meet."""
+    metrics = [metric for metric in all_metrics(space) if metric.kind != "response time"]
+    varying = [m for m in metrics if len({value(space, m, design) for design in rng.sample(designs, 2)}) > 1]
+    metric = rng.choice(varying or metrics)
+    operators: list[Operator] = ["<=", "<=", "<=", "<", ">=", ">", "=="]
+    operator = rng.choice(operators)
+    share = metric.kind == "utilisation" or (
+        metric.kind == "load" and rng.random() < 0.5 and all(leaf is not None for leaf in _bandwidths(space, metric))
+    )
+    dimension = DIMENSIONLESS if share else metric_dimension(space, metric)
+    unit = next((unit for unit, known in UNITS.items() if known == (Fraction(1), dimension)), "")
+    unit_limit = Quantity(Fraction(1), dimension, unit)
+    one = build_limit(space, Requirement("", metric, operator, unit_limit))
+    needed = sorted(one.measure.value(View(design)) / one.bound(View(design)) for design in designs)
+    few = needed if operator in ("<=", "<", "==") else needed[::-1]
+    limit = few[rng.randrange(max(1, len(few) // 4))]
+    return Requirement(f"{metric.name} {operator} {limit}", metric, operator, replace(unit_limit, value=limit), "test")
+
+
+def _bandwidths(space: Space, metric: Metric) -> Iterator[int | None]:
+    from dse.space.trees import leaves
+
+    return leaves(space.buses[metric.index or 0].bandwidth_bps)
+
+
+def value(space: Space, metric: Metric, design: Design) -> Fraction:
+    return build_measure(space, metric).value(View(design))
+
+
+def check(problem: Problem, designs: list[Design], seen: Counter[str], seed: int) -> None:
+    space = problem.space
+    oracle = Oracle(space)
+    met = {design: oracle.met_by(design) for design in designs}
+    found = find_conflicts(oracle, every=True)
+    assert found.all_conflicts and not found.stopped
+    assert {frozenset(item.members) for item in found.conflicts} == all_minimal_conflicts(oracle, set(met.values())), (
+        seed
+    )
+    for item in found.conflicts:
+        for number in item.members:
+            assert set(item.members) - {number} <= met[item.witnesses[number]], seed
+        seen["conflicts"] += 1
+        seen["conflicts of several"] += len(item.members) > 1
+        seen["rules"] += any(number >= len(space.requirements) for number in item.members)
+    seen["fixed"] += bool(space.fixed)
+    corrections = {oracle.everything - kept for kept in met.values()}
+    assert found.smallest is not None
+    assert len(found.smallest.members) == min(map(len, corrections))
+    assert {frozenset(item.members) for item in found.corrections} == {
+        item for item in corrections if not any(other < item for other in corrections)
+    }
+    for number in sorted({number for item in found.conflicts for number in item.members}):
+        check_limit(oracle, number, met, seen, seed)
+    explanation = Explainer.of(problem, Wishes(every=True), time.monotonic()).explanation()
+    assert explanation.status == "infeasible" and explanation.complete and explanation.exit_code == 4
+    helping = {item.demand.text for item in explanation.relaxations if item.helps}
+    assert helping == {oracle.members[number].text for item in corrections if len(item) == 1 for number in item}
+
+
+def all_minimal_conflicts(oracle: Oracle, met: set[frozenset[int]]) -> set[frozenset[int]]:
+    """By looking at every set of members, smallest first."""
+    minimal: set[frozenset[int]] = set()
+    for count in range(len(oracle.members) + 1):
+        for group in map(frozenset, combinations(range(len(oracle.members)), count)):
+            if not any(known <= group for known in minimal) and not any(group <= kept for kept in met):
+                minimal.add(group)
+    return minimal
+
+
+def check_limit(oracle: Oracle, number: int, met: dict[Design, frozenset[int]], seen: Counter[str], seed: int) -> None:
+    """At the limit found the others leave a design, strictly before it none; nor one counting unit less."""
+    member = oracle.members[number]
+    rest = oracle.everything - {number}
+    left = [View(design) for design, kept in met.items() if rest <= kept]
+    if not isinstance(member, Requirement) or (member.operator == "==" and member.metric.kind == "utilisation"):
+        return
+    closest = closest_limit(oracle.space_of(rest), member)
+    if not left:
+        assert closest is None, seed
+        return
+    assert closest is not None and rest <= met[closest.witness], seed
+    seen["limits"] += 1
+    seen["threads"] += bool(closest.thread)
+    if member.operator == "==":
+        distance = abs(closest.limit - member.limit.value)
+        needed = [values_at(oracle.space, member, view) for view in left]
+        assert distance == min(abs(limit - member.limit.value) for limit in needed), seed
+        return
+    up = member.operator in ("<=", "<")
+    loose: Operator = "<=" if up else ">="
+    strict: Operator = "<" if up else ">"
+    space = oracle.space
+
+    def holds(operator: Operator, limit: Fraction) -> bool:
+        moved = replace(member, operator=operator, limit=replace(member.limit, value=limit))
+        return any(judge(build_limit(space, moved), view).holds for view in left)
+
+    unit = Fraction(1, 10**6) if member.limit.dimension == DIMENSIONLESS else counting_unit(space, member)
+    assert holds(loose, closest.limit), seed
+    assert not holds(strict, closest.limit), seed
+    assert not holds(loose, closest.limit - unit if up else closest.limit + unit), seed
+
+
+def values_at(space: Space, member: Requirement, view: View) -> Fraction:
+    one = build_limit(space, replace(member, limit=replace(member.limit, value=Fraction(1))))
+    return one.measure.value(view) / one.bound(view)
+
+
+def counting_unit(space: Space, member: Requirement) -> Fraction:
+    one = build_limit(space, replace(member, limit=replace(member.limit, value=Fraction(1))))
+    return 1 / (one.bound(View(())) * one.measure.scale)

@@ -1,0 +1,155 @@
+"""What `dse verify` says of results on disk, of stopped searches and of other files; and the parts it is made of."""
+
+from __future__ import annotations
+
+import copy
+import json
+from itertools import product
+from pathlib import Path
+from typing import Any
+
+import pytest
+from support import PROBLEMS, load_space, raw_designs
+
+import dse
+from dse.analysis.evaluate import Evaluator
+from dse.analysis.validity import canonical
+from dse.cli.main import run
+from dse.errors import UsageError
+from dse.examples import example_path
+from dse.verification.exhaustion import TooMany, exhaust
+from dse.verification.geometry import covers, inside, uncovered
+from dse.verification.model import SecondModel
+from dse.verification.tables import build_tables
+
+STARTER = example_path("starter")
+
+
+def starter(**options: Any) -> dict[str, Any]:
+    data: dict[str, Any] = json.loads(dse.solve(STARTER, **options).to_json())
+    return data
+
+
+def places(data: dict[str, Any], **options: Any) -> list[str]:
+    return [item.place for item in dse.verify(data, problem=STARTER, **options).findings]
+
+
+@pytest.mark.parametrize("path", PROBLEMS, ids=lambda path: path.stem)
+def test_enumeration_is_the_analysis_on_every_combination(path: Path) -> None:
+    evaluator = Evaluator(load_space(path))
+    expected = {}
+    for raw in raw_designs(evaluator.space):
+        evaluation = evaluator.evaluate(raw)
+        if evaluation.is_feasible:
+            expected[canonical(evaluator.space, raw)] = evaluation.objectives
+    found = exhaust(build_tables(evaluator))
+    signs = [1 if item.sense == "minimise" else -1 for item in evaluator.space.objectives]
+    rows = [tuple(int(option) for option in row) for row in found.designs]
+    assert len(rows) == len(set(rows))
+    vectors = [tuple(s * int(v) for s, v in zip(signs, row, strict=True)) for row in found.vectors]
+    assert dict(zip(rows, vectors, strict=True)) == expected
+
+
+@pytest.mark.parametrize("path", PROBLEMS, ids=lambda path: path.stem)
+def test_second_model_has_exactly_the_designs(path: Path) -> None:
+    evaluator = Evaluator(load_space(path))
+    tables = build_tables(evaluator)
+    found = exhaust(tables)
+    model = SecondModel(tables)
+    for vector in sorted({tuple(map(int, row)) for row in found.vectors})[:20]:
+        inner = [value + 1 for value in vector]
+        assert model.in_region(inner, vector).answer == "design"
+        for axis in range(len(vector)):
+            below = [value if at == axis else value + 1 for at, value in enumerate(vector)]
+            better = ((found.vectors < below).all(axis=1)).any()
+            assert model.in_region(below).answer == ("design" if better else "none")
+
+
+def test_uncovered_is_what_counting_says() -> None:
+    outer = (4, 3, 3)
+    points = [(1, 1, 0), (0, 2, 2)]
+    regions = [(1, 2, 3), (4, 1, 3), (0, 3, 3), (4, 3, 0)]
+    left = {
+        cell
+        for cell in product(*map(range, outer))
+        if not any(covers(point, cell) for point in points) and not any(inside(cell, region) for region in regions)
+    }
+    found = uncovered(points, regions, outer)
+    assert (found is None) == (not left)
+    assert found is None or tuple(value - 1 for value in found) in left
+    assert uncovered(points, [(4, 3, 3)], outer) is None
+    assert uncovered([], [], (1,)) == (1,)
+
+
+def test_too_many_designs_are_left_to_the_model() -> None:
+    tables = build_tables(Evaluator(dse.load(STARTER).space))
+    with pytest.raises(TooMany):
+        exhaust(tables, 10)
+
+
+def test_findings_name_what_is_wrong() -> None:
+    data = starter()
+    assert places(data) == []
+    price = copy.deepcopy(data)
+    price["front"][1]["objectives"]["price"] += 1
+    assert places(price)[0] == "front[1].objectives.price"
+    missing = copy.deepcopy(data)
+    del missing["refuted"][0]
+    assert places(missing) == ["refuted"]
+    point = copy.deepcopy(data)
+    point["front"].pop()
+    found = dse.verify(point, problem=STARTER)
+    assert any("nothing is said of the region" in item.text and "it holds" in item.text for item in found.findings)
+
+
+def test_an_infeasible_result_is_proved_again(tmp_path: Path) -> None:
+    data = starter(max_jitter="1ms")
+    assert data["status"] == "infeasible"
+    found = dse.verify(data, problem=STARTER)
+    assert found.status == "verified"
+    assert "asked beyond the file: jitter of sensor_to_actuator <= 1 ms" in found.remarks
+    data["problem"]["effective"]["requirements"].pop()
+    assert dse.verify(data, problem=STARTER).status == "rejected"
+
+
+def test_a_stopped_result_says_what_is_open() -> None:
+    data = starter()
+    stopped = copy.deepcopy(data)
+    stopped["status"] = "incomplete"
+    stopped["unexplored"] = [stopped["refuted"].pop(1)]
+    assert dse.verify(stopped, problem=STARTER).status == "verified"
+    dishonest = copy.deepcopy(stopped)
+    dishonest["unexplored"][0]["price"] -= 1
+    assert places(dishonest) == ["unexplored"]
+    dishonest = copy.deepcopy(stopped)
+    dishonest["unexplored"][0]["price"] += 1
+    assert places(dishonest) == ["unexplored[0]"]
+
+
+@pytest.mark.parametrize("broken", [{}, {"front": 3}, {"front": [{}]}, {"front": [], "problem": {}}, {"front": [None]}])
+def test_no_result_at_all(broken: dict[str, Any], tmp_path: Path) -> None:
+    file = tmp_path / "r.json"
+    file.write_text(json.dumps({"format": "dse-result/1", **broken}))
+    try:
+        found = dse.verify(file, problem=STARTER)
+    except UsageError:
+        return
+    assert found.status == "rejected"
+
+
+def test_command(tmp_path: Path, capfd: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    Path("p.yaml").write_text(STARTER.read_text())
+    assert run(["solve", "p.yaml", "--json", "r.json", "-q"]) == 0
+    assert run(["verify", "r.json"]) == 0
+    assert "Verified" in capfd.readouterr().out
+    assert run(["verify", "r.json", "--method", "model", "--json", "-"]) == 0
+    assert json.loads(capfd.readouterr().out)["status"] == "verified"
+    Path("elsewhere").mkdir()
+    Path("p.yaml").rename("elsewhere/p.yaml")
+    assert run(["verify", "r.json"]) == 2
+    assert run(["verify", "r.json", "--problem", "elsewhere/p.yaml"]) == 0
+    Path("elsewhere/p.yaml").write_text(STARTER.read_text() + "\n# another\n")
+    capfd.readouterr()
+    assert run(["verify", "r.json", "--problem", "elsewhere/p.yaml"]) == 3
+    assert "problem.sha256" in capfd.readouterr().out
