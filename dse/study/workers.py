@@ -11,7 +11,8 @@ import os
 import signal
 import threading
 from collections import deque
-from collections.abc import Callable, Generator, Sequence
+from collections.abc import Callable, Generator, Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass
 from multiprocessing.connection import Connection, wait
 from typing import Any
@@ -64,7 +65,8 @@ class _Crew:
     def _started(self) -> _Worker:
         ours, theirs = self.context.Pipe()
         process = self.context.Process(target=_work, args=(self.task, theirs), daemon=True)
-        process.start()
+        with _interrupts_ignored():  # the child is born deaf to Ctrl-C, which is ours to handle
+            process.start()
         theirs.close()
         return _Worker(process, ours)
 
@@ -114,6 +116,18 @@ class _Crew:
             worker.process.terminate()
         for worker in self.workers:
             worker.process.join()
+
+
+@contextmanager
+def _interrupts_ignored() -> Iterator[None]:
+    if threading.current_thread() is not threading.main_thread():
+        yield
+        return
+    before = signal.signal(signal.SIGINT, signal.SIG_IGN)
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGINT, before)
 
 
 def _work(task: Task, pipe: Connection) -> None:

@@ -80,7 +80,7 @@ def test_break_points_agree_with_a_grid(name: str, text: str) -> None:
     count = 40 if LONG else 8
     places = {low + (high - low) * number / count for number in range(count + 1)}
     shown = starts if LONG else [starts[0], starts[len(starts) // 2], starts[-1]]
-    places |= {start for start in shown} | {start - Fraction(1, 1000) for start in shown if start > low}
+    places |= set(shown) | {start - Fraction(1, 1000) for start in shown if start > low}
     for place in sorted(places):
         assert solved_anew(problem.space, axis, place, outcome["unit"]) == expected(outcome, place), float(place)
 

@@ -89,9 +89,8 @@ def test_three_workers_one_killed(tmp_path: Path, capsys: pytest.CaptureFixture[
     with Store(tmp_path / "s") as store:
         assert store.solved() == RUNS
     with capsys.disabled():
-        print(
-            f"\n{RUNS} runs: one worker {alone_s:.1f} s, three with one killed {together_s:.1f} s, ratio {alone_s / together_s:.2f}"
-        )
+        said = f"one worker {alone_s:.1f} s, three with one killed {together_s:.1f} s, ratio {alone_s / together_s:.2f}"
+        sys.stderr.write(f"\n{RUNS} runs: {said}\n")
 
 
 @pytest.mark.filterwarnings("default")

@@ -70,7 +70,7 @@ def test_a_value_that_makes_no_valid_problem_is_told_beside_the_others() -> None
     problem = example("starter")
     path = next(path for path in Inputs(merged_data(problem)).groups if path.endswith(".max"))
     result = sweep(problem, f"{path}=0 ms,900 ms")
-    assert [run.status for run in result.runs][0] == "invalid" and result.exit_code == 3
+    assert result.runs[0].status == "invalid" and result.exit_code == 3
     assert "the minimum is above the maximum" in str(result.runs[0].outcome)
 
 

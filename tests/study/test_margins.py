@@ -76,7 +76,7 @@ def same_options(problem: Problem, margin: Margin, value: Fraction) -> bool:
 
 @pytest.mark.parametrize("name", [*NAMES, *([] if LONG else ["inmark"])])
 def test_margins_agree_with_analyse(name: str) -> None:
-    """The last value that holds does, the first that breaks does, by `dse analyse` of the edited file; and nothing sooner."""
+    """By `dse analyse` of the edited file the last value holds, the first that breaks does; nothing sooner."""
     problem = example(name)
     decisions = design_of(problem.space)
     problem = loads(effective_text({**merged_data(problem), "rules": []}))  # margins are about requirements
