@@ -19,7 +19,7 @@ from dse.analysis.views import View
 from dse.space.metrics import metric_dimension, total_unit
 from dse.space.slots import carriers
 from dse.space.trees import Tree, at, leaves
-from dse.space.types import Connection, Derived, Figures, Flow, Metric, Slot, Space, Step
+from dse.space.types import Bus, Component, Connection, Derived, Flow, Metric, Slot, Space, Step
 from dse.units import DATA, DATA_RATE, DIMENSIONLESS, FREQUENCY, LENGTH, MONEY, POWER, TIME, Dimension
 
 PPM = 10**6
@@ -44,8 +44,8 @@ DISPLAY: dict[Dimension, tuple[str, Fraction]] = {
 class Term:
     """One summand, with the thread or connection that it belongs to.
 
-    Where it is a coefficient times a rate, both parts are there too, for the search's sake. `scheduled` tells that it is, or holds,
-    a response time, which consults whatever shares its processor.
+    Where it is a coefficient times a rate, both parts are there too, for the search's sake. `scheduled` tells that it is,
+    or holds, a response time, which consults whatever shares its processor.
     """
 
     label: str
@@ -100,7 +100,7 @@ def build_measure(space: Space, metric: Metric) -> Measure:
     unit = {"price": "ct", "power": "mW"}.get(metric.kind, space.totals.get(metric.key, ""))
     trees = list(_figure_trees(space, metric))
     scale = lcm(*(Fraction(leaf).denominator for _, tree in trees for leaf in leaves(tree) if leaf is not None))
-    return _scaled(metric, unit, tuple(_figure_term(label, tree) for label, tree in trees), scale)
+    return _scaled(metric, unit, tuple(_figure_term(space, item, tree) for item, tree in trees), scale)
 
 
 def _scaled(metric: Metric, unit: str, terms: tuple[Term, ...], scale: int) -> Measure:
@@ -234,23 +234,32 @@ def _coefficients(space: Space, term: Term) -> set[Fraction]:
     return {Fraction(leaf[1], 1000) for leaf in leaves(tree) if leaf is not None}
 
 
-def _figure_trees(space: Space, metric: Metric) -> Iterator[tuple[str, Tree]]:
+def _figure_trees(space: Space, metric: Metric) -> Iterator[tuple[Slot | Component, Tree]]:
     """The figures that a price, power or total sums: of every slot and component, or of the one that `of` names."""
-    items: Sequence[Slot | object] = (*space.processors, *space.buses, *space.components)
+    items: Sequence[Slot | Component] = (*space.processors, *space.buses, *space.components)
     for item in items:
-        name: str = item.name  # type: ignore[attr-defined]
-        figures: Figures = item.figures  # type: ignore[attr-defined]
-        if metric.of and metric.of != name:
+        figures = item.figures
+        if metric.of and metric.of != item.name:
             continue
         tree = {"price": figures.price_ct, "power": figures.power_mw}.get(metric.kind)
         if metric.kind == "total":
             tree = figures.totals.get(metric.key)
         if tree is not None:
-            yield name, tree
+            yield item, tree
 
 
-def _figure_term(label: str, tree: Tree) -> Term:
-    return Term(label, lambda view: ZERO + (at(tree, view) or 0))
+def _figure_term(space: Space, item: Slot | Component, tree: Tree) -> Term:
+    """A figure of a slot or component; a virtual bus type used directly has it where something is bound to it."""
+    if not (isinstance(item, Bus) and item.direct):
+        return Term(item.name, lambda view: ZERO + (at(tree, view) or 0))
+    number = space.buses.index(item)
+    users = [wire for wire in space.connections if number in reachable_buses(space, wire)]
+
+    def value(view: View) -> Fraction:
+        used = any(number in bus_stack(space, wire, view) for wire in users)
+        return ZERO + (at(tree, view) or 0) if used else ZERO
+
+    return Term(item.name, value)
 
 
 def _derived(space: Space, metric: Metric, derived: Derived) -> Measure:

@@ -329,13 +329,17 @@ def _atom(space: Space, condition: Condition) -> Atom:
 
 
 def _used(space: Space, name: str) -> UsedTest:
-    """A slot that is not empty, or a type that some slot or component has."""
+    """A slot that is not empty, or a type that some slot or component has, or to which something is bound directly."""
     slots = {slot.name: slot for slot in (*space.processors, *space.buses)}
     if name in slots and name not in slots[name].types:
         reference = space.references[f"{name}.type"]
         return UsedTest(((reference.tree, tuple(item for item in slots[name].types if item != EMPTY)),))
+    direct = [number for number, bus in enumerate(space.buses) if bus.direct and bus.name == name]
+    own = {f"{name}.type"} if direct else set()
     having = [item for item in space.references.values() if item.kind == "type" and name in item.texts]
     if not having:
         match = get_close_matches(name, _bare_names(space), n=1)
         raise QuestionError(f"nothing is called {shown(name)}", f'did you mean "{match[0]}"?' if match else "")
-    return UsedTest(tuple((item.tree, (name,)) for item in having))
+    bindings = [*(item.bus for item in space.connections), *(item.carrier for item in space.buses)]
+    bound = [(tree, (number,)) for number in direct for tree in bindings if number in set(leaves(tree))]
+    return UsedTest((*((item.tree, (name,)) for item in having if item.name not in own), *bound))

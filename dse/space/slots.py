@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
 from typing import Any
 
 from dse.space.figures import FieldReader, Ledger, Owner, Path, per_processor_type, type_choice
@@ -115,6 +116,9 @@ def _bus(ledger: Ledger, spec: Spec, name: str, index: Mapping[str, int]) -> Bus
         carrier = read_named(ledger, name, "bus", (*path, "bus"), given.bus, index)
         carrier = type_choice(decision, [None if option == EMPTY else carrier for option in options])
         ledger.settle(decision_of(ledger, f"{name}.bus"), carrier)
+        reference = ledger.references.get(f"{name}.bus")
+        if reference is not None:
+            ledger.references[reference.name] = replace(reference, tree=carrier)
     figures = read_figures(ledger, owner, spec.totals)
     overhead = graft(overhead, lambda size: size or 0)
     return Bus(
@@ -130,6 +134,7 @@ def _bus(ledger: Ledger, spec: Spec, name: str, index: Mapping[str, int]) -> Bus
         latency_ns=latency,
         overhead_bytes=overhead,
         carrier=carrier,
+        direct=given is None,
     )
 
 

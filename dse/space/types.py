@@ -78,7 +78,8 @@ class Processor(Slot):
 class Bus(Slot):
     """A bus slot. Leaves of `fixed_ns`, `per_byte_ns` and `latency_ns` are time ranges, `PerProcessorType` or None.
 
-    Both parts of the transmission time are None where there is none; `carrier` leaves are bus indices or None.
+    Both parts of the transmission time are None where there is none; `carrier` leaves are bus indices or None. `direct`
+    is a virtual bus type used without an entry: it is there, and costs, where something is bound to it.
     """
 
     virtual: bool
@@ -88,6 +89,7 @@ class Bus(Slot):
     latency_ns: Tree
     overhead_bytes: Tree
     carrier: Tree
+    direct: bool = False
 
 
 @dataclass(frozen=True)

@@ -150,6 +150,8 @@ class Architecture:
             if self.limited:
                 types[name]["bandwidth"] = self.rng.choice(BANDWIDTHS)
             self._add_bus_figures(types[name], virtual=True)
+            if self.chance(0.3):
+                types[name] |= {"price": self.rng.choice(["3 EUR", "49.5 EUR"]), "power": "250 mW"}
         self.document["bus_types"] = types
 
     def _add_bus_figures(self, body: dict[str, Any], virtual: bool) -> None:

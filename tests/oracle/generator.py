@@ -3,11 +3,11 @@
 An architecture with too many alternatives is drawn first, then thinned out until it has few enough designs; limits
 are drawn last, around values that designs attain, so that they bind, just hold, or just fail.
 
-Left out, because the documents do not say what it means: lists of processes, deadlines or whole transmission times,
-prices of virtual bus types, response times without execution times, maps that lack a processor type, flows that start
-at a hybrid component or one with a queue, or with a connection to a periodic one, `load` of a virtual bus type, shares
-of buses without a bandwidth, data rates without sizes in flows and on trigger connections, connections over a bus with
-neither, and processes whose threads can never meet on one processor.
+Left out, because the documents do not say what it means or the product refuses it: lists of processes, deadlines or
+whole transmission times, alternatives inside virtual bus types, response times without execution times, maps that lack
+a processor type, flows that start at a hybrid component or one with a queue, or with a connection to a periodic one,
+`load` of a virtual bus type, shares of buses without a bandwidth, data rates without sizes in flows and on trigger
+connections, connections over a bus with neither, and processes whose threads can never meet on one processor.
 """
 
 from __future__ import annotations

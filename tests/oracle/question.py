@@ -91,6 +91,7 @@ def _names_in_use(problem: Problem) -> list[str]:
     for section in ("processors", "buses"):
         for name in problem.sections[section]:
             names += [_quote(name), *(t for t in problem.types(name) if t != NONE)]
+    names += [name for name in problem.buses if name not in problem.sections["buses"]]
     return list(dict.fromkeys(names))
 
 
