@@ -62,5 +62,11 @@ class ProblemError(DseError):
         super().__init__("\n".join(str(item) for item in self.diagnostics))
 
 
+class TooLargeError(DseError):
+    """The figures are such that sums leave the range of exact arithmetic; says which."""
+
+    exit_code = EXIT_INVALID
+
+
 class RefereeError(AssertionError):
     """The solver's figures and the analysis disagree: a bug of ours, never the user's."""

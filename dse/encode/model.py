@@ -21,6 +21,7 @@ from dse.encode.rates import RateVariables, add_acyclic_activation
 from dse.encode.requirements import add_limit
 from dse.encode.rules import add_rule
 from dse.encode.sums import measure_form
+from dse.errors import TooLargeError
 from dse.space.trees import Choice
 from dse.space.types import EMPTY, INACTIVE, Design
 
@@ -75,9 +76,17 @@ def encode(evaluator: Evaluator) -> EncodedSpace:
 
     Raises
     ------
-    OverflowError
+    TooLargeError
         when a sum would leave the range of exact arithmetic, naming what it is a sum of.
     """
+    try:
+        return _encode(evaluator)
+    except OverflowError as error:
+        raise TooLargeError(f"too large to search exactly: {error}") from error
+
+
+def _encode(evaluator: Evaluator) -> EncodedSpace:
+    """The contents page."""
     space = evaluator.space
     board = Board(space)
     add_decisions(board)
