@@ -9,9 +9,10 @@ from typing import Any
 from dse.analysis.measures import all_metrics
 from dse.api.problem import ORIGIN, Problem, complete_design
 from dse.errors import UsageError
+from dse.space.metrics import check_limit
 from dse.space.questions import QuestionError, read_objective, read_requirements, read_rule
 from dse.space.types import Design, Objective, Requirement, Rule, Space
-from dse.spec.grammar import ExpressionError
+from dse.spec.grammar import ExpressionError, parse_requirement
 
 
 def restated(problem: Problem, effective: Mapping[str, Any]) -> Problem:
@@ -66,11 +67,10 @@ def _requirements(space: Space, text: str) -> list[Requirement]:
         return own
     for metric in sorted(all_metrics(space), key=lambda item: len(item.name), reverse=True):
         rest = text.removeprefix(metric.name).lstrip()
-        if text.startswith(metric.name) and rest[:1] in "<>=":
-            kind, of, name = metric.name.partition(" of ")
-            quote = "'" if '"' in name else '"'
-            found = read_requirements(space, f"{kind}{of}{quote}{name}{quote} {rest}" if of else text, ORIGIN)
-            return [replace(item, text=text) for item in found]
+        if text.startswith(metric.name) and rest[:1] in ("<", ">", "="):
+            stated = parse_requirement(f"price {rest}")
+            check_limit(space, metric, stated.limit)
+            return [Requirement(text, metric, stated.operator, stated.limit, ORIGIN)]
     return [replace(item, text=text) for item in read_requirements(space, text, ORIGIN)]
 
 
@@ -80,9 +80,11 @@ def _rule(space: Space, text: str) -> Rule:
 
 
 def _objective(space: Space, text: str) -> Objective:
+    for own in space.objectives:
+        if f"{own.sense} {own.metric.name}" == text:
+            return own
     sense, _, name = text.partition(" ")
     for metric in all_metrics(space):
         if metric.name == name and sense in ("minimise", "maximise"):
             return Objective(text, "minimise" if sense == "minimise" else "maximise", metric)
-    own = [item for item in space.objectives if f"{item.sense} {item.metric.name}" == text]
-    return own[0] if own else read_objective(space, text)
+    return read_objective(space, text)

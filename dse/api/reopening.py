@@ -10,7 +10,7 @@ from typing import Any
 
 from dse.analysis.evaluate import Evaluator
 from dse.api.origins import origin_of
-from dse.api.problem import baseline_design
+from dse.api.problem import Problem, baseline_design
 from dse.api.recalling import named_design
 from dse.api.resuming import read_search
 from dse.errors import UsageError
@@ -19,6 +19,7 @@ from dse.results.result import (
     Clash,
     Conflict,
     ObjectiveInfo,
+    Origin,
     Others,
     Point,
     Result,
@@ -62,7 +63,7 @@ def reopen(path: str | Path, problem: str | Path | None = None) -> Result:
         )
         ranking = data["ranking"] if isinstance(data.get("ranking"), dict) else {}
         return Result(
-            problem=replace(origin_of(asked), file=str(data["problem"]["file"])),
+            problem=_origin(asked, str(data["problem"]["file"])),
             space=space,
             status=data["status"],
             objectives=infos,
@@ -79,6 +80,12 @@ def reopen(path: str | Path, problem: str | Path | None = None) -> Result:
         )
     except (KeyError, TypeError, ValueError, AttributeError) as error:
         raise UsageError(f"{path}: is not a whole result: {error!r}") from error
+
+
+def _origin(asked: Problem, named: str) -> Origin:
+    """The file goes by the name that the result gives it, as long as it is found there."""
+    origin = origin_of(asked)
+    return replace(origin, file=named) if Path(named).is_file() else origin
 
 
 def _checked(

@@ -16,6 +16,7 @@ from dse.api.problem import Changes, Problem, baseline_design, changed, load
 from dse.api.resuming import read_search
 from dse.errors import UsageError
 from dse.pareto.front import Budget, FrontSearch, Progress, Watch, search_front
+from dse.results.order import ranked_by
 from dse.results.result import ObjectiveInfo, Point, Result, Search, decisions_of, ranked
 from dse.space.size import space_size
 from dse.space.types import Space
@@ -163,7 +164,8 @@ def solve_asked(asked: Problem, budget: Budget, watcher: Watcher, earlier: Front
     if result.status == "infeasible":
         wishes = Wishes(time_limit_s=_time_to_explain(budget, started), seed=budget.seed)
         result = replace(result, conflicts=conflicts_of(asked, wishes))
-    return replace(result, search=replace(result.search, wall_s=round(time.monotonic() - started, 3)))
+    result = replace(result, search=replace(result.search, wall_s=round(time.monotonic() - started, 3)))
+    return ranked_by(result, "ideal")
 
 
 def result_of(asked: Problem, evaluator: Evaluator, search: FrontSearch, budget: Budget) -> Result:

@@ -40,7 +40,9 @@ def question_options(command: F) -> F:
     more = (
         click.option("--require", multiple=True, metavar="TEXT", help="A further requirement or rule."),
         click.option("--fix", multiple=True, metavar="'DECISION = OPTION'", help="Fix a decision."),
-        click.option("--profile", type=click.Choice(["dse", "osate-2.2", "osate-2.19"]), help="Latency rules to apply."),
+        click.option(
+            "--profile", type=click.Choice(["dse", "osate-2.2", "osate-2.19"]), help="Latency rules to apply."
+        ),
         click.option(
             "--worst-case",
             type=click.Choice(["execution-time", "deadline"]),

@@ -16,11 +16,17 @@ from dse.cli.common import (
     json_option,
     question_options,
     ranking_options,
+    report_folder,
+    write_files,
     write_text,
 )
 
 if TYPE_CHECKING:
-    from dse.pareto.front import Progress
+    from pathlib import Path
+
+    from dse.api.problem import Changes, Problem
+    from dse.pareto.front import FrontSearch, Progress
+    from dse.results.result import Result
 
 PLAIN_STEP_S = 2.0
 
@@ -48,19 +54,52 @@ class Seconds(click.ParamType[float]):
 @click.command("solve")
 @click.argument("file", type=click.Path(exists=True, dir_okay=False), required=False)
 @question_options
-@click.option("--minimise", "--minimize", multiple=True, metavar="METRIC", help="Objectives instead of those of the file.")
+@click.option(
+    "--minimise", "--minimize", multiple=True, metavar="METRIC", help="Objectives instead of those of the file."
+)
 @click.option("--maximise", "--maximize", multiple=True, metavar="METRIC", help="The same, to be maximised.")
-@click.option("--time-limit", type=Seconds(), help="Stop after this time with the front so far, e.g. 60s (exit code 5).")
-@click.option("--seed", type=click.IntRange(0, 2**31 - 1), default=0, show_default=True, help="Of the solver; the front does not depend on it.")
-@click.option("--workers", type=click.IntRange(1, 64), default=2, show_default=True, help="Regions searched at the same time; the front does not depend on it.")
+@click.option(
+    "--time-limit", type=Seconds(), help="Stop after this time with the front so far, e.g. 60s (exit code 5)."
+)
+@click.option(
+    "--seed",
+    type=click.IntRange(0, 2**31 - 1),
+    default=0,
+    show_default=True,
+    help="Of the solver; the front does not depend on it.",
+)
+@click.option(
+    "--workers",
+    type=click.IntRange(1, 64),
+    default=2,
+    show_default=True,
+    help="Regions searched at the same time; the front does not depend on it.",
+)
 @click.option(
     "--resume",
     type=click.Path(exists=True, dir_okay=False),
     metavar="RESULT",
     help="Go on with the stopped search of a result file; the question is that of the result.",
 )
-@click.option("--robust", is_flag=True, help="Let every requirement hold for all values that `uncertainty` states; tell what that costs.")
+@click.option(
+    "--robust",
+    is_flag=True,
+    help="Let every requirement hold for all values that `uncertainty` states; tell what that costs.",
+)
 @ranking_options
+@click.option(
+    "--alternatives",
+    type=click.IntRange(1, 1000),
+    metavar="K",
+    help="Also up to K other designs with exactly the objectives of each alternative shown, chosen to differ.",
+)
+@click.option(
+    "--within",
+    metavar="SHARE",
+    help="Also designs with every objective at most so much worse, e.g. 5%; marked as dominated.",
+)
+@click.option("--report", is_flag=True, help="Also write a report: HTML, Markdown, CSV and JSON.")
+@click.option("-o", "--output", "folder", default="reports", show_default=True, metavar="DIR", help="Where reports go.")
 @json_option
 @click.option("--csv", "csv_path", metavar="PATH", help="Also write the front as CSV; - for standard output.")
 @click.option("-q", "--quiet", is_flag=True, help="Print nothing but what --json or --csv ask for.")
@@ -75,6 +114,10 @@ def command(
     robust: bool,
     rank_by: str | None,
     top: int | None,
+    alternatives: int | None,
+    within: str | None,
+    report: bool,
+    folder: str,
     json_path: str | None,
     csv_path: str | None,
     quiet: bool,
@@ -89,22 +132,18 @@ def command(
     if json_path == "-" and csv_path == "-":
         raise click.UsageError("only one of --json and --csv can go to standard output")
     check_writable(json_path, csv_path)
-    from dse.api.problem import baseline_design, changed, load
-    from dse.api.resuming import read_search
+    target = report_folder(folder) if report else None
+    from dse.api.problem import baseline_design
+    from dse.api.siblings import DEFAULT_COUNT, read_share, with_others
     from dse.api.solving import Watcher, solve_asked
     from dse.pareto.front import Budget
     from dse.results.order import check_ranking, ranked_by
 
     texts = [f"minimise {text}" for text in minimise] + [f"maximise {text}" for text in maximise]
     changes = changes_of(options, tuple(texts))
-    if resume is not None:
-        if changes.is_anything:
-            raise click.UsageError("--resume goes on with the question of the result: no further limits or objectives")
-        asked, earlier = read_search(resume, file)
-    elif file is not None:
-        asked, earlier = changed(load(file), changes), None
-    else:
-        raise click.UsageError("missing argument FILE")
+    asked, earlier = _question(file, resume, changes)
+    if within is not None:
+        read_share(within)
     check_ranking(rank_by or "ideal", asked.space, has_baseline=baseline_design(asked.space) is not None)
     if robust:
         if file is None or resume is not None:
@@ -114,13 +153,12 @@ def command(
         with _Reporter(quiet=quiet) as progress:
             study = solve_robustly(file, changes, Budget(time_limit, seed, workers), progress)
         return show_robust(study, rank_by or "ideal", top, json_path, csv_path, quiet=quiet)
-    checkpoint = None
-    if json_path is not None and json_path != "-":
-        path = json_path
-        checkpoint = lambda result: write_text(path, result.to_json())  # noqa: E731
     with _Reporter(quiet=quiet) as progress:
-        result = solve_asked(asked, Budget(time_limit, seed, workers), Watcher(progress, checkpoint), earlier)
+        watcher = Watcher(progress, _checkpoint(json_path))
+        result = solve_asked(asked, Budget(time_limit, seed, workers), watcher, earlier)
     result = ranked_by(result, rank_by or "ideal")
+    if alternatives is not None or within is not None:
+        result = with_others(result, alternatives or DEFAULT_COUNT, within, top, seed=seed, time_limit_s=time_limit)
     if not quiet and "-" not in (json_path, csv_path):
         from dse.report.terminal import print_result
 
@@ -129,7 +167,39 @@ def command(
         write_text(json_path, result.to_json())
     if csv_path is not None:
         write_text(csv_path, result.to_csv())
+    if target is not None:
+        _write_report(result, target, quiet=quiet)
     return result.exit_code
+
+
+def _question(file: str | None, resume: str | None, changes: Changes) -> tuple[Problem, FrontSearch | None]:
+    """The problem as it is asked, and the search to go on with."""
+    from dse.api.problem import changed, load
+    from dse.api.resuming import read_search
+
+    if resume is not None:
+        if changes.is_anything:
+            raise click.UsageError("--resume goes on with the question of the result: no further limits or objectives")
+        return read_search(resume, file)
+    if file is None:
+        raise click.UsageError("missing argument FILE")
+    return changed(load(file), changes), None
+
+
+def _checkpoint(json_path: str | None) -> Callable[[Result], None] | None:
+    """What writes the result so far."""
+    if json_path is None or json_path == "-":
+        return None
+    return lambda result: write_text(json_path, result.to_json())
+
+
+def _write_report(result: Result, folder: Path, *, quiet: bool) -> None:
+    from dse.report.document import Document
+    from dse.report.writing import report_files
+
+    for path in write_files(folder, report_files(Document(result))):
+        if not quiet:
+            click.echo(f"report: {path}", err=True)
 
 
 class _Reporter:

@@ -174,11 +174,9 @@ def rate_words(loss: Delta, gain: Delta, currency: str) -> str:
 def others_words(others: Others) -> str:
     """How many designs share a point's objectives or come near, and whether these are all."""
     count = len(others.designs)
-    what = (
-        f"with each objective at most {readable(others.within * 10**6, 'ppm')} worse"
-        if others.within
-        else "with exactly the same objectives"
-    )
+    what = "with exactly the same objectives"
+    if others.within:
+        what = f"beside the front with each objective at most {readable(others.within * 10**6, 'ppm')} worse"
     if not count:
         return f"No other design {what}" + (
             ": proved." if others.more is False else " was found before the search stopped."

@@ -36,8 +36,11 @@ def decisions_in_file(path: str | Path, number: str) -> Mapping[str, str]:
     UsageError
         when the file is no result or has no such alternative.
     """
-    front = read_result(path)["front"]
-    for point in front:
+    data = read_result(path)
+    front = data["front"]
+    others = data.get("others")
+    more = [item for group in others if isinstance(group, dict) for item in group.get("designs", [])] if others else []
+    for point in [*front, *more]:
         if isinstance(point, dict) and str(point.get("id")) == number and isinstance(point.get("decisions"), dict):
             return {str(name): str(option) for name, option in point["decisions"].items()}
     raise UsageError(f"{path}: has no alternative {number!r}; ids run from 1 to {len(front)}")

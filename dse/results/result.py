@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     import pandas
 
 FORMAT = "dse-result/1"
+FORMULA = ("=", "+", "-", "@", "\t", "\r")
 
 
 @dataclass(frozen=True)
@@ -225,7 +226,9 @@ class Result:
         """
         import pandas
 
-        return pandas.DataFrame([dict(zip(self.columns, row, strict=True)) for row in self._rows()], columns=self.columns)
+        return pandas.DataFrame(
+            [dict(zip(self.columns, row, strict=True)) for row in self._rows()], columns=self.columns
+        )
 
     @property
     def columns(self) -> list[str]:
@@ -247,13 +250,17 @@ class Result:
         return rows
 
     def to_csv(self) -> str:
-        """`frame` as CSV text, units in the header."""
+        """`frame` as CSV text, units in the header; a text that a spreadsheet would take for a formula gets an apostrophe."""
         units = {**self.metric_units, **{item.name: item.unit for item in self.objectives}}
         out = io.StringIO()
         writer = csv.writer(out, lineterminator="\n")
-        writer.writerow([f"{name} [{units[name]}]" if name in units else name for name in self.columns])
-        writer.writerows(self._rows())
+        writer.writerow([_cell(f"{name} [{units[name]}]" if name in units else name) for name in self.columns])
+        writer.writerows([_cell(value) for value in row] for row in self._rows())
         return out.getvalue()
+
+
+def _cell(value: Any) -> Any:
+    return f"'{value}" if isinstance(value, str) and value[:1] in FORMULA else value
 
 
 def exact(value: Fraction) -> int | str:
@@ -270,7 +277,9 @@ def decisions_of(space: Space, design: Design) -> dict[str, str]:
     }
 
 
-def ranked(rows: Sequence[tuple[tuple[int, ...], Design]], senses: Sequence[str]) -> list[tuple[int, tuple[int, ...], Design]]:
+def ranked(
+    rows: Sequence[tuple[tuple[int, ...], Design]], senses: Sequence[str]
+) -> list[tuple[int, tuple[int, ...], Design]]:
     """(rank, vector, design) in the order of rank, then of the objectives."""
     distances = ideal_distances([vector for vector, _ in rows], senses)
     found = zip(competition_ranks(distances), rows, strict=True)

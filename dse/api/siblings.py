@@ -1,0 +1,114 @@
+"""Further designs at or near the points of a result, as `dse solve --alternatives K --within 5%` asks for them."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Iterator
+from dataclasses import replace
+from fractions import Fraction
+
+from dse.analysis.evaluate import Evaluator
+from dse.errors import UsageError
+from dse.pareto.alternatives import Finder, Neighbourhood
+from dse.results.changes import changes_between
+from dse.results.result import Others, Point, Result, Sibling, decisions_of
+from dse.units import DIMENSIONLESS, UnitError, parse_quantity
+
+DEFAULT_COUNT = 3
+
+
+def with_others(
+    result: Result,
+    count: int = DEFAULT_COUNT,
+    within: str | None = None,
+    top: int | None = None,
+    *,
+    seed: int = 0,
+    time_limit_s: float | None = None,
+) -> Result:
+    """The result with other designs of its first points.
+
+    Parameters
+    ----------
+    result
+        from `dse.solve`.
+    count
+        how many designs to look for at each point.
+    within
+        a share such as ``"5 %"``: also designs whose objectives are each at most so much worse than the point's.
+    top
+        at how many points, in the order of rank; all when None.
+    seed, time_limit_s
+        of the solver.
+
+    Raises
+    ------
+    UsageError
+        when `within` is no share.
+    """
+    share = None if within is None else read_share(within)
+    deadline = None if time_limit_s is None else time.monotonic() + time_limit_s
+    evaluator = Evaluator(result.space)
+    finder = Finder(evaluator, seed=seed, deadline=deadline)
+    front = [point.design for point in result.front]
+    found: list[Others] = []
+    for point in result.front[:top]:
+        objectives = [point.objectives[info.name] for info in result.objectives]
+        ties = finder.near(objectives, point.design, count)
+        found.append(_others(result, evaluator, point, ties, Fraction(0), 1))
+        if share is not None:
+            known = [*front, *(design for design, _ in ties.designs)]
+            near = finder.near(objectives, point.design, count, share, known)
+            found.append(_others(result, evaluator, point, near, share, len(ties.designs) + 1))
+    return replace(result, others=tuple(found))
+
+
+def read_share(text: str) -> Fraction:
+    """``5%`` as 1/20.
+
+    Raises
+    ------
+    UsageError
+        when it is no positive share.
+    """
+    try:
+        quantity = parse_quantity(text)
+    except UnitError as error:
+        raise UsageError(f"--within {text}: {error.message}") from error
+    if quantity.dimension != DIMENSIONLESS or not quantity.unit or quantity.value <= 0:
+        raise UsageError(f"--within {text}: expected a share such as 5%")
+    return quantity.value
+
+
+def _others(
+    result: Result, evaluator: Evaluator, point: Point, found: Neighbourhood, within: Fraction, first: int
+) -> Others:
+    names = [info.name for info in result.objectives]
+    designs = []
+    for number, (design, vector) in enumerate(found.designs, start=first):
+        objectives = dict(zip(names, vector, strict=True))
+        designs.append(
+            Sibling(
+                id=f"{point.id}.{number}",
+                objectives=objectives,
+                metrics=evaluator.metric_values(design),
+                decisions=decisions_of(result.space, design),
+                design=design,
+                dominated_by=tuple(_dominating(result, objectives)),
+                different=len(changes_between(result.space, point.design, design)),
+            )
+        )
+    return Others(point.id, within, tuple(designs), found.more)
+
+
+def _dominating(result: Result, objectives: dict[str, int]) -> Iterator[int]:
+    """The points that are no worse in any objective, and better in one."""
+    for point in result.front:
+        gains = [
+            objectives[info.name] - point.objectives[info.name]
+            if info.sense == "minimise"
+            else point.objectives[info.name] - objectives[info.name]
+            for info in result.objectives
+        ]
+        if min(gains) >= 0 and max(gains) > 0:
+            yield point.id

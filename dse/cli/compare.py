@@ -1,0 +1,31 @@
+"""``dse compare``."""
+
+from __future__ import annotations
+
+import json
+
+import click
+
+from dse.cli.common import check_writable, console, json_option, write_text
+
+
+@click.command("compare")
+@click.argument("one", metavar="A")
+@click.argument("other", metavar="B")
+@click.option(
+    "--problem", type=click.Path(exists=True, dir_okay=False), metavar="FILE", help="The problem file, if it has moved."
+)
+@json_option
+def command(one: str, other: str, problem: str | None, json_path: str | None) -> int:
+    """Two results (RESULT.json), two designs (RESULT.json#ID), or a design and baseline, side by side."""
+    check_writable(json_path)
+    from dse.api.comparing import compare
+
+    found = compare(one, other, problem)
+    if json_path != "-":
+        from dse.report.comparison import print_comparison
+
+        print_comparison(console(), found)
+    if json_path is not None:
+        write_text(json_path, json.dumps(found.to_dict(), ensure_ascii=False, indent=1) + "\n")
+    return 0

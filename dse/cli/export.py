@@ -1,0 +1,42 @@
+"""``dse export``."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+
+from dse.cli.common import check_writable, write_text
+
+if TYPE_CHECKING:
+    from dse.api.exporting import Format
+
+FORMATS: tuple[Format, ...] = ("problem", "ros2", "dot", "graphml")
+
+
+@click.command("export")
+@click.argument("result", type=click.Path(exists=True, dir_okay=False))
+@click.option(
+    "--alternative", required=True, metavar="ID", help="The alternative's id, or that of another design (3.1)."
+)
+@click.option(
+    "--format", "form", type=click.Choice(FORMATS), default="problem", show_default=True, help="What to write."
+)
+@click.option("-o", "--output", default="-", metavar="PATH", help="The file to write; standard output if left out.")
+@click.option(
+    "--problem", type=click.Path(exists=True, dir_okay=False), metavar="FILE", help="The problem file, if it has moved."
+)
+def command(result: str, alternative: str, form: Format, output: str, problem: str | None) -> int:
+    """A chosen design: the problem file with its decisions fixed, ROS 2 parameters, Graphviz or GraphML.
+
+    The problem file keeps its comments, has the design as its baseline, and is read back before it is handed out:
+    `dse analyse` gives the same figures for it.
+    """
+    check_writable(output)
+    from dse.api.exporting import export
+    from dse.api.reopening import reopen
+
+    folder = Path() if output == "-" else Path(output).parent
+    write_text(output, export(reopen(result, problem), alternative, form, folder))
+    return 0

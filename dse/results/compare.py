@@ -1,0 +1,185 @@
+"""Two designs, or two results, side by side."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from fractions import Fraction
+from typing import Any
+
+from dse.results.analysis import Analysis
+from dse.results.result import ObjectiveInfo, Point, Result, exact
+
+FORMAT = "dse-comparison/1"
+
+
+@dataclass(frozen=True)
+class Line:
+    """One thing in two designs: texts or exact numbers in `unit`; None where a design does not have it."""
+
+    name: str
+    one: Any
+    other: Any
+    unit: str = ""
+
+    @property
+    def differs(self) -> bool:
+        """Whether the two are not the same."""
+        return bool(self.one != self.other)
+
+    @property
+    def difference(self) -> Fraction | None:
+        """Other minus one, for numbers that both have."""
+        if isinstance(self.one, Fraction) and isinstance(self.other, Fraction):
+            return self.other - self.one
+        return None
+
+
+@dataclass(frozen=True)
+class DesignComparison:
+    """Two designs: their decisions, metrics, and how each meets the requirements that its problem states."""
+
+    names: tuple[str, str]
+    decisions: tuple[Line, ...]
+    metrics: tuple[Line, ...]
+    verdicts: tuple[Line, ...]
+    currency: str
+
+    def to_dict(self) -> dict[str, Any]:
+        """In the form ``dse-comparison/1``."""
+        return {
+            "format": FORMAT,
+            "of": "designs",
+            "names": list(self.names),
+            "decisions": {line.name: [line.one, line.other] for line in self.decisions},
+            "metrics": {
+                line.name: {"values": [_number(line.one), _number(line.other)], "unit": line.unit}
+                for line in self.metrics
+            },
+            "requirements": {line.name: [line.one, line.other] for line in self.verdicts},
+        }
+
+
+@dataclass(frozen=True)
+class PointComparison:
+    """A point against the other front: the ids of those with the same objectives, and of those that dominate it."""
+
+    point: Point
+    equal: tuple[int, ...]
+    dominated_by: tuple[int, ...]
+
+
+@dataclass(frozen=True)
+class ResultComparison:
+    """Two results with the same objectives: what was asked and found, and each point against the other front."""
+
+    names: tuple[str, str]
+    results: tuple[Result, Result]
+    facts: tuple[Line, ...]
+    points: tuple[tuple[PointComparison, ...], tuple[PointComparison, ...]]
+
+    def to_dict(self) -> dict[str, Any]:
+        """In the form ``dse-comparison/1``."""
+        return {
+            "format": FORMAT,
+            "of": "results",
+            "names": list(self.names),
+            "facts": {line.name: [line.one, line.other] for line in self.facts},
+            "points": [
+                [
+                    {
+                        "id": item.point.id,
+                        "objectives": dict(item.point.objectives),
+                        "equal": list(item.equal),
+                        "dominated_by": list(item.dominated_by),
+                    }
+                    for item in points
+                ]
+                for points in self.points
+            ],
+        }
+
+
+def compare_designs(names: tuple[str, str], one: Analysis, other: Analysis) -> DesignComparison:
+    """Two analysed designs; what only one of them has is None in the other."""
+    held = [
+        {verdict.requirement.text: _verdict(verdict.holds) for verdict in analysis.verdicts}
+        for analysis in (one, other)
+    ]
+    return DesignComparison(
+        names=names,
+        decisions=_lines(one.decisions, other.decisions),
+        metrics=tuple(
+            Line(line.name, line.one, line.other, one.metric_units.get(line.name) or other.metric_units[line.name])
+            for line in _lines(one.metrics, other.metrics)
+        ),
+        verdicts=_lines(*held),
+        currency=one.space.currency,
+    )
+
+
+def compare_results(names: tuple[str, str], one: Result, other: Result) -> ResultComparison:
+    """Two results that ask for the same objectives.
+
+    Raises
+    ------
+    ValueError
+        when they do not.
+    """
+    asked = [[(info.name, info.sense) for info in result.objectives] for result in (one, other)]
+    if asked[0] != asked[1]:
+        raise ValueError("the results have different objectives: compare designs of them instead (RESULT.json#ID)")
+    facts = _lines(_facts(one), _facts(other))
+    points = tuple(
+        tuple(_against(point, mine, theirs) for point in mine.front) for mine, theirs in ((one, other), (other, one))
+    )
+    return ResultComparison(names, (one, other), facts, (points[0], points[1]))
+
+
+def _facts(result: Result) -> dict[str, str]:
+    asked = result.problem.effective
+    return {
+        "problem": result.problem.name,
+        "problem SHA-256": result.problem.sha256[:12],
+        "profile": str(asked["profile"]),
+        "requirements": "; ".join(asked["requirements"]),
+        "rules": "; ".join(asked["rules"]),
+        "fixed": "; ".join(f"{name} = {value}" for name, value in asked["fixed"].items()),
+        "status": result.status,
+        "points": str(len(result.front)),
+    }
+
+
+def _against(point: Point, mine: Result, theirs: Result) -> PointComparison:
+    here = _losses(point, mine.objectives)
+    equal, better = [], []
+    for other in theirs.front:
+        there = _losses(other, theirs.objectives)
+        if there == here:
+            equal.append(other.id)
+        elif all(a <= b for a, b in zip(there, here, strict=True)):
+            better.append(other.id)
+    return PointComparison(point, tuple(equal), tuple(better))
+
+
+def _losses(point: Point, infos: Sequence[ObjectiveInfo]) -> list[Fraction]:
+    """Objectives to be minimised, in base units: the counting units of two results may differ."""
+    found = []
+    for info in infos:
+        scale = info.unit.rpartition(" ")[0].removeprefix("1/")
+        value = Fraction(point.objectives[info.name], int(scale) if info.unit.startswith("1/") else 1)
+        found.append(value if info.sense == "minimise" else -value)
+    return found
+
+
+def _lines(one: Mapping[str, Any], other: Mapping[str, Any]) -> tuple[Line, ...]:
+    names = [*one, *(name for name in other if name not in one)]
+    return tuple(Line(name, one.get(name), other.get(name)) for name in names)
+
+
+def _verdict(holds: bool) -> str:
+    return "holds" if holds else "broken"
+
+
+def _number(value: Fraction | None) -> int | str | None:
+    return None if value is None else exact(value)

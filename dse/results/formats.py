@@ -1,0 +1,128 @@
+"""A design for other tools: ROS 2 parameters with the rates, Graphviz, GraphML."""
+
+from __future__ import annotations
+
+import io
+import re
+from collections.abc import Iterator
+
+from dse.analysis.rates import rate_hz
+from dse.analysis.views import View
+from dse.results.editing import yaml_text
+from dse.results.graph import architecture_graph
+from dse.space.trees import at
+from dse.space.types import Design, Space
+
+
+def ros2_parameters(space: Space, design: Design, title: str) -> str:
+    """A ROS 2 parameter file: a node per process (or per thread without one), with rates and periods of threads.
+
+    Node and parameter names become what ROS allows; where that changes one, the original is in a comment. Rates are
+    those of activation, in Hz.
+    """
+    return "\n".join([f"# {_line(title)}", *_nodes(space, design)]) + "\n"
+
+
+def _nodes(space: Space, design: Design) -> Iterator[str]:
+    view = View(design)
+    nodes: dict[str, list[int]] = {}
+    for number, component in enumerate(space.components):
+        if component.section == "threads":
+            nodes.setdefault(at(component.process, view) or component.name, []).append(number)
+    taken: set[str] = set()
+    for name, numbers in nodes.items():
+        yield f"{_unique(name, taken)}:{_original(name)}"
+        yield "  ros__parameters:"
+        inside: set[str] = set()
+        for number in numbers:
+            component = space.components[number]
+            indent = "    "
+            if component.name != name:
+                local = component.name.removeprefix(f"{name}.")
+                yield f"{indent}{_unique(local, inside)}:{_original(local)}"
+                indent += "  "
+            for line in _parameters(space, number, view):
+                yield indent + line
+
+
+def _parameters(space: Space, number: int, view: View) -> Iterator[str]:
+    component = space.components[number]
+    period, rate = at(component.period_ns, view), rate_hz(space, ("activation", number), view)
+    protocol = at(component.protocol, view) or ("aperiodic" if period is None else "periodic")
+    yield f"dispatch_protocol: {yaml_text(str(protocol))}"
+    if period is not None:
+        yield f"period_s: {_float(period / 10**9)}"
+    yield f"rate_hz: {_float(float(rate))}"
+    processor = at(component.processor, view)
+    if processor is not None:
+        yield f"# runs on {_line(space.processors[processor].name)}"
+
+
+def _float(value: float) -> str:
+    """A number that ROS reads as a double: with a point and without an exponent."""
+    text = f"{value:.9f}".rstrip("0")
+    return f"{text}0" if text.endswith(".") else text
+
+
+def _unique(name: str, taken: set[str]) -> str:
+    """A ROS name: letters, digits and underscores, no digit first; numbered where another one has it."""
+    plain = re.sub(r"[^A-Za-z0-9_]+", "_", name).strip("_") or "node"
+    plain = f"n_{plain}" if plain[0].isdigit() else plain
+    found, number = plain, 2
+    while found in taken:
+        found, number = f"{plain}_{number}", number + 1
+    taken.add(found)
+    return yaml_text(found)
+
+
+def _original(name: str) -> str:
+    return "" if re.fullmatch(r"[A-Za-z_][A-Za-z0-9_]*", name) else f"  # {_line(name)}"
+
+
+def _line(text: str) -> str:
+    return "".join(char if char.isprintable() else " " for char in text)
+
+
+def graphviz(space: Space, design: Design) -> str:
+    """The architecture in the DOT language: components, slots, connections and bindings."""
+    graph = architecture_graph(space, design)
+    lines = [f"digraph {_dot(space.name)} {{", "  rankdir=LR; node [shape=box, style=rounded];"]
+    shapes = {"processor": "box3d", "bus": "cds", "device": "box"}
+    numbers = {name: f"n{number}" for number, name in enumerate(graph.nodes)}
+    for name, facts in graph.nodes(data=True):
+        details = [facts.get("type"), facts.get("dispatch_protocol")]
+        if facts.get("period_ns") is not None:
+            details.append(f"{facts['period_ns'] / 1e6:g} ms")
+        label = "\n".join([name, *(str(item) for item in details if item and item != name)])
+        shape = f", shape={shapes[facts['kind']]}" if facts["kind"] in shapes else ""
+        lines.append(f"  {numbers[name]} [label={_dot(label)}{shape}];")
+    for source, target, key, facts in graph.edges(keys=True, data=True):
+        ends = f"{numbers[source]} -> {numbers[target]}"
+        if facts["kind"] == "connection":
+            path = " over ".join(facts["buses"])
+            label = f"{key}\n{path}" if path else key
+            lines.append(f"  {ends} [label={_dot(label)}];")
+        else:
+            lines.append(f"  {ends} [label={_dot(facts['kind'])}, style=dashed, arrowhead=none];")
+    return "\n".join([*lines, "}"]) + "\n"
+
+
+def _dot(text: str) -> str:
+    """A quoted string; a line break becomes one of Graphviz's."""
+    return '"' + text.replace("\\", "\\\\").replace('"', '\\"').replace("\n", "\\n") + '"'
+
+
+def graphml(space: Space, design: Design) -> str:
+    """The architecture as GraphML; the buses of a connection are one text."""
+    import networkx
+
+    graph = architecture_graph(space, design)
+    for _, _, facts in graph.edges(data=True):
+        for name, value in list(facts.items()):
+            if value is None:
+                del facts[name]
+            elif isinstance(value, list):
+                facts[name] = " over ".join(value)
+    out = io.BytesIO()
+    networkx.write_graphml(graph, out)
+    return out.getvalue().decode() + "\n"

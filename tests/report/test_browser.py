@@ -1,0 +1,270 @@
+"""The report in headless Chromium, opened from disk with networking off."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator
+from itertools import pairwise
+from pathlib import Path
+from typing import Any
+
+import pytest
+from report.browser import Browser, needs_browser
+from results.hostile import hostile_result
+
+import dse
+from dse.examples import example_path
+from dse.report.document import Document
+from dse.report.writing import report_files
+
+pytestmark = needs_browser
+
+
+@pytest.fixture(scope="module")
+def browser() -> Iterator[Browser]:
+    opened = Browser()
+    yield opened
+    opened.close()
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The report of the robot's front."""
+    target = tmp_path_factory.mktemp("report")
+    for name, content in report_files(Document(dse.solve(example_path("inmark")))):
+        (target / name).write_text(content, encoding="utf-8")
+    return target
+
+
+@pytest.fixture
+def page(browser: Browser, folder: Path) -> Browser:
+    browser.open(folder / "inmark.html")
+    return browser
+
+
+def plotted(browser: Browser, view: str, data: str) -> list[dict[str, Any]]:
+    """The rows of a data set of a plot."""
+    return list(browser.run(f"JSON.parse(JSON.stringify(dseReport.state.{view}.data('{data}')))"))
+
+
+@pytest.mark.parametrize("dark", [False, True], ids=["light", "dark"])
+@pytest.mark.parametrize("width", [390, 1280], ids=["phone", "desktop"])
+def test_opens_without_an_error_or_a_request(
+    browser: Browser, folder: Path, tmp_path: Path, width: int, dark: bool
+) -> None:
+    browser.open(folder / "inmark.html", width, dark)
+    assert browser.problems() == []
+    assert [url for url in browser.requests() if not url.startswith(("file:", "data:", "blob:", "about:"))] == []
+    assert browser.run("document.documentElement.scrollWidth") <= width  # only tables and drawings scroll sideways
+    assert browser.run("document.querySelectorAll('.plot svg').length") == 5
+    paper = browser.run("getComputedStyle(document.body).backgroundColor")
+    assert paper == ("rgb(20, 24, 31)" if dark else "rgb(255, 255, 255)")
+    browser.screenshot(tmp_path / "page.png")
+    assert (tmp_path / "page.png").stat().st_size > 50_000
+
+
+def test_plots_have_the_data_of_the_json(page: Browser, folder: Path) -> None:
+    data = json.loads((folder / "inmark.json").read_text(encoding="utf-8"))
+    expected = {
+        point["id"]: (
+            point["objectives"]["jitter of gnss_to_sprayer"] / 1e6,
+            point["objectives"]["price"] / 100,
+            point["objectives"]["utilisation of computer"] / 1e4,
+        )
+        for point in data["front"]
+    }
+    rows = plotted(page, "views.scatter", "front")
+    assert {row["id"] for row in rows} == set(expected)
+    for row in rows:
+        assert (row["o0"], row["o1"], row["o2"]) == pytest.approx(expected[row["id"]])
+    lines = plotted(page, "views.parallel", "lines")
+    assert {(row["id"], row["axis"]) for row in lines} == {(number, axis) for number in expected for axis in range(3)}
+    for axis, name in enumerate(item["name"] for item in data["objectives"]):
+        best = min(expected, key=lambda number: expected[number][axis])
+        assert max((row["place"], -row["id"]) for row in lines if row["axis"] == axis)[0] == 1
+        assert next(row["place"] for row in lines if row["id"] == best and row["name"] == name) == 1
+
+
+def test_the_waterfall_adds_up_to_the_latency_of_the_json(page: Browser, folder: Path) -> None:
+    data = json.loads((folder / "inmark.json").read_text(encoding="utf-8"))
+    for number in (1, 17):
+        page.run(f"dseReport.choose({number})")
+        metrics, decisions = next((p["metrics"], p["decisions"]) for p in data["front"] if p["id"] == number)
+        for position, flow in enumerate(("gnss_to_sprayer", "software_chain")):
+            rows = plotted(page, f"details[{position}].view", "rows")
+            assert sum(row["max_ns"] for row in rows) == metrics[f"latency of {flow}"]
+            assert sum(row["min_ns"] for row in rows) == metrics[f"min latency of {flow}"]
+            assert rows[-1]["end"] == pytest.approx(metrics[f"latency of {flow}"] / 1e6)
+        shares = plotted(page, "details[2].view", "shares")
+        used = sum(row["share"] for row in shares if row["name"] == "computer")
+        cores = {"RT101": 4, "Spectra": 2}[decisions["computer.type"]]
+        assert used * cores == pytest.approx(metrics["utilisation of computer"] / 1e4)
+
+
+def selected(browser: Browser) -> list[Any]:
+    """What each view says is chosen: state, scatter, parallel coordinates, row and button of the table, details."""
+    return list(
+        browser.run(
+            """[
+              dseReport.state.chosen,
+              dseReport.state.views.scatter.signal('chosen'),
+              dseReport.state.views.parallel.signal('chosen'),
+              Number(document.querySelector('#front-table tr.chosen').dataset.id),
+              Number(document.querySelector('#front-table input:checked').value),
+              Number(document.getElementById('alternative-title').textContent.split('#')[1]),
+            ]"""
+        )
+    )
+
+
+def test_choosing_in_the_table_chooses_everywhere(page: Browser) -> None:
+    assert selected(page) == [1] * 6
+    page.run("document.querySelector('#front-table tr[data-id=\"12\"] td:nth-child(4)').click()")
+    page.wait("dseReport.state.views.parallel.signal('chosen') === 12 && dseReport.state.details.length === 3")
+    assert selected(page) == [12] * 6
+    assert page.problems() == []
+
+
+def test_choosing_in_the_scatter_plot_chooses_everywhere(page: Browser) -> None:
+    # the cheapest with the most jitter stands alone enough to be hit: bottom right of the plot
+    place = page.run(
+        """(() => {
+          const view = dseReport.state.views.scatter, node = document.querySelector('#scatter');
+          node.scrollIntoView({block: 'center', behavior: 'instant'});
+          const row = dseReport.data.front.find((record) => record.id === 25);
+          const box = node.querySelector('svg').getBoundingClientRect(), origin = view.origin();
+          return [box.left + origin[0] + view.scale('x')(row.o0), box.top + origin[1] + view.scale('y')(row.o1)];
+        })()"""
+    )
+    page.click(*place)
+    page.wait("dseReport.state.chosen !== 1")
+    number = page.run("dseReport.state.chosen")
+    assert number in (23, 24, 25)
+    page.wait("dseReport.state.details.length === 3")
+    assert selected(page) == [number] * 6
+    assert page.problems() == []
+
+
+def test_choosing_a_line_chooses_everywhere(page: Browser) -> None:
+    place = page.run(
+        """(() => {
+          const view = dseReport.state.views.parallel, node = document.querySelector('#parallel');
+          node.scrollIntoView({block: 'center', behavior: 'instant'});
+          const box = node.querySelector('svg').getBoundingClientRect(), origin = view.origin();
+          const row = (axis) => view.data('lines').find((record) => record.id === 20 && record.axis === axis);
+          const at = (axis) => [view.scale('x')(row(axis).name), view.scale('y')(row(axis).place)];
+          const [one, two] = [at(1), at(2)];
+          const part = 0.92;  // near the right end, where the three lines that reach the bottom are alone
+          return [box.left + origin[0] + one[0] + part * (two[0] - one[0]),
+                  box.top + origin[1] + one[1] + part * (two[1] - one[1])];
+        })()"""
+    )
+    page.click(*place)
+    page.wait("dseReport.state.chosen !== 1")
+    number = page.run("dseReport.state.chosen")
+    assert number in (18, 19, 20)
+    page.wait("dseReport.state.details.length === 3")
+    assert selected(page) == [number] * 6
+
+
+def kept(browser: Browser) -> list[list[int]]:
+    """What each view keeps: scatter, parallel coordinates, table."""
+    return list(
+        browser.run(
+            """[
+              dseReport.state.views.scatter.signal('kept'),
+              dseReport.state.views.parallel.signal('kept'),
+              [...document.querySelectorAll('#front-table tbody tr:not(.out)')].map((row) => Number(row.dataset.id)),
+            ]"""
+        )
+    )
+
+
+def test_a_limit_fades_in_every_view(page: Browser, folder: Path) -> None:
+    data = json.loads((folder / "inmark.json").read_text(encoding="utf-8"))
+    prices = sorted({point["objectives"]["price"] for point in data["front"]})
+    page.run(
+        """(() => { const input = document.getElementById('limit-1'); input.value = '1';
+        input.dispatchEvent(new Event('input')); })()"""
+    )
+    expected = sorted(point["id"] for point in data["front"] if point["objectives"]["price"] <= prices[1])
+    page.wait("dseReport.state.views.parallel.signal('kept') !== null")
+    assert [sorted(part) for part in kept(page)] == [expected] * 3
+    assert page.run("document.getElementById('count').textContent").startswith(f"{len(expected)} of 39")
+    page.run("document.querySelector('#limits button').click()")
+    page.wait("dseReport.state.views.parallel.signal('kept') === null")
+    assert len(kept(page)[2]) == 39
+
+
+def test_a_rectangle_in_the_scatter_plot_fades_elsewhere(page: Browser) -> None:
+    box = page.run(
+        """(() => {
+          const view = dseReport.state.views.scatter, node = document.querySelector('#scatter');
+          node.scrollIntoView({block: 'center', behavior: 'instant'});
+          const box = node.querySelector('svg').getBoundingClientRect(), origin = view.origin();
+          const at = (x, y) => [box.left + origin[0] + view.scale('x')(x), box.top + origin[1] + view.scale('y')(y)];
+          return [at(5, 500), at(45, 250)];
+        })()"""
+    )
+    (left, top), (right, bottom) = box
+    for kind, x, y in (
+        ("mouseMoved", left, top),
+        ("mousePressed", left, top),
+        ("mouseMoved", (left + right) / 2, (top + bottom) / 2),
+        ("mouseMoved", right, bottom),
+        ("mouseReleased", right, bottom),
+    ):
+        page.call("Input.dispatchMouseEvent", type=kind, x=x, y=y, button="left", buttons=1, clickCount=1)
+    page.wait("dseReport.state.kept !== null && dseReport.state.kept.length === 9")
+    expected = page.run("dseReport.data.front.filter((r) => r.o0 <= 45 && r.o1 <= 500).map((r) => r.id)")
+    assert [sorted(part) for part in kept(page)] == [sorted(expected)] * 3
+
+
+def test_the_keyboard_is_enough(page: Browser) -> None:
+    page.press("Tab", 9)
+    assert page.run("document.activeElement.className") == "skip"
+    assert page.run("getComputedStyle(document.activeElement).outlineStyle") == "solid"
+    assert page.run("document.activeElement.getBoundingClientRect().left") >= 0
+    page.run("document.querySelector('#front-table input:checked').focus()")
+    page.press("ArrowDown", 40)
+    page.wait("dseReport.state.chosen === 2 && dseReport.state.details.length === 3")
+    assert selected(page) == [2] * 6
+
+
+def test_a_screen_reader_has_names_and_tables(page: Browser) -> None:
+    assert page.run("document.documentElement.lang") == "en"
+    assert page.run("[...document.querySelectorAll('figure')].every((f) => f.querySelector('figcaption'))")
+    assert page.run("[...document.querySelectorAll('input, select')].every((e) => e.labels.length || e.ariaLabel)")
+    assert page.run("[...document.querySelectorAll('table')].every((t) => t.caption && t.tHead)")
+    assert page.run(
+        "[...document.querySelectorAll('svg')].every((s) => s.parentElement.ariaLabel || s.querySelector('title'))"
+    )
+    headings = page.run("[...document.querySelectorAll('h1, h2, h3, h4')].map((h) => Number(h.tagName[1]))")
+    assert headings[0] == 1
+    assert all(after <= before + 1 for before, after in pairwise(headings))
+    rows = page.run("[...document.querySelectorAll('#alternative details table')].map((t) => t.tBodies[0].rows.length)")
+    first = Document(dse.solve(example_path("inmark"))).alternatives[0]
+    assert rows[0] == len(first.flows[0].source.rows) + 1  # every row, also those without time, and the total
+
+
+def test_on_paper_it_is_light_and_whole(browser: Browser, folder: Path) -> None:
+    browser.open(folder / "inmark.html", dark=True, media="print")
+    assert browser.run("getComputedStyle(document.body).backgroundColor") == "rgb(255, 255, 255)"
+    assert browser.run("getComputedStyle(document.getElementById('limits')).display") == "none"
+    assert browser.problems() == []
+
+
+def test_hostile_names_are_text(browser: Browser, tmp_path: Path) -> None:
+    result = hostile_result()
+    files = dict(report_files(Document(result)))
+    path = tmp_path / "hostile.html"
+    path.write_text(next(text for name, text in files.items() if name.endswith(".html")), encoding="utf-8")
+    browser.open(path)
+    for point in result.front:
+        browser.run(f"dseReport.choose({point.id})")
+        assert browser.run("document.querySelectorAll('script').length") == 3
+        assert browser.run("document.querySelectorAll('img, b:not(p > b):not(li > b), iframe').length") == 0
+        assert browser.run("[...document.querySelectorAll('*')].every((e) => !e.onerror && !e.onclick)")
+    assert "<script>alert('x')</script>" in browser.run("document.querySelector('h1').textContent")
+    assert browser.problems() == []
+    assert [url for url in browser.requests() if "x.invalid" in url] == []

@@ -1,0 +1,249 @@
+"""Reports without a browser: what the files say, that they are small and whole, and that names stay text."""
+
+from __future__ import annotations
+
+import csv
+import io
+import json
+import re
+from dataclasses import replace
+from html.parser import HTMLParser
+from itertools import pairwise
+from pathlib import Path
+
+import pytest
+from results.hostile import NAMES, hostile_result
+
+import dse
+from dse.cli.main import run
+from dse.examples import example_path
+from dse.report.document import Document
+from dse.report.figures import figure_files
+from dse.report.html import html_report
+from dse.report.layout import layered
+from dse.report.markdown import escaped, markdown_report
+from dse.report.theme import DARK, LIGHT
+from dse.report.words import GAPS, REDUCED
+from dse.report.writing import report_files
+from dse.results.result import Result
+
+
+class Reader(HTMLParser):
+    """Tags, attributes and texts of a page; scripts and styles apart."""
+
+    def __init__(self, text: str) -> None:
+        super().__init__()
+        self.tags: list[str] = []
+        self.ids: list[str] = []
+        self.addresses: list[str] = []
+        self.texts: list[str] = []
+        self.feed(text)
+
+    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
+        self.tags.append(tag)
+        for name, value in attrs:
+            assert not name.startswith("on"), (tag, name)
+            if name == "id":
+                self.ids.append(value or "")
+            if name in ("src", "href", "action", "data"):
+                self.addresses.append(value or "")
+
+    def handle_data(self, data: str) -> None:
+        if not self.tags or self.tags[-1] not in ("script", "style"):
+            self.texts.append(data)
+
+
+@pytest.fixture(scope="module")
+def robot() -> Result:
+    return dse.solve(example_path("inmark"))
+
+
+@pytest.fixture(scope="module")
+def page(robot: Result) -> Reader:
+    return Reader(html_report(Document(robot)))
+
+
+def test_the_page_needs_nothing_else(page: Reader) -> None:
+    assert page.addresses
+    assert all(address.startswith("#") for address in page.addresses)
+    assert not set(page.tags) & {"link", "img", "iframe", "object", "embed", "base"}
+    assert len(page.ids) == len(set(page.ids))
+
+
+def test_the_page_says_what_it_rests_on(page: Reader, robot: Result) -> None:
+    text = " ".join(" ".join(page.texts).split())
+    for said in (REDUCED, *GAPS, "profile dse", "seed 0", "Pareto front, proved complete", robot.search.solver):
+        assert said in text, said
+    for assumption in robot.space.assumptions:
+        assert " ".join(assumption.split()) in text
+
+
+def test_the_same_result_gives_the_same_files(robot: Result) -> None:
+    assert dict(report_files(Document(robot))) == dict(report_files(Document(robot)))
+
+
+def test_a_front_of_200_points_stays_below_2_mb(robot: Result) -> None:
+    many = [
+        replace(point, id=number, objectives={name: value + number for name, value in point.objectives.items()})
+        for number, point in enumerate((robot.front * 6)[:200], start=1)
+    ]
+    large = replace(robot, front=tuple(many))
+    assert len(html_report(Document(large)).encode()) < 2_000_000
+
+
+def test_markdown_has_every_alternative(robot: Result) -> None:
+    text = markdown_report(Document(robot))
+    rows = re.findall(r"^\| +(\d+=?) +\| +(\d+) +\|", text, re.MULTILINE)
+    assert [int(number) for _, number in rows] == [point.id for point in robot.front]
+    assert "The other 36 alternatives are in the table above" in text
+
+
+def test_json_has_every_alternative_and_its_reasons(robot: Result) -> None:
+    files = dict(report_files(Document(robot)))
+    data = json.loads(files["inmark.json"])
+    assert len(data["front"]) == 39
+    assert all(point["reasons"]["Tightest requirement"] for point in data["front"])
+    assert len(list(csv.reader(io.StringIO(files["inmark.csv"])))) == 40
+
+
+def test_figures_are_made_without_a_browser(robot: Result) -> None:
+    files = dict(figure_files(Document(robot), ["svg", "png"], 4))
+    names = {name.rpartition(".")[0] for name in files}
+    assert names == {
+        "inmark-scatter",
+        "inmark-parallel",
+        "inmark-4-latency-1",
+        "inmark-4-latency-2",
+        "inmark-4-usage",
+        "inmark-4-architecture",
+    }
+    for name, content in files.items():
+        assert "var(--" not in str(content)
+        assert isinstance(content, bytes) == name.endswith("png")
+        assert content[:4] in ("<svg", b"\x89PNG")
+
+
+def test_an_infeasible_result_has_a_report_too() -> None:
+    result = dse.solve(example_path("inmark"), max_jitter="1us")
+    text = html_report(Document(result))
+    assert "Infeasible, proved" in text
+    assert "vegaEmbed" not in Reader(text).texts
+    assert markdown_report(Document(result)).startswith("# Intelligent Marking")
+    assert list(figure_files(Document(result), ["svg"])) == []
+
+
+def test_hostile_names_are_text_in_every_file() -> None:
+    result = hostile_result()
+    files = {name.rpartition(".")[2]: text for name, text in report_files(Document(result))}
+    page = Reader(files["html"])
+    assert page.tags.count("script") == 3
+    assert not set(page.tags) & {"img", "iframe", "object"}
+    text = " ".join(page.texts)
+    for name in NAMES.values():
+        assert name in text, name
+    markdown = files["md"]
+    assert not re.search(r"<(?!/?(details|summary)>)", markdown)
+    assert "](http" not in markdown.replace("\\]", "")
+    assert "https://" not in markdown
+    for row in csv.reader(io.StringIO(files["csv"])):
+        assert not [cell for cell in row if cell[:1] in "=+-@" and cell and not cell.lstrip("-").isdigit()]
+
+
+@pytest.mark.parametrize(
+    ("text", "expected"),
+    [
+        ("# no heading", "&#35; no heading"),
+        ("- no item", "&#45; no item"),
+        ("1. no item", "&#49;. no item"),
+        ("a | b", r"a \| b"),
+        ("![x](y)", r"!\[x\](y)"),
+        ("see https://x.invalid", "see https&#58;//x.invalid"),
+        ("`code`", r"\`code\`"),
+        ("two\nlines", "two lines"),
+    ],
+)
+def test_markdown_is_taken_literally(text: str, expected: str) -> None:
+    assert escaped(text) == expected
+
+
+@pytest.mark.parametrize("theme", [LIGHT, DARK], ids=["light", "dark"])
+def test_colours_have_contrast(theme: dict[str, str]) -> None:
+    def light(colour: str) -> float:
+        parts = [int(colour[at : at + 2], 16) / 255 for at in (1, 3, 5)]
+        linear = [part / 12.92 if part <= 0.04045 else ((part + 0.055) / 1.055) ** 2.4 for part in parts]
+        return 0.2126 * linear[0] + 0.7152 * linear[1] + 0.0722 * linear[2]
+
+    def contrast(one: str, other: str) -> float:
+        high, low = sorted((light(one), light(other)), reverse=True)
+        return (high + 0.05) / (low + 0.05)
+
+    for paper in ("paper", "panel"):
+        for ink in ("ink", "soft", "accent", "c1"):  # texts and links
+            assert contrast(theme[ink], theme[paper]) >= 4.5, (ink, paper)
+    for name in ("c1", "c2", "c3", "c4", "c5", "c6"):
+        assert contrast(theme[name], theme["paper"]) >= 3, name
+    assert contrast(theme["s1"], theme["paper"]) >= 2 or contrast(theme["s4"], theme["paper"]) >= 3
+
+
+def test_layout_keeps_nodes_apart() -> None:
+    edges = [(0, 1), (0, 2), (1, 3), (2, 3), (3, 0), (0, 3), (4, 4)]
+    found = layered(5, edges)
+    assert found == layered(5, edges)
+    places = sorted((layer, column) for column, layer in found.place.values())
+    for (layer, column), (below, further) in pairwise(places):
+        assert layer != below or further - column >= 1 - 1e-9
+    for (source, target), route in zip(edges, found.routes, strict=True):
+        assert route[0] == found.place[source]
+        assert route[-1] == found.place[target]
+
+
+def test_the_command_writes_a_report_and_figures(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    result = tmp_path / "result.json"
+    assert (
+        run(
+            [
+                "solve",
+                str(example_path("starter")),
+                "-q",
+                "--json",
+                str(result),
+                "--report",
+                "-o",
+                str(tmp_path / "one"),
+            ]
+        )
+        == 0
+    )
+    assert {path.name for path in (tmp_path / "one").iterdir()} == {
+        f"starter.{kind}" for kind in ("html", "md", "csv", "json")
+    }
+    assert (
+        run(["report", str(result), "-o", str(tmp_path / "two"), "--rank-by", "order:price", "--alternative", "2"]) == 0
+    )
+    assert '"method": "order:price"' in (tmp_path / "two" / "starter.json").read_text()
+    assert run(["report", str(result), "-o", str(tmp_path / "three"), "--figures", "svg"]) == 0
+    assert all(path.suffix == ".svg" for path in (tmp_path / "three").iterdir())
+    capsys.readouterr()
+    assert run(["report", str(result), "--alternative", "99"]) == 2
+    assert "has no alternative 99" in capsys.readouterr().err
+    assert run(["report", str(result), "--figures", "gif"]) == 2
+
+
+def test_a_changed_problem_is_refused(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    problem = tmp_path / "mine.yaml"
+    problem.write_text(example_path("starter").read_text(), encoding="utf-8")
+    result = tmp_path / "result.json"
+    assert run(["solve", str(problem), "-q", "--json", str(result)]) == 0
+    problem.write_text(problem.read_text() + "# later\n", encoding="utf-8")
+    assert run(["report", str(result), "-o", str(tmp_path)]) == 2
+    assert "has changed since the result was written" in capsys.readouterr().err
+
+
+def test_the_terminal_says_what_it_leaves_out(capsys: pytest.CaptureFixture[str]) -> None:
+    assert run(["solve", str(example_path("inmark")), "--top", "4"]) == 0
+    text = capsys.readouterr().out
+    assert "Not shown here: 35 more of 39" in text
+    assert "Ranked by distance to the ideal point" in text
+    assert "Tightest requirement:" in text
+    assert run(["solve", str(example_path("starter")), "--rank-by", "baseline"]) == 0
+    assert "Ties:" in capsys.readouterr().out

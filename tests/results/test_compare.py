@@ -1,0 +1,70 @@
+"""Two fronts and two designs, against what is known by hand."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+import dse
+from dse.api.comparing import compare
+from dse.errors import UsageError
+from dse.results.compare import DesignComparison, ResultComparison, compare_results
+
+CHEAP = """
+dse: 1
+name: Two
+processor_types: {slow: {price: 100 EUR}, fast: {price: PRICE EUR}}
+processors: {cpu: {type: [slow, fast]}}
+devices: {source: {period: 10 ms}}
+threads: {worker: {processor: cpu, period: 10 ms, compute_execution_time: {slow: 0 ns .. 4 ms, fast: 0 ns .. 1 ms}}}
+connections: {wire: {from: source, to: worker}}
+flows: {main: {path: [source, worker]}}
+requirements: [jitter of main <= 13 ms]
+objectives: [minimise jitter of main, minimise price]
+baseline: {cpu: {type: slow}}
+"""
+
+
+def written(folder: Path, name: str, price: int, **asked: str) -> str:
+    problem = folder / f"{name}.yaml"
+    problem.write_text(CHEAP.replace("PRICE", str(price)), encoding="utf-8")
+    path = folder / f"{name}.json"
+    path.write_text(dse.solve(problem, **asked).to_json(), encoding="utf-8")
+    return str(path)
+
+
+def test_two_designs(tmp_path: Path) -> None:
+    found = compare(written(tmp_path, "one", 300) + "#1", "baseline")
+    assert isinstance(found, DesignComparison)
+    assert [(line.one, line.other) for line in found.decisions] == [("fast", "slow")]
+    jitter = next(line for line in found.metrics if line.name == "jitter of main")
+    assert (jitter.one, jitter.other, jitter.difference) == (11_000_000, 14_000_000, 3_000_000)
+    assert [(line.one, line.other) for line in found.verdicts] == [("holds", "broken")]
+    assert found.to_dict()["metrics"]["price"] == {"values": [30000, 10000], "unit": "ct"}
+
+
+def test_two_results() -> None:
+    dear, cheap = (
+        dse.solve(dse.loads(CHEAP.replace("PRICE", price).replace("13 ms", "20 ms"))) for price in ("300", "200")
+    )
+    found = compare_results(("dear", "cheap"), dear, cheap)
+    said = {
+        point.point.decisions["cpu.type"]: (bool(point.equal), bool(point.dominated_by)) for point in found.points[0]
+    }
+    assert said == {"slow": (True, False), "fast": (False, True)}
+    assert [bool(point.dominated_by) for point in found.points[1]] == [False, False]
+    assert isinstance(found, ResultComparison)
+    assert found.to_dict()["of"] == "results"
+
+
+def test_what_cannot_be_compared(tmp_path: Path) -> None:
+    one, other = written(tmp_path, "one", 300), written(tmp_path, "other", 300, minimise="price")
+    with pytest.raises(UsageError, match="different objectives"):
+        compare(one, other)
+    with pytest.raises(UsageError, match="a whole result compares with a result"):
+        compare(one, "baseline")
+    with pytest.raises(UsageError, match="one side must be a result"):
+        compare("baseline", "baseline")
+    with pytest.raises(UsageError, match="no alternative 9"):
+        compare(f"{one}#9", "baseline")

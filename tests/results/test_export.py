@@ -1,0 +1,247 @@
+"""What is exported: a problem file that keeps its comments and gives the same figures, and texts for other tools."""
+
+from __future__ import annotations
+
+import io
+import re
+import shutil
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import networkx
+import pytest
+import yaml
+from results.hostile import NAMES, PROBLEM, hostile_result
+
+import dse
+from dse.api.exporting import export, find_design
+from dse.api.reopening import reopen
+from dse.cli.main import run
+from dse.errors import UsageError
+from dse.examples import example_folder
+from dse.results.editing import Draft, yaml_text
+from dse.results.formats import graphml, graphviz, ros2_parameters
+from dse.results.reading import read_result
+from dse.results.result import Result
+
+
+def solved(path: Path, **asked: Any) -> Result:
+    return dse.solve(path, **asked)
+
+
+def comments(text: str) -> list[str]:
+    return re.findall(r"#.*", text)
+
+
+def assert_same_figures(result: Result, number: int, path: Path) -> None:
+    """Analysing the file gives the point's metrics; the file leaves nothing open that could give others."""
+    path.write_text(export(result, number, folder=path.parent), encoding="utf-8")
+    analysis = dse.analyse(dse.load(path))
+    point = next(item for item in result.front if item.id == number)
+    for name, value in analysis.metrics.items():
+        unit = result.metric_units[name]
+        scale = int(unit.rpartition(" ")[0].removeprefix("1/")) if unit.startswith("1/") else 1
+        assert value * scale == point.metrics[name], name
+    assert analysis.is_feasible
+    assert dse.check(dse.load(path)).size == 1
+
+
+@pytest.mark.parametrize("name", ["inmark", "starter", "move_base", "autoware_reference"])
+def test_the_exported_problem_gives_the_same_figures(name: str, tmp_path: Path) -> None:
+    result = dse.solve(example_folder() / f"{name}.yaml", time_limit_s=20)
+    for point in (*result.front[:2], *result.front[-2:]):
+        assert_same_figures(result, point.id, tmp_path / f"{point.id}.yaml")
+
+
+def test_every_comment_is_kept(tmp_path: Path) -> None:
+    source = example_folder() / "inmark.yaml"
+    text = export(dse.solve(source), 1, folder=tmp_path)
+    flat = " ".join(comments(text))
+    missing = [comment for comment in comments(source.read_text(encoding="utf-8")) if comment.strip("# ") not in flat]
+    assert missing == []
+    assert "computer: {type: RT101}" in text
+    assert "period: 20 ms          # odometry comes every 20 ms: no slower than that" in text
+
+
+def test_beside_the_original_nothing_moves(tmp_path: Path) -> None:
+    shutil.copytree(example_folder(), tmp_path / "problems")
+    path = tmp_path / "problems" / "inmark.yaml"
+    text = export(dse.solve(path), 1, folder=path.parent)
+    assert "  - catalogues/platforms.yaml\n" in text
+
+
+def test_the_question_of_the_command_line_goes_along(tmp_path: Path) -> None:
+    source = example_folder() / "inmark.yaml"
+    result = dse.solve(source, max_jitter="20ms", profile="osate-2.2", minimise=["power", "jitter of gnss_to_sprayer"])
+    path = tmp_path / "chosen.yaml"
+    path.write_text(export(result, 1, folder=tmp_path), encoding="utf-8")
+    space = dse.load(path).space
+    assert space.profile == "osate-2.2"
+    assert "jitter of software_chain <= 20 ms" in {item.text for item in space.requirements}
+    assert [item.metric.name for item in space.objectives] == ["power", "jitter of gnss_to_sprayer"]
+    assert_same_figures(result, 1, path)
+
+
+SHARED = """
+# catalogue figures are decisions too
+dse: 1
+name: Elsewhere
+processor_types: {cpu_a: {price: [10 EUR, 12 EUR], power: 1 W}}   # two offers
+thread_types: {filter: {compute_execution_time: [1 ms, 2 ms], period: &periods [10 ms, 20 ms]}}
+processors: {cpu: {type: cpu_a}, spare: {type: cpu_a, optional: true}}
+devices: {source: {period: 10 ms}}
+threads:
+  one: {type: filter, processor: [cpu, spare], dispatch_protocol: periodic}   # block or flow
+  two:
+    type: filter
+    processor: cpu
+    dispatch_protocol: periodic
+    # the end of two
+  three: {processor: cpu, period: *periods, compute_execution_time: {cpu_a: [1 ms, 3 ms]}}
+connections: {wire: {from: source, to: one}}
+flows: {main: {path: [source, one]}}
+rules: [one.period == 20 ms]
+requirements:
+  - utilisation of cpu <= 90 %   # stays
+objectives: [minimise jitter of main, minimise price, maximise utilisation of cpu]
+"""
+
+
+def test_decisions_inherited_from_types_or_shared_by_aliases(tmp_path: Path) -> None:
+    source = tmp_path / "source.yaml"
+    source.write_text(SHARED, encoding="utf-8")
+    result = dse.solve(source)
+    assert result.status == "complete"
+    for point in result.front:
+        text = export(result, point.id, folder=tmp_path)
+        (tmp_path / "out.yaml").write_text(text, encoding="utf-8")
+        analysis = dse.analyse(tmp_path / "out.yaml")
+        expected = dse.analyse(source, point.decisions)
+        assert analysis.metrics == expected.metrics
+        assert [c for c in comments(SHARED) if c not in text] == []
+
+
+@pytest.mark.parametrize(
+    ("text", "position", "expected"),
+    [
+        ("a: [x, y]  # c\n", 1, "a: y  # c\n"),
+        ("a:\n  - x  # first\n  - y  # second\nb: 1\n", 0, "a:\n    x  # first\n  # second\nb: 1\n"),
+        ("a:\n- x\n- y\nb: 1\n", 1, "a:\n  y\nb: 1\n"),
+        ("a: [x,  # one\n    'y z']  # two\n", 1, "a:  # one\n    'y z'  # two\n"),
+        ("{a: [x, y], b: 1}\n", 1, "{a: y, b: 1}\n"),
+    ],
+)
+def test_a_list_becomes_one_of_its_items(text: str, position: int, expected: str) -> None:
+    draft = Draft(text)
+    draft.choose(draft.find(["a"]), position)
+    found = draft.result()
+    chosen = yaml.safe_load(text)["a"][position]
+    assert yaml.safe_load(found) == {**yaml.safe_load(text), "a": chosen}
+    assert [comment for comment in comments(text) if comment not in found] == []
+    assert " ".join(found.split()) == " ".join(expected.split())
+
+
+@pytest.mark.parametrize(
+    "text", ["10 ms", "no", "a: b", "#x", "- y", "ü", "1e3", "", " x", "'q'", '"q"', "a\u2028b", "🤖", "~"]
+)
+def test_scalars_read_back(text: str) -> None:
+    value = yaml_text(text)
+    assert yaml.safe_load(f"[{value}]") == [text]
+    assert yaml.safe_load(f"k: {value}") == {"k": text}
+
+
+def test_hostile_names_survive_every_format(tmp_path: Path) -> None:
+    source = tmp_path / "hostile.yaml"
+    source.write_text(PROBLEM, encoding="utf-8")
+    result = dse.solve(source)
+    for point in result.front:
+        assert_same_figures(result, point.id, tmp_path / "fixed.yaml")
+        text = (tmp_path / "fixed.yaml").read_text(encoding="utf-8")
+        assert [
+            comment for comment in ("# a comment to keep", "# as the plant allows", "# fast") if comment not in text
+        ] == []
+        graph = networkx.read_graphml(io.BytesIO(graphml(result.space, point.design).encode()))
+        assert {NAMES["worker"], NAMES["cpu"], NAMES["sensor"], NAMES["wire bus"]} == set(graph.nodes)
+        parameters = yaml.safe_load(ros2_parameters(result.space, point.design, "a\nb: c"))
+        for name, fields in parameters.items():
+            assert re.fullmatch(r"[A-Za-z_][A-Za-z0-9_]*", name)
+            assert fields["ros__parameters"]["rate_hz"] > 0
+        dot = graphviz(result.space, point.design)
+        outside = re.sub(r'"(?:[^"\\]|\\.)*"', '""', dot)
+        assert "<" not in outside
+        assert re.fullmatch(r'digraph "" \{\n(?:  [^"<]*(?:"")?[^"<]*;\n)+\}\n', outside.replace("; node", ", node"))
+
+
+def test_rates_are_those_of_the_analysis() -> None:
+    result = dse.solve(example_folder() / "inmark.yaml")
+    point = next(item for item in result.front if item.decisions["ekf_fusion.main_loop.period"] == "4 ms")
+    parameters = yaml.safe_load(export(result, point.id, "ros2"))
+    assert parameters["ekf_fusion"]["ros__parameters"]["main_loop"] == {
+        "dispatch_protocol": "periodic",
+        "period_s": 0.004,
+        "rate_hz": 250.0,
+    }
+    assert parameters["gnss_provider"]["ros__parameters"]["rate_hz"] == 20.0
+
+
+def test_an_unknown_alternative_is_refused() -> None:
+    with pytest.raises(UsageError, match="there is no alternative 77; ids: 1, 2"):
+        find_design(hostile_result(), 77)
+
+
+def test_the_commands(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    result, out = str(tmp_path / "result.json"), str(tmp_path / "out.yaml")
+    question = [
+        "solve",
+        str(example_folder() / "inmark.yaml"),
+        "-q",
+        "--json",
+        result,
+        "--alternatives",
+        "1",
+        "--top",
+        "3",
+    ]
+    assert run([*question, "--within", "15%"]) == 0
+    others = [item["id"] for group in read_result(result)["others"] for item in group["designs"]]
+    assert others
+    for number in ("2", others[0]):
+        assert run(["export", result, "--alternative", number, "-o", out]) == 0
+        assert run(["analyse", out]) == 0
+        capsys.readouterr()
+    for form in ("ros2", "dot", "graphml"):
+        assert run(["export", result, "--alternative", "1", "--format", form]) == 0
+        assert capsys.readouterr().out
+    assert run(["compare", f"{result}#1", f"{result}#{others[0]}"]) == 0
+    assert "decisions differ" in capsys.readouterr().out
+    assert run(["compare", "baseline", "baseline"]) == 2
+    assert run(["compare", result, f"{result}#1"]) == 2
+
+
+def test_reopening_gives_the_result_back(tmp_path: Path) -> None:
+    result = dse.solve(example_folder() / "inmark.yaml", max_jitter="20ms", fix="canbus0.type = can_250k")
+    path = tmp_path / "result.json"
+    path.write_text(result.to_json(), encoding="utf-8")
+    again = reopen(path)
+    assert again.to_dict() == result.to_dict()
+    assert again == replace(result, space=again.space)
+
+
+def test_a_wrong_figure_is_noticed(tmp_path: Path) -> None:
+    result = dse.solve(example_folder() / "starter.yaml")
+    path = tmp_path / "result.json"
+    price = result.front[0].objectives["price"]
+    path.write_text(result.to_json().replace(f'"price": {price}', f'"price": {price + 1}'), encoding="utf-8")
+    with pytest.raises(UsageError, match="has other figures"):
+        reopen(path)
+
+
+def test_reopening_hostile_names(tmp_path: Path) -> None:
+    source = tmp_path / "hostile.yaml"
+    source.write_text(PROBLEM, encoding="utf-8")
+    name = NAMES["flow"]
+    result = dse.solve(source, max_jitter="1 s", require=f"jitter of {name!r} <= 2 s" if "'" not in name else ())
+    path = tmp_path / "result.json"
+    path.write_text(result.to_json(), encoding="utf-8")
+    assert reopen(path).to_dict() == result.to_dict()
