@@ -186,8 +186,7 @@ def _solved(
                     raise DseError(
                         f"a worker has another version of dse ({outcome['message']}): install the same everywhere"
                     )
-                if outcome["status"] == "incomplete":  # Ctrl-C, while it was solved in this process
-                    break
+                assert outcome["status"] != "incomplete", "a run is not stopped half-way"
                 done[number] = outcome
                 if store is not None and outcome["kind"] != "error":
                     store.keep(runs[number].key, text)

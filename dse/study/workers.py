@@ -9,10 +9,11 @@ from __future__ import annotations
 import multiprocessing
 import os
 import signal
+import socket
 import threading
 from collections import deque
 from collections.abc import Callable, Generator, Iterator, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from multiprocessing.connection import Connection, wait
 from typing import Any
@@ -38,13 +39,35 @@ def run_all(task: Task, payloads: Sequence[str], workers: int) -> Generator[tupl
     """
     if workers <= 1 or len(payloads) <= 1:
         for number, payload in enumerate(payloads):
-            yield number, task(payload)
+            yield number, _interruptible(task, payload)
         return
     crew = _Crew(task, payloads, min(workers, len(payloads)))
     try:
         yield from crew.outcomes()
     finally:
         crew.stop()
+
+
+def _interruptible(task: Task, payload: str) -> str:
+    """Run a task here; when Ctrl-C was pressed meanwhile, its outcome is not taken.
+
+    A search takes the signal for itself and hands out what it has, which may be less than it says.
+    """
+    if threading.current_thread() is not threading.main_thread():
+        return task(payload)
+    reader, writer = socket.socketpair()
+    with reader, writer:
+        reader.setblocking(False)
+        writer.setblocking(False)
+        before = signal.set_wakeup_fd(writer.fileno(), warn_on_full_buffer=False)
+        try:
+            outcome = task(payload)
+        finally:
+            signal.set_wakeup_fd(before)
+        with suppress(BlockingIOError):
+            if signal.SIGINT in reader.recv(4096):
+                raise KeyboardInterrupt
+    return outcome
 
 
 @dataclass

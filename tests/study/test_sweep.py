@@ -94,6 +94,20 @@ def test_ctrl_c_keeps_what_is_done(tmp_path: Path) -> None:
     assert (resumed.solved, resumed.found, resumed.exit_code) == (1, 2, 0)
 
 
+def interrupts(payload: str) -> str:
+    """Like a search: takes the signal for itself, and says nothing of it."""
+    before = signal.signal(signal.SIGINT, lambda *_: None)
+    os.kill(os.getpid(), signal.SIGINT)
+    signal.signal(signal.SIGINT, before)
+    return payload
+
+
+def test_ctrl_c_while_a_run_is_solved_here_is_not_lost() -> None:
+    outcomes = run_all(interrupts, ["a", "b"], 1)
+    with pytest.raises(KeyboardInterrupt):
+        next(outcomes)
+
+
 def test_a_sweep_that_is_killed_goes_on_where_it_was(tmp_path: Path) -> None:
     """Kill -9 of the whole process tree at random moments: the same bytes, and no run solved twice."""
     file = written(tmp_path, "starter")
