@@ -27,6 +27,8 @@ from dse.study.quantities import BASE, COUNT, FIELDS, PARTS, TOTAL
 from dse.study.trace import Node, Program, Traced, watching
 from dse.units import PERIOD, RATE, RATE_OF_DATA, TIME_RANGE, Kind, Money, TimeRange, Total
 
+CHUNK = 8192
+"""So many samples are evaluated at a time: what they need stays in the cache."""
 CHECKS = 3
 """At how many random inputs a function is held to the analysis."""
 Values = Sequence[Fraction]
@@ -295,6 +297,13 @@ class DesignFunction:
 
         Outputs that no varying variable reaches are exact numbers.
         """
+        parts = []
+        for start in range(0, size, CHUNK):
+            end = min(start + CHUNK, size)
+            parts.append(self._sampled({index: column[start:end] for index, column in columns.items()}, end - start))
+        return [_joined(pieces, size) for pieces in zip(*parts, strict=True)]
+
+    def _sampled(self, columns: Mapping[int, Any], size: int) -> list[Any]:
         inputs = [columns.get(variable.index, float(variable.nominal)) for variable in self.inputs.variables]
         if not self.applies:
             return self._one_by_one(inputs, size)
@@ -334,6 +343,19 @@ class DesignFunction:
             if not compare(outputs[bound.value], outputs[bound.limit]):
                 found.append(bound)
         return found
+
+
+def _joined(pieces: Sequence[Any], size: int) -> Any:
+    """One output of several chunks: an array, or the number that all of them have."""
+    if not any(isinstance(piece, numpy.ndarray) for piece in pieces):
+        return pieces[0]
+    sizes = [min(CHUNK, size - number * CHUNK) for number in range(len(pieces))]
+    return numpy.concatenate(
+        [
+            numpy.broadcast_to(numpy.asarray(piece, dtype=float), (count,))
+            for piece, count in zip(pieces, sizes, strict=True)
+        ]
+    )
 
 
 def _comparisons(limit: Limit, view: View) -> Iterator[tuple[Fraction, Fraction, str]]:
