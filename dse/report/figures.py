@@ -14,7 +14,7 @@ from dse.report.theme import LIGHT, with_colours
 from dse.report.writing import report_name
 
 WIDTH = 760
-SCALE = 2
+SCALE = 1.5
 
 
 def figure_files(

@@ -22,9 +22,13 @@ def escaped(text: str) -> str:
     '&lt;b&gt; a\\|b \\*c\\* \\[d\\](e)'
     """
     plain = " ".join(text.split())
-    marked = re.sub(r"([\\`*_\[\]|~$])", r"\\\1", plain.replace("&", "&amp;").replace("<", "&lt;").replace(">", "&gt;"))
+    marked = re.sub(
+        r"([\\`*\[\]|~$]|(?<!\w)_|_(?!\w))",
+        r"\\\1",
+        plain.replace("&", "&amp;").replace("<", "&lt;").replace(">", "&gt;"),
+    )
     marked = re.sub(r"(https?|ftp):", r"\1&#58;", marked).replace("www.", "www&#46;").replace("@", "&#64;")
-    return re.sub(r"^(#+|[-+]|\d+(?=[.)]))", _unmarked, marked)
+    return re.sub(r"^([#=+-]+(?=\s|$)|\d+(?=[.)](\s|$)))", _unmarked, marked)
 
 
 def _unmarked(found: re.Match[str]) -> str:

@@ -39,3 +39,14 @@ def report_json(document: Document) -> str:
     for point, alternative in zip(data["front"], document.alternatives, strict=True):
         point["reasons"] = {sentence.label: sentence.text for sentence in alternative.sentences}
     return json.dumps(data, ensure_ascii=False, indent=1) + "\n"
+
+
+def write_report(result: Result, folder: str | Path = "reports") -> list[Path]:
+    """Write a report into a folder, which is made if need be: HTML, Markdown, CSV, JSON; their paths."""
+    target = Path(folder)
+    target.mkdir(parents=True, exist_ok=True)
+    paths = []
+    for name, content in report_files(Document(result)):
+        (target / name).write_text(content, encoding="utf-8")
+        paths.append(target / name)
+    return paths

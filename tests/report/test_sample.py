@@ -1,0 +1,37 @@
+"""The committed sample report fits the problem that it is of."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+import pytest
+
+import dse
+from dse.examples import example_path
+
+FOLDER = Path(__file__).parents[2] / "reports"
+
+pytestmark = pytest.mark.skipif(
+    not (FOLDER / "inmark.json").is_file(), reason="the sample report is in a checkout only"
+)
+
+
+def test_the_sample_is_of_the_problem_as_it_is() -> None:
+    sample = dse.reopen(FOLDER / "inmark.json", example_path("inmark"))  # a changed file or figure is refused
+    fresh = dse.solve(example_path("inmark"))
+    assert [point.objectives for point in sample.front] == [point.objectives for point in fresh.front]
+    assert sample.status == "complete"
+    assert sample.others
+
+
+@pytest.mark.parametrize("name", ["inmark.html", "inmark.md", "inmark.csv", "inmark.json"])
+def test_no_file_names_a_machine(name: str) -> None:
+    text = (FOLDER / name).read_text(encoding="utf-8")
+    assert not re.search(r"(?<![\w.])/(home|tmp|work|root|usr)/", text.partition('id="data"')[0])
+
+
+def test_every_picture_is_there() -> None:
+    named = set(re.findall(r"\((pictures/[^)]+)\)", (FOLDER / "README.md").read_text(encoding="utf-8")))
+    assert named <= {"pictures"} | {f"pictures/{path.name}" for path in (FOLDER / "pictures").iterdir()}
+    assert len(list((FOLDER / "pictures").glob("*.png"))) == 6
