@@ -1,10 +1,10 @@
 """Response times under fixed-priority preemptive scheduling, exact for independent tasks on one core.
 
-The level-i busy period of J. P. Lehoczky ("Fixed priority scheduling of periodic task sets with arbitrary deadlines", RTSS
-1990) with the release jitter of N. Audsley, A. Burns, M. Richardson, K. Tindell and A. Wellings ("Applying new scheduling
-theory to static priority pre-emptive scheduling", Software Engineering Journal 8(5), 1993); without jitter and with
-response times up to the period it is the recurrence of M. Joseph and P. Pandya ("Finding response times in a real-time
-system", The Computer Journal 29(5), 1986). Blocking, context switches and interrupts are not counted.
+The level-i busy period of J. P. Lehoczky ("Fixed priority scheduling of periodic task sets with arbitrary deadlines",
+RTSS 1990) with the release jitter of N. Audsley, A. Burns, M. Richardson, K. Tindell and A. Wellings ("Applying new
+scheduling theory to static priority pre-emptive scheduling", Software Engineering Journal 8(5), 1993); without jitter
+and with response times up to the period it is the recurrence of M. Joseph and P. Pandya ("Finding response times in a
+real-time system", The Computer Journal 29(5), 1986). Blocking, context switches and interrupts are not counted.
 """
 
 from __future__ import annotations
@@ -32,8 +32,8 @@ class Stream:
 class Task:
     """What a core runs: one job of up to `worst_ns` at each event of any of its streams.
 
-    `separation_ns` is a minimum distance between two jobs on top of that (a sporadic thread's period), or None. Without a stream
-    there is one job only.
+    `separation_ns` is a minimum distance between two jobs on top of that (a sporadic thread's period), or None.
+    Without a stream there is one job only.
     """
 
     name: str

@@ -1,11 +1,11 @@
 """What runs on each core of a design, at which priority, and the response times that follow.
 
-Threads are partitioned to the cores of their processor: as the user states, the others first-fit by decreasing utilisation.
-On a core stated priorities go first (a larger number is more urgent), then the threads without one, rate-monotonically; file
-order breaks ties. A hybrid thread is two tasks of one priority, its callback before its timer.
+Threads are partitioned to the cores of their processor: as the user states, the others first-fit by decreasing
+utilisation. On a core stated priorities go first (a larger number is more urgent), then the threads without one,
+rate-monotonically; file order breaks ties. A hybrid thread is two tasks of one priority, its callback before its timer.
 
-Event-triggered threads inherit the streams of what triggers them, with the jitter that processing and transmission add on
-the way (K. Tindell and J. Clark, "Holistic schedulability analysis for distributed hard real-time systems",
+Event-triggered threads inherit the streams of what triggers them, with the jitter that processing and transmission add
+on the way (K. Tindell and J. Clark, "Holistic schedulability analysis for distributed hard real-time systems",
 Microprocessing and Microprogramming 40, 1994). Offsets between threads are never used to advantage.
 """
 
@@ -243,7 +243,7 @@ def _fixed_point(space: Space, cores: Sequence[Sequence[TaskKey]], view: View) -
 
 
 def _horizon_ns(space: Space) -> int:
-    """Ten times the longest period: response times that feed on their own jitter until they are longer have no bound."""
+    """Ten times the longest period: response times that grow beyond it by their own jitter have no bound."""
     periods = [leaf for item in space.components for leaf in leaves(item.period_ns) if leaf is not None]
     return 10 * max(periods, default=NS_PER_S)
 
@@ -304,7 +304,8 @@ def _leaving(space: Space, number: int, known: Mapping[TaskKey, int | None], vie
     if released is None or response is None:
         return None
     if at(component.protocol, view) == "sporadic":
-        # holding back what comes early keeps the streams' own bound: of the two bounds the one with the lower rate goes on
+        # holding back what comes early keeps the bound of the streams (Le Boudec and Thiran, "Network Calculus", 1.5:
+        # shaping keeps arrival constraints); of this and the separation, the one with the lower rate goes on
         separation = at(component.period_ns, view)
         if sum((Fraction(1, item.period_ns) for item in released), Fraction(0)) * separation >= 1:
             released = (Stream(separation),)

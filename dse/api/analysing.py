@@ -17,6 +17,7 @@ def analyse(
     *,
     profile: str | None = None,
     worst_case: str | None = None,
+    response_times: bool = False,
     changes: Changes | None = None,
 ) -> Analysis:
     """Every figure of one design.
@@ -29,6 +30,8 @@ def analyse(
         decisions by name (or texts ``name = option``), on top of the baseline; the baseline alone when left out.
     profile, worst_case
         replace those of the file: ``dse``, ``osate-2.2``, ``osate-2.19``; ``execution_time``, ``deadline``.
+    response_times
+        whether to add the response time of every thread on a processor.
     changes
         further changes to the question, as for `dse.solve`.
 
@@ -45,4 +48,4 @@ def analyse(
     texts = [f"'{name}' = {option}" for name, option in design.items()] if isinstance(design, Mapping) else design or ()
     choices = {**space.baseline, **space.fixed, **read_choices(space, texts)}
     chosen = complete_design(space, choices)
-    return analyse_design(Evaluator(space), chosen)
+    return analyse_design(Evaluator(space), chosen, response_times=response_times)

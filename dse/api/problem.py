@@ -139,7 +139,7 @@ def _spaced(quantity: str) -> str:
 def _requirement_or_rule(space: Space, text: str) -> tuple[Requirement, ...] | Rule:
     """A requirement where the text begins with a metric, else a rule."""
     derived = [item.name for item in space.derived]
-    metrics = [*LIMITED_METRICS, "min latency", "max latency", "utilization", *space.totals, *derived]
+    metrics = [*LIMITED_METRICS, "min latency", "max latency", "response time", "utilization", *space.totals, *derived]
     body = re.sub(r"^\s*(require|forbid)\s+", "", text)
     is_metric = any(re.match(rf"{re.escape(name)}(\s|[<>=≤≥]|$)", body) for name in metrics)
     try:

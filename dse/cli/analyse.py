@@ -26,9 +26,12 @@ from dse.errors import EXIT_COMPLETE, EXIT_INFEASIBLE
     metavar="'DECISION = OPTION'",
     help="A decision of the design, on top of the baseline; or RESULT.json#ID, an alternative of a solve.",
 )
+@click.option("--response-times", is_flag=True, help="Also the response time of every thread, by core and priority.")
 @question_options
 @json_option
-def command(file: str, design: tuple[str, ...], json_path: str | None, **options: Any) -> int:
+def command(
+    file: str, design: tuple[str, ...], response_times: bool, json_path: str | None, **options: Any
+) -> int:
     """One design (the baseline, unless told otherwise): latency contributors, CPU and bus tables, verdicts.
 
     Exit code 4 when the design breaks a requirement or is not valid.
@@ -38,7 +41,7 @@ def command(file: str, design: tuple[str, ...], json_path: str | None, **options
     from dse.api.problem import load
 
     changes = changes_of(options)
-    analysis = analyse(load(file), choices_of(design), changes=changes)
+    analysis = analyse(load(file), choices_of(design), response_times=response_times, changes=changes)
     if json_path != "-":
         from dse.report.terminal import print_analysis
 

@@ -11,7 +11,7 @@ from dse.errors import UsageError
 PAIR_LIMIT = 1_000
 """Products of more coefficients and rates than this are left to a rate variable."""
 
-SCHEDULE_CASE_LIMIT = 20_000
+SCHEDULE_CASE_LIMIT = 5_000
 """Response times that depend on more combinations of options than this are refused, not approximated."""
 
 
@@ -64,8 +64,8 @@ def _scheduled_form(board: Board, measure: Measure, term: Term) -> Form:
     table = board.table(term.value, SCHEDULE_CASE_LIMIT)
     if table is None:
         raise UsageError(
-            f"{measure.metric.name}: the response time of {term.label} depends on more than {SCHEDULE_CASE_LIMIT:,} combinations "
-            f"of options; fix some of the decisions about what shares its processor, or check the designs of a front one by one "
-            f"with `dse analyse --response-times`"
+            f"{measure.metric.name}: the response time of {term.label} depends on more than {SCHEDULE_CASE_LIMIT:,} "
+            f"combinations of options; fix some of the decisions about what shares its processor, or look at the "
+            f"designs of a front one by one with `dse analyse --response-times`"
         )
     return board.form((literal, ceil_int(value * measure.scale)) for literal, value in table)

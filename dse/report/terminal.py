@@ -11,6 +11,7 @@ from rich.table import Table
 from dse.report.explanation import print_conflicts
 from dse.report.plain import plain as _plain
 from dse.report.plain import plain_table as _table
+from dse.report.scheduling import response_table
 from dse.report.words import (
     REDUCED,
     changes_words,
@@ -175,6 +176,8 @@ def print_analysis(console: Console, analysis: Analysis) -> None:
     console.print(ADDITIVE, markup=False)
     for usage in analysis.processors:
         console.print(_processor_table(console, usage))
+    for name, responses in analysis.responses.items():
+        console.print(response_table(console, name, responses))
     for usage in analysis.buses:
         if usage.shares or usage.capacity is not None:
             console.print(_bus_table(console, usage))

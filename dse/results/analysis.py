@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from fractions import Fraction
 from typing import TYPE_CHECKING, Any
 
 from dse.analysis.latency import Row
 from dse.analysis.limits import Verdict
+from dse.analysis.scheduling import Response
 from dse.results.result import exact
 from dse.space.types import Design, Space
 
@@ -72,6 +73,8 @@ class Analysis:
     verdicts: tuple[Verdict, ...]
     warnings: tuple[str, ...] = ()
     breaches: tuple[str, ...] = ()
+    responses: Mapping[str, tuple[Response, ...]] = field(default_factory=dict)
+    """By processor, where response times were asked for."""
 
     @property
     def is_feasible(self) -> bool:
@@ -123,6 +126,7 @@ class Analysis:
                 for verdict in self.verdicts
             ],
             "warnings": list(self.warnings),
+            "response_times": {name: [_response(item) for item in found] for name, found in self.responses.items()},
         }
 
     def to_json(self) -> str:
@@ -138,6 +142,21 @@ def _row(row: Row) -> dict[str, Any]:
         "min_method": row.min_method,
         "max_ns": row.max_ns,
         "max_method": row.max_method,
+    }
+
+
+def _response(response: Response) -> dict[str, Any]:
+    return {
+        "thread": response.name,
+        "core": response.core,
+        "rank": response.rank,
+        "execution_ns": [response.best_ns, response.task.worst_ns],
+        "releases": [
+            {"period_ns": stream.period_ns, "jitter_ns": stream.jitter_ns} for stream in response.task.streams
+        ],
+        "response_ns": response.response_ns,
+        "deadline_ns": response.deadline_ns,
+        "meets_deadline": response.meets_deadline,
     }
 
 

@@ -8,6 +8,7 @@ from fractions import Fraction
 from dse.analysis.evaluate import Evaluator
 from dse.analysis.latency import flow_rows
 from dse.analysis.measures import PPM, Term, load_terms, utilisation_terms
+from dse.analysis.scheduling import Response, processor_responses
 from dse.analysis.views import View
 from dse.results.analysis import Analysis, FlowTable, Usage
 from dse.results.result import decisions_of
@@ -15,8 +16,11 @@ from dse.space.trees import at
 from dse.space.types import EMPTY, Design, Slot, Space
 
 
-def analyse_design(evaluator: Evaluator, design: Design) -> Analysis:
-    """The analysis of a complete design; one that is not valid has no tables, only `breaches`."""
+def analyse_design(evaluator: Evaluator, design: Design, *, response_times: bool = False) -> Analysis:
+    """The analysis of a complete design; one that is not valid has no tables, only `breaches`.
+
+    Response times are there when asked for, or when the problem counts them or states a priority or core.
+    """
     space = evaluator.space
     evaluation = evaluator.evaluate(design)
     if evaluation.breaches:
@@ -43,7 +47,21 @@ def analyse_design(evaluator: Evaluator, design: Design) -> Analysis:
         metric_units={measure.metric.name: measure.unit for measure in evaluator.metrics},
         verdicts=evaluation.verdicts,
         warnings=tuple(_warnings(space, flows, processors, buses)),
+        responses=_responses(space, view) if response_times or _is_scheduled(space) else {},
     )
+
+
+def _is_scheduled(space: Space) -> bool:
+    stated = any(item.priority is not None or item.core is not None for item in space.components)
+    return stated or space.processing == "response_time"
+
+
+def _responses(space: Space, view: View) -> dict[str, tuple[Response, ...]]:
+    return {
+        slot.name: processor_responses(space, number, view)
+        for number, slot in enumerate(space.processors)
+        if slot.types[view[slot.type_decision]] != EMPTY
+    }
 
 
 def _bytes_per_s(bandwidth_bps: int | None) -> Fraction | None:

@@ -28,6 +28,8 @@ description: |
 assumptions: [prices are ours]
 profile: osate-2.2
 worst_case: deadline
+processing: response_time
+deadlines: true
 totals: {mass: g}
 processor_types:
   RT101: {cores: [4, 8], price: 150 EUR, power: 5 W, totals: {mass: [90 g, 95.5 g]}, source: Table 5.1}
@@ -45,7 +47,9 @@ processors: {computer: {type: RT101, optional: true}}
 buses: {bus: {type: can}, middle: {type: ros_ipc, bus: [bus]}}
 devices: {gnss: {type: mojo3, queue_size: 3, deadline: 5 ms, response_time: 1 ms, dispatch_protocol: periodic}}
 threads:
-  nav: {type: [provider], processor: computer, process: p, period: [10 ms, 0.02 s], dispatch_trigger: [position]}
+  nav:
+    {type: [provider], processor: computer, process: p, priority: [5, 0], core: 1, period: [10 ms, 0.02 s],
+     dispatch_trigger: [position]}
 connections:
   position: {from: gnss, to: nav, data_size: 30 B, bus: middle, rate: 50/3 Hz, port: data, queue_size: 0}
   inflow: {to: nav, data_rate: 3 kbit/s, latency: 1 ms, source: x}

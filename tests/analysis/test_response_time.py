@@ -1,0 +1,245 @@
+"""Response times against the literature, against a simulation that shares no formula with them, and in the search."""
+
+from __future__ import annotations
+
+import random
+from dataclasses import replace
+from itertools import count, takewhile
+
+import pytest
+from support import brute_front, evaluated, space_of
+
+from dse.analysis.evaluate import Evaluator
+from dse.analysis.response_time import Stream, Task, densest_releases_ns, most_jobs, periodic, response_time_ns
+from dse.analysis.scheduling import UNBOUNDED_NS, processor_responses, response_of
+from dse.analysis.views import View
+from dse.encode import sums
+from dse.errors import ProblemError, UsageError
+from dse.pareto.front import Budget, search_front
+from dse.simulation.engine import Setting, simulate_once
+from dse.simulation.plan import build_plan
+from dse.space.questions import read_requirements
+from dse.space.types import INACTIVE, Space
+
+MS = 10**6
+
+# (execution, period) in order of priority, and the response times that the source gives.
+PUBLISHED = {
+    # A. Burns and A. Wellings, Real-Time Systems and Programming Languages, response time analysis, process set D
+    "Burns and Wellings": ([(3, 7), (3, 12), (5, 20)], [3, 6, 20]),
+    # J. P. Lehoczky, RTSS 1990, example 3: the fifth job is the worst
+    "Lehoczky": ([(26, 70), (62, 100)], [26, 118]),
+    # J. W. S. Liu, Real-Time Systems, 2000, section 6.5, time-demand analysis of four tasks (here in quarters)
+    "Liu": ([(4, 12), (6, 20), (5, 28), (2, 36)], [4, 10, 19, 36]),
+    # G. C. Buttazzo, Hard Real-Time Computing Systems, response time analysis, deadline monotonic order
+    "Buttazzo": ([(1, 4), (1, 5), (2, 6), (1, 11)], [1, 2, 4, 10]),
+    # test fp_fp_rta_basic of the crate response-time-analysis 0.3 (B. Brandenburg)
+    "Brandenburg": ([(1, 4), (1, 5), (3, 9), (3, 18)], [1, 2, 7, 18]),
+}
+
+
+@pytest.mark.parametrize("source", PUBLISHED)
+def test_published_response_times(source: str) -> None:
+    figures, expected = PUBLISHED[source]
+    tasks = [periodic(str(number), *figure) for number, figure in enumerate(figures)]
+    assert [response_time_ns(task, tasks[:number]) for number, task in enumerate(tasks)] == expected
+
+
+@pytest.mark.parametrize("source", PUBLISHED)
+def test_published_response_times_are_observed_at_the_critical_instant(source: str) -> None:
+    figures, expected = PUBLISHED[source]
+    lines = [
+        f"  t{rank}: {{processor: p, priority: {99 - rank}, period: {period} ms, compute_execution_time: {work} ms}}"
+        for rank, (work, period) in enumerate(figures)
+    ]
+    space = space_of(ONE_CORE + "\n".join(lines) + "\n")
+    assert [item.response_ns for item in processor_responses(space, 0, view_of(space))] == [
+        value * MS for value in expected
+    ]
+    assert list(observed(space, 2000 * MS).values()) == [value * MS for value in expected]
+
+
+ONE_CORE = "dse: 1\nname: x\nprocessor_types: {cpu: {}}\nprocessors: {p: {type: cpu}}\nthreads:\n"
+
+
+def view_of(space: Space) -> View:
+    return View([0] * len(space.decisions))
+
+
+def observed(space: Space, duration_ns: int) -> dict[str, int]:
+    """The longest responses when everything starts at once and always takes longest."""
+    plan = build_plan(space, (0,) * len(space.decisions), contention=True)
+    seen = simulate_once(plan, Setting(duration_ns, duration_ns, execution="max")).responses
+    return {item.name: seen[item.name] for item in processor_responses(space, 0, view_of(space))}
+
+
+@pytest.mark.parametrize("seed", range(60))
+def test_periodic_threads_have_their_response_time_at_the_critical_instant(seed: int) -> None:
+    """Exact, not just safe: also beyond the period, on several cores, with stated and rate-monotonic priorities."""
+    rng = random.Random(seed)
+    lines, load = [], 0.0
+    cores = rng.randint(1, 2)
+    for number in range(rng.randint(2, 6)):
+        period = rng.choice([4, 5, 6, 8, 10, 12, 15, 20, 30])
+        work = rng.randint(1, period)
+        if load + work / period > cores:
+            continue
+        load += work / period
+        priority = f", priority: {rng.randint(0, 3)}" if rng.random() < 0.4 else ""
+        lines.append(f"  t{number}: {{processor: p, period: {period} ms, compute_execution_time: {work} ms{priority}}}")
+    space = space_of(ONE_CORE.replace("{cpu: {}}", f"{{cpu: {{cores: {cores}}}}}") + "\n".join(lines) + "\n")
+    responses = processor_responses(space, 0, view_of(space))
+    overloaded = {item.core for item in responses if item.response_ns is None}
+    seen = observed(space, 360 * MS)
+    for item in responses:
+        if item.core not in overloaded:
+            assert seen[item.name] == item.response_ns, (item, lines)
+
+
+def brute_releases(task: Task, most: int) -> list[int]:
+    """Earliest releases by counting: time t is the n-th release when a window closed at t admits n jobs."""
+    found: list[int] = []
+    for time in count():
+        found += [time] * (most_jobs(task, time + 1) - len(found))
+        if len(found) >= most:
+            return found[:most]
+    raise AssertionError
+
+
+@pytest.mark.parametrize("seed", range(30))
+def test_releases_fit_the_count_of_jobs(seed: int) -> None:
+    rng = random.Random(seed)
+    streams = tuple(Stream(rng.randint(3, 20), rng.randint(0, 40)) for _ in range(rng.randint(1, 3)))
+    task = Task("t", 1, streams, rng.choice([None, rng.randint(1, 15)]))
+    releases = [time for time, _ in zip(densest_releases_ns(task), range(12), strict=False)]
+    if task.separation_ns is None:
+        assert releases == brute_releases(task, 12)
+    for window in range(1, 60):
+        assert sum(1 for _ in takewhile(lambda time: time < window, releases)) <= most_jobs(task, window)  # noqa: B023
+
+
+def test_release_jitter() -> None:
+    """Audsley et al. 1993: w = C + sum ceil((w + J) / T) C; 3 + ceil((w + 6) / 10) * 4 has its fixed point at 11."""
+    assert response_time_ns(periodic("low", 3, 100), [periodic("high", 4, 10, 6)]) == 11
+
+
+def test_a_task_without_work_or_bound() -> None:
+    assert response_time_ns(periodic("a", 0, 10), [periodic("b", 5, 10)]) == 0
+    assert response_time_ns(periodic("a", 6, 10), [periodic("b", 5, 10)]) is None
+    assert response_time_ns(periodic("a", 5, 10), [periodic("b", 5, 10)]) == 10
+    assert response_time_ns(Task("a", 5, ()), [periodic("b", 5, 10)]) == 10
+
+
+PIPELINE = """
+dse: 1
+name: pipeline
+processor_types: {cpu: {}}
+processors: {one: {type: cpu}, two: {type: cpu}}
+threads:
+  source: {processor: one, period: 10 ms, compute_execution_time: 1 ms .. 2 ms}
+  busy: {processor: one, priority: 1, period: 20 ms, compute_execution_time: 4 ms}
+  sink: {processor: two, dispatch_protocol: aperiodic, compute_execution_time: 3 ms}
+  slow: {processor: two, period: 50 ms, compute_execution_time: 5 ms, deadline: 30 ms}
+connections:
+  wire: {from: source, to: sink, latency: 1 ms .. 3 ms}
+flows: {main: {path: [source, sink]}}
+"""
+
+
+def test_jitter_is_inherited_from_processing_and_transmission() -> None:
+    """4 for busy; source 4 + 2 = 6, jitter 6 - 1; sink jitter 5 + 2 = 7; slow 5 + 2 * 3 = 11 as ceil(18 / 10) = 2."""
+    space = space_of(PIPELINE)
+    view = view_of(space)
+    assert [item.response_ns for item in processor_responses(space, 0, view)] == [4 * MS, 6 * MS]
+    sink, slow = processor_responses(space, 1, view)
+    assert sink.task.streams == (Stream(10 * MS, 7 * MS),)
+    # the second job comes 3 ms after the first at the earliest, as the first one ends
+    assert (sink.response_ns, slow.response_ns, slow.meets_deadline) == (3 * MS, 11 * MS, True)
+
+
+def test_response_times_as_processing_of_a_flow() -> None:
+    space = space_of(PIPELINE.replace("name: pipeline", "name: pipeline\nprocessing: response_time"))
+    [latency] = read_requirements(space, "latency of main <= 1 s")
+    evaluator = Evaluator(replace(space, requirements=(latency,)))
+    [verdict] = evaluator.evaluate((0,) * len(space.decisions)).verdicts
+    assert verdict.value == (6 + 3 + 3) * MS
+
+
+def test_feedback_of_jitter_without_end_has_no_bound() -> None:
+    """Each delays what releases the other: what keeps growing has no bound, and counts as a very long time."""
+    text = """
+dse: 1
+name: loop
+processor_types: {cpu: {}}
+processors: {one: {type: cpu}, two: {type: cpu}}
+threads:
+  a1: {processor: one, period: 10 ms, priority: 1, compute_execution_time: 0 ms .. 5 ms}
+  b1: {processor: two, period: 10 ms, priority: 1, compute_execution_time: 0 ms .. 5 ms}
+  a2: {processor: two, priority: 2, compute_execution_time: 5 ms}
+  b2: {processor: one, priority: 2, compute_execution_time: 5 ms}
+connections: {a: {from: a1, to: a2}, b: {from: b1, to: b2}}
+"""
+    space = space_of(text)
+    found = response_of(space, 0, "thread", view_of(space))
+    assert found is not None and found.response_ns is None
+    [requirement] = read_requirements(space, "response time of a1 <= 1 h")
+    [verdict] = Evaluator(replace(space, requirements=(requirement,))).evaluate((0,) * len(space.decisions)).verdicts
+    assert (verdict.holds, verdict.value) == (False, UNBOUNDED_NS)
+
+
+DECISIONS = """
+dse: 1
+name: decisions
+deadlines: true
+processing: response_time
+processor_types: {cpu: {cores: [1, 2], price: [5 EUR, 9 EUR]}, fast: {price: 20 EUR}}
+processors: {p: {type: [cpu, fast]}}
+threads:
+  a: {processor: p, period: [5 ms, 7 ms], compute_execution_time: {cpu: 1 ms .. 3 ms, fast: 1 ms}}
+  b: {processor: p, period: 12 ms, compute_execution_time: 3 ms, priority: [1, 9], core: [1, 2]}
+  c: {processor: p, dispatch_protocol: [aperiodic, periodic], period: [20 ms, 24 ms], compute_execution_time: 4 ms,
+      deadline: 15 ms}
+connections: {ab: {from: a, to: b}, bc: {from: b, to: c}}
+flows: {f: {path: [a, b, c]}}
+requirements: [response time of a <= 6 ms]
+objectives: [minimise latency of f, minimise price, minimise response time of c, minimise utilisation of p]
+"""
+
+
+def test_the_search_is_exact() -> None:
+    """Requirement, deadlines, objective and processing time: the front is that of looking at every design."""
+    space = space_of(DECISIONS)
+    evaluator = Evaluator(space)
+    search = search_front(evaluator, Budget())
+    expected = brute_front(evaluator)
+    assert search.is_complete and search.points == expected and len(expected) > 1
+
+
+def test_what_cannot_be_encoded_exactly_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(sums, "SCHEDULE_CASE_LIMIT", 3)
+    with pytest.raises(UsageError, match="depends on more than 3 combinations"):
+        search_front(Evaluator(space_of(DECISIONS)), Budget())
+
+
+def test_a_core_that_the_processor_lacks_is_no_design() -> None:
+    space = space_of(DECISIONS)
+    core, cores = space.decision_index("b.core"), space.decision_index("p.cores")
+    assert core is not None and cores is not None
+    said = "the core of b is one that its processor has"
+    for design, evaluation in evaluated(Evaluator(space)).items():
+        lacks = design[core] == 1 and design[cores] in (0, INACTIVE)
+        assert (said in evaluation.breaches) == lacks
+
+
+@pytest.mark.parametrize(
+    ("edit", "message"),
+    [
+        (("core: [1, 2]", "core: 3"), "core 3 does not exist: there are 2 at most"),
+        (("a <= 6 ms", "q <= 6 ms"), 'no thread is called "q"'),
+        (("a <= 6 ms", "a <= 6 EUR"), "no unit of response time of a"),
+        (("{processor: p, period: 12 ms", "{period: 12 ms"), "a core needs a `processor`"),
+    ],
+)
+def test_mistakes(edit: tuple[str, str], message: str) -> None:
+    with pytest.raises(ProblemError, match=message):
+        space_of(DECISIONS.replace(*edit))
