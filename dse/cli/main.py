@@ -15,6 +15,7 @@ from dse.errors import EXIT_BUG, EXIT_INCOMPLETE, EXIT_USAGE, DseError, ProblemE
 COMMANDS = {
     "solve": "The proven Pareto front of a problem, ranked.",
     "analyse": "One design: latency contributors, CPU and bus tables, verdicts.",
+    "simulate": "A design played out in time, against its analysed bounds; response times.",
     "sweep": "The front as a function of a limit or an input: exact break-points, grids.",
     "sensitivity": "Margins of a design, which inputs matter, and how sure one can be.",
     "report": "A result as a report: HTML, Markdown, CSV, JSON, figures.",
@@ -66,8 +67,8 @@ def _version(ctx: click.Context, param: click.Parameter, value: bool) -> None:
 def cli() -> None:
     """Exact design-space exploration for robot and embedded architectures.
 
-    An architecture with open decisions goes in, as a YAML file; every Pareto-optimal architecture that meets its limits comes out, with a
-    proof that none is missing. Start with: dse new my.yaml; dse solve my.yaml
+    An architecture with open decisions goes in, as a YAML file; every Pareto-optimal architecture that meets its limits
+    comes out, with a proof that none is missing. Start with: dse new my.yaml; dse solve my.yaml
     """
 
 
@@ -91,7 +92,9 @@ def run(arguments: list[str]) -> int:
         for item in error.diagnostics:
             click.echo(str(item), err=True)
         count = len(error.diagnostics)
-        return _say(f"{count} mistake{'s' if count != 1 else ''} in the problem; nothing was solved or written", error.exit_code)
+        return _say(
+            f"{count} mistake{'s' if count != 1 else ''} in the problem; nothing was solved or written", error.exit_code
+        )
     except DseError as error:
         return _say(str(error), error.exit_code)
     except BrokenPipeError:

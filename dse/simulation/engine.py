@@ -1,14 +1,15 @@
 """The simulation itself: events in integer nanoseconds.
 
-At one instant jobs end first, then messages arrive, then timers dispatch: what arrives at the very moment of a dispatch is
-read by it. A timer's job reads the latest value of everything at its dispatch; an arrival dispatches an event-triggered
-thread, or waits in its queue while there is room, or is lost. Output leaves when a job ends.
+At one instant jobs end first, then messages arrive, then timers dispatch: what arrives at the very moment of a
+dispatch is read by it. A timer's job reads the latest value of everything at its dispatch; an arrival dispatches an
+event-triggered thread, or waits in its queue while there is room, or is lost. Output leaves when a job ends.
 
-*The latency of a datum* runs from the dispatch of the job that produces it in the first component of a flow (from its sending
-where a flow begins with a connection) to the first moment at which the last element of the flow has processed it or a newer
-one that has overwritten it on the way: the length of its immediate forward job chain, without the first component's own period
-(the maximum reduced reaction time of M. Günzel et al., "Timing analysis of asynchronized distributed cause-effect chains",
-RTAS 2021). It is counted once; data that a full queue or a stated rate drops are counted as lost.
+*The latency of a datum* runs from the dispatch of the job that produces it in the first component of a flow (from its
+sending where a flow begins with a connection) to the first moment at which the last element of the flow has processed
+it or a newer one that has overwritten it on the way: the length of its immediate forward job chain, without the first
+component's own period (the maximum reduced reaction time of M. Günzel et al., "Timing analysis of asynchronized
+distributed cause-effect chains", RTAS 2021). It is counted once; data that a full queue or a stated rate drops are
+counted as lost.
 """
 
 from __future__ import annotations
@@ -49,7 +50,8 @@ class Setting:
 class Observation:
     """What a run showed: latencies by flow, response times by task (most), what was lost where.
 
-    `latest` and `earliest` hold for each flow step the datum that took longest (shortest) to get there: its age and the time.
+    `latest` and `earliest` hold for each flow step the datum that took longest (shortest) to get there: its age and
+    the time.
     """
 
     latencies: list[Counter[int]]
@@ -295,11 +297,12 @@ class _Run:
                 self._store(key, born)
             return
         entry = self.entries.setdefault(task.key, _Entry())
-        for key, born in onward.items():
+        for key, born in onward.items() if task.key[1] == "thread" else ():
             self._note(key, born)
         room = link.capacity if link.capacity is not None and task.key[1] == "thread" else task.capacity
         if len(entry.waiting) >= room and (entry.busy or entry.waiting or self.now < entry.not_before):
-            self.seen.lost[f"{task.name}: {'no room in its queue' if entry.busy else 'sooner than its minimum separation'}"] += 1
+            reason = "no room in its queue" if entry.busy else "sooner than its minimum separation"
+            self.seen.lost[f"{task.name}: {reason}"] += 1
             return
         entry.waiting.append((self.now, onward))
         self._serve(task)

@@ -13,14 +13,16 @@ from dse.space.types import Component, Connection, Design, Space
 Range: TypeAlias = tuple[int, int]
 NS_PER_S = 10**9
 PROBE_NS = 100_000_000
+"""Period at which a flow is fed whose beginning nothing dispatches, in a problem without periods."""
 
 
 @dataclass(frozen=True)
 class ComponentFigures:
     """A component in a design.
 
-    `cost_ns` is the time of a job that runs alone (a stated response time stands for contention), `demand_ns` its execution time;
-    `executes` tells whether it is an execution time at all, or the latency of a data sheet, which occupies nothing.
+    `cost_ns` is the time of a job that runs alone (a stated response time stands for contention), `demand_ns` its
+    execution time; `executes` tells whether it is an execution time at all, or the latency of a data sheet, which
+    occupies nothing.
     """
 
     period_ns: Fraction | None
@@ -47,7 +49,11 @@ class ConnectionFigures:
 
 @dataclass(frozen=True)
 class Figures:
-    """Everything, by index. `placed` gives each thread on a processor its core and its place there; `shares` the use of one core."""
+    """Everything, by index.
+
+    `placed` gives each thread on a processor its core and its place there; `shares` the use of one core by each
+    component.
+    """
 
     space: Space
     components: Sequence[ComponentFigures]
@@ -57,7 +63,7 @@ class Figures:
     probe_ns: int
 
     def stimulus_ns(self, number: int) -> Fraction | None:
-        """The period of a component that nothing dispatches: its fastest outgoing stated rate, or the longest period there is.
+        """The period of what nothing dispatches: its fastest outgoing stated rate, or the longest period there is.
 
         None where something may dispatch it after all.
         """
@@ -79,9 +85,13 @@ def read_figures(space: Space, design: Design) -> Figures:
     connections = [reader.connection(item) for item in space.connections]
     periods = [int(item.period_ns) for item in components if item.period_ns is not None]
     shares = {
-        item.name: _share(figures) for item, figures in zip(space.components, components, strict=True) if figures.executes
+        item.name: _share(figures)
+        for item, figures in zip(space.components, components, strict=True)
+        if figures.executes
     }
-    return Figures(space, components, connections, _placed(space, design, components), shares, max(periods, default=PROBE_NS))
+    return Figures(
+        space, components, connections, _placed(space, design, components), shares, max(periods, default=PROBE_NS)
+    )
 
 
 def _share(figures: ComponentFigures) -> Fraction:
@@ -196,7 +206,7 @@ class _Reader:
 def _placed(
     space: Space, design: Design, components: Sequence[ComponentFigures]
 ) -> dict[int, tuple[tuple[int, int], int]]:
-    """Core and rank of each thread: stated cores first, the others first-fit by decreasing use; then by priority and rate."""
+    """Core and rank of each thread: stated cores, then first-fit by decreasing use; ranked by priority and rate."""
     result: dict[int, tuple[tuple[int, int], int]] = {}
     for number, slot in enumerate(space.processors):
         here = [index for index, item in enumerate(space.components) if at(item.processor, design) == number]

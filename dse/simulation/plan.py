@@ -14,8 +14,9 @@ from dse.simulation.figures import Figures, Range, read_figures
 from dse.space.types import Design, Space
 
 NS_PER_S = 10**9
-PROBE_NS = 100_000_000
-"""Period at which something is dispatched that a flow begins with and nothing dispatches, in a problem without periods."""
+ENDLESS = 10**9
+MANY = 20
+"""How many jobs in a queue the default duration of a run allows for."""
 
 TaskKey: TypeAlias = tuple[int, Literal["thread", "callback"]]
 StepKey: TypeAlias = tuple[int, int]
@@ -26,8 +27,9 @@ StepKey: TypeAlias = tuple[int, int]
 class Task:
     """Something that runs jobs: a thread or device, or the callback of a hybrid thread.
 
-    `period_ns` is that of its timer (None: each arrival dispatches it); `core` a core that it shares, or None; `urgency` its place
-    there, 0 first. A job of a `serial` task waits for the one before. `capacity` is how many arrivals may wait.
+    `period_ns` is that of its timer (None: each arrival dispatches it); `core` a core that it shares, or None;
+    `urgency` its place there, 0 first. A job of a `serial` task waits for the one before. `capacity` is how many
+    arrivals may wait.
     """
 
     key: TaskKey
@@ -64,8 +66,10 @@ class Link:
 class Plan:
     """The tasks by key, the links in the order of the problem, and what data the flows follow.
 
-    `places` lists for each component the flow steps at it that come over a connection, `starts` the flows that begin there;
-    `exits` tells over which link data go on. `overloaded` names the tasks that alone need more than a core.
+    `places` lists for each component the flow steps at it that come over a connection, `starts` the flows that begin
+    there; `exits` tells over which link data go on. `overloaded` names the tasks that alone need more than a core,
+    `guessed` the threads on shared cores whose rate follows from no rate in the problem: something upstream is
+    dispatched as often as seemed fit.
     """
 
     tasks: Mapping[TaskKey, Task]
@@ -77,6 +81,7 @@ class Plan:
     lengths: Sequence[int]
     outgoing: Mapping[int, Sequence[int]]
     overloaded: Sequence[str]
+    guessed: Sequence[str]
 
     @property
     def timers(self) -> dict[str, Fraction]:
@@ -93,9 +98,11 @@ class Plan:
                 total += link.soft_ns[1] + link.bus_ns[1]
                 continue
             for part in ("thread", "callback"):
-                task = self.tasks.get((step.index, part))  # type: ignore[arg-type]
+                task = self.tasks.get((step.index, part))
                 if task is not None:
-                    total += (2 + task.capacity) * task.cost_ns[1] + int(task.period_ns or task.separation_ns or 0)
+                    total += (2 + min(task.capacity, MANY)) * task.cost_ns[1] + int(
+                        task.period_ns or task.separation_ns or 0
+                    )
         return total
 
 
@@ -112,6 +119,7 @@ def build_plan(space: Space, design: Design, *, contention: bool = False, endles
         whatever arrives waits; otherwise as many as `queue_size` says, none where it says nothing.
     """
     figures = read_figures(space, design)
+    links = _links(space, figures, endless=endless_queues)
     tasks = _tasks(space, figures, contention=contention, endless=endless_queues)
     places: dict[int, list[StepKey]] = {}
     starts: dict[int, list[int]] = {}
@@ -131,7 +139,7 @@ def build_plan(space: Space, design: Design, *, contention: bool = False, endles
             outgoing.setdefault(connection.source, []).append(number)
     return Plan(
         tasks=tasks,
-        links=_links(space, figures, endless=endless_queues),
+        links=links,
         places=places,
         starts=starts,
         link_starts=link_starts,
@@ -139,10 +147,31 @@ def build_plan(space: Space, design: Design, *, contention: bool = False, endles
         lengths=[len(item.steps) for item in space.flows],
         outgoing=outgoing,
         overloaded=[name for name, share in figures.shares.items() if share > 1],
+        guessed=_guessed(space, figures, tasks, links),
     )
 
 
-ENDLESS = 10**9
+def _guessed(space: Space, figures: Figures, tasks: Mapping[TaskKey, Task], links: Sequence[Link]) -> list[str]:
+    """Follows the triggers downstream from whatever is dispatched at a rate that the problem does not state."""
+    todo = [number for number, part in enumerate(figures.components) if part.period_ns is None and not part.rate_hz]
+    todo += [
+        link.target
+        for link, part in zip(links, figures.connections, strict=True)
+        if link.source is None and not part.stated_hz and link.is_trigger and link.target is not None
+    ]
+    found: set[int] = set()
+    while todo:
+        number = todo.pop()
+        if number in found:
+            continue
+        found.add(number)
+        todo += [
+            link.target
+            for link, part in zip(links, figures.connections, strict=True)
+            if link.source == number and link.is_trigger and link.target is not None and not part.stated_hz
+            if tasks[link.target, "thread"].period_ns is None or (link.target, "callback") in tasks
+        ]
+    return [task.name for key, task in tasks.items() if key[0] in found and task.core is not None]
 
 
 def _tasks(space: Space, figures: Figures, *, contention: bool, endless: bool) -> dict[TaskKey, Task]:

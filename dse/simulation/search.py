@@ -1,9 +1,9 @@
 """The worst and the best case of a flow, searched over offsets.
 
-Coordinate search from random starts: along the flow, each timer is moved so that it has just missed the datum that took longest
-to get there (or just caught the quickest); with contention, what shares a core with the flow is then moved, one by one, to be
-released together with it. A move is kept unless it makes the observation better than it was. What is found is an observed
-latency, not a bound.
+Coordinate search from random starts: along the flow, each timer is moved so that it has just missed the datum that
+took longest to get there (or just caught the quickest); with contention, what shares a core with the flow is then
+moved, one by one, to be released together with it. A move is kept unless it makes the observation better than it was.
+What is found is an observed latency, not a bound.
 """
 
 from __future__ import annotations
@@ -107,7 +107,7 @@ def _extreme(seen: Observation, flow: int, goal: str) -> int | None:
 
 
 def _moves(plan: Plan, flow: int, item: Flow) -> Iterator[tuple[str, int, str]]:
-    """What to move, and the flow step that tells where to: first the timers of the flow, then what shares their cores."""
+    """What to move, and the flow step that tells where to: the timers of the flow, then what shares their cores."""
     own = []
     for position, step in enumerate(item.steps):
         task = plan.tasks[step.index, "thread"] if step.kind == "component" else None

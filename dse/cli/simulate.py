@@ -1,0 +1,106 @@
+"""``dse simulate``."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import click
+
+from dse.cli.analyse import choices_of
+from dse.cli.common import (
+    changes_of,
+    check_writable,
+    console,
+    json_option,
+    problem_argument,
+    question_options,
+    write_text,
+)
+from dse.errors import EXIT_COMPLETE, EXIT_INFEASIBLE
+
+
+@click.command("simulate")
+@problem_argument
+@click.option(
+    "--design",
+    multiple=True,
+    metavar="'DECISION = OPTION'",
+    help="A decision of the design, on top of the baseline; or RESULT.json#ID, an alternative of a solve.",
+)
+@click.option("--duration", metavar="DURATION", help="Simulated time of each run, e.g. 10s; else as long as needed.")
+@click.option(
+    "--offsets",
+    type=click.Choice(["worst", "random", "zero"]),
+    default="worst",
+    show_default=True,
+    help="Search the worst ones for each flow, draw them, or start everything at once.",
+)
+@click.option(
+    "--runs", type=click.IntRange(1, 10**6), default=40, show_default=True, help="Runs; for each flow when searching."
+)
+@click.option(
+    "--seed", type=click.IntRange(0, 2**31 - 1), default=0, show_default=True, help="Of everything that is drawn."
+)
+@click.option(
+    "--execution",
+    type=click.Choice(["random", "max", "min"]),
+    default="random",
+    show_default=True,
+    help="Execution and transmission times within their ranges.",
+)
+@click.option(
+    "--drift", type=click.IntRange(0, 100_000), default=0, metavar="PPM", help="Let clocks drift by up to this much."
+)
+@click.option("--contention/--no-contention", default=True, help="Threads share cores (default), or have one each.")
+@click.option(
+    "--bus-contention", is_flag=True, help="A physical bus carries one message at a time, in order of arrival."
+)
+@click.option(
+    "--endless-queues", is_flag=True, help="Arrivals wait where no queue size is stated, instead of being lost."
+)
+@question_options
+@json_option
+def command(
+    file: str,
+    design: tuple[str, ...],
+    duration: str | None,
+    offsets: Any,
+    runs: int,
+    seed: int,
+    execution: Any,
+    drift: int,
+    contention: bool,
+    bus_contention: bool,
+    endless_queues: bool,
+    json_path: str | None,
+    **options: Any,
+) -> int:
+    """Play a design out in time, and hold what is observed against the analysis.
+
+    Exit code 4 when an observation contradicts the analysis.
+    """
+    check_writable(json_path)
+    from dse.api.problem import load
+    from dse.api.simulating import simulate
+
+    simulation = simulate(
+        load(file),
+        choices_of(design),
+        duration=duration,
+        offsets=offsets,
+        runs=runs,
+        seed=seed,
+        execution=execution,
+        drift_ppm=drift,
+        contention=contention,
+        bus_contention=bus_contention,
+        endless_queues=endless_queues,
+        changes=changes_of(options),
+    )
+    if json_path != "-":
+        from dse.report.simulation import print_simulation
+
+        print_simulation(console(), simulation)
+    if json_path is not None:
+        write_text(json_path, simulation.to_json())
+    return EXIT_INFEASIBLE if simulation.contradictions else EXIT_COMPLETE

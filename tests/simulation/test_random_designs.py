@@ -1,0 +1,58 @@
+"""Two witnesses: on random designs no observation leaves the bounds, and the worst offsets come close to them."""
+
+from __future__ import annotations
+
+import random
+from collections.abc import Iterator
+
+from oracle import generator
+
+import dse
+from dse.analysis.evaluate import Evaluator
+from dse.api.simulating import simulate
+from dse.results.result import decisions_of
+from dse.results.simulation import Simulation
+
+SEEDS = range(24)
+
+
+def random_simulation(seed: int, *, contention: bool) -> Simulation | None:
+    """The simulation of a random design of a random problem; None when it has no flow or no design is found."""
+    problem = dse.loads(generator.random_problem(seed))
+    space, rng = problem.space, random.Random(seed)
+    evaluator = Evaluator(space)
+    for _ in range(100 if space.flows else 0):
+        design = tuple(rng.randrange(len(decision.options)) for decision in space.decisions)
+        if not evaluator.invalid(design):
+            chosen = decisions_of(space, design)
+            drift = rng.choice([0, 0, 500])
+            return simulate(problem, chosen, runs=12, contention=contention, seed=seed, drift_ppm=drift)
+    return None
+
+
+def simulations(*, contention: bool) -> Iterator[tuple[int, Simulation]]:
+    for seed in SEEDS:
+        result = random_simulation(seed, contention=contention)
+        if result is not None:
+            yield seed, result
+
+
+def test_without_contention_every_latency_is_within_its_bounds_and_the_bounds_are_approached() -> None:
+    reached = []
+    for seed, result in simulations(contention=False):
+        assert not result.contradictions, (seed, result.contradictions)
+        for flow in result.flows:
+            if not flow.excuse and flow.count and not result.lost and flow.reach is not None:
+                reached.append(float(flow.reach))
+    assert len(reached) >= 6
+    assert sorted(reached)[len(reached) // 4] > 0.95
+
+
+def test_with_contention_response_times_hold() -> None:
+    tasks = []
+    for seed, result in simulations(contention=True):
+        assert not result.contradictions, (seed, result.contradictions)
+        tasks += [task for task in result.tasks if task.is_compared and task.bound_ns]
+    assert len(tasks) >= 40
+    tight = [task for task in tasks if task.observed_ns == task.bound_ns]
+    assert len(tight) >= len(tasks) // 5
