@@ -11,6 +11,9 @@ from dse.errors import UsageError
 PAIR_LIMIT = 1_000
 """Products of more coefficients and rates than this are left to a rate variable."""
 
+LAST_CASE_LIMIT = 20_000
+"""How long a table may be where nothing shorter is exact."""
+
 SCHEDULE_CASE_LIMIT = 5_000
 """Response times that depend on more combinations of options than this are refused, not approximated."""
 
@@ -47,7 +50,13 @@ def _term_form(board: Board, rates: RateVariables, measure: Measure, term: Term,
     if values is not None and len(values) * len(coefficients) <= PAIR_LIMIT:
         pairs = product_pairs(board, coefficients, values)
         return board.optional_form((literal, rounded(value * measure.scale)) for literal, value in pairs)
-    form = rates.product_form(term, measure.scale)
+    try:
+        form = rates.product_form(term, measure.scale)
+    except OverflowError:  # no common denominator for the rates: only the whole table is exact
+        table = board.table(term.value, LAST_CASE_LIMIT)
+        if table is None:
+            raise
+        return board.form((literal, rounded(value * measure.scale)) for literal, value in table)
     if below and measure.rounded:
         form.add(Form(-1, {}, -1, -1))
     return form
