@@ -211,6 +211,8 @@ def parallel(result: Result, records: Sequence[Mapping[str, Any]], chosen: int |
             "labelAngle": 0,
             "orient": "top",
             "labelLimit": 160,
+            "labelPadding": 17,
+            "labelExpr": "split(replace(datum.label, ' of ', '|of '), '|')",
             "grid": True,
             "domain": False,
             "ticks": False,

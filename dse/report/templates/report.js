@@ -13,6 +13,12 @@
     // a phone has no room for long labels
     if (window.innerWidth < 600 && spec.config) {
       spec.config.legend.columns = 1;
+      for (const layer of spec.layer) {
+        const across = layer.encoding.x;
+        if (across.axis && across.axis.labelExpr) {
+          across.axis.labelLimit = Math.floor((window.innerWidth - 24) / across.sort.length);
+        }
+      }
     }
     return spec;
   }
