@@ -1,7 +1,7 @@
 """Exact design-space exploration for robot and embedded architectures.
 
-``dse.load`` reads a problem file, ``dse.solve`` returns its proven Pareto front, ``dse.analyse`` every figure of one design,
-``dse.check`` a description of the space. Everything is imported on first use.
+``dse.load`` reads a problem file, ``dse.solve`` returns its proven Pareto front, ``dse.analyse`` every figure of one
+design, ``dse.check`` a description of the space. Everything is imported on first use.
 """
 
 from __future__ import annotations

@@ -20,7 +20,7 @@ def bus_stack(space: Space, connection: Connection, view: View) -> tuple[int, ..
 
 
 def machine_type(space: Space, connection: Connection, view: View) -> str:
-    """The type of the processor that runs the connection's middleware: the sending thread's, else the receiving one's."""
+    """The type of the processor that runs the connection's middleware: the sending thread's, else the receiver's."""
     for end in (connection.source, connection.target):
         processor = at(space.components[end].processor, view) if end is not None else None
         if processor is not None:
@@ -56,10 +56,10 @@ def is_local(space: Space, connection: Connection, view: View) -> bool:
 
 
 def transmission_ns(space: Space, connection: Connection, view: View) -> tuple[int, int, str]:
-    """Least and most time that the connection takes, and the method: ``transmission time``, ``specified``, ``no latency``.
+    """Least and most time of the connection, and the method: ``transmission time``, ``specified``, ``no latency``.
 
-    Over every carrier, fixed + per byte * size (Transmission_Time); a bus's latency only without one; the connection's own
-    latency only where nothing that carries it gives one (semantics, section 3).
+    Over every carrier, fixed + per byte * size (Transmission_Time); a bus's latency only without one; the connection's
+    own latency only where nothing that carries it gives one (semantics, section 3).
     """
     stack = bus_stack(space, connection, view)
     size = message_bytes(space, connection, stack, view)

@@ -18,8 +18,8 @@ from dse.space.types import Design, Space
 class Evaluation:
     """What a design amounts to.
 
-    `objectives` and `metrics` are integers in the counting units of the evaluator's measures, in the order of the problem;
-    `breaches` says why the design is not valid, `verdicts` how it meets each requirement.
+    `objectives` and `metrics` are integers in the counting units of the evaluator's measures, in the order of the
+    problem; `breaches` says why the design is not valid, `verdicts` how it meets each requirement.
     """
 
     design: Design

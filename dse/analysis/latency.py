@@ -155,9 +155,7 @@ def _worst_ns(space: Space, component: Component, view: View) -> tuple[int, str]
     trees = (component.response_ns, component.execution_ns, component.latency_ns)
     ranges = [at(tree, view) for tree in trees]
     methods = ("response time", "processing time", "specified")
-    response, execution, latency = (
-        (given and given[1], method) for given, method in zip(ranges, methods, strict=True)
-    )
+    response, execution, latency = ((given and given[1], method) for given, method in zip(ranges, methods, strict=True))
     computed = space.processing == "response_time" and at(component.processor, view) is not None
     if computed and response[0] is None and execution[0] is not None:
         response = _scheduled_ns(space, component, "thread", view)

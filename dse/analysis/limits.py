@@ -1,7 +1,7 @@
 """Requirements as comparisons of exact sums: metric against limit, with the capacity of what is limited.
 
-A ratio limits the utilisation of a processor by limit * cores, and each thread alone by the limit of one core (semantics,
-section 4); it limits the load of a bus by limit * bandwidth (section 5).
+A ratio limits the utilisation of a processor by limit * cores, and each thread alone by the limit of one core
+(semantics, section 4); it limits the load of a bus by limit * bandwidth (section 5).
 """
 
 from __future__ import annotations
@@ -36,7 +36,8 @@ HOLDS: dict[str, Callable[[Fraction, Fraction], bool]] = {
 class Limit:
     """A requirement ready to evaluate: the sum of `measure` against `bound`, both in the measure's unit.
 
-    `each` is the limit that every single term of the measure must keep too (a thread cannot use more than one core), or None.
+    `each` is the limit that every single term of the measure must keep too (a thread cannot use more than one core), or
+    None.
     """
 
     requirement: Requirement
@@ -94,7 +95,7 @@ def _deadline_ns(thread: Component, view: View) -> int:
 
 
 def excess(space: Space, limit: Limit) -> Measure:
-    """How far a design is beyond a limit: positive when broken, in the measure's unit; the per-thread limit is left out.
+    """How far a design is beyond a limit, in the measure's unit: positive when broken. Leaves out the limit per thread.
 
     The sign is such that less is better for ``<=`` and ``<`` as well as for ``>=`` and ``>``.
     """

@@ -1,7 +1,7 @@
 """Metrics as sums of terms: CPU utilisation, bus load, latency, price, power, declared totals, derived metrics.
 
-A `Measure` is a sum of `Term`s; evaluating a design adds their values, the search tabulates them, and a report prints them: there is
-one formula for all three. Values are exact; `Measure.integer` counts them in units of 1 / `scale`.
+A `Measure` is a sum of `Term`s; evaluating a design adds their values, the search tabulates them, and a report prints
+them: there is one formula for all three. Values are exact; `Measure.integer` counts them in units of 1 / `scale`.
 """
 
 from __future__ import annotations
@@ -44,8 +44,8 @@ DISPLAY: dict[Dimension, tuple[str, Fraction]] = {
 class Term:
     """One summand, with the thread or connection that it belongs to.
 
-    Where it is a coefficient times a rate, both parts are there too, for the search's sake. `scheduled` tells that it is,
-    or holds, a response time, which consults whatever shares its processor.
+    Where it is a coefficient times a rate, both parts are there too, for the search's sake. `scheduled` tells that it
+    is, or holds, a response time, which consults whatever shares its processor.
     """
 
     label: str
@@ -175,7 +175,7 @@ def _product(space: Space, label: str, coefficient: Callable[[View], Fraction], 
 
 
 def load_terms(space: Space, bus: int) -> tuple[Term, ...]:
-    """Load of a bus in B/s: (data size + overhead bytes) * rate, or the stated data rate, per connection (section 5)."""
+    """Load of a bus in B/s: (size + overhead bytes) * rate, or the stated data rate, per connection (section 5)."""
     terms = []
     for number, connection in enumerate(space.connections):
         if bus not in reachable_buses(space, connection):
@@ -214,7 +214,11 @@ def _with_rates(space: Space, terms: tuple[Term, ...]) -> tuple[tuple[Term, ...]
             connection = next(item for item in space.connections if item.name == term.label)
             scale = lcm(scale, *(Fraction(leaf).denominator for leaf in leaves(connection.data_rate)))
             continue
-        parts = {(coefficient * rate).denominator for coefficient in _coefficients(space, term) for rate in sources[term.rate]}
+        parts = {
+            (coefficient * rate).denominator
+            for coefficient in _coefficients(space, term)
+            for rate in sources[term.rate]
+        }
         scale = lcm(scale, *parts)
     return terms, scale
 
@@ -303,5 +307,3 @@ def all_metrics(space: Space) -> tuple[Metric, ...]:
     metrics += [Metric(name, "total", None, name) for name in space.totals]
     metrics += [Metric(item.name, "derived", number) for number, item in enumerate(space.derived)]
     return tuple(metrics)
-
-

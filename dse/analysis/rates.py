@@ -32,9 +32,11 @@ def is_periodic(component: Component, view: View) -> bool:
 def rate_hz(space: Space, key: RateKey, view: View) -> Fraction:
     """The rate that `key` names, in Hz: of a component's activation or input, or of a connection's deliveries.
 
-    * activation: 1 / period; event-triggered: the sum of the rates at which trigger connections deliver; sporadic: at most 1 / period
+    * activation: 1 / period; event-triggered: the sum of the rates at which trigger connections deliver; sporadic: at
+      most 1 / period
     * input: that sum, also for a hybrid component, whose callback runs at it
-    * delivery: the rate that the connection states, its data rate over its data size, or the activation rate of its source
+    * delivery: the rate that the connection states, its data rate over its data size, or the activation rate of its
+      source
 
     Raises
     ------
@@ -52,7 +54,9 @@ def rate_hz(space: Space, key: RateKey, view: View) -> Fraction:
     if kind == "activation":
         rate = _activation_hz(space, number, view)
     elif kind == "input":
-        rate = sum((rate_hz(space, ("delivery", wire), view) for wire in space.components[number].triggers), Fraction(0))
+        rate = sum(
+            (rate_hz(space, ("delivery", wire), view) for wire in space.components[number].triggers), Fraction(0)
+        )
     else:
         rate = _delivery_hz(space, number, view)
     view.memo[key] = rate
@@ -128,9 +132,7 @@ def all_keys(space: Space) -> list[RateKey]:
     return keys
 
 
-def _direct_sources(
-    space: Space, key: RateKey, found: dict[RateKey, frozenset[Fraction]]
-) -> frozenset[Fraction]:
+def _direct_sources(space: Space, key: RateKey, found: dict[RateKey, frozenset[Fraction]]) -> frozenset[Fraction]:
     kind, number = key
     empty: frozenset[Fraction] = frozenset()
     if kind == "input":

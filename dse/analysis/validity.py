@@ -1,7 +1,7 @@
 """Which combinations of options are designs at all: structure, bindings and the user's rules.
 
-`conditions` gives predicates on designs that each consult few decisions, `covers` the slots that must not be filled in vain. Evaluation
-and search read the same list.
+`conditions` gives predicates on designs that each consult few decisions, `covers` the slots that must not be filled in
+vain. Evaluation and search read the same list.
 """
 
 from __future__ import annotations
@@ -131,9 +131,7 @@ def _is_filled_if_used(decision: int, empty: int, uses: Callable[[View], bool], 
 
 def covers(space: Space) -> tuple[Cover, ...]:
     """The optional slots with everything that may be bound to them."""
-    return tuple(
-        Cover(slot, tuple(uses for _, uses in users)) for slot, users in slot_users(space) if slot.optional
-    )
+    return tuple(Cover(slot, tuple(uses for _, uses in users)) for slot, users in slot_users(space) if slot.optional)
 
 
 def slot_users(space: Space) -> Iterator[tuple[Slot, list[tuple[str, Callable[[View], bool]]]]]:

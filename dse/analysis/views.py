@@ -1,8 +1,8 @@
 """Designs as formulas see them, and the table of a formula over the decisions that it consults.
 
-A formula is a function of a `View`. Evaluating it on a whole design gives its value; `tabulate` evaluates it on partial designs,
-branching whenever it asks for a decision that is still open. The result is a list of disjoint, exhaustive cases: the search takes
-its coefficients from there, so that no formula is written twice.
+A formula is a function of a `View`. Evaluating it on a whole design gives its value; `tabulate` evaluates it on partial
+designs, branching whenever it asks for a decision that is still open. The result is a list of disjoint, exhaustive
+cases: the search takes its coefficients from there, so that no formula is written twice.
 """
 
 from __future__ import annotations
@@ -68,8 +68,8 @@ class Case(Generic[T]):
 def tabulate(space: Space, formula: Callable[[View], T], limit: int) -> list[Case[T]] | None:
     """The cases of `formula` over all designs; None when there are more than `limit`.
 
-    Cases in which the design cannot be valid (an option that is not offered, a cycle of event-triggered components) are left
-    out: the constraints that forbid them stand elsewhere.
+    Cases in which the design cannot be valid (an option that is not offered, a cycle of event-triggered components) are
+    left out: the constraints that forbid them stand elsewhere.
     """
     cases: list[Case[T]] = []
     stack: list[dict[int, int]] = [{}]

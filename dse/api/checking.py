@@ -56,7 +56,9 @@ def check(problem: Problem | str | Path) -> Description:
 def _remarks(space: Space) -> Iterator[str]:
     limited = {(item.metric.kind, item.metric.index) for item in space.requirements}
     for number, slot in enumerate(space.processors):
-        loaded = any(number in set(leaves(item.processor)) for item in space.components if item.execution_ns is not None)
+        loaded = any(
+            number in set(leaves(item.processor)) for item in space.components if item.execution_ns is not None
+        )
         if loaded and ("utilisation", number) not in limited:
             yield f"nothing limits the utilisation of {slot.name}: designs that overload it are admitted"
     for number, bus in enumerate(space.buses):

@@ -45,8 +45,9 @@ class Problem:
 class Changes:
     """What a caller adds to the question of the file.
 
-    `limits` are (metric, text) pairs such as ("jitter", "20 ms") or ("jitter", "my_flow=20 ms"); `require` holds requirements and rules;
-    `objectives`, where given, replace those of the file; `fix` holds ``decision = option`` texts.
+    `limits` are (metric, text) pairs such as ("jitter", "20 ms") or ("jitter", "my_flow=20 ms"); `require` holds
+    requirements and rules; `objectives`, where given, replace those of the file; `fix` holds ``decision = option``
+    texts.
     """
 
     limits: Sequence[tuple[str, str]] = ()
@@ -112,9 +113,7 @@ def changed(problem: Problem, changes: Changes) -> Problem:
     fixed = dict(read_choices(space, changes.fix))
     return replace(
         problem,
-        space=replace(
-            space, requirements=tuple(requirements), rules=tuple(rules), objectives=objectives, fixed=fixed
-        ),
+        space=replace(space, requirements=tuple(requirements), rules=tuple(rules), objectives=objectives, fixed=fixed),
     )
 
 
@@ -186,7 +185,7 @@ def read_choices(space: Space, texts: Sequence[str]) -> Mapping[int, int]:
 
 
 def complete_design(space: Space, choices: Mapping[int, int]) -> Design:
-    """A design from choices: every decision with one option is made, the others must be given unless they do not matter.
+    """A design from choices: decisions with one option are made, the others must be given unless they do not matter.
 
     Raises
     ------
@@ -200,13 +199,12 @@ def complete_design(space: Space, choices: Mapping[int, int]) -> Design:
     design = _with_slots(space, made)
     known = View([max(option, 0) for option in design])
     missing = [
-        item.name
-        for index, item in enumerate(space.decisions)
-        if design[index] < 0 and is_met(item, index, known)
+        item.name for index, item in enumerate(space.decisions) if design[index] < 0 and is_met(item, index, known)
     ]
     if missing:
         raise UsageError(
-            f"the design leaves open: {', '.join(missing)} (give them with --design \"{missing[0]} = …\", or state a baseline)"
+            f"the design leaves open: {', '.join(missing)} "
+            f'(give them with --design "{missing[0]} = …", or state a baseline)'
         )
     return tuple(max(option, 0) for option in design)
 

@@ -7,7 +7,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from importlib.metadata import version
 from pathlib import Path
-from typing import Any, Literal
+from typing import Literal
 
 from dse.analysis.evaluate import Evaluator
 from dse.api.explaining import Wishes, conflicts_of
@@ -19,7 +19,6 @@ from dse.pareto.front import Budget, FrontSearch, Progress, Watch, search_front
 from dse.results.order import ranked_by
 from dse.results.result import ObjectiveInfo, Point, Result, Search, decisions_of, ranked
 from dse.space.size import space_size
-from dse.space.types import Space
 
 EXPLANATION_TIME_S = 30.0
 
@@ -135,7 +134,10 @@ def _texts(given: str | Sequence[str]) -> Sequence[str]:
 
 @dataclass(frozen=True)
 class Watcher:
-    """Who is told how a solve goes: `progress` after every solver call, `checkpoint` every second with the result so far."""
+    """Who is told how a solve goes.
+
+    `progress` is called after every solver call, `checkpoint` every second with the result so far.
+    """
 
     progress: Callable[[Progress], None] | None = None
     checkpoint: Callable[[Result], None] | None = None
@@ -152,7 +154,7 @@ def solve_asked(asked: Problem, budget: Budget, watcher: Watcher, earlier: Front
     space = asked.space
     if not space.objectives:
         raise UsageError(
-            "nothing to minimise: state `objectives` in the problem file, or give --minimise \"price\" or the like"
+            'nothing to minimise: state `objectives` in the problem file, or give --minimise "price" or the like'
         )
     evaluator = Evaluator(space)
     watch = Watch(watcher.progress)

@@ -29,9 +29,7 @@ from dse.errors import EXIT_COMPLETE, EXIT_INFEASIBLE
 @click.option("--response-times", is_flag=True, help="Also the response time of every thread, by core and priority.")
 @question_options
 @json_option
-def command(
-    file: str, design: tuple[str, ...], response_times: bool, json_path: str | None, **options: Any
-) -> int:
+def command(file: str, design: tuple[str, ...], response_times: bool, json_path: str | None, **options: Any) -> int:
     """One design (the baseline, unless told otherwise): latency contributors, CPU and bus tables, verdicts.
 
     Exit code 4 when the design breaks a requirement or is not valid.

@@ -83,8 +83,8 @@ def ranking_options(command: F) -> F:
         click.option(
             "--rank-by",
             metavar="METHOD",
-            help="ideal (default), topsis, knee, baseline, weights:NAME=NUMBER,... or order:NAME,...; ideal and topsis take "
-            "weights too.",
+            help="ideal (default), topsis, knee, baseline, weights:NAME=NUMBER,... or order:NAME,...; ideal and topsis "
+            "take weights too.",
         ),
     )
     for option in more:

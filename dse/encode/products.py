@@ -1,8 +1,8 @@
 """Rates as disjoint literals, and coefficient * rate as a sum over pairs of cases.
 
-A chain of event-triggered threads inherits its rate from far away: tabulating that over all decisions on the way gives long tables.
-Here each component's rate has one literal per value it can take, defined from its senders' literals, so that a table grows with the
-number of different rates instead of the number of ways to get them.
+A chain of event-triggered threads inherits its rate from far away: tabulating that over all decisions on the way gives
+long tables. Here each component's rate has one literal per value it can take, defined from its senders' literals, so
+that a table grows with the number of different rates instead of the number of ways to get them.
 """
 
 from __future__ import annotations
@@ -114,8 +114,8 @@ class RateTables:
 def product_pairs(board: Board, coefficients: RateTable, rates: RateTable) -> list[tuple[Any, Fraction]]:
     """The table of coefficient * rate: y[c, v] is true where coefficient case c and rate v are.
 
-    sum over v of y[c, v] = c for every coefficient case but 0, and sum over c of y[c, v] <= v. At most one y is true; where none is, the
-    product is 0.
+    sum over v of y[c, v] = c for every coefficient case but 0, and sum over c of y[c, v] <= v. At most one y is true;
+    where none is, the product is 0.
     """
     never = board.true.negated().index
     by_value: dict[Fraction, list[Any]] = {}

@@ -169,9 +169,7 @@ def _period_rules(draft: Draft) -> list[str]:
 
 def _baseline(draft: Draft, wire_classes: list[int]) -> dict[str, Any]:
     """The starting design, decision by decision."""
-    made: dict[str, Any] = {
-        name: {"type": draft.family.machines[REFERENCE].name} for name in processor_names(draft)
-    }
+    made: dict[str, Any] = {name: {"type": draft.family.machines[REFERENCE].name} for name in processor_names(draft)}
     for name, wires in zip(bus_names(draft), wire_classes, strict=True):
         made[name] = {"type": WIRE_CLASSES[wires][REFERENCE].name}
     for thread in draft.threads:

@@ -39,7 +39,10 @@ def _set_point(solver: Solver, point: tuple[int, ...]) -> None:
 
 
 def _options_in_order(solver: Solver) -> list[Any]:
-    """The literals in the order of the file: a depth-first search that tries each as true first meets the canonical design first."""
+    """The literals in the order of the file.
+
+    A depth-first search that tries each as true first meets the canonical design first.
+    """
     ordered = []
     for index in _open(solver):
         inactive = solver.encoded.inactive[index]

@@ -48,8 +48,9 @@ Answer = Found | NoSuchDesign | Unfinished
 class Solver:
     """A model with its search settings, a deadline and a stop switch.
 
-    `calls` counts the questions asked. Same model, same seed, same answers: one CP-SAT worker, and limits in deterministic time.
-    Solving releases the GIL: several solvers, each with a model of its own, can work in threads (see `dse.pareto.crew`).
+    `calls` counts the questions asked. Same model, same seed, same answers: one CP-SAT worker, and limits in
+    deterministic time. Solving releases the GIL: several solvers, each with a model of its own, can work in threads
+    (see `dse.pareto.crew`).
     """
 
     def __init__(self, encoded: EncodedSpace, *, seed: int = 0, deadline: float | None = None) -> None:
@@ -133,7 +134,8 @@ class Solver:
     def first_in_order(self) -> Answer:
         """The first solution in the order of the model's decision strategy; unfinished when that takes too long.
 
-        The strategy is followed strictly (fixed search, presolve that keeps every solution); linear relaxation only refutes branches.
+        The strategy is followed strictly (fixed search, presolve that keeps every solution); linear relaxation only
+        refutes branches.
         """
         self.calls += 1
         for work, linear in ORDERED_SEARCH:

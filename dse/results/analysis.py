@@ -82,7 +82,10 @@ class Analysis:
         return not self.breaches and all(verdict.holds for verdict in self.verdicts)
 
     def flow_frame(self, name: str) -> pandas.DataFrame:
-        """A flow's contributor table: ``category``, ``contributor``, ``min_ns``, ``min_method``, ``max_ns``, ``max_method``; in order."""
+        """A flow's contributor table, in order.
+
+        Columns: ``category``, ``contributor``, ``min_ns``, ``min_method``, ``max_ns``, ``max_method``.
+        """
         import pandas
 
         table = next(table for table in self.flows if table.name == name)

@@ -16,9 +16,9 @@ if TYPE_CHECKING:
 def architecture_graph(space: Space, design: Design) -> networkx.MultiDiGraph[str]:
     """Threads, devices, processors and buses as nodes; connections and bindings as edges.
 
-    Nodes have `kind` (``thread``, ``device``, ``abstract``, ``processor``, ``bus``) and, where they apply, `type`, `dispatch_protocol`,
-    `period_ns`, `process`. Edges have `kind`: ``connection`` (key: its name; `buses`, `size_bytes`), ``runs on`` (thread to
-    processor), ``carried by`` (virtual bus to bus). Empty slots are left out.
+    Nodes have `kind` (``thread``, ``device``, ``abstract``, ``processor``, ``bus``) and, where they apply, `type`,
+    `dispatch_protocol`, `period_ns`, `process`. Edges have `kind`: ``connection`` (key: its name; `buses`,
+    `size_bytes`), ``runs on`` (thread to processor), ``carried by`` (virtual bus to bus). Empty slots are left out.
     """
     import networkx
 
@@ -40,7 +40,9 @@ def architecture_graph(space: Space, design: Design) -> networkx.MultiDiGraph[st
         if processor is not None:
             graph.add_edge(component.name, space.processors[processor].name, key="runs on", kind="runs on")
     for connection in space.connections:
-        ends = [space.components[end].name if end is not None else None for end in (connection.source, connection.target)]
+        ends = [
+            space.components[end].name if end is not None else None for end in (connection.source, connection.target)
+        ]
         if ends[0] is None or ends[1] is None:
             continue
         buses = [space.buses[number].name for number in bus_stack(space, connection, view)]

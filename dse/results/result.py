@@ -32,8 +32,9 @@ class ObjectiveInfo:
 
 @dataclass(frozen=True)
 class Point:
-    """A non-dominated design: `objectives` and `metrics` count in the units of the result, `decisions` are active open ones.
+    """A non-dominated design.
 
+    `objectives` and `metrics` count in the units of the result, `decisions` are the active open ones.
     `id` names the point in a result whatever it is ranked by; `score` says in words what the rank is founded on.
     """
 
@@ -48,10 +49,10 @@ class Point:
 
 @dataclass(frozen=True)
 class Clash:
-    """A member of a conflict: its limit, the closest one that leaves a design while all else holds, and the miss, in `unit`.
+    """A member of a conflict: its limit, the closest that leaves a design while all else holds, the miss, in `unit`.
 
-    A rule has no figures, and none has where moving it alone does not help. A share of a processor or of a bandwidth counts
-    in ppm. `thread` names the thread that alone needs so much of one core, if that is what counts.
+    A rule has no figures, and none has where moving it alone does not help. A share of a processor or of a bandwidth
+    counts in ppm. `thread` names the thread that alone needs so much of one core, if that is what counts.
     """
 
     text: str
@@ -84,7 +85,8 @@ class Conflict:
 class Sibling:
     """Another design at or near a point of the front; `id` is ``POINT.NUMBER``.
 
-    `dominated_by` are the ids of the points that dominate it; `different` counts the decisions that differ from the point's.
+    `dominated_by` are the ids of the points that dominate it; `different` counts the decisions that differ from the
+    point's.
     """
 
     id: str
@@ -100,8 +102,8 @@ class Sibling:
 class Others:
     """Further designs of point `of`: with its objectives (`within` 0), or with each at most that share worse.
 
-    They are chosen to differ from the point and from one another. `more` says whether there are others still: None where the
-    solver was stopped before it could tell.
+    They are chosen to differ from the point and from one another. `more` says whether there are others still: None
+    where the solver was stopped before it could tell.
     """
 
     of: int
@@ -152,11 +154,12 @@ class Origin:
 class Result:
     """The outcome of `dse.solve`.
 
-    `status` is ``complete`` (the front is proved), ``incomplete`` (stopped early: every point is non-dominated among all designs,
-    but others may be missing in the `unexplored` regions) or ``infeasible`` (proved). The front is in the order of rank.
-    `baseline` is today's design where the problem states all of it; `ranking` is the method as asked for, `ranking_words` the method with
-    its parameters; `others` are further designs at or near points of the front, where they were asked for.
-    Regions are exclusive bounds by objective; `potential` is the best value of each objective that may still be unexplored.
+    `status` is ``complete`` (the front is proved), ``incomplete`` (stopped early: every point is non-dominated among
+    all designs, but others may be missing in the `unexplored` regions) or ``infeasible`` (proved). The front is in the
+    order of rank. `baseline` is today's design where the problem states all of it; `ranking` is the method as asked
+    for, `ranking_words` the method with its parameters; `others` are further designs at or near points of the front,
+    where they were asked for. Regions are exclusive bounds by objective; `potential` is the best value of each
+    objective that may still be unexplored.
     """
 
     problem: Origin
@@ -215,14 +218,14 @@ class Result:
         }
 
     def to_json(self) -> str:
-        """`to_dict` as text; the same problem and seed give the same text but for ``search.wall_s``."""
+        """`to_dict` as text; the same problem gives the same text but for ``search``, which tells of the run."""
         return json.dumps(self.to_dict(), ensure_ascii=False, indent=1) + "\n"
 
     def frame(self) -> pandas.DataFrame:
         """The front as a frame, in the order of rank.
 
-        Columns: ``id``, ``rank``; each objective by name and each further metric by name (integers in the units of `objectives` and
-        `metric_units`); each open decision by name (text, None where inactive).
+        Columns: ``id``, ``rank``; each objective by name and each further metric by name (integers in the units of
+        `objectives` and `metric_units`); each open decision by name (text, None where inactive).
         """
         import pandas
 
@@ -250,7 +253,10 @@ class Result:
         return rows
 
     def to_csv(self) -> str:
-        """`frame` as CSV text, units in the header; a text that a spreadsheet would take for a formula gets an apostrophe."""
+        """`frame` as CSV text, units in the header.
+
+        A text that a spreadsheet would take for a formula gets an apostrophe.
+        """
         units = {**self.metric_units, **{item.name: item.unit for item in self.objectives}}
         out = io.StringIO()
         writer = csv.writer(out, lineterminator="\n")

@@ -203,7 +203,8 @@ class FieldReader:
     def _leaf(options: Alternatives, union: Alternatives, decision: int | None) -> Tree:
         if decision is None:
             return options[0]
-        own = dict(zip(options, options, strict=True))  # equal figures of other owners stay theirs (see `dse.study.trace`)
+        # equal figures of other owners stay theirs (see `dse.study.trace`)
+        own = dict(zip(options, options, strict=True))
         return Choice(decision, tuple(own.get(value, NOT_OFFERED) for value in union))
 
 

@@ -23,7 +23,7 @@ from dse.space.metrics import (
     read_derived,
     resolve_metrics,
 )
-from dse.space.trees import leaves
+from dse.space.trees import Tree, leaves
 from dse.space.types import (
     EMPTY,
     Atom,
@@ -341,5 +341,7 @@ def _used(space: Space, name: str) -> UsedTest:
         match = get_close_matches(name, _bare_names(space), n=1)
         raise QuestionError(f"nothing is called {shown(name)}", f'did you mean "{match[0]}"?' if match else "")
     bindings = [*(item.bus for item in space.connections), *(item.carrier for item in space.buses)]
-    bound = [(tree, (number,)) for number in direct for tree in bindings if number in set(leaves(tree))]
+    bound: list[tuple[Tree, tuple[int, ...]]] = [
+        (tree, (number,)) for number in direct for tree in bindings if number in set(leaves(tree))
+    ]
     return UsedTest((*((item.tree, (name,)) for item in having if item.name not in own), *bound))

@@ -13,8 +13,8 @@ def space_size(space: Space) -> int:
 
     An optional slot counts its types: whether it is empty follows from what is bound to it.
 
-    Rules, bindings and requirements are not considered; where the use of a decision depends on several others, its options are
-    counted everywhere.
+    Rules, bindings and requirements are not considered; where the use of a decision depends on several others, its
+    options are counted everywhere.
     """
     owners: dict[int, list[int]] = {}
     alone: list[int] = []

@@ -164,8 +164,8 @@ class Metric:
     """A resolved metric: `kind` and the index (or component name) it is of.
 
     `kind` is ``latency``, ``min latency``, ``jitter`` (of a flow), ``utilisation`` (of a processor), ``load`` (of a
-    bus), ``response time`` (of a thread; `key` is ``deadline`` where its own is the limit), ``price``, ``power``, ``total``
-    (`key` names it; `of` a component, or all) or ``derived``.
+    bus), ``response time`` (of a thread; `key` is ``deadline`` where its own is the limit), ``price``, ``power``,
+    ``total`` (`key` names it; `of` a component, or all) or ``derived``.
     """
 
     name: str
@@ -203,9 +203,9 @@ class MultipleTest:
 
 @dataclass(frozen=True)
 class UsedTest:
-    """Whether any of the type figures has one of the names beside it."""
+    """Whether any of the type figures has one of the names beside it (of a binding: one of the slots, by index)."""
 
-    types: tuple[tuple[Tree, tuple[str, ...]], ...]
+    types: tuple[tuple[Tree, tuple[str | int, ...]], ...]
 
 
 Atom: TypeAlias = ValueTest | PairTest | MultipleTest | UsedTest

@@ -264,7 +264,7 @@ def test_objectives_too_large_for_one_weighted_sum_take_two_calls(monkeypatch: p
 def test_canonical_designs_by_digits_are_those_of_the_depth_first_search(
     name: str, limit: int, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Where the depth-first search takes too long, options become digits, as many to a call as the number stays exact."""
+    """Where the depth-first search takes too long, options become digits, as many to a call as stay exact."""
     evaluator = Evaluator(load_space(BY_NAME[name]))
     expected = search_front(evaluator)
     monkeypatch.setattr(Solver, "first_in_order", lambda self: Unfinished())

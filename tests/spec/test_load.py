@@ -60,7 +60,8 @@ rules: [forbid RT101, {require: can}]
 objectives: [minimise price]
 baseline: {nav: {period: 10 ms}, computer: {cores: 4}}
 uncertainty:
-  bus_types.can.bandwidth: {distribution: normal, mean: 120 kbit/s, deviation: 2 kbit/s, range: 100 .. 140 kbit/s, source: x}
+  bus_types.can.bandwidth:
+    {distribution: normal, mean: 120 kbit/s, deviation: 2 kbit/s, range: 100 .. 140 kbit/s, source: x}
   threads.nav.deadline: {factor: 0.8 .. 1.2, mode: 1}
   connections.position.data_size: {samples: sizes.csv, column: bytes, unit: B}
 """
