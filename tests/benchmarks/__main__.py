@@ -51,8 +51,12 @@ def main() -> None:
     name = options.name or ("quick" if options.quick else "latest")
     for part in wanted:
         print(f"== {part}", flush=True)
-        record[part] = PARTS[part](options, lambda line: print(line, flush=True))
-        write(options.output, record, markdown(record), name)
+
+        def save(measured: Any, part: str = part) -> None:
+            record[part] = measured
+            write(options.output, record, markdown(record), name)
+
+        save(PARTS[part](options, lambda line: print(line, flush=True), save))
     print(f"wrote {options.output / name}.md and .json")
     if any(word in str(record) for word in ("DISAGREES", "NOT THE SAME")):
         sys.exit("fronts disagree: see the table")

@@ -18,6 +18,8 @@ from .cases import ROOT, Case
 from .fronts import hypervolume
 
 Say = Callable[[str], None]
+Save = Callable[[Any], None]
+"""Takes what a part has measured so far: a run that is stopped keeps it."""
 GRACE_S = 120.0
 MOST_DESIGNS = 5 * 10**7
 
@@ -51,14 +53,15 @@ def spread(values: list[float]) -> dict[str, float]:
     return {"median": statistics.median(values), "least": min(values), "most": max(values), "runs": len(values)}
 
 
-def run_fronts(options: Any, say: Say) -> list[dict[str, Any]]:
+def run_fronts(options: Any, say: Say, save: Save) -> list[dict[str, Any]]:
     """Ours against the textbook loop and brute force, then the genetic algorithms with our time and ten times that."""
-    rows = []
+    rows: list[dict[str, Any]] = []
     for case in cases.fronts(quick=options.quick, seed=options.seed):
         if options.match not in case.name:
             continue
         row = _one_front(case, options)
         rows.append(row)
+        save(rows)
         say(_line(row))
     return rows
 
@@ -170,7 +173,7 @@ def _line(row: dict[str, Any]) -> str:
     return f"{row['case']}: {row['points']} points, {state}, {seconds:.2f} s, textbook {ratios}, {row['checked_by']}"
 
 
-def run_curves(options: Any, say: Say) -> dict[str, list[dict[str, Any]]]:
+def run_curves(options: Any, say: Say, save: Save) -> dict[str, list[dict[str, Any]]]:
     """Time and memory along each series; the gap where a search did not end."""
     made: dict[str, list[dict[str, Any]]] = {}
     limits = [60.0, 600.0] if options.long else [options.limit]
@@ -180,6 +183,7 @@ def run_curves(options: Any, say: Say) -> dict[str, list[dict[str, Any]]]:
             for limit in limits if options.match in case.name else ():
                 row = {"value": value, **_on_curve(case, limit, options.repeats)}
                 made[name].append(row)
+                save(made)
                 shown = {key: row.get(key) for key in ("limit_s", "points", "is_complete", "gap", "failed")}
                 say(f"{name} = {value}: {json.dumps(shown)}")
                 if row.get("is_complete"):
@@ -202,7 +206,7 @@ def _on_curve(case: Case, limit_s: float, repeats: int) -> dict[str, Any]:
     return row
 
 
-def run_analysis(options: Any, say: Say) -> list[dict[str, Any]]:
+def run_analysis(options: Any, say: Say, save: Save) -> list[dict[str, Any]]:
     """Designs per second."""
     rows = []
     for case in (cases.INMARK, cases.generated("event-driven", 100, 3, options.seed)):
@@ -211,6 +215,7 @@ def run_analysis(options: Any, say: Say) -> list[dict[str, Any]]:
         keys = ("build_s", "per_second", "singles_per_second")
         row = {"case": case.name, **{key: spread([run[key] for run in fine]) for key in keys}}
         rows.append(row)
+        save(rows)
         say(json.dumps(row))
     return rows
 
@@ -225,7 +230,7 @@ STARTS = {
 }
 
 
-def run_startup(options: Any, say: Say) -> list[dict[str, Any]]:
+def run_startup(options: Any, say: Say, save: Save) -> list[dict[str, Any]]:
     """Whole processes, in turns; and their multiples of importing the solver.
 
     Processor seconds are those of the process, user and system: other work on the machine does not count in them.
@@ -244,6 +249,7 @@ def run_startup(options: Any, say: Say) -> list[dict[str, Any]]:
         ratios = [one / other for one, other in zip(measured, seconds[IMPORT], strict=False)]
         row = {"command": name, "seconds": spread(measured), "times_import": spread(ratios)}
         rows.append({**row, "processor_seconds": spread(worked[name])})
+        save(rows)
         say(json.dumps(rows[-1]))
     return rows
 
