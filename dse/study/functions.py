@@ -289,6 +289,11 @@ class DesignFunction:
         """The outputs at exact inputs."""
         if not self.applies:
             return self.analysed(values)
+        if self.programs[0].has_steps:  # response times: hardly two places share an expression
+            values = [as_in_file(item, value) for item, value in zip(self.inputs.variables, values, strict=True)]
+            steps = self.programs[0].run(values)
+            if not self.programs[0].holds(steps):
+                return self.analysed(values)
         program, steps = self.program_at(values)
         return [steps[number] for number in program.outputs]
 
@@ -364,6 +369,14 @@ def _comparisons(limit: Limit, view: View) -> Iterator[tuple[Fraction, Fraction,
     if limit.each is not None:
         for name, terms in thread_loads(limit.measure.terms).items():
             yield sum((term.value(view) for term in terms), Fraction(0)), limit.each, name
+
+
+def as_in_file(variable: Variable, value: Fraction) -> Fraction:
+    """The value that the file would have: whole numbers of the unit, minima and supply rounded down, the rest up."""
+    if not variable.is_whole:
+        return value
+    down = variable.end == "min" or variable.unit == "bit/s"
+    return Fraction(max(variable.least, value.__floor__() if down else value.__ceil__()))
 
 
 def _nearby(variable: Variable, source: random.Random) -> Fraction:

@@ -12,10 +12,13 @@ from fractions import Fraction
 from dse.analysis.limits import HOLDS
 from dse.results.sensitivity import Bar, Break, Margin, Scaling
 from dse.study.functions import Bound, DesignFunction, Variable
+from dse.study.quantities import COUNT
 from dse.units import TIME_RANGE
 
 FARTHEST = 10**6
 """An input is followed up to this multiple of its value (of 1 s, 1 MB and the like where it is 0)."""
+MOST_ITEMS = 1000
+"""Cores and items in a queue are followed up to this multiple."""
 FINEST = Fraction(1, 10**9)
 """How close the border of a quantity that need not be whole is found where it cannot be solved for."""
 LOOKS = 16
@@ -99,6 +102,8 @@ def domain(function: DesignFunction, variable: Variable) -> tuple[Fraction, Frac
     least, most = Fraction(variable.least), max(variable.nominal, Fraction(1000)) * FARTHEST
     if not variable.is_whole:
         least = variable.nominal / FARTHEST
+    if variable.kind is COUNT:
+        most = max(variable.nominal, Fraction(1)) * MOST_ITEMS
     variables = function.inputs.variables
     if variable.end == "min":
         most = variables[variable.index + 1].nominal

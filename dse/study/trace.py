@@ -100,6 +100,13 @@ def _integer(compute: Callable[..., Any]) -> Callable[..., Any]:
     return method
 
 
+def _whole(value: Fraction) -> int:
+    """A number of cores or items as what counts and repeats."""
+    if value.denominator != 1:
+        raise TypeError(f"{value} is no whole number")
+    return value.numerator
+
+
 class Traced(Fraction):
     """An exact fraction with the expression that made it; equal to, and hashed like, the plain number."""
 
@@ -121,6 +128,7 @@ class Traced(Fraction):
     __rmod__ = _integer(lambda self, other: other % self)
     __floor__, __ceil__ = _integer(lambda self: self.__floor__()), _integer(lambda self: self.__ceil__())
     __trunc__, __int__ = _integer(int), _integer(int)
+    __index__ = _integer(lambda self: _whole(self))
     __round__, __float__ = _integer(round), _integer(float)
     __hash__ = Fraction.__hash__
 
@@ -201,6 +209,14 @@ class Program:
             self._numbers[id(top)] = self._known[step]
             self._kept.append(top)
         return self._numbers[id(node)]
+
+    @property
+    def has_steps(self) -> bool:
+        """Whether some figure was made an integer on the way: the expressions then hold for very few inputs."""
+        return any(
+            sign == "==" and outcome and self.steps[right][:2] != ("const", 0)
+            for sign, _, right, outcome in self.guards
+        )
 
     def variables(self, number: int) -> frozenset[int]:
         """The variables that a step depends on."""

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from fractions import Fraction
+from pathlib import Path
 
 import pytest
-from study.studies import LONG, NAMES, edited, example
+from study.studies import LONG, NAMES, edited, example, written
 
 from dse.api.analysing import analyse
 from dse.api.problem import Changes, Problem, complete_design, loads
@@ -152,5 +153,18 @@ def test_functions_are_the_analysis(name: str) -> None:
     problem = example(name)
     function = function_of(problem, design_of(problem.space))
     for factor in (Fraction(1, 2), Fraction(7, 3), Fraction(11)):
+        values = [max(Fraction(item.least), item.nominal * factor) for item in function.inputs.variables]
+        assert function.exact(values) == function.analysed(values)
+
+
+def test_response_times_have_margins_too(tmp_path: Path) -> None:
+    """Where figures move in steps, each place is analysed anew."""
+    path = written(tmp_path, "starter")
+    text = path.read_text(encoding="utf-8").replace("\nname:", "\nprocessing: response_time\nname:", 1)
+    problem = loads(text.partition("\nbaseline:")[0])
+    decisions = design_of(problem.space)
+    function = function_of(problem, decisions)
+    assert function.programs[0].has_steps and margins(function)
+    for factor in (Fraction(1), Fraction(3, 2), Fraction(5)):
         values = [max(Fraction(item.least), item.nominal * factor) for item in function.inputs.variables]
         assert function.exact(values) == function.analysed(values)
