@@ -46,14 +46,15 @@ def certified_gap(points: Sequence[Vector], floors: Sequence[Vector]) -> float |
     """How far the found front can be from the true one, as a share of each objective's range: the additive epsilon.
 
     Whatever the open regions hold is nowhere below their floors, so each of them is compared with the found point that
-    is closest to dominating its floor. None when there are no points to compare with.
+    is closest to dominating its floor. An objective's range is from the least floor or point to the worst found point:
+    while few points are known, their own range would be no measure. None when there are no points to compare with.
     """
     if not floors:
         return 0.0
     if not points:
         return None
     found, low = np.array(points, dtype=float), np.array(floors, dtype=float)
-    span = found.max(axis=0) - found.min(axis=0)
-    span = np.where(span > 0, span, np.maximum(1.0, np.abs(found.max(axis=0))))
+    span = found.max(axis=0) - np.minimum(found.min(axis=0), low.min(axis=0))
+    span = np.where(span > 0, span, 1.0)
     gaps = ((found[None, :, :] - low[:, None, :]) / span).max(axis=2).min(axis=1)
     return float(max(0.0, gaps.max()))

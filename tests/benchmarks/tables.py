@@ -130,7 +130,7 @@ def _curves(series: dict[str, list[dict[str, Any]]]) -> Iterator[str]:
     yield "## Cost curves"
     yield ""
     yield "One worker. The gap is certified: whatever design is missing, a found one is at most that share of each"
-    yield "objective's range worse."
+    yield "objective's range worse (from the best value that is still possible to the worst one found)."
     for name, rows in series.items():
         yield ""
         yield f"### {name.capitalize()}"
