@@ -6,6 +6,7 @@ from rich.console import Console
 
 from dse.api.checking import Description
 from dse.report.plain import plain, plain_table
+from dse.results.values import count_text
 
 
 def print_description(console: Console, description: Description) -> None:
@@ -19,7 +20,8 @@ def print_description(console: Console, description: Description) -> None:
         table.add_row(plain(decision.name), plain(", ".join(decision.options)))
     console.print(table)
     console.print(
-        f"{description.size:,} combinations of options, before rules, bindings and requirements.", markup=False
+        f"{count_text(description.size)} combinations of options, before rules, bindings and requirements.",
+        markup=False,
     )
     console.print(f"Flows: {', '.join(flow.name for flow in space.flows) or 'none'}", markup=False)
     for title, texts in (
