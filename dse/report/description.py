@@ -6,7 +6,7 @@ from rich.console import Console
 
 from dse.api.checking import Description
 from dse.report.plain import plain, plain_table
-from dse.results.values import count_text
+from dse.units.text import format_count
 
 
 def print_description(console: Console, description: Description) -> None:
@@ -20,7 +20,7 @@ def print_description(console: Console, description: Description) -> None:
         table.add_row(plain(decision.name), plain(", ".join(decision.options)))
     console.print(table)
     console.print(
-        f"{count_text(description.size)} combinations of options, before rules, bindings and requirements.",
+        f"{format_count(description.size)} combinations of options, before rules, bindings and requirements.",
         markup=False,
     )
     console.print(f"Flows: {', '.join(flow.name for flow in space.flows) or 'none'}", markup=False)

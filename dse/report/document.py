@@ -32,8 +32,9 @@ from dse.results.analysis import Analysis, FlowTable, Usage
 from dse.results.changes import changes_between
 from dse.results.reasons import Reasoner, Reasons
 from dse.results.result import Point, Result, decisions_of
-from dse.results.values import count_text, counted, display_unit, readable
+from dse.results.values import counted, display_unit, readable
 from dse.space.types import EMPTY, Space
+from dse.units.text import format_count
 
 NOTHING = "\N{EN DASH}"
 MINUS = "\N{MINUS SIGN}"
@@ -202,7 +203,7 @@ class Document:
             ),
             ("Proved", proof_words(result)),
             ("Referee", "every point was recomputed by the analysis, without the solver"),
-            ("Space", f"{count_text(search.space_size)} combinations of options"),
+            ("Space", f"{format_count(search.space_size)} combinations of options"),
             ("Search", f"{search.solver}, {search.solver_calls} calls, {search.workers} workers, seed {search.seed}"),
             ("Versions", f"dse {_own_version()}, Python {python_version()}"),
             ("Problem file", f"{result.problem.file.rpartition('/')[2]}, SHA-256 {result.problem.sha256}"),

@@ -26,7 +26,8 @@ from dse.results.analysis import Analysis, FlowTable, Usage
 from dse.results.changes import changes_between
 from dse.results.reasons import Reasoner
 from dse.results.result import Point, Result
-from dse.results.values import count_text, counted, readable
+from dse.results.values import counted, readable
+from dse.units.text import format_count
 
 TOP = 10
 EXPLAINED = 3
@@ -55,7 +56,7 @@ def print_result(console: Console, result: Result, top: int | None = TOP) -> Non
     console.print(proof_words(result), markup=False, style="bold")
     search = result.search
     console.print(
-        f"{search.solver_calls} solver calls, {search.wall_s:.2f} s, {count_text(search.space_size)} combinations of "
+        f"{search.solver_calls} solver calls, {search.wall_s:.2f} s, {format_count(search.space_size)} combinations of "
         f"options; every point recomputed without the solver.",
         markup=False,
     )

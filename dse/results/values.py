@@ -58,12 +58,3 @@ def _rounded(value: Fraction, digits: int, keep: bool = False) -> str:
     """Decimal text with at most `digits` decimals (half to even), without trailing zeros unless `keep`."""
     text = f"{round(value, digits).__float__():,.{digits}f}".replace(",", " ") if digits else str(round(value))
     return text if keep or "." not in text else text.rstrip("0").rstrip(".")
-
-
-def count_text(count: int) -> str:
-    """A count for people: in full, or from a million billions on by its power of ten.
-
-    >>> count_text(9600), count_text(3 * 10**20)
-    ('9,600', 'about 10^20')
-    """
-    return f"{count:,}" if count < 10**15 else f"about 10^{len(str(count)) - 1}"

@@ -94,3 +94,12 @@ def format_ratio(ratio: Fraction) -> str:
 def format_total(value: Total) -> str:
     """A declared total's figure: ``90 g``."""
     return f"{format_number(value.value)} {value.unit}"
+
+
+def format_count(count: int) -> str:
+    """A count: in full, or from a million billions on by its power of ten.
+
+    >>> format_count(9600), format_count(3 * 10**20)
+    ('9,600', 'about 10^20')
+    """
+    return f"{count:,}" if count < 10**15 else f"about 10^{len(str(count)) - 1}"
