@@ -65,14 +65,19 @@ class Case(Generic[T]):
     value: T
 
 
-def tabulate(space: Space, formula: Callable[[View], T], limit: int) -> list[Case[T]] | None:
+def tabulate(
+    space: Space, formula: Callable[[View], T], limit: int, given: Mapping[int, int] | None = None
+) -> list[Case[T]] | None:
     """The cases of `formula` over all designs; None when there are more than `limit`.
+
+    `given` are decisions that are taken already (decision to option); the conditions of the cases leave them out.
 
     Cases in which the design cannot be valid (an option that is not offered, a cycle of event-triggered components) are
     left out: the constraints that forbid them stand elsewhere.
     """
     cases: list[Case[T]] = []
-    stack: list[dict[int, int]] = [{}]
+    taken = dict(given or {})
+    stack: list[dict[int, int]] = [taken]
     while stack:
         partial = stack.pop()
         try:
@@ -85,7 +90,7 @@ def tabulate(space: Space, formula: Callable[[View], T], limit: int) -> list[Cas
         except (NotOffered, CyclicActivation):
             continue
         else:
-            cases.append(Case(tuple(partial.items()), value))
+            cases.append(Case(tuple(partial.items())[len(taken) :], value))
     return cases
 
 

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from fractions import Fraction
 from math import gcd
-from typing import Any, TypeVar
+from types import MappingProxyType
+from typing import Any, TypeAlias, TypeVar
 
 from ortools.sat.python import cp_model
 
@@ -18,9 +19,13 @@ T = TypeVar("T")
 
 EXACT_LIMIT = 2**53
 """Sums beyond this would be rounded by the solver's floating-point parts."""
-CASE_LIMIT = 8
-"""A product of a coefficient and a rate with more cases than this is not tabulated as a whole."""
 HARD_CASE_LIMIT = 200_000
+CLAUSES = 2_000
+"""A predicate with more cases than this is not forbidden case by case."""
+
+Given: TypeAlias = Mapping[int, int]
+"""Decisions that are taken, with their options."""
+NOTHING: Given = MappingProxyType({})
 
 
 @dataclass
@@ -83,10 +88,14 @@ class Board:
 
     def case_literal(self, case: Case[Any]) -> Any:
         """The literal of a case: all its options are chosen."""
+        return self.all_of(self.options[decision][option] for decision, option in self.conditions(case))
+
+    def conditions(self, case: Case[Any]) -> list[tuple[int, int]]:
+        """The options of a case, without those that the others imply."""
         conditions = set(case.conditions)
         for decision, _ in case.conditions:
             conditions -= self.implied(decision)
-        return self.all_of(self.options[decision][option] for decision, option in sorted(conditions))
+        return sorted(conditions)
 
     def implied(self, decision: int) -> frozenset[tuple[int, int]]:
         """The options that are chosen whenever the decision is active: the one way through its home tree to it."""
@@ -106,20 +115,40 @@ class Board:
         """Not all of the literals together."""
         self.model.add_bool_or([literal.negated() for literal in literals])
 
-    def table(self, formula: Callable[[View], T], limit: int = HARD_CASE_LIMIT) -> list[tuple[Any, T]] | None:
-        """The cases of a formula as (literal, value), exactly one of which is true; None beyond `limit` cases."""
-        cases = tabulate(self.space, formula, limit)
+    def cases(self, formula: Callable[[View], T], given: Given = NOTHING) -> list[Case[T]]:
+        """The cases of a formula, where the decisions in `given` are taken."""
+        cases = tabulate(self.space, formula, HARD_CASE_LIMIT, given)
         if cases is None:
-            if limit >= HARD_CASE_LIMIT:
-                raise OverflowError("a figure depends on more combinations of options than can be tabulated")
-            return None
+            raise OverflowError("a figure depends on more combinations of options than can be tabulated")
+        return cases
+
+    def named(self, cases: Iterable[Case[T]], given: Given = NOTHING) -> list[tuple[Any, T]]:
+        """Cases as (literal, value), exactly one of which is true (where the options in `given` are chosen)."""
         pairs = [(self.case_literal(case), case.value) for case in cases]
-        self.exactly_one([literal for literal, _ in pairs])
+        if not given:
+            self.exactly_one([literal for literal, _ in pairs])
         return pairs
+
+    def table(self, formula: Callable[[View], T], given: Given = NOTHING) -> list[tuple[Any, T]]:
+        """The cases of a formula as (literal, value), exactly one of which is true where `given` is chosen."""
+        return self.named(self.cases(formula, given), given)
+
+    def short_table(self, formula: Callable[[View], T], limit: int) -> list[tuple[Any, T]] | None:
+        """The same; None beyond `limit` cases."""
+        cases = tabulate(self.space, formula, limit)
+        return self.named(cases) if cases is not None else None
+
+    def forbid_where(self, formula: Callable[[View], bool]) -> bool:
+        """Forbid the cases in which `formula` holds, each by one clause; False, and nothing said, beyond `CLAUSES`."""
+        cases = tabulate(self.space, formula, CLAUSES)
+        for case in cases or []:
+            if case.value:
+                self.forbid([self.options[decision][option] for decision, option in self.conditions(case)])
+        return cases is not None
 
     def holds(self, formula: Callable[[View], bool]) -> Any:
         """The literal of a predicate."""
-        pairs = self.table(formula) or []
+        pairs = self.table(formula)
         return self.any_of(literal for literal, value in pairs if value)
 
     def form(self, pairs: Iterable[tuple[Any, int]]) -> Form:

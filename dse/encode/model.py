@@ -9,18 +9,19 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from math import gcd
 from typing import Any
 
 from ortools.sat.python import cp_model
 
 from dse.analysis.evaluate import Evaluator
-from dse.analysis.validity import Rulebook, has_conditional_home
+from dse.analysis.validity import Predicate, Rulebook, has_conditional_home
 from dse.analysis.views import View
 from dse.encode.forms import Board
 from dse.encode.rates import RateVariables, add_acyclic_activation
 from dse.encode.requirements import add_limit
 from dse.encode.rules import add_rule
-from dse.encode.sums import measure_form
+from dse.encode.sums import measure_branches
 from dse.errors import TooLargeError
 from dse.space.trees import Choice
 from dse.space.types import EMPTY, INACTIVE, Design
@@ -136,34 +137,46 @@ def add_activity(board: Board) -> None:
                 tree = tree.branches[view[tree.decision]]
             return False
 
-        for literal, met in board.table(meets) or []:
+        for literal, met in board.table(meets):
             board.model.add_implication(literal, inactive.negated() if met else inactive)
 
 
 def add_validity(board: Board, rulebook: Rulebook) -> None:
     """Structural predicates forbid the cases in which they fail; a filled optional slot has at least one user."""
     for predicate in rulebook.predicates:
-        for literal, holds in board.table(predicate.holds) or []:
-            if not holds:
-                board.forbid([literal])
+
+        def fails(view: View, predicate: Predicate = predicate) -> bool:
+            return not predicate.holds(view)
+
+        if not board.forbid_where(fails):
+            board.forbid([board.holds(fails)])
     for cover in rulebook.covers:
         empty = board.options[cover.slot.type_decision][cover.slot.types.index(EMPTY)]
         board.model.add_bool_or([empty, *(board.holds(uses) for uses in cover.users)])
 
 
 def _add_objective(board: Board, rates: RateVariables, evaluator: Evaluator, number: int) -> EncodedObjective:
-    """The objective as offset + step * variable, where step divides every coefficient (lossless)."""
+    """The objective as offset + step * variable, where step divides every difference (lossless)."""
     measure, objective = evaluator.objectives[number], board.space.objectives[number]
     sign = 1 if objective.sense == "minimise" else -1
     try:
-        form = measure_form(board, rates, measure)
-        expression = board.expression(form)
+        branches = measure_branches(board, rates, measure)
+        expressions = [board.expression(branch.form) for branch in branches]
     except OverflowError as error:
         raise OverflowError(f"{objective.text}: {error}") from error
-    step = form.shared_divisor()
-    ends = sorted((sign * form.low, sign * form.high))
-    offset = ends[0] + (sign * form.constant - ends[0]) % step
+    forms = [branch.form for branch in branches]
+    step = (
+        gcd(
+            *(form.constant - forms[0].constant for form in forms),
+            *(c for form in forms for c in form.coefficients.values()),
+        )
+        or 1
+    )
+    low, high = min(form.low for form in forms), max(form.high for form in forms)
+    ends = sorted((sign * low, sign * high))
+    offset = ends[0] + (sign * forms[0].constant - ends[0]) % step
     size = max(0, (ends[1] - offset) // step)
     variable = board.model.new_int_var(0, size, measure.metric.name)
-    board.model.add(sign * expression == offset + step * variable)
+    for branch, expression in zip(branches, expressions, strict=True):
+        board.model.add(sign * expression == offset + step * variable).only_enforce_if(branch.chosen)
     return EncodedObjective(variable, offset, step, size)

@@ -29,6 +29,7 @@ class RateTables:
     def __init__(self, board: Board) -> None:
         self.board = board
         self._made: dict[RateKey, RateTable | None] = {}
+        self._products: dict[tuple[tuple[int, ...], tuple[int, ...]], list[list[Any]]] = {}
 
     def table(self, key: RateKey) -> RateTable | None:
         """The literals and values (Hz) of a rate."""
@@ -69,7 +70,7 @@ class RateTables:
             return Fraction(at(connection.data_rate, view)) / size if size else Fraction(0)
 
         if connection.rate_hz is not None or connection.data_rate is not None:
-            return self._merged(self.board.table(stated) or [])
+            return self._merged(self.board.table(stated))
         if connection.source is None:
             return [(self.board.true, Fraction(0))]
         return self.table(("activation", connection.source))
@@ -84,7 +85,7 @@ class RateTables:
             return eager, Fraction(NS_PER_S, at(component.period_ns, view)) if bounded else None
 
         pairs: RateTable = []
-        for literal, (eager, own) in self.board.table(mode) or []:
+        for literal, (eager, own) in self.board.table(mode):
             if not eager:
                 assert own is not None
                 pairs.append((literal, own))
@@ -110,33 +111,38 @@ class RateTables:
             self.board.exactly_one([literal for literal, _ in table])
         return table
 
+    def times(self, coefficients: RateTable, rates: RateTable) -> RateTable:
+        """The table of coefficient * rate; at most one literal is true, and where none is, the product is 0."""
+        never = self.board.true.negated().index
+        by_value: dict[Fraction, list[Any]] = {}
+        for literal, value in coefficients:
+            if literal.index != never:
+                by_value.setdefault(value, []).append(literal)
+        if len(by_value) == 1:
+            (value,) = by_value
+            return [(literal, value * rate) for literal, rate in rates]
+        cases = [(self.board.any_of(literals), value) for value, literals in sorted(by_value.items()) if value]
+        if len(rates) == 1:
+            return [(literal, value * rates[0][1]) for literal, value in cases]
+        pairs = self._pairs([literal for literal, _ in cases], [literal for literal, _ in rates])
+        return [
+            (both, value * rate)
+            for row, (_, value) in zip(pairs, cases, strict=True)
+            for both, (_, rate) in zip(row, rates, strict=True)
+        ]
 
-def product_pairs(board: Board, coefficients: RateTable, rates: RateTable) -> list[tuple[Any, Fraction]]:
-    """The table of coefficient * rate: y[c, v] is true where coefficient case c and rate v are.
+    def _pairs(self, ones: list[Any], others: list[Any]) -> list[list[Any]]:
+        """y[i, j] is true where ones[i] and others[j] are; at most one of `ones` is true, exactly one of `others`.
 
-    sum over v of y[c, v] = c for every coefficient case but 0, and sum over c of y[c, v] <= v. At most one y is true;
-    where none is, the product is 0.
-    """
-    never = board.true.negated().index
-    by_value: dict[Fraction, list[Any]] = {}
-    for literal, value in coefficients:
-        if literal.index != never:
-            by_value.setdefault(value, []).append(literal)
-    cases = [(board.any_of(literals), value) for value, literals in sorted(by_value.items()) if value]
-    if len(rates) == 1:
-        return [(literal, value * rates[0][1]) for literal, value in cases]
-    if len(by_value) == 1 and cases:
-        return [(literal, cases[0][1] * rate) for literal, rate in rates]
-    pairs: list[tuple[Any, Fraction]] = []
-    columns: list[list[Any]] = [[] for _ in rates]
-    for literal, value in cases:
-        row = []
-        for column, (_, rate) in zip(columns, rates, strict=True):
-            both = board.model.new_bool_var("")
-            row.append(both)
-            column.append(both)
-            pairs.append((both, value * rate))
-        board.model.add_exactly_one([literal.negated(), *row])
-    for column, (literal, _) in zip(columns, rates, strict=True):
-        board.model.add_at_most_one([literal.negated(), *column])
-    return pairs
+        sum over j of y[i, j] = ones[i], and sum over i of y[i, j] <= others[j].
+        """
+        key = (tuple(literal.index for literal in ones), tuple(literal.index for literal in others))
+        if key not in self._products:
+            model = self.board.model
+            rows = [[model.new_bool_var("") for _ in others] for _ in ones]
+            for literal, row in zip(ones, rows, strict=True):
+                model.add_exactly_one([literal.negated(), *row])
+            for number, literal in enumerate(others):
+                model.add_at_most_one([literal.negated(), *(row[number] for row in rows)])
+            self._products[key] = rows
+        return self._products[key]

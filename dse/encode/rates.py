@@ -12,7 +12,7 @@ from ortools.sat.python import cp_model
 from dse.analysis.measures import Term
 from dse.analysis.rates import NS_PER_S, RateKey, all_keys, is_event_triggered, source_rates_hz
 from dse.analysis.views import View
-from dse.encode.forms import EXACT_LIMIT, Board, Form, ceil_int, check_exact
+from dse.encode.forms import EXACT_LIMIT, Board, Form, Given, ceil_int, check_exact
 from dse.encode.products import RateTables
 from dse.space.activation import trigger_graph
 from dse.space.circles import strong_components
@@ -57,14 +57,18 @@ class RateVariables:
                 raise OverflowError("the periods and rates have no common multiple small enough to sum rates exactly")
         return self._scale
 
-    def product_form(self, term: Term, scale: int) -> Form:
-        """The product coefficient * rate, rounded up to 1 / `scale`: a linear constraint for each coefficient."""
+    def product_form(self, term: Term, scale: int, given: Given) -> Form:
+        """The product coefficient * rate, rounded up to 1 / `scale`: a linear constraint for each coefficient.
+
+        Where the options in `given` are not chosen the product may be anything.
+        """
         assert term.coefficient is not None and term.rate is not None
         board = self.board
         rate, most = self.variable(term.rate)
         factors = [
-            (literal, value * Fraction(scale, self.scale)) for literal, value in board.table(term.coefficient) or []
+            (literal, value * Fraction(scale, self.scale)) for literal, value in board.table(term.coefficient, given)
         ]
+        chosen = [board.options[decision][option] for decision, option in given.items()]
         ends = [ceil_int(factor * most) for _, factor in factors]
         low, high = min(0, *ends), max(0, *ends)
         product = board.model.new_int_var(low, high, "")
@@ -72,8 +76,9 @@ class RateVariables:
             check_exact(factor.numerator * most, f"the rate of {term.label} times its work or size")
             check_exact(factor.denominator * max(high, -low), f"the sum over {term.label}")
             exact = factor.numerator * rate
-            board.model.add(factor.denominator * product >= exact).only_enforce_if(literal)
-            board.model.add(factor.denominator * product <= exact + factor.denominator - 1).only_enforce_if(literal)
+            board.model.add(factor.denominator * product >= exact).only_enforce_if([literal, *chosen])
+            most_product = exact + factor.denominator - 1
+            board.model.add(factor.denominator * product <= most_product).only_enforce_if([literal, *chosen])
         return Form(0, {product.index: 1}, low, high)
 
     def variable(self, key: RateKey) -> tuple[cp_model.IntVar, int]:
@@ -110,7 +115,7 @@ class RateVariables:
             size = at(connection.size_bytes, view)
             return Fraction(at(connection.data_rate, view)) / size if size else Fraction(0)
 
-        table = board.table(stated) or []
+        table = board.table(stated)
         form = board.form((literal, int(value * self.scale)) for literal, value in table)
         board.model.add(variable == board.expression(form))
 
@@ -124,7 +129,7 @@ class RateVariables:
             bounded = at(component.protocol, view) == "sporadic" or not eager
             return eager, at(component.period_ns, view) if bounded else None
 
-        for literal, (eager, period) in self.board.table(mode) or []:
+        for literal, (eager, period) in self.board.table(mode):
             cap = int(Fraction(NS_PER_S, period) * self.scale) if period is not None else None
             if not eager:
                 model.add(variable == cap).only_enforce_if(literal)

@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from fractions import Fraction
+
 from dse.analysis.limits import Limit, thread_loads
-from dse.analysis.measures import Measure
-from dse.encode.forms import Board, Form, ceil_int, floor_int
+from dse.analysis.measures import Term
+from dse.encode.forms import Board, Form, Given, ceil_int, floor_int
 from dse.encode.rates import RateVariables
-from dse.encode.sums import measure_form, terms_form
+from dse.encode.sums import Branch, measure_branches
 
 
 def add_limit(board: Board, rates: RateVariables, limit: Limit) -> None:
@@ -14,43 +17,69 @@ def add_limit(board: Board, rates: RateVariables, limit: Limit) -> None:
     operator, measure = limit.requirement.operator, limit.measure
     try:
         if operator in ("<=", "<", "=="):
-            form = measure_form(board, rates, measure, below=True)
-            _add_upper(board, form, limit, measure, strict=operator == "<")
+            for branch in measure_branches(board, rates, measure, below=True):
+                _add_upper(board, branch, _bounds(board, limit, branch.given, _most(strict=operator == "<")))
         if operator in (">=", ">", "=="):
-            form = measure_form(board, rates, measure)
-            _add_lower(board, form, limit, measure, strict=operator == ">")
+            for branch in measure_branches(board, rates, measure):
+                _add_lower(board, branch, _bounds(board, limit, branch.given, _least(strict=operator == ">")))
         if limit.each is not None:
-            _add_each(board, rates, limit, strict=operator == "<")
+            _add_each(board, rates, limit, _most(strict=operator == "<"))
     except OverflowError as error:
         raise OverflowError(f"{limit.requirement.text}: {error}") from error
 
 
-def _add_upper(board: Board, form: Form, limit: Limit, measure: Measure, *, strict: bool) -> None:
-    bounds = []
-    for literal, bound in board.table(limit.bound) or []:
-        scaled = bound * measure.scale
-        bounds.append((literal, ceil_int(scaled) - 1 if strict else floor_int(scaled)))
-    form.add(board.form(bounds), -1)
-    if form.high > 0:
-        board.model.add(board.expression(form) <= 0)
+def _most(*, strict: bool) -> Callable[[Fraction], int]:
+    """The greatest integer that keeps an upper bound."""
+    return (lambda bound: ceil_int(bound) - 1) if strict else floor_int
 
 
-def _add_lower(board: Board, form: Form, limit: Limit, measure: Measure, *, strict: bool) -> None:
-    bounds = []
-    for literal, bound in board.table(limit.bound) or []:
-        scaled = bound * measure.scale
-        bounds.append((literal, floor_int(scaled) + 1 if strict else ceil_int(scaled)))
-    form.add(board.form(bounds), -1)
-    if form.low < 0:
-        board.model.add(board.expression(form) >= 0)
+def _least(*, strict: bool) -> Callable[[Fraction], int]:
+    """The least integer that keeps a lower bound."""
+    return (lambda bound: floor_int(bound) + 1) if strict else ceil_int
 
 
-def _add_each(board: Board, rates: RateVariables, limit: Limit, *, strict: bool) -> None:
+def _bounds(board: Board, limit: Limit, given: Given, inwards: Callable[[Fraction], int]) -> Form:
+    table = board.table(limit.bound, given)
+    return board.form((literal, inwards(bound * limit.measure.scale)) for literal, bound in table)
+
+
+def _add_upper(board: Board, branch: Branch, bounds: Form) -> None:
+    branch.form.add(bounds, -1)
+    if branch.form.high > 0:
+        board.model.add(board.expression(branch.form) <= 0).only_enforce_if(branch.chosen)
+
+
+def _add_lower(board: Board, branch: Branch, bounds: Form) -> None:
+    branch.form.add(bounds, -1)
+    if branch.form.low < 0:
+        board.model.add(board.expression(branch.form) >= 0).only_enforce_if(branch.chosen)
+
+
+def _add_each(board: Board, rates: RateVariables, limit: Limit, inwards: Callable[[Fraction], int]) -> None:
     """Each thread alone uses at most its share of one core."""
     assert limit.each is not None
-    scaled = limit.each * limit.measure.scale
-    most = ceil_int(scaled) - 1 if strict else floor_int(scaled)
-    for terms in thread_loads(limit.measure.terms).values():
-        form = terms_form(board, rates, limit.measure, tuple(terms), below=True)
-        if form.high > most:
-            board.model.add(board.expression(form) <= most)
+    measure = limit.measure
+    most = inwards(limit.each * measure.scale)
+    for terms in thread_loads(measure.terms).values():
+        if len(terms) == 1 and _forbid_products(
+            board, rates, terms[0], Fraction(most + measure.rounded, measure.scale)
+        ):
+            continue
+        for branch in measure_branches(board, rates, measure, tuple(terms), below=True):
+            if branch.form.high > most:
+                board.model.add(board.expression(branch.form) <= most).only_enforce_if(branch.chosen)
+
+
+def _forbid_products(board: Board, rates: RateVariables, term: Term, most: Fraction) -> bool:
+    """Forbid each pair of a coefficient and a rate whose product is beyond `most`; False if the rate has no table."""
+    if term.coefficient is None or term.rate is None or term.scheduled:
+        return False
+    values = rates.tables.table(term.rate)
+    if values is None:
+        return False
+    for case in board.cases(term.coefficient):
+        options = [board.options[decision][option] for decision, option in board.conditions(case)]
+        for literal, rate in values:
+            if case.value * rate > most:
+                board.forbid([*options, literal])
+    return True

@@ -9,16 +9,10 @@ from dse.encode.forms import Board
 from dse.space.types import ResolvedCondition, Rule
 from dse.spec.expressions import And, Not, Or
 
-DIRECT_CASES = 256
-
 
 def add_rule(board: Board, rule: Rule) -> None:
     """Forbid the cases in which the rule is broken; large rules go through a literal for each part."""
-    cases = board.table(lambda view: is_broken(rule, view), DIRECT_CASES)
-    if cases is not None:
-        for literal, broken in cases:
-            if broken:
-                board.forbid([literal])
+    if board.forbid_where(lambda view: is_broken(rule, view)):
         return
     true, false = _kleene(board, rule.condition)
     board.forbid([true if rule.verb == "forbid" else false])
@@ -35,7 +29,7 @@ def _kleene(board: Board, condition: ResolvedCondition) -> tuple[Any, Any]:
         if isinstance(condition, And):
             return board.all_of(trues), board.any_of(falses)
         return board.any_of(trues), board.all_of(falses)
-    table = board.table(lambda view: atom_truth(condition, view)) or []
+    table = board.table(lambda view: atom_truth(condition, view))
     return (
         board.any_of(literal for literal, value in table if value is True),
         board.any_of(literal for literal, value in table if value is False),

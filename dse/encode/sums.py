@@ -2,11 +2,25 @@
 
 from __future__ import annotations
 
+from collections import Counter
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass
+from fractions import Fraction
+from itertools import product
+from typing import Any
+
 from dse.analysis.measures import Measure, Term
-from dse.encode.forms import CASE_LIMIT, Board, Form, ceil_int, floor_int
-from dse.encode.products import product_pairs
+from dse.analysis.views import allowed_options
+from dse.encode.forms import Board, Form, Given, ceil_int, floor_int
 from dse.encode.rates import RateVariables
+from dse.encode.separation import additive_parts
 from dse.errors import UsageError
+
+SHARED_BY = 3
+"""A decision on which the coefficients of so many products hang is worth a form for each of its options."""
+
+MOST_BRANCHES = 16
+"""So many forms of one sum at most."""
 
 PAIR_LIMIT = 1_000
 """Products of more coefficients and rates than this are left to a rate variable."""
@@ -18,45 +32,87 @@ SCHEDULE_CASE_LIMIT = 5_000
 """Response times that depend on more combinations of options than this are refused, not approximated."""
 
 
-def measure_form(board: Board, rates: RateVariables, measure: Measure, *, below: bool = False) -> Form:
-    """The form of a measure in units of 1 / scale: exact, or for a rounded measure each term rounded up.
+@dataclass(frozen=True)
+class Branch:
+    """The form of a sum where the options in `given` are chosen, whose literals are `chosen`."""
 
-    With `below` a rounded measure's terms are rounded down instead: a lower bound of the exact sum.
+    given: Given
+    chosen: tuple[Any, ...]
+    form: Form
+
+
+def measure_branches(
+    board: Board,
+    rates: RateVariables,
+    measure: Measure,
+    terms: tuple[Term, ...] | None = None,
+    *,
+    below: bool = False,
+) -> list[Branch]:
+    """The sum of a measure's terms (or of some of them) in units of 1 / scale.
+
+    Exact, or for a rounded measure each term rounded up; with `below` rounded down instead, a lower bound of the exact
+    sum. Where many terms hang on the same decision (the type of a processor), there is one form for each of its
+    options: that needs no literal for each pair of the option and a rate.
     """
-    return terms_form(board, rates, measure, measure.terms, below=below)
+    listed = measure.terms if terms is None else terms
+    shared = _shared_decisions(board, rates, listed)
+    branches = []
+    for taken in product(*(allowed_options(board.space, decision) for decision in shared)):
+        given = dict(zip(shared, taken, strict=True))
+        form = Form()
+        for term in listed:
+            form.add(_term_form(board, rates, measure, term, below, given))
+        chosen = tuple(board.options[decision][option] for decision, option in given.items())
+        branches.append(Branch(given, chosen, form))
+    return branches
 
 
-def terms_form(
-    board: Board, rates: RateVariables, measure: Measure, terms: tuple[Term, ...], *, below: bool = False
-) -> Form:
-    """The form of some of a measure's terms."""
-    total = Form()
+def _shared_decisions(board: Board, rates: RateVariables, terms: Sequence[Term]) -> list[int]:
+    """The decisions on which the coefficients of several products hang, as far as they have few options together."""
+    counts: Counter[int] = Counter()
     for term in terms:
-        total.add(_term_form(board, rates, measure, term, below))
-    return total
+        if term.coefficient is None or term.rate is None or term.scheduled:
+            continue
+        values = rates.tables.table(term.rate)
+        if values is None or len(values) > 1:
+            cases = board.cases(term.coefficient)
+            counts.update(sorted({decision for case in cases for decision, _ in case.conditions}))
+    shared: list[int] = []
+    branches = 1
+    for decision, users in counts.most_common():
+        options = len(allowed_options(board.space, decision))
+        if users >= SHARED_BY and board.inactive[decision] is None and branches * options <= MOST_BRANCHES:
+            shared.append(decision)
+            branches *= options
+    return shared
 
 
-def _term_form(board: Board, rates: RateVariables, measure: Measure, term: Term, below: bool) -> Form:
+def _term_form(board: Board, rates: RateVariables, measure: Measure, term: Term, below: bool, given: Given) -> Form:
     """sum(value[case] * case); coefficient * rate as a sum over pairs, or for too many rates with a rate variable."""
     if term.scheduled:
         return _scheduled_form(board, measure, term)
     rounded = floor_int if below and measure.rounded else ceil_int
+
+    def counted(pairs: Iterable[tuple[Any, Fraction]]) -> Iterator[tuple[Any, int]]:
+        return ((literal, rounded(value * measure.scale)) for literal, value in pairs)
+
     if term.coefficient is None or term.rate is None:
-        return board.form((literal, rounded(value * measure.scale)) for literal, value in board.table(term.value) or [])
-    table = board.table(term.value, CASE_LIMIT)
-    if table is not None:
-        return board.form((literal, rounded(value * measure.scale)) for literal, value in table)
-    coefficients, values = board.table(term.coefficient) or [], rates.tables.table(term.rate)
+        cases = board.cases(term.value, given)
+        form = Form()
+        for part in [cases] if measure.rounded else additive_parts(board.space, cases):
+            form.add(board.form(counted(board.named(part, given))))
+        return form
+    coefficients, values = board.table(term.coefficient, given), rates.tables.table(term.rate)
     if values is not None and len(values) * len(coefficients) <= PAIR_LIMIT:
-        pairs = product_pairs(board, coefficients, values)
-        return board.optional_form((literal, rounded(value * measure.scale)) for literal, value in pairs)
+        return board.optional_form(counted(rates.tables.times(coefficients, values)))
     try:
-        form = rates.product_form(term, measure.scale)
+        form = rates.product_form(term, measure.scale, given)
     except OverflowError:  # no common denominator for the rates: only the whole table is exact
-        table = board.table(term.value, LAST_CASE_LIMIT)
+        table = board.short_table(term.value, LAST_CASE_LIMIT)
         if table is None:
             raise
-        return board.form((literal, rounded(value * measure.scale)) for literal, value in table)
+        return board.form(counted(table))
     if below and measure.rounded:
         form.add(Form(-1, {}, -1, -1))
     return form
@@ -70,7 +126,7 @@ def _scheduled_form(board: Board, measure: Measure, term: Term) -> Form:
     UsageError
         when it depends on too many combinations of options: the search would have to guess.
     """
-    table = board.table(term.value, SCHEDULE_CASE_LIMIT)
+    table = board.short_table(term.value, SCHEDULE_CASE_LIMIT)
     if table is None:
         raise UsageError(
             f"{measure.metric.name}: the response time of {term.label} depends on more than {SCHEDULE_CASE_LIMIT:,} "

@@ -16,6 +16,7 @@ from dataclasses import dataclass
 from ortools.sat.python import cp_model
 
 from dse.pareto.feasibility import Oracle, OutOfTime
+from dse.pareto.subproblem import sound_solver
 from dse.space.types import Design
 
 
@@ -65,10 +66,7 @@ class _Map:
 
     def largest(self) -> frozenset[int] | None:
         """A largest unexplored set, or None when all are explored."""
-        solver = cp_model.CpSolver()
-        solver.parameters.num_workers = 1
-        solver.parameters.random_seed = self.seed
-        solver.parameters.catch_sigint_signal = False
+        solver = sound_solver(self.seed)
         status = solver.solve(self.model)
         if status == cp_model.INFEASIBLE:
             return None

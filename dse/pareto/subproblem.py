@@ -151,11 +151,8 @@ class Solver:
         """One run of the solver."""
         if self._out_of_time():
             return Unfinished()
-        solver = cp_model.CpSolver()
+        solver = sound_solver(self.seed)
         parameters: Any = solver.parameters
-        parameters.num_workers = 1
-        parameters.random_seed = self.seed
-        parameters.catch_sigint_signal = False
         configure(parameters)
         if self.deadline is not None:
             parameters.max_time_in_seconds = max(0.01, self.deadline - time.monotonic())
@@ -169,6 +166,20 @@ class Solver:
             return NoSuchDesign()
         assert status != cp_model.MODEL_INVALID, "the model is invalid"
         return Unfinished()
+
+
+def sound_solver(seed: int = 0) -> cp_model.CpSolver:
+    """A solver with one worker that leaves Ctrl-C to us, without the presolve step that is wrong.
+
+    The step that combines linear constraints with at-most-one constraints can lose solutions in OR-tools 9.15
+    (google/or-tools issue 5293): it calls a worse solution optimal. The work limit of 0 switches it off.
+    """
+    solver = cp_model.CpSolver()
+    solver.parameters.num_workers = 1
+    solver.parameters.random_seed = seed
+    solver.parameters.catch_sigint_signal = False
+    solver.parameters.presolve_inclusion_work_limit = 0
+    return solver
 
 
 def _as_is(parameters: Any) -> None:

@@ -14,8 +14,9 @@ from ortools.sat.python import cp_model
 from support import PROBLEMS, counted_down, evaluated, load_space, space_of
 
 from dse.analysis.evaluate import Evaluator
-from dse.encode import rules, sums
+from dse.encode import forms, rules, sums
 from dse.encode.model import EncodedSpace, encode
+from dse.encode.products import RateTables
 from dse.encode.rates import RateVariables
 from dse.errors import TooLargeError
 from dse.space.types import INACTIVE, Design, Space
@@ -85,31 +86,29 @@ def test_profiles(profile: str, worst_case: str) -> None:
     assert_model_is_analysis(replace(load_space(BY_NAME["protocols"]), profile=profile, worst_case=worst_case))
 
 
+@pytest.mark.parametrize("shared_by", [1, 10**6])
 @pytest.mark.parametrize("pair_limit", [0, 1_000])
-@pytest.mark.parametrize("name", ["protocols", "cycle", "derived", "bindings", "buses"])
-def test_rates_apart_give_the_same(name: str, pair_limit: int, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Long tables are replaced by pairs of a coefficient and a rate, or by a product with a rate variable."""
+@pytest.mark.parametrize("name", ["protocols", "cycle", "derived", "bindings", "buses", "types"])
+def test_rates_apart_give_the_same(name: str, pair_limit: int, shared_by: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Products by pairs of coefficient and rate, or with a rate variable; for each shared option, or at once."""
     used = []
-    product_form = RateVariables.product_form
-    pairs = sums.product_pairs
-    monkeypatch.setattr(sums, "CASE_LIMIT", 1)
+    product_form, times = RateVariables.product_form, RateTables.times
+    monkeypatch.setattr(sums, "SHARED_BY", shared_by)
     monkeypatch.setattr(sums, "PAIR_LIMIT", pair_limit)
-    monkeypatch.setattr(sums, "product_pairs", lambda *given: used.append(given) or pairs(*given))
-    monkeypatch.setattr(
-        RateVariables, "product_form", lambda self, term, scale: used.append(term) or product_form(self, term, scale)
-    )
+    monkeypatch.setattr(RateTables, "times", lambda *given: used.append(given) or times(*given))
+    monkeypatch.setattr(RateVariables, "product_form", lambda *given: used.append(given) or product_form(*given))
     assert_model_is_analysis(load_space(BY_NAME[name]))
     assert used
 
 
-@pytest.mark.parametrize(("case_limit", "pair_limit"), [(1, 0), (1, 1_000), (400, 0)])
+@pytest.mark.parametrize(("shared_by", "pair_limit"), [(1, 0), (1, 1_000), (10**6, 0), (10**6, 1_000)])
 @pytest.mark.parametrize("name", ["protocols", "derived", "equal", "buses", "types"])
 def test_rounded_measures_lose_no_design(
-    name: str, case_limit: int, pair_limit: int, monkeypatch: pytest.MonkeyPatch
+    name: str, shared_by: int, pair_limit: int, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """With a unit that is too coarse, constraints are relaxed and objectives rounded as the analysis rounds them."""
     monkeypatch.setattr("dse.analysis.measures.SCALE_LIMIT", 1)
-    monkeypatch.setattr(sums, "CASE_LIMIT", case_limit)
+    monkeypatch.setattr(sums, "SHARED_BY", shared_by)
     monkeypatch.setattr(sums, "PAIR_LIMIT", pair_limit)
     space = load_space(BY_NAME[name])
     evaluator = Evaluator(space)
@@ -118,15 +117,15 @@ def test_rounded_measures_lose_no_design(
 
 
 @pytest.mark.parametrize("name", ["rules", "large_rule"])
-@pytest.mark.parametrize("direct_cases", [0, 256, 10**6])
-def test_rules_as_clauses_and_as_literals(name: str, direct_cases: int, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Small rules forbid their cases; rules with more than 256 go through Kleene literals. Both mean the same."""
+@pytest.mark.parametrize("clauses", [0, 256, 10**6])
+def test_rules_as_clauses_and_as_literals(name: str, clauses: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Small rules forbid their cases; larger ones go through Kleene literals. Both mean the same."""
     used = []
     kleene = rules._kleene
-    monkeypatch.setattr(rules, "DIRECT_CASES", direct_cases)
+    monkeypatch.setattr(forms, "CLAUSES", clauses)
     monkeypatch.setattr(rules, "_kleene", lambda board, condition: used.append(condition) or kleene(board, condition))
     assert_model_is_analysis(load_space(BY_NAME[name]))
-    assert bool(used) == (direct_cases == 0 or (name == "large_rule" and direct_cases == 256))
+    assert bool(used) == (clauses == 0 or (name == "large_rule" and clauses == 256))
 
 
 @pytest.mark.parametrize("name", ["rules", "cycle", "bindings"])

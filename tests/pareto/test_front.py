@@ -69,16 +69,16 @@ def test_regions_searched_at_the_same_time_give_the_same(name: str, monkeypatch:
 
 @pytest.mark.parametrize("name", ["protocols", "derived", "bindings"])
 def test_rates_as_variables_give_the_same_front(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("dse.encode.sums.CASE_LIMIT", 1)
+    monkeypatch.setattr("dse.encode.sums.PAIR_LIMIT", 0)
     space = load_space(BY_NAME[name])
     assert_complete_and_proved(space, search_front(Evaluator(space)))
 
 
-@pytest.mark.parametrize("case_limit", [1, 400])
+@pytest.mark.parametrize("shared_by", [1, 10**6])
 @pytest.mark.parametrize("name", ["protocols", "derived", "equal", "buses", "types"])
-def test_a_rounded_measure_gives_exact_feasibility(name: str, case_limit: int, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_rounded_measure_gives_exact_feasibility(name: str, shared_by: int, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("dse.analysis.measures.SCALE_LIMIT", 1)
-    monkeypatch.setattr("dse.encode.sums.CASE_LIMIT", case_limit)
+    monkeypatch.setattr("dse.encode.sums.SHARED_BY", shared_by)
     space = load_space(BY_NAME[name])
     assert_complete_and_proved(space, search_front(Evaluator(space)))
 
