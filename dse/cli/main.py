@@ -27,6 +27,8 @@ COMMANDS = {
     "new": "Write a problem file to start from.",
     "schema": "Print the JSON Schema of problem files.",
 }
+MOST_MISTAKES = 250
+"""So many are shown."""
 EXIT_CODES = (
     "Exit codes: 0 complete; 2 wrong usage; 3 invalid problem; 4 proved infeasible; 5 stopped early, the front so far "
     "is written and marked incomplete; 70 a bug of dse."
@@ -89,9 +91,11 @@ def run(arguments: list[str]) -> int:
     except (click.Abort, KeyboardInterrupt):
         return _say("interrupted; nothing was written", EXIT_INCOMPLETE)
     except ProblemError as error:
-        for item in error.diagnostics:
-            click.echo(str(item), err=True)
         count = len(error.diagnostics)
+        for item in error.diagnostics[:MOST_MISTAKES]:
+            click.echo(str(item), err=True)
+        if count > MOST_MISTAKES:
+            click.echo(f"... and {count - MOST_MISTAKES} more", err=True)
         return _say(
             f"{count} mistake{'s' if count != 1 else ''} in the problem; nothing was solved or written", error.exit_code
         )

@@ -15,7 +15,7 @@ from functools import partial
 from dse.analysis.evaluate import Evaluator
 from dse.encode.forms import EXACT_LIMIT
 from dse.encode.model import EncodedObjective, EncodedSpace, encode
-from dse.errors import RefereeError
+from dse.errors import RefereeError, UsageError
 from dse.pareto.canonical import canonical_design
 from dse.pareto.crew import Crew, stop_on_interrupt
 from dse.pareto.subproblem import Answer, Found, NoSuchDesign, Solver, Unfinished
@@ -141,6 +141,8 @@ def search_front(
     ------
     RefereeError
         when the solver's figures and the analysis disagree.
+    UsageError
+        when `earlier` is not the outcome of a search of this space.
     """
     budget, watch = budget or Budget(), watch or Watch()
     started = time.monotonic()
@@ -210,14 +212,15 @@ def _restore(state: _State, earlier: FrontSearch) -> None:
 
     Raises
     ------
-    ValueError
+    UsageError
         when the earlier outcome is not one of this space.
     """
     objectives = state.encoded.objectives
     for vector, design in earlier.points.items():
-        point = _steps(objectives, _signed(state.evaluator, vector))
-        _refereed(state.evaluator, state.encoded, design, point)
-        state.designs[point] = design
+        evaluation = state.evaluator.evaluate(design)
+        if not evaluation.is_feasible or evaluation.objectives != vector:
+            raise UsageError(f"the search to go on with has a design with the figures {vector}; it has others")
+        state.designs[_steps(objectives, _signed(state.evaluator, vector))] = evaluation.design
     state.region.refuted = [_steps(objectives, box) for box in earlier.refuted]
     state.region.open = [_steps(objectives, zone) for zone in earlier.unexplored]
     state.calls_before = earlier.calls
@@ -227,7 +230,7 @@ def _steps(objectives: tuple[EncodedObjective, ...], values: Bound) -> Bound:
     """Counted (minimised) objectives to solver steps."""
     pairs = [divmod(value - item.offset, item.step) for item, value in zip(objectives, values, strict=True)]
     if any(rest for _, rest in pairs):
-        raise ValueError(f"{values} are no values that these objectives can have")
+        raise UsageError(f"the search to go on with has a region {values}: the objectives cannot have these values")
     return tuple(steps for steps, _ in pairs)
 
 

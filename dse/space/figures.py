@@ -43,7 +43,7 @@ class Ledger:
     loaded: LoadedSpec
     decisions: list[Decision] = field(default_factory=list)
     references: dict[str, Reference] = field(default_factory=dict)
-    diagnostics: list[Diagnostic] = field(default_factory=list)
+    diagnostics: dict[Diagnostic, None] = field(default_factory=dict)  # each once; there may be very many
     _doubtful: set[str] = field(default_factory=set)
     _doubtful_words: set[str] = field(default_factory=set)
     _doubtful_metrics: set[str] = field(default_factory=set)
@@ -52,9 +52,7 @@ class Ledger:
         """Note a mistake at `path` of the problem file; one about a whole entry points at its name."""
         depth = max(len(source.node.known(path)) for source in self.loaded.sources)
         at_key = at_key or (depth == 2 and path[0] in NAMED)
-        found = self.loaded.diagnostic(path, message, hint, at_key=at_key)
-        if found not in self.diagnostics:
-            self.diagnostics.append(found)
+        self.diagnostics[self.loaded.diagnostic(path, message, hint, at_key=at_key)] = None
 
     def sorted_diagnostics(self) -> list[Diagnostic]:
         """Every mistake noted, by file in the order of inclusion, line and column."""

@@ -76,7 +76,7 @@ def format_rate(rate_hz: Fraction) -> str:
 
 def format_money(value: Money) -> str:
     """An amount: ``150 EUR``, ``99.90 EUR``."""
-    whole, cents = divmod(abs(value.cents), 100)
+    whole, cents = divmod(abs(int(value.cents)), 100)
     sign = "-" if value.cents < 0 else ""
     return f"{sign}{whole}.{cents:02} {value.currency}" if cents else f"{sign}{whole} {value.currency}"
 

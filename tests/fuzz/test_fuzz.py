@@ -1,0 +1,91 @@
+"""Mutated files never break the program; `DSE_FUZZ_CASES` and `DSE_FUZZ_SEED` ask for more or other ones."""
+
+from __future__ import annotations
+
+import json
+import os
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from dse.cli.main import run
+from tests.fuzz.harness import Fuzzer
+
+CASES = int(os.environ.get("DSE_FUZZ_CASES", "400"))
+SEED = int(os.environ.get("DSE_FUZZ_SEED", "1"))
+PUMP = Path(__file__).parent / "pump.yaml"
+
+
+@pytest.mark.timeout(60 + CASES)
+def test_mutated_files_get_a_message_and_an_exit_code_of_the_table(tmp_path: Path) -> None:
+    fuzzer = Fuzzer(tmp_path, SEED)
+    faults = [(number, outcome.fault, outcome.case) for number in range(CASES) if (outcome := _outcome(fuzzer, number))]
+    assert not faults
+
+
+def _outcome(fuzzer: Fuzzer, number: int) -> Any:
+    outcome = fuzzer.run(fuzzer.case(number))
+    return outcome if outcome.fault else None
+
+
+def test_the_same_number_is_the_same_case(tmp_path: Path) -> None:
+    first, second = Fuzzer(tmp_path / "a", 3), Fuzzer(tmp_path / "b", 3)
+    for number in range(50):
+        one, other = first.case(number), second.case(number)
+        assert (one.name, one.arguments, one.data[:40]) == (other.name, other.arguments, other.data[:40])
+
+
+def test_coverage_keeps_what_reaches_new_lines(tmp_path: Path) -> None:
+    fuzzer = Fuzzer(tmp_path, 1, coverage=True)
+    before = len(fuzzer.problems) + len(fuzzer.results)
+    reached = [fuzzer.run(fuzzer.case(number)).new_lines for number in range(20)]
+    assert sum(reached) == len(fuzzer.coverage.seen if fuzzer.coverage else ()) > 1000
+    assert len(fuzzer.problems) + len(fuzzer.results) > before
+
+
+# --- what fuzzing found ------------------------------------------------------------------------------------------
+
+
+def test_a_list_of_very_many_unknown_names_is_told_in_short(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    names = ", ".join(f"p{number}" for number in range(20_000))
+    file = tmp_path / "many.yaml"
+    text = PUMP.read_text(encoding="utf-8")
+    file.write_text(text.replace("processor: computer", f"processor: [{names}]"), encoding="utf-8")
+    assert run(["check", str(file)]) == 3
+    lines = capsys.readouterr().err.splitlines()
+    assert lines[-2:] == ["... and 39750 more", "dse: 40000 mistakes in the problem; nothing was solved or written"]
+
+
+def test_a_number_of_many_digits_in_a_result_is_a_message(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    file = tmp_path / "result.json"
+    file.write_text('{"format": "dse-result/1", "front": [' + "9" * 5000 + "]}", encoding="utf-8")
+    for command in ("verify", "report", "export"):
+        assert run([command, str(file), *(["--alternative", "1"] if command == "export" else [])]) == 2
+        assert "cannot be read as a result" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("wrong", ["figure", "refuted", "unexplored"])
+def test_a_search_is_not_resumed_from_what_cannot_be(
+    wrong: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    file = tmp_path / "result.json"
+    assert run(["solve", str(PUMP), "-q", "--json", str(file)]) == 0
+    data = json.loads(file.read_text(encoding="utf-8"))
+    if wrong == "figure":
+        data["front"][0]["objectives"]["price"] += 100
+    else:
+        data[wrong] = [dict.fromkeys(data["front"][0]["objectives"], 7)]
+    file.write_text(json.dumps(data), encoding="utf-8")
+    assert run(["solve", "--resume", str(file), str(PUMP)]) == 2
+    assert "the search to go on with has a" in capsys.readouterr().err
+
+
+def test_alternative_prices_of_a_processor_type_have_margins(tmp_path: Path) -> None:
+    file = tmp_path / "prices.yaml"
+    text = PUMP.read_text(encoding="utf-8").replace("price: 60 EUR", "price: [60 EUR, 10.50 EUR]")
+    file.write_text(text, encoding="utf-8")
+    design = ["computer.type = small", "can0.type = can_250k", "computer.price = 10.50 EUR"]
+    design += ["filter.dispatch_protocol = periodic", "filter.period = 10 ms", "control.period = 10 ms"]
+    given = [part for choice in design for part in ("--design", choice)]
+    assert run(["sensitivity", str(file), *given, "--no-front"]) == 0
