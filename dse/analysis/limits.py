@@ -9,10 +9,9 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 from fractions import Fraction
-from functools import partial
 from math import lcm
 
-from dse.analysis.measures import PPM, SCALE_LIMIT, Measure, Term, build_measure, display_unit
+from dse.analysis.measures import PPM, SCALE_LIMIT, Measure, Term, build_measure, display_unit, scaled_term
 from dse.analysis.scheduling import UNBOUNDED_NS, deadline_ns
 from dse.analysis.views import View, tabulate
 from dse.space.metrics import metric_dimension
@@ -103,14 +102,10 @@ def excess(space: Space, limit: Limit) -> Measure:
     measure = limit.measure
     bounds = {limit_case.value for limit_case in tabulate(space, limit.bound, MANY_CASES) or []}
     scale = lcm(measure.scale, *(bound.denominator for bound in bounds))
-    terms = [Term(term.label, partial(_times, sign, term.value)) for term in measure.terms]
+    terms = [scaled_term(term, Fraction(sign)) for term in measure.terms]
     terms.append(Term("limit", lambda view: -sign * limit.bound(view)))
     too_fine = measure.rounded or scale > SCALE_LIMIT
     return Measure(measure.metric, measure.unit, tuple(terms), min(scale, SCALE_LIMIT), rounded=too_fine)
-
-
-def _times(factor: int, value: Callable[[View], Fraction], view: View) -> Fraction:
-    return factor * value(view)
 
 
 def thread_loads(terms: tuple[Term, ...]) -> dict[str, list[Term]]:

@@ -7,14 +7,14 @@ them: there is one formula for all three. Values are exact; `Measure.integer` co
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from fractions import Fraction
 from math import ceil, lcm
 
 from dse.analysis.binding import bus_stack, message_bytes
 from dse.analysis.latency import step_rows
 from dse.analysis.rates import RateKey, rate_hz, source_rates_hz
-from dse.analysis.scheduling import bounded_response_ns
+from dse.analysis.scheduling import UNBOUNDED_NS, bounded_response_ns, longest_alone_ns
 from dse.analysis.views import View
 from dse.space.metrics import metric_dimension, total_unit
 from dse.space.slots import carriers
@@ -44,8 +44,8 @@ DISPLAY: dict[Dimension, tuple[str, Fraction]] = {
 class Term:
     """One summand, with the thread or connection that it belongs to.
 
-    Where it is a coefficient times a rate, both parts are there too, for the search's sake. `scheduled` tells that it
-    is, or holds, a response time, which consults whatever shares its processor.
+    Where it is a coefficient times a rate, both parts are there too, for the search's sake. Where it is, or holds, a
+    response time, which consults whatever shares its processor, `ends` are bounds of it that consult less.
     """
 
     label: str
@@ -53,7 +53,7 @@ class Term:
     coefficient: Callable[[View], Fraction] | None = None
     rate: RateKey | None = None
     component: str = ""
-    scheduled: bool = False
+    ends: Callable[[View], tuple[Fraction, Fraction]] | None = None
 
 
 @dataclass(frozen=True)
@@ -111,25 +111,45 @@ def _scaled(metric: Metric, unit: str, terms: tuple[Term, ...], scale: int) -> M
 
 def _latency_terms(space: Space, flow: Flow, kind: str) -> Iterator[Term]:
     """Sums over the rows of each element: maxima, minima, or maximum minus minimum (jitter)."""
+    alone = replace(space, processing="execution_time")
     for step in flow.steps:
         names = space.components if step.kind == "component" else space.connections
 
-        def value(view: View, step: Step = step) -> Fraction:
+        def value(view: View, step: Step = step, space: Space = space) -> Fraction:
             rows = step_rows(space, step, view)
             most = sum(row.max_ns for row in rows) if kind != "min latency" else 0
             least = sum(row.min_ns for row in rows) if kind != "latency" else 0
             return ZERO + (least if kind == "min latency" else most - least)
 
-        scheduled = step.kind == "component" and space.processing == "response_time"
-        yield Term(names[step.index].name, value, scheduled=scheduled)
+        def ends(view: View, step: Step = step, value: Callable[..., Fraction] = value) -> tuple[Fraction, Fraction]:
+            """Response times are no shorter than execution times; each counts for its job and for those queued."""
+            least = value(view, step, alone)
+            return least, least + (2 + _queue_size(space, step, view)) * UNBOUNDED_NS
+
+        is_scheduled = step.kind == "component" and space.processing == "response_time" and kind != "min latency"
+        yield Term(names[step.index].name, value, ends=ends if is_scheduled else None)
+
+
+def _queue_size(space: Space, step: Step, view: View) -> int:
+    """The most jobs that a flow's queuing row may count for a step (OSATE counts one where no size is stated)."""
+    sizes = [at(space.components[step.index].queue_size, view)]
+    if step.via is not None:
+        sizes.append(at(space.connections[step.via].queue_size, view))
+    return max(1, *(int(size or 0) for size in sizes))
 
 
 def _response_term(space: Space, number: int) -> Term:
     """The worst response time of a thread, or of its timer where it is hybrid."""
     name = space.components[number].name
-    return Term(
-        name, lambda view: Fraction(bounded_response_ns(space, number, "thread", view)), component=name, scheduled=True
-    )
+
+    def value(view: View) -> Fraction:
+        return ZERO + bounded_response_ns(space, number, "thread", view)
+
+    def ends(view: View) -> tuple[Fraction, Fraction]:
+        least = ZERO + longest_alone_ns(space, number, "thread", view)
+        return least, least + UNBOUNDED_NS
+
+    return Term(name, value, component=name, ends=ends)
 
 
 def utilisation_terms(space: Space, processor: int) -> tuple[Term, ...]:
@@ -277,15 +297,23 @@ def _derived(space: Space, metric: Metric, derived: Derived) -> Measure:
         inner_dimension = metric_dimension(space, inner_metric)
         inner_factor = display_unit(inner_dimension)[1] if inner_dimension is not None else Fraction(1)
         times = coefficient.value * factor / inner_factor
-        terms += [_times(term, times) for term in inner.terms]
+        terms += [scaled_term(term, times) for term in inner.terms]
         scale = lcm(scale, inner.scale * times.denominator) if not inner.rounded else SCALE_LIMIT + 1
     return _scaled(metric, unit, tuple(terms), scale)
 
 
-def _times(term: Term, factor: Fraction) -> Term:
-    coefficient = term.coefficient
+def scaled_term(term: Term, factor: Fraction) -> Term:
+    """The term times a constant."""
+    coefficient, ends = term.coefficient, term.ends
     scaled = (lambda view: coefficient(view) * factor) if coefficient is not None else None
-    return Term(term.label, lambda view: term.value(view) * factor, scaled, term.rate, term.component, term.scheduled)
+
+    def scaled_ends(view: View) -> tuple[Fraction, Fraction]:
+        assert ends is not None
+        low, high = sorted(end * factor for end in ends(view))
+        return low, high
+
+    bounds = scaled_ends if ends is not None else None
+    return Term(term.label, lambda view: term.value(view) * factor, scaled, term.rate, term.component, bounds)
 
 
 def display_unit(dimension: Dimension) -> tuple[str, Fraction]:

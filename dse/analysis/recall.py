@@ -12,7 +12,7 @@ T = TypeVar("T")
 KEPT_SPACES = 8
 
 
-class _Watching(View):
+class Watching(View):
     """Another view, with a note of every decision that is asked for."""
 
     __slots__ = ("asked",)
@@ -58,7 +58,7 @@ class Recall(Generic[T]):
                 break
             node = branch
         if node.value is None:
-            watching = _Watching(view)
+            watching = Watching(view)
             value = formula(space, key, watching)
             self._plant(self._trees[id(space)][1][key], watching.asked, value)
             return value

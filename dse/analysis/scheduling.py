@@ -90,11 +90,16 @@ def _response_to(space: Space, key: TaskKey, view: View) -> tuple[Response, ...]
 
 
 def bounded_response_ns(space: Space, component: int, part: Part, view: View) -> int:
-    """The response time as a number: `UNBOUNDED_NS` without a bound, the longest processing off the processors."""
-    found = response_of(space, component, part, view)
+    """The response time as a number: `UNBOUNDED_NS` beyond that, the longest processing off the processors."""
+    found, alone = response_of(space, component, part, view), longest_alone_ns(space, component, part, view)
     if found is None:
-        return _alone_ns(space.components[component], part, view)[1]
-    return UNBOUNDED_NS if found.response_ns is None else found.response_ns
+        return alone
+    return max(alone, UNBOUNDED_NS if found.response_ns is None else min(found.response_ns, UNBOUNDED_NS))
+
+
+def longest_alone_ns(space: Space, component: int, part: Part, view: View) -> int:
+    """The longest time of one job that nothing delays: no response time is shorter."""
+    return _alone_ns(space.components[component], part, view)[1]
 
 
 def deadline_ns(component: Component, view: View) -> int | None:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import replace
-from typing import Any
+from typing import Any, get_args
 
 from dse.analysis.measures import all_metrics
 from dse.api.problem import ORIGIN, Problem, complete_design
@@ -13,6 +13,7 @@ from dse.space.metrics import check_limit
 from dse.space.questions import QuestionError, read_objective, read_requirements, read_rule
 from dse.space.types import Design, Objective, Requirement, Rule, Space
 from dse.spec.grammar import ExpressionError, parse_requirement
+from dse.spec.model import Spec
 
 
 def restated(problem: Problem, effective: Mapping[str, Any]) -> Problem:
@@ -25,6 +26,10 @@ def restated(problem: Problem, effective: Mapping[str, Any]) -> Problem:
     """
     space = problem.space
     try:
+        for key in ("profile", "worst_case"):
+            allowed = get_args(Spec.model_fields[key].annotation)
+            if effective[key] not in allowed:
+                raise UsageError(f"the result states the {key} {effective[key]!r}: it is one of {', '.join(allowed)}")
         space = replace(space, profile=effective["profile"], worst_case=effective["worst_case"])
         requirements = [
             item for text in dict.fromkeys(effective["requirements"]) for item in _requirements(space, text)

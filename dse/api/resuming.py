@@ -10,7 +10,7 @@ from dse.api.problem import Problem, load
 from dse.api.recalling import named_design, restated
 from dse.errors import UsageError
 from dse.pareto.front import FrontSearch
-from dse.results.reading import read_result
+from dse.results.reading import check_form, read_result
 from dse.space.types import Space
 
 
@@ -23,6 +23,7 @@ def read_search(path: str | Path, problem: str | Path | None = None) -> tuple[Pr
         when the file is no result, or the problem is not found or has changed since.
     """
     data = read_result(path)
+    check_form(data, path)
     try:
         asked = restated(load(_problem_file(data, Path(path), problem)), data["problem"]["effective"])
         _check_unchanged(asked, data["problem"])

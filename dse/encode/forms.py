@@ -51,6 +51,18 @@ class Form:
         return gcd(*self.coefficients.values()) or 1
 
 
+@dataclass(frozen=True)
+class OpenTerm:
+    """A figure that depends on too many combinations of options: a variable that may be any value in safe bounds.
+
+    What a solution says of it is compared with `value`, and made exact for the options that this consults
+    (`EncodedSpace.sharpen`); every combination is met at most once, so that searches end.
+    """
+
+    variable: cp_model.IntVar
+    value: Callable[[View], int]
+
+
 class Board:
     """A CP-SAT model under construction, the literal of every option, and every derived literal made once."""
 
@@ -62,6 +74,8 @@ class Board:
         self._all_of: dict[frozenset[int], Any] = {}
         self._choices: set[frozenset[int]] = set()
         self._implied: dict[int, frozenset[tuple[int, int]]] = {}
+        self.open_terms: list[OpenTerm] = []
+        self.scheduled: dict[int, tuple[object, Form]] = {}  # by the id of a term, which is kept alive
         self.true = self.model.new_constant(1)
 
     def all_of(self, literals: Iterable[Any]) -> Any:

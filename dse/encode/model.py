@@ -15,9 +15,10 @@ from typing import Any
 from ortools.sat.python import cp_model
 
 from dse.analysis.evaluate import Evaluator
+from dse.analysis.recall import Watching
 from dse.analysis.validity import Predicate, Rulebook, has_conditional_home
 from dse.analysis.views import View
-from dse.encode.forms import Board
+from dse.encode.forms import Board, OpenTerm
 from dse.encode.rates import RateVariables, add_acyclic_activation
 from dse.encode.requirements import add_limit
 from dse.encode.rules import add_rule
@@ -48,6 +49,7 @@ class EncodedSpace:
     options: Sequence[Sequence[cp_model.IntVar]]
     inactive: Sequence[cp_model.IntVar | None]
     objectives: tuple[EncodedObjective, ...]
+    open_terms: Sequence[OpenTerm] = ()
 
     def copy(self) -> EncodedSpace:
         """The same model again, for another thread to solve."""
@@ -61,6 +63,7 @@ class EncodedSpace:
             [[again(literal) for literal in literals] for literals in self.options],
             [again(literal) if literal is not None else None for literal in self.inactive],
             tuple(replace(objective, variable=again(objective.variable)) for objective in self.objectives),
+            [replace(term, variable=again(term.variable)) for term in self.open_terms],
         )
 
     def design(self, is_true: Callable[[cp_model.IntVar], bool]) -> Design:
@@ -70,6 +73,29 @@ class EncodedSpace:
             chosen = [option for option, literal in enumerate(literals) if is_true(literal)]
             result.append(chosen[0] if chosen else INACTIVE)
         return tuple(result)
+
+    def sharpen(self, design: Design, value: Callable[[cp_model.IntVar], int]) -> bool:
+        """Make open terms exact where a solution has other figures; whether there were any.
+
+        For the options that the exact figure consults: variable = figure, whatever the other decisions are.
+        """
+        found = False
+        for term in self.open_terms:
+            view = Watching(View(design))
+            exact = term.value(view)
+            if value(term.variable) != exact:
+                found = True
+                self.model.add(term.variable == exact).only_enforce_if(
+                    [self._chosen(decision, option) for decision, option in view.asked.items()]
+                )
+        return found
+
+    def _chosen(self, decision: int, option: int) -> cp_model.IntVar:
+        inactive = self.inactive[decision]
+        if option == INACTIVE:
+            assert inactive is not None
+            return inactive
+        return self.options[decision][option]
 
 
 def encode(evaluator: Evaluator) -> EncodedSpace:
@@ -102,7 +128,7 @@ def _encode(evaluator: Evaluator) -> EncodedSpace:
     objectives = tuple(_add_objective(board, rates, evaluator, number) for number in range(len(space.objectives)))
     problem = board.model.validate()
     assert not problem, problem
-    return EncodedSpace(board.model, board.options, board.inactive, objectives)
+    return EncodedSpace(board.model, board.options, board.inactive, objectives, board.open_terms)
 
 
 def add_decisions(board: Board) -> None:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from itertools import product
@@ -11,10 +11,9 @@ from typing import Any
 
 from dse.analysis.measures import Measure, Term
 from dse.analysis.views import allowed_options
-from dse.encode.forms import Board, Form, Given, ceil_int, floor_int
+from dse.encode.forms import Board, Form, Given, OpenTerm, ceil_int, check_exact, floor_int
 from dse.encode.rates import RateVariables
 from dse.encode.separation import additive_parts
-from dse.errors import UsageError
 
 SHARED_BY = 3
 """A decision on which the coefficients of so many products hang is worth a form for each of its options."""
@@ -28,8 +27,8 @@ PAIR_LIMIT = 1_000
 LAST_CASE_LIMIT = 20_000
 """How long a table may be where nothing shorter is exact."""
 
-SCHEDULE_CASE_LIMIT = 5_000
-"""Response times that depend on more combinations of options than this are refused, not approximated."""
+SCHEDULE_CASE_LIMIT = 64
+"""Response times that depend on more combinations of options than this are sharpened where the search comes by."""
 
 
 @dataclass(frozen=True)
@@ -72,7 +71,7 @@ def _shared_decisions(board: Board, rates: RateVariables, terms: Sequence[Term])
     """The decisions on which the coefficients of several products hang, as far as they have few options together."""
     counts: Counter[int] = Counter()
     for term in terms:
-        if term.coefficient is None or term.rate is None or term.scheduled:
+        if term.coefficient is None or term.rate is None or term.ends is not None:
             continue
         values = rates.tables.table(term.rate)
         if values is None or len(values) > 1:
@@ -90,9 +89,9 @@ def _shared_decisions(board: Board, rates: RateVariables, terms: Sequence[Term])
 
 def _term_form(board: Board, rates: RateVariables, measure: Measure, term: Term, below: bool, given: Given) -> Form:
     """sum(value[case] * case); coefficient * rate as a sum over pairs, or for too many rates with a rate variable."""
-    if term.scheduled:
-        return _scheduled_form(board, measure, term)
     rounded = floor_int if below and measure.rounded else ceil_int
+    if term.ends is not None:
+        return _scheduled_form(board, measure, term, rounded)
 
     def counted(pairs: Iterable[tuple[Any, Fraction]]) -> Iterator[tuple[Any, int]]:
         return ((literal, rounded(value * measure.scale)) for literal, value in pairs)
@@ -118,19 +117,28 @@ def _term_form(board: Board, rates: RateVariables, measure: Measure, term: Term,
     return form
 
 
-def _scheduled_form(board: Board, measure: Measure, term: Term) -> Form:
-    """sum(value[case] * case) of a response time, exact.
+def _scheduled_form(board: Board, measure: Measure, term: Term, rounded: Callable[[Fraction], int]) -> Form:
+    """sum(value[case] * case) of a response time; with too many cases a variable between bounds that cut nothing off.
 
-    Raises
-    ------
-    UsageError
-        when it depends on too many combinations of options: the search would have to guess.
+    low[case] <= variable <= high[case]; the exact value of a combination of options follows when a solution has it
+    (`OpenTerm`).
     """
+    if id(term) not in board.scheduled:
+        board.scheduled[id(term)] = term, _made_form(board, measure, term, rounded)
+    return board.scheduled[id(term)][1]
+
+
+def _made_form(board: Board, measure: Measure, term: Term, rounded: Callable[[Fraction], int]) -> Form:
     table = board.short_table(term.value, SCHEDULE_CASE_LIMIT)
-    if table is None:
-        raise UsageError(
-            f"{measure.metric.name}: the response time of {term.label} depends on more than {SCHEDULE_CASE_LIMIT:,} "
-            f"combinations of options; fix some of the decisions about what shares its processor, or look at the "
-            f"designs of a front one by one with `dse analyse --response-times`"
-        )
-    return board.form((literal, ceil_int(value * measure.scale)) for literal, value in table)
+    if table is not None:
+        return board.form((literal, rounded(value * measure.scale)) for literal, value in table)
+    assert term.ends is not None
+    bounds = board.table(term.ends)
+    lows = board.form((literal, rounded(low * measure.scale)) for literal, (low, _) in bounds)
+    highs = board.form((literal, rounded(high * measure.scale)) for literal, (_, high) in bounds)
+    check_exact(max(abs(lows.low), abs(highs.high)), f"the response time of {term.label}")
+    variable = board.model.new_int_var(lows.low, highs.high, "")
+    board.model.add(variable >= board.expression(lows))
+    board.model.add(variable <= board.expression(highs))
+    board.open_terms.append(OpenTerm(variable, lambda view: rounded(term.value(view) * measure.scale)))
+    return Form(0, {variable.index: 1}, lows.low, highs.high)

@@ -148,7 +148,14 @@ class Solver:
         return self._run(_light if light else _as_is)
 
     def _run(self, configure: Callable[[Any], None]) -> Answer:
-        """One run of the solver."""
+        """One run of the solver, or several until the solution's open terms are exact."""
+        while True:
+            answer = self._once(configure)
+            if answer is not None:
+                return answer
+
+    def _once(self, configure: Callable[[Any], None]) -> Answer | None:
+        """One run of the solver; None where its solution was not exact, and the model is sharper now."""
         if self._out_of_time():
             return Unfinished()
         solver = sound_solver(self.seed)
@@ -161,7 +168,10 @@ class Solver:
         self._running = None
         if status == cp_model.OPTIMAL:
             point = tuple(solver.value(objective.variable) for objective in self.encoded.objectives)
-            return Found(point, self.encoded.design(solver.boolean_value))
+            design = self.encoded.design(solver.boolean_value)
+            if self.encoded.open_terms and self.encoded.sharpen(design, solver.value):
+                return None
+            return Found(point, design)
         if status == cp_model.INFEASIBLE:
             return NoSuchDesign()
         assert status != cp_model.MODEL_INVALID, "the model is invalid"

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -26,6 +26,45 @@ def read_result(path: str | Path) -> dict[str, Any]:
     if not isinstance(data, dict) or data.get("format") != FORMAT or not isinstance(data.get("front"), list):
         raise UsageError(f"{path}: is no result of `dse solve --json` ({FORMAT})")
     return data
+
+
+def check_form(data: Mapping[str, Any], path: str | Path) -> None:
+    """Refuse a result whose parts are of other kinds than `dse.solve` writes; `path` is its name in the message.
+
+    Raises
+    ------
+    UsageError
+        naming the first such part.
+    """
+    for place, is_sound in _FORM.items():
+        value: Any = data
+        for key in place.split("."):
+            value = value.get(key) if isinstance(value, dict) else None
+        if not is_sound(value):
+            raise UsageError(f"{path}: is not a whole result: {place} is not what `dse solve --json` writes")
+
+
+def _is_region(value: Any) -> bool:
+    return isinstance(value, dict) and all(type(bound) is int for bound in value.values())
+
+
+def _are_regions(value: Any) -> bool:
+    return isinstance(value, list) and all(_is_region(region) for region in value)
+
+
+_COUNTS = tuple(f"search.{name}" for name in ("solver_calls", "space_size", "workers", "seed"))
+_FORM: Mapping[str, Callable[[Any], bool]] = {
+    "status": lambda value: value in ("complete", "incomplete", "infeasible"),
+    "problem.file": lambda value: isinstance(value, str) and "\0" not in value,
+    "unexplored": _are_regions,
+    "refuted": _are_regions,
+    "potential": lambda value: value is None or _is_region(value),
+    **{
+        f"search.{name}": lambda value: type(value) is int for name in ("solver_calls", "space_size", "workers", "seed")
+    },
+    "search.wall_s": lambda value: type(value) in (int, float),
+    "search.solver": lambda value: isinstance(value, str),
+}
 
 
 def decisions_in_file(path: str | Path, number: str) -> Mapping[str, str]:

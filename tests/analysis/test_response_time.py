@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+import os
 import random
 from dataclasses import replace
-from itertools import count, takewhile
+from itertools import count, pairwise, takewhile
 
 import pytest
 from support import brute_front, evaluated, space_of
@@ -14,7 +15,7 @@ from dse.analysis.response_time import Stream, Task, densest_releases_ns, most_j
 from dse.analysis.scheduling import UNBOUNDED_NS, processor_responses, response_of
 from dse.analysis.views import View
 from dse.encode import sums
-from dse.errors import ProblemError, UsageError
+from dse.errors import ProblemError
 from dse.pareto.front import Budget, search_front
 from dse.simulation.engine import Setting, simulate_once
 from dse.simulation.plan import build_plan
@@ -215,10 +216,58 @@ def test_the_search_is_exact() -> None:
     assert search.is_complete and search.points == expected and len(expected) > 1
 
 
-def test_what_cannot_be_encoded_exactly_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(sums, "SCHEDULE_CASE_LIMIT", 3)
-    with pytest.raises(UsageError, match="depends on more than 3 combinations"):
-        search_front(Evaluator(space_of(DECISIONS)), Budget())
+@pytest.mark.parametrize("objectives", ["as they are", "maximised"])
+def test_the_search_is_exact_where_response_times_are_sharpened_on_the_way(
+    objectives: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(sums, "SCHEDULE_CASE_LIMIT", 1)
+    text = DECISIONS if objectives == "as they are" else DECISIONS.replace("minimise resp", "maximise resp")
+    evaluator = Evaluator(space_of(text))
+    search = search_front(evaluator, Budget(workers=2))
+    assert search.is_complete and search.points == brute_front(evaluator)
+
+
+@pytest.mark.parametrize("seed", range(100 if os.environ.get("DSE_LONG_TESTS") else 6))
+def test_the_search_is_exact_on_random_threads(seed: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Random threads, cores, priorities and chains; requirements about half of which decide something."""
+    monkeypatch.setattr(sums, "SCHEDULE_CASE_LIMIT", 1)
+    evaluator = Evaluator(space_of(random_threads(random.Random(seed))))
+    search = search_front(evaluator, Budget(seed=seed))
+    assert search.is_complete and search.points == brute_front(evaluator)
+
+
+def random_threads(rng: random.Random) -> str:
+    """Three or four threads on one or two processors; some are triggered by the one before."""
+    lines = []
+    names = "abcd"[: rng.choice((3, 4))]
+    for number, name in enumerate(names):
+        fields = {"processor": rng.choice(("p", "q", "[p, q]")), "period": f"[{rng.randint(4, 9)} ms, 12 ms]"}
+        fields["compute_execution_time"] = f"{rng.randint(0, 1)} ms .. {rng.randint(1, 3)} ms"
+        if number and rng.random() < 0.5:
+            fields["dispatch_protocol"] = rng.choice(("aperiodic", "[periodic, aperiodic]", "sporadic"))
+        if rng.random() < 0.4:
+            fields["priority"] = str(rng.randint(1, 3))
+        if rng.random() < 0.3:
+            fields["deadline"] = f"{rng.randint(5, 20)} ms"
+        lines.append(f"  {name}: {{{', '.join(f'{key}: {value}' for key, value in fields.items())}}}")
+    wires = [f"{one}{two}: {{from: {one}, to: {two}}}" for one, two in pairwise(names)]
+    limits = [f"response time of {rng.choice(names)} <= {rng.randint(4, 12)} ms" for _ in range(rng.randint(0, 2))]
+    if rng.random() < 0.3:
+        limits.append(f"response time of {rng.choice(names)} >= {rng.randint(2, 5)} ms")
+    return "\n".join(
+        [
+            f"dse: 1\nname: random\ndeadlines: {'true' if rng.random() < 0.5 else 'false'}",
+            "processing: response_time",
+            f"processor_types: {{cpu: {{cores: {rng.choice(('1', '2', '[1, 2]'))}, price: 5 EUR}}}}",
+            "processors: {p: {type: cpu}, q: {type: cpu, optional: true}}",
+            "threads:",
+            *lines,
+            f"connections: {{{', '.join(wires)}}}",
+            f"flows: {{f: {{path: [{', '.join(names)}]}}}}",
+            f"requirements: [{', '.join(limits)}]",
+            f"objectives: [minimise {rng.choice(('latency', 'jitter'))} of f, minimise price]",
+        ]
+    )
 
 
 def test_a_core_that_the_processor_lacks_is_no_design() -> None:
