@@ -7,22 +7,25 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field, replace
 from fractions import Fraction
 from itertools import combinations
+from math import ceil
 from pathlib import Path
 
 from dse.analysis.evaluate import Evaluator
 from dse.analysis.limits import build_limit
 from dse.analysis.measures import PPM, build_measure
+from dse.analysis.rates import NS_PER_S
 from dse.analysis.views import View
 from dse.api.offering import with_offers
 from dse.api.origins import origin_of
 from dse.api.problem import Changes, Problem, changed, load
 from dse.pareto.conflicts import Conflicts, Correction, find_conflicts
-from dse.pareto.feasibility import Fixed, Member, Oracle, OutOfTime, find_design
+from dse.pareto.feasibility import Fixed, Member, Oracle, find_design
 from dse.pareto.relaxations import Closest, closest_limit
+from dse.pareto.switchboard import OutOfTime
 from dse.results.explanation import Demand, Explanation, GiveUp, MinimalConflict, Offer, Relaxation
 from dse.results.result import Clash, Conflict, decisions_of
 from dse.space.types import Design, Metric, Requirement, Rule, Space
-from dse.units import DIMENSIONLESS, Quantity, convert, format_number
+from dse.units import DIMENSIONLESS, Quantity, convert, format_duration, format_number
 
 MOST_CONFLICTS = 100
 MOST_COMBINATIONS = 200
@@ -132,7 +135,6 @@ class Explainer:
     wishes: Wishes
     deadline: float | None
     oracle: Oracle = field(repr=False)
-    calls: int = 0
 
     @classmethod
     def of(cls, asked: Problem, wishes: Wishes, started: float) -> Explainer:
@@ -183,7 +185,7 @@ class Explainer:
             relaxations=tuple(relaxations),
             give_up=give_up,
             complete=not stopped,
-            solver_calls=self.oracle.calls + self.calls,
+            solver_calls=self.oracle.calls,
         )
 
     def _give_up(self, smallest: Correction | None) -> GiveUp | None:
@@ -200,11 +202,9 @@ class Explainer:
         demand = self.demand(number)
         if witness is None:
             return Relaxation(demand, False, {}, *_own_limit(self.space, member))
-        if not isinstance(member, Requirement) or member.metric.key == "deadline":
+        if not isinstance(member, Requirement):
             return Relaxation(demand, True, self.decisions(witness))
-        self.calls += 1
-        rest = oracle.space_of(oracle.everything - given_up)
-        closest = closest_limit(rest, member, seed=self.wishes.seed, deadline=self.deadline)
+        closest = closest_limit(oracle, oracle.everything - given_up, member)
         if closest is None:
             return Relaxation(demand, True, self.decisions(witness), *_own_limit(self.space, member))
         return self._moved(demand, member, closest)
@@ -237,8 +237,10 @@ class Explainer:
 
 def _own_limit(space: Space, member: Member) -> tuple[str, Fraction | None]:
     """The unit and the limit of a requirement as an explanation shows them; nothing for other members."""
-    if not isinstance(member, Requirement) or member.metric.key == "deadline":
+    if not isinstance(member, Requirement):
         return "", None
+    if member.metric.key == "deadline":
+        return "ns", Fraction(0)
     limit = member.limit.value * _factor(space, member)
     return "ppm" if _is_share(member) else build_measure(space, member.metric).unit, limit
 
@@ -252,6 +254,8 @@ def _factor(space: Space, member: Requirement) -> Fraction:
     """How many of the shown unit make one coherent unit of the limit."""
     if _is_share(member):
         return Fraction(PPM)
+    if member.metric.key == "deadline":
+        return Fraction(NS_PER_S)
     one = Quantity(Fraction(1), member.limit.dimension, member.limit.unit)
     any_design = View(())  # such a bound is the same in every design
     return build_limit(space, Requirement("", member.metric, "<=", one)).bound(any_design)
@@ -259,6 +263,8 @@ def _factor(space: Space, member: Requirement) -> Fraction:
 
 def _rewritten(member: Requirement, limit: Fraction) -> str:
     """The requirement as it may be written so that the others leave a design."""
+    if member.metric.key == "deadline":
+        return f"{member.text} + {format_duration(ceil(limit * NS_PER_S))}"
     operator = {"<": "<=", ">": ">="}.get(member.operator, member.operator)
     quantity = Quantity(limit, member.limit.dimension, member.limit.unit)
     written = member.limit.dimension is not None and member.limit.unit != ""

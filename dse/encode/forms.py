@@ -75,7 +75,8 @@ class Board:
         self._choices: set[frozenset[int]] = set()
         self._implied: dict[int, frozenset[tuple[int, int]]] = {}
         self.open_terms: list[OpenTerm] = []
-        self.scheduled: dict[int, tuple[object, Form]] = {}  # by the id of a term, which is kept alive
+        self.scheduled: dict[tuple[int, bool], tuple[object, Form]] = {}  # by the id of a term, which is kept alive
+        self.guard: cp_model.IntVar | None = None
         self.true = self.model.new_constant(1)
 
     def all_of(self, literals: Iterable[Any]) -> Any:
@@ -126,8 +127,14 @@ class Board:
             self.model.add_exactly_one(literals)
 
     def forbid(self, literals: Sequence[Any]) -> None:
-        """Not all of the literals together."""
-        self.model.add_bool_or([literal.negated() for literal in literals])
+        """Not all of the literals together; where there is a guard, only while it is true."""
+        held = [] if self.guard is None else [self.guard]
+        self.model.add_bool_or([literal.negated() for literal in (*literals, *held)])
+
+    def demand(self, comparison: Any, where: Sequence[Any]) -> None:
+        """A linear constraint where all the literals are true; where there is a guard, only while it is true."""
+        held = [] if self.guard is None else [self.guard]
+        self.model.add(comparison).only_enforce_if([*where, *held])
 
     def cases(self, formula: Callable[[View], T], given: Given = NOTHING) -> list[Case[T]]:
         """The cases of a formula, where the decisions in `given` are taken."""

@@ -9,12 +9,15 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from math import gcd
 from typing import Any
 
 from ortools.sat.python import cp_model
 
 from dse.analysis.evaluate import Evaluator
+from dse.analysis.limits import Limit
+from dse.analysis.measures import Measure
 from dse.analysis.recall import Watching
 from dse.analysis.validity import Predicate, Rulebook, has_conditional_home
 from dse.analysis.views import View
@@ -74,6 +77,14 @@ class EncodedSpace:
             result.append(chosen[0] if chosen else INACTIVE)
         return tuple(result)
 
+    def differs_from(self, design: Design) -> list[Any]:
+        """Literals of which at least one is true in any other design."""
+        return [
+            self.options[index][option].negated()
+            for index, option in enumerate(design)
+            if option >= 0 and len(self.options[index]) > 1
+        ]
+
     def sharpen(self, design: Design, value: Callable[[cp_model.IntVar], int]) -> bool:
         """Make open terms exact where a solution has other figures; whether there were any.
 
@@ -109,17 +120,67 @@ def encode(evaluator: Evaluator) -> EncodedSpace:
     try:
         return _encode(evaluator)
     except OverflowError as error:
-        raise TooLargeError(f"too large to search exactly: {error}") from error
+        raise _too_large(error) from error
+
+
+class Demands:
+    """A space with demands that can be switched on and off: each holds while its guard is true.
+
+    Built once for many questions about the same space; further limits and objectives may be added.
+    """
+
+    def __init__(self, evaluator: Evaluator) -> None:
+        self.evaluator = evaluator
+        self.board = _structure(evaluator)
+        self.rates = RateVariables(self.board)
+        self.rules = [self._guarded(partial(add_rule, self.board, rule)) for rule in evaluator.space.rules]
+        self.limits = [self.add_limit(limit) for limit in evaluator.limits]
+
+    def add_limit(self, limit: Limit) -> cp_model.IntVar:
+        """Encode a limit; returns its guard."""
+        return self._guarded(partial(add_limit, self.board, self.rates, limit))
+
+    def _guarded(self, add: Callable[[], None]) -> cp_model.IntVar:
+        """What `add` demands, under a guard of its own."""
+        self.board.guard = guard = self.board.model.new_bool_var("")
+        try:
+            add()
+        except OverflowError as error:
+            raise _too_large(error) from error
+        finally:
+            self.board.guard = None
+        return guard
+
+    def with_objective(self, measure: Measure | None) -> EncodedSpace:
+        """The space as it stands, with a measure to be minimised."""
+        objectives: tuple[EncodedObjective, ...] = ()
+        if measure is not None:
+            try:
+                objectives = (_objective_of(self.board, self.rates, measure, 1, measure.metric.name),)
+            except OverflowError as error:
+                raise _too_large(error) from error
+        board = self.board
+        return EncodedSpace(board.model, board.options, board.inactive, objectives, board.open_terms)
+
+
+def _too_large(error: OverflowError) -> TooLargeError:
+    return TooLargeError(f"too large to search exactly: {error}")
+
+
+def _structure(evaluator: Evaluator) -> Board:
+    """The designs that there are, whatever is demanded of them."""
+    board = Board(evaluator.space)
+    add_decisions(board)
+    add_activity(board)
+    add_validity(board, evaluator.rulebook)
+    add_acyclic_activation(board)
+    return board
 
 
 def _encode(evaluator: Evaluator) -> EncodedSpace:
     """The contents page."""
     space = evaluator.space
-    board = Board(space)
-    add_decisions(board)
-    add_activity(board)
-    add_validity(board, evaluator.rulebook)
-    add_acyclic_activation(board)
+    board = _structure(evaluator)
     rates = RateVariables(board)
     for rule in space.rules:
         add_rule(board, rule)
@@ -183,13 +244,17 @@ def add_validity(board: Board, rulebook: Rulebook) -> None:
 
 def _add_objective(board: Board, rates: RateVariables, evaluator: Evaluator, number: int) -> EncodedObjective:
     """The objective as offset + step * variable, where step divides every difference (lossless)."""
-    measure, objective = evaluator.objectives[number], board.space.objectives[number]
+    objective = board.space.objectives[number]
     sign = 1 if objective.sense == "minimise" else -1
+    return _objective_of(board, rates, evaluator.objectives[number], sign, objective.text)
+
+
+def _objective_of(board: Board, rates: RateVariables, measure: Measure, sign: int, text: str) -> EncodedObjective:
     try:
         branches = measure_branches(board, rates, measure)
         expressions = [board.expression(branch.form) for branch in branches]
     except OverflowError as error:
-        raise OverflowError(f"{objective.text}: {error}") from error
+        raise OverflowError(f"{text}: {error}") from error
     forms = [branch.form for branch in branches]
     step = (
         gcd(

@@ -46,13 +46,13 @@ def _bounds(board: Board, limit: Limit, given: Given, inwards: Callable[[Fractio
 def _add_upper(board: Board, branch: Branch, bounds: Form) -> None:
     branch.form.add(bounds, -1)
     if branch.form.high > 0:
-        board.model.add(board.expression(branch.form) <= 0).only_enforce_if(branch.chosen)
+        board.demand(board.expression(branch.form) <= 0, branch.chosen)
 
 
 def _add_lower(board: Board, branch: Branch, bounds: Form) -> None:
     branch.form.add(bounds, -1)
     if branch.form.low < 0:
-        board.model.add(board.expression(branch.form) >= 0).only_enforce_if(branch.chosen)
+        board.demand(board.expression(branch.form) >= 0, branch.chosen)
 
 
 def _add_each(board: Board, rates: RateVariables, limit: Limit, inwards: Callable[[Fraction], int]) -> None:
@@ -67,12 +67,12 @@ def _add_each(board: Board, rates: RateVariables, limit: Limit, inwards: Callabl
             continue
         for branch in measure_branches(board, rates, measure, tuple(terms), below=True):
             if branch.form.high > most:
-                board.model.add(board.expression(branch.form) <= most).only_enforce_if(branch.chosen)
+                board.demand(board.expression(branch.form) <= most, branch.chosen)
 
 
 def _forbid_products(board: Board, rates: RateVariables, term: Term, most: Fraction) -> bool:
     """Forbid each pair of a coefficient and a rate whose product is beyond `most`; False if the rate has no table."""
-    if term.coefficient is None or term.rate is None or term.scheduled:
+    if term.coefficient is None or term.rate is None or term.ends is not None:
         return False
     values = rates.tables.table(term.rate)
     if values is None:

@@ -123,9 +123,10 @@ def _scheduled_form(board: Board, measure: Measure, term: Term, rounded: Callabl
     low[case] <= variable <= high[case]; the exact value of a combination of options follows when a solution has it
     (`OpenTerm`).
     """
-    if id(term) not in board.scheduled:
-        board.scheduled[id(term)] = term, _made_form(board, measure, term, rounded)
-    return board.scheduled[id(term)][1]
+    key = id(term), rounded is floor_int
+    if key not in board.scheduled:
+        board.scheduled[key] = term, _made_form(board, measure, term, rounded)
+    return board.scheduled[key][1]
 
 
 def _made_form(board: Board, measure: Measure, term: Term, rounded: Callable[[Fraction], int]) -> Form:

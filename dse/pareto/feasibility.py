@@ -7,12 +7,12 @@ structure of the architecture (bindings, options that are offered, acyclic dispa
 from __future__ import annotations
 
 import time
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from typing import TypeAlias
 
 from dse.analysis.evaluate import Evaluator
-from dse.analysis.limits import judge
+from dse.analysis.limits import Limit, judge
 from dse.analysis.measures import Measure
 from dse.analysis.validity import is_broken
 from dse.analysis.views import View
@@ -20,6 +20,7 @@ from dse.encode.model import encode
 from dse.errors import RefereeError
 from dse.pareto.front import exclude
 from dse.pareto.subproblem import Found, Solver, Unfinished
+from dse.pareto.switchboard import OutOfTime, Switchboard
 from dse.space.types import INACTIVE, Design, Objective, Requirement, Rule, Space
 
 
@@ -34,10 +35,6 @@ class Fixed:
 
 
 Member: TypeAlias = Requirement | Rule | Fixed
-
-
-class OutOfTime(Exception):
-    """The deadline came, or the search was stopped, before there was an answer."""
 
 
 def members_of(space: Space) -> tuple[Member, ...]:
@@ -100,7 +97,8 @@ def find_design(
 class Oracle:
     """Which sets of members have a design; remembers witnesses and refuted sets, so that few questions are solved.
 
-    Sets are those of positions in `members`. `calls` counts the questions that were solved.
+    Sets are those of positions in `members`. The space is encoded once, with a switch for each member. `calls` counts
+    the questions that were solved.
     """
 
     def __init__(self, space: Space, *, seed: int = 0, deadline: float | None = None) -> None:
@@ -112,6 +110,7 @@ class Oracle:
         self.calls = 0
         self._structure = Evaluator(demanding(space, ()))
         self._limits = Evaluator(replace(space, objectives=())).limits
+        self._switchboard: Switchboard | None = None
         self._witnesses: dict[Design, frozenset[int]] = {}
         self._refuted: list[frozenset[int]] = []
 
@@ -129,11 +128,12 @@ class Oracle:
         return self.solve(kept)
 
     def solve(self, kept: frozenset[int], *, seed: int | None = None) -> Design | None:
-        """The same, always by solving."""
-        if self.deadline is not None and time.monotonic() >= self.deadline:
-            raise OutOfTime
-        self.calls += 1
-        found = find_design(self.space_of(kept), seed=self.seed if seed is None else seed, deadline=self.deadline)
+        """The same, always by solving; with a `seed` as a problem of its own, encoded for this question only."""
+        if seed is None:
+            found = self.find(kept)
+        else:
+            self._spend()
+            found = find_design(self.space_of(kept), seed=seed, deadline=self.deadline)
         if found is None:
             self._refuted.append(kept)
         else:
@@ -142,6 +142,21 @@ class Oracle:
                 raise RefereeError(f"the solver's design {found} does not meet {sorted(kept - met)}")
             self._witnesses[found] = met
         return found
+
+    def find(
+        self, kept: frozenset[int], measure: Measure | None = None, further: Sequence[Limit] = ()
+    ) -> Design | None:
+        """A design that meets these members and further limits, or None; with `measure` one in which that is least."""
+        self._spend()
+        if self._switchboard is None:
+            self._switchboard = Switchboard(self.space)
+        return self._switchboard.find(kept, measure, further, seed=self.seed, deadline=self.deadline)
+
+    def _spend(self) -> None:
+        """Count a question, if there is time for it."""
+        if self.deadline is not None and time.monotonic() >= self.deadline:
+            raise OutOfTime
+        self.calls += 1
 
     def met_by(self, design: Design) -> frozenset[int]:
         """The members that a design meets, by the analysis alone."""

@@ -287,12 +287,7 @@ def _lexicographic(solver: Solver, upper: list[int], axis: int, hint: Design | N
 
 def exclude(encoded: EncodedSpace, design: Design) -> None:
     """Forbid one design: at least one decision differs."""
-    literals = [
-        encoded.options[index][option].negated()
-        for index, option in enumerate(design)
-        if option >= 0 and len(encoded.options[index]) > 1
-    ]
-    encoded.model.add_bool_or(literals)
+    encoded.model.add_bool_or(encoded.differs_from(design))
 
 
 def _is_accepted(evaluator: Evaluator, encoded: EncodedSpace, found: Found, upper: Sequence[int]) -> bool:

@@ -10,9 +10,10 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from fractions import Fraction
 
-from dse.analysis.limits import build_limit, excess, thread_loads
+from dse.analysis.limits import Limit, build_limit, excess, thread_loads
+from dse.analysis.rates import NS_PER_S
 from dse.analysis.views import View
-from dse.pareto.feasibility import find_design
+from dse.pareto.feasibility import Oracle
 from dse.space.types import Design, Requirement, Space
 from dse.spec.expressions import Operator
 from dse.units import Quantity
@@ -30,38 +31,54 @@ class Closest:
     thread: str = ""
 
 
-def closest_limit(
-    rest: Space, requirement: Requirement, *, seed: int = 0, deadline: float | None = None
-) -> Closest | None:
-    """The limit nearest to the requirement's own at which it holds in a design of `rest`; None where there is none.
+def closest_limit(oracle: Oracle, kept: frozenset[int], requirement: Requirement) -> Closest | None:
+    """The limit nearest to the requirement's own at which it holds together with members; None where there is none.
 
-    None as well for ``utilisation ==``, whose two sides cannot be asked for without the limit of one core.
+    The limit of a deadline is how much later than its deadline the thread may end (its own limit is 0 ns).
 
     Raises
     ------
     OutOfTime
         when there is no answer by the deadline.
     """
+    if requirement.metric.key == "deadline":
+        return _latest(oracle, kept, requirement)
     if requirement.operator != "==":
-        return _extreme(rest, requirement, seed, deadline)
-    if requirement.metric.kind == "utilisation":
-        return None
+        return _extreme(oracle, kept, requirement, ())
     sides = []
     directions: tuple[tuple[Operator, Operator], ...] = ((">=", "<="), ("<=", ">="))
     for beyond, back in directions:
-        side = replace(rest, requirements=(*rest.requirements, replace(requirement, operator=beyond)))
-        found = _extreme(side, replace(requirement, operator=back), seed, deadline)
+        side = _total(oracle.space, replace(requirement, operator=beyond))
+        found = _extreme(oracle, kept, replace(requirement, operator=back), (side,), of_total=True)
         if found is not None:
             sides.append(found)
     return min(sides, key=lambda item: abs(item.limit - requirement.limit.value), default=None)
 
 
-def needed_limit(space: Space, requirement: Requirement, design: Design) -> tuple[Fraction, str]:
+def _total(space: Space, requirement: Requirement) -> Limit:
+    """The limit of the sum alone, without that of one core for each thread (which ``==`` does not ask for)."""
+    return replace(build_limit(space, requirement), each=None)
+
+
+def _latest(oracle: Oracle, kept: frozenset[int], requirement: Requirement) -> Closest | None:
+    """The least by which the thread is late."""
+    limit = build_limit(oracle.space, requirement)
+    measure = excess(oracle.space, limit)
+    design = oracle.find(kept, measure)
+    if design is None:
+        return None
+    view = View(design)
+    return Closest((limit.measure.value(view) - limit.bound(view)) / NS_PER_S, design)
+
+
+def needed_limit(
+    space: Space, requirement: Requirement, design: Design, *, of_total: bool = False
+) -> tuple[Fraction, str]:
     """The limit at which a design just meets a requirement, were it not strict, and the thread that alone needs it."""
     view = View(design)
     one = build_limit(space, _limited(requirement, Fraction(1)))
     needed, thread = one.measure.value(view) / one.bound(view), ""
-    if one.each is not None:
+    if one.each is not None and not of_total:
         for name, terms in thread_loads(one.measure.terms).items():
             alone = sum((term.value(view) for term in terms), Fraction(0)) / one.each
             if alone > needed:
@@ -69,21 +86,23 @@ def needed_limit(space: Space, requirement: Requirement, design: Design) -> tupl
     return needed, thread
 
 
-def _extreme(rest: Space, requirement: Requirement, seed: int, deadline: float | None) -> Closest | None:
+def _extreme(
+    oracle: Oracle, kept: frozenset[int], requirement: Requirement, also: tuple[Limit, ...], *, of_total: bool = False
+) -> Closest | None:
     """The least limit for ``<=`` and ``<``, the greatest for ``>=`` and ``>``."""
     strictly: Operator = "<" if requirement.operator in ("<=", "<") else ">"
+    space, build = oracle.space, _total if of_total else build_limit
     best: Closest | None = None
-    tight, asked = requirement, rest
+    tight, asked = build(space, requirement), also
     while True:
-        measure = excess(rest, build_limit(rest, tight))
-        design = find_design(asked, measure, seed=seed, deadline=deadline)
+        design = oracle.find(kept, excess(space, tight), asked)
         if design is None:
             return best
-        limit, thread = needed_limit(rest, requirement, design)
+        limit, thread = needed_limit(space, requirement, design, of_total=of_total)
         assert best is None or limit != best.limit, "a tighter limit was met by a design that needs the same"
         best = Closest(limit, design, thread)
-        tight = replace(_limited(requirement, limit), operator=strictly)
-        asked = replace(rest, requirements=(*rest.requirements, tight))
+        tight = build(space, replace(_limited(requirement, limit), operator=strictly))
+        asked = (*also, tight)
 
 
 def _limited(requirement: Requirement, limit: Fraction) -> Requirement:

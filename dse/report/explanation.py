@@ -128,6 +128,8 @@ def _moved(say: _Printer, item: Relaxation, currency: str) -> str:
     if item.closest is None or item.limit is None:
         return f"given up, there are designs, e.g. {say.design(item.design)}"
     closest = readable(item.closest, item.unit, currency, DIGITS)
+    if item.text.startswith(f"{item.demand.text} + "):
+        return f"feasible when it may end {closest} after its deadline, e.g. {say.design(item.design)}"
     where = f"beyond {closest}" if item.beyond else f"from {closest} on"
     miss = readable(abs(item.closest - item.limit), item.unit, currency, DIGITS)
     by_thread = f"; {item.thread} alone needs so much of one core" if item.thread else ""
@@ -182,6 +184,8 @@ def _clash(clash: Clash, currency: str) -> str:
     if clash.closest is None or clash.limit is None or clash.miss is None:
         return text
     closest = readable(clash.closest, clash.unit, currency, DIGITS)
+    if clash.text.endswith("<= its deadline"):
+        return f"{text}: at best {closest} after it"
     miss = readable(clash.miss, clash.unit, currency, DIGITS)
     by_thread = f"; {clash.thread} alone needs so much of one core" if clash.thread else ""
     return f"{text}: the closest is {closest}, {miss} beyond the limit{by_thread}"

@@ -136,3 +136,32 @@ def test_command_and_the_short_form_after_solve(tmp_path: Path, capfd: pytest.Ca
     capfd.readouterr()
     assert run(["solve", starter, "--max-jitter", "1ms"]) == 4
     assert "dse explain" in capfd.readouterr().out
+
+
+LATE = """
+dse: 1
+name: late
+deadlines: true
+processor_types: {cpu: {}}
+processors: {one: {type: cpu}}
+threads:
+  fast: {processor: one, period: [4 ms, 5 ms], compute_execution_time: 2 ms}
+  slow: {processor: one, period: [10 ms, 12 ms], deadline: 7 ms, compute_execution_time: 4 ms}
+requirements: [utilisation of one == 95 %]
+objectives: [minimise response time of slow]
+"""
+
+
+def test_a_deadline_says_how_late_and_a_share_that_is_to_be_met_says_the_nearest(tmp_path: Path) -> None:
+    """With fast at 5 ms slow ends at 4 + 2 * 2 = 8 ms, 1 ms late; 50 % + 40 % of 4 and 10 ms are nearest to 95 %."""
+    file = tmp_path / "late.yaml"
+    file.write_text(LATE, encoding="utf-8")
+    late = dse.explain(file, every=True)
+    found = {item.demand.text: item for item in late.relaxations}
+    deadline = found["response time of slow <= its deadline"]
+    assert not deadline.helps and late.give_up is not None
+    given = {item.demand.text: item for item in late.give_up.members}
+    assert (given["response time of slow <= its deadline"].limit, late.give_up.members[0].unit) == (0, "ns")
+    assert given["response time of slow <= its deadline"].closest == 1_000_000
+    assert given["utilisation of one == 95 %"].closest == 900_000
+    assert given["response time of slow <= its deadline"].text == "response time of slow <= its deadline + 1 ms"

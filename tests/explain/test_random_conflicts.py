@@ -174,9 +174,9 @@ def check_limit(oracle: Oracle, number: int, met: dict[Design, frozenset[int]], 
     member = oracle.members[number]
     rest = oracle.everything - {number}
     left = [View(design) for design, kept in met.items() if rest <= kept]
-    if not isinstance(member, Requirement) or (member.operator == "==" and member.metric.kind == "utilisation"):
+    if not isinstance(member, Requirement):
         return
-    closest = closest_limit(oracle.space_of(rest), member)
+    closest = closest_limit(oracle, rest, member)
     if not left:
         assert closest is None, seed
         return
