@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from dse.api.claims import check_claims
+from dse.api.clashes import check_conflicts
 from dse.api.origins import origin_of
 from dse.api.problem import Problem, load
 from dse.api.recalling import restated
@@ -90,8 +91,7 @@ def _checked(data: Mapping[str, Any], loaded: Problem, method: Method, deadline:
         check_front(bench)
         check_others(bench)
         check_claims(bench, method, deadline)
-        if data["conflicts"]:
-            bench.remarks.append("the conflicts listed are not checked here: `dse explain` proves them anew")
+        check_conflicts(bench, method, deadline)
     except UsageError as error:
         bench.find("problem.effective", str(error))
     except (KeyError, IndexError, TypeError, ValueError, AttributeError, OverflowError) as error:

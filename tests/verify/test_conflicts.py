@@ -1,0 +1,90 @@
+"""The conflicts of an infeasible result: true ones are accepted, each with one thing wrong is rejected."""
+
+from __future__ import annotations
+
+import copy
+import os
+import random
+from collections.abc import Iterator
+from fractions import Fraction
+from typing import Any, Literal
+
+import pytest
+from explain.test_random_conflicts import infeasible
+
+import dse
+from dse.api.solving import Watcher, solve_asked
+from dse.examples import example_files
+from dse.pareto.front import Budget
+
+COUNT = 300 if os.environ.get("DSE_LONG_TESTS") else 12
+METHODS: tuple[Literal["exhaustion", "model"], ...] = ("exhaustion", "model")
+
+
+def wrong(data: dict[str, Any], rng: random.Random) -> Iterator[tuple[str, dict[str, Any]]]:
+    """(what is wrong, the result): a conflict that is too small, too large or moved, and limits that are not exact."""
+    for at, conflict in enumerate(data["conflicts"]):
+        texts = [*data["problem"]["effective"]["requirements"], *data["problem"]["effective"]["rules"]]
+        listed = {item["text"] for item in conflict["members"]}
+        for number, item in enumerate(conflict["members"]):
+            changed = copy.deepcopy(data)
+            del changed["conflicts"][at]["members"][number]
+            yield f"member {number} of conflict {at} left out", changed
+            for field, value in (("text", f"{item['text']} "), ("origin", "elsewhere:1"), ("unit", "furlong")):
+                changed = copy.deepcopy(data)
+                changed["conflicts"][at]["members"][number][field] = value
+                yield f"{field} of member {number} of conflict {at} changed", changed
+            for field in ("closest", "limit", "miss"):
+                if item[field] is not None:
+                    changed = copy.deepcopy(data)
+                    step = rng.choice((-1, 1, Fraction(1, 3)))
+                    changed["conflicts"][at]["members"][number][field] = str(Fraction(item[field]) + step)
+                    yield f"{field} of member {number} of conflict {at} changed by {step}", changed
+        for text in texts:
+            if text not in listed:
+                changed = copy.deepcopy(data)
+                more = {"text": text, "origin": "command line", "limit": None, "closest": None, "miss": None}
+                changed["conflicts"][at]["members"].append({**more, "unit": "", "thread": None})
+                yield f"{text!r} added to conflict {at}", changed
+                break
+
+
+@pytest.mark.parametrize("path", example_files(), ids=lambda path: path.stem)
+def test_conflicts_of_shipped_problems(path: Any) -> None:
+    problem = dse.load(path)
+    flow = problem.space.flows[0].name
+    result = dse.solve(problem, require=[f"latency of {flow} <= 2 us", f"jitter of {flow} <= 1 us", "price >= 1 EUR"])
+    assert result.status == "infeasible" and result.conflicts
+    check(result.to_dict(), problem, "model", random.Random(1))
+
+
+@pytest.mark.parametrize("part", range(6))
+def test_conflicts_of_random_problems(part: int) -> None:
+    seen = 0
+    for seed in range(part, 10**6, 6):
+        drawn = infeasible(seed)
+        if drawn is None:
+            continue
+        asked, _ = drawn
+        if not asked.space.objectives:
+            continue
+        result = solve_asked(asked, Budget(), Watcher())
+        assert result.status == "infeasible"
+        data = result.to_dict()
+        check(data, asked, METHODS[seen % 2], random.Random(seed))
+        seen += 1
+        if seen >= COUNT // 6:
+            return
+
+
+def check(data: dict[str, Any], problem: Any, method: Any, rng: random.Random) -> None:
+    found = conflict_findings(data, problem, method)
+    assert not found, (found, data["conflicts"])
+    for name, changed in wrong(data, rng):
+        assert conflict_findings(changed, problem, method), name
+
+
+def conflict_findings(data: dict[str, Any], problem: Any, method: Any) -> list[str]:
+    """What is wrong, beyond differences to the file that the random questions have."""
+    verification = dse.verify(data, problem=problem, method=method)
+    return [str(item) for item in verification.findings if item.place.startswith("conflicts")]
