@@ -115,10 +115,7 @@ def write_files(folder: Path, files: Iterable[tuple[str, str | bytes]]) -> list[
     written = []
     for name, content in files:
         path = folder / name
-        if isinstance(content, str):
-            write_text(str(path), content)
-        else:
-            path.write_bytes(content)
+        _replace(path, content.encode() if isinstance(content, str) else content)
         written.append(path)
     return written
 
@@ -143,10 +140,10 @@ def console(*, quiet: bool = False, err: bool = False) -> Console:
     from rich.console import Console
 
     class PipedConsole(Console):
-        """Lets the outermost handler answer for a reader that has gone; rich would exit with a code of its own."""
+        """Goes on without a reader that has gone: files are still written, and the exit code stays what it means."""
 
         def on_broken_pipe(self) -> None:
-            raise BrokenPipeError
+            discard_output()
 
     stream = sys.stderr if err else sys.stdout
     if hasattr(stream, "reconfigure"):
@@ -178,17 +175,50 @@ def check_writable(*paths: str | None) -> None:
 def write_text(path: str, text: str) -> None:
     """Write a file whole or not at all; ``-`` is standard output."""
     if path == "-":
-        sys.stdout.buffer.write(text.encode())
-        sys.stdout.flush()
+        try:
+            sys.stdout.buffer.write(text.encode())
+            sys.stdout.flush()
+        except BrokenPipeError:
+            discard_output()
         return
     target = Path(path)
     if target.exists() and not target.is_file():  # a pipe or device: there is nothing to replace
         target.write_text(text, encoding="utf-8")
         return
+    _replace(target, text.encode())
+
+
+def save(*files: tuple[str | None, Callable[[], str]]) -> OSError | None:
+    """Write each file that is asked for; returns the first failure, so that what was computed can still be shown."""
+    failure: OSError | None = None
+    for path, text in files:
+        if path is None:
+            continue
+        try:
+            write_text(path, text())
+        except OSError as error:
+            failure = failure or named(error, path)
+    return failure
+
+
+def named(error: OSError, path: str) -> OSError:
+    """The error with the path that the user gave: writing to a full disk names none."""
+    return error if error.filename or path == "-" else OSError(error.errno, error.strerror, path)
+
+
+def discard_output() -> None:
+    """The reader has gone: nothing more can be written, and Python must not try at exit."""
+    devnull = os.open(os.devnull, os.O_WRONLY)
+    os.dup2(devnull, sys.stdout.fileno())
+    os.close(devnull)
+
+
+def _replace(target: Path, content: bytes) -> None:
+    """Put a file in place of another in one step, so that a reader finds the old one or the new one."""
     handle, name = tempfile.mkstemp(dir=target.parent, prefix=f".{target.name}.")
     try:
-        with os.fdopen(handle, "w", encoding="utf-8") as file:
-            file.write(text)
+        with os.fdopen(handle, "wb") as file:
+            file.write(content)
         umask = os.umask(0)
         os.umask(umask)
         Path(name).chmod(0o666 & ~umask)

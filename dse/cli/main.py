@@ -6,10 +6,10 @@ import os
 import sys
 import traceback
 from importlib import import_module
-from typing import Any
 
 import click
 
+from dse.cli.common import discard_output
 from dse.errors import EXIT_BUG, EXIT_INCOMPLETE, EXIT_USAGE, DseError, ProblemError
 
 COMMANDS = {
@@ -58,9 +58,12 @@ class LazyGroup(click.Group):
 
 def _version(ctx: click.Context, param: click.Parameter, value: bool) -> None:
     if value:
-        from importlib.metadata import version
+        from importlib.metadata import PackageNotFoundError, version
 
-        click.echo(f"dse {version('dse')}")
+        try:
+            click.echo(f"dse {version('dse')}")
+        except PackageNotFoundError:
+            click.echo("dse, from a folder that is not installed")
         ctx.exit()
 
 
@@ -75,21 +78,26 @@ def cli() -> None:
 
 
 def main() -> None:
-    """Run the command line and leave with its exit code."""
-    sys.exit(run(sys.argv[1:]))
+    """Run the command line and leave with its exit code; see `dse.cli.entry`."""
+    from dse.cli.entry import main as enter
+
+    enter()
 
 
 def run(arguments: list[str]) -> int:
     """Run one command; every error becomes a message and an exit code."""
     try:
-        code: Any = cli.main(arguments, prog_name="dse", standalone_mode=False)
-        sys.stdout.flush()
-        return int(code or 0)
+        code = int(cli.main(arguments, prog_name="dse", standalone_mode=False) or 0)
+        try:
+            sys.stdout.flush()
+        except BrokenPipeError:
+            discard_output()
+        return code
     except click.ClickException as error:
         error.show()
         return EXIT_USAGE
     except (click.Abort, KeyboardInterrupt):
-        return _say("interrupted; nothing was written", EXIT_INCOMPLETE)
+        return _say("interrupted", EXIT_INCOMPLETE)
     except ProblemError as error:
         count = len(error.diagnostics)
         for item in error.diagnostics[:MOST_MISTAKES]:
@@ -101,8 +109,8 @@ def run(arguments: list[str]) -> int:
         )
     except DseError as error:
         return _say(str(error), error.exit_code)
-    except BrokenPipeError:
-        _discard_output()
+    except (BrokenPipeError, SystemExit):  # click leaves by itself where the reader of its help has gone
+        discard_output()
         return 0
     except OSError as error:
         place = f"{error.filename}: " if error.filename else ""
@@ -120,9 +128,3 @@ def run(arguments: list[str]) -> int:
 def _say(message: str, code: int) -> int:
     click.echo(f"dse: {message}", err=True)
     return code
-
-
-def _discard_output() -> None:
-    """The reader has gone: nothing more can be written, and Python must not try at exit."""
-    devnull = os.open(os.devnull, os.O_WRONLY)
-    os.dup2(devnull, sys.stdout.fileno())

@@ -17,8 +17,8 @@ from dse.cli.common import (
     question_options,
     ranking_options,
     report_folder,
+    save,
     write_files,
-    write_text,
 )
 
 if TYPE_CHECKING:
@@ -159,16 +159,15 @@ def command(
     result = ranked_by(result, rank_by or "ideal")
     if alternatives is not None or within is not None:
         result = with_others(result, alternatives or DEFAULT_COUNT, within, top, seed=seed, time_limit_s=time_limit)
+    failure = save((json_path, result.to_json), (csv_path, result.to_csv))
     if not quiet and "-" not in (json_path, csv_path):
         from dse.report.terminal import print_result
 
         print_result(console(), result, top)
-    if json_path is not None:
-        write_text(json_path, result.to_json())
-    if csv_path is not None:
-        write_text(csv_path, result.to_csv())
     if target is not None:
         _write_report(result, target, quiet=quiet)
+    if failure is not None:
+        raise failure
     return result.exit_code
 
 
@@ -187,10 +186,19 @@ def _question(file: str | None, resume: str | None, changes: Changes) -> tuple[P
 
 
 def _checkpoint(json_path: str | None) -> Callable[[Result], None] | None:
-    """What writes the result so far."""
+    """What writes the result so far; where that fails the search goes on, and the user hears of it once."""
     if json_path is None or json_path == "-":
         return None
-    return lambda result: write_text(json_path, result.to_json())
+    told = False
+
+    def write(result: Result) -> None:
+        nonlocal told
+        failure = save((json_path, result.to_json))
+        if failure is not None and not told:
+            told = True
+            click.echo(f"dse: the result so far cannot be written: {json_path}: {failure.strerror}", err=True)
+
+    return write
 
 
 def _write_report(result: Result, folder: Path, *, quiet: bool) -> None:

@@ -1,0 +1,30 @@
+"""The ``dse`` program: from its first import on, Ctrl-C and closed streams are no reason for a traceback."""
+
+from __future__ import annotations
+
+import os
+import signal
+import sys
+from typing import TextIO
+
+
+def main() -> None:
+    """Run the command line and leave with its exit code."""
+    code = 5  # as dse.errors.EXIT_INCOMPLETE, which may not be there yet
+    try:
+        _open_closed_streams()
+        from dse.cli.main import run
+
+        code = run(sys.argv[1:])
+        signal.signal(signal.SIGINT, signal.SIG_IGN)  # what is left is to leave
+    except KeyboardInterrupt:
+        signal.signal(signal.SIGINT, signal.SIG_IGN)
+    sys.exit(code)
+
+
+def _open_closed_streams() -> None:
+    """Streams that the caller has closed are None in Python, and would be opened by the next file."""
+    for number, name in enumerate(("stdin", "stdout", "stderr")):
+        if getattr(sys, name) is None:
+            opened: TextIO = os.fdopen(os.open(os.devnull, os.O_RDWR), "w" if number else "r")
+            setattr(sys, name, opened)
