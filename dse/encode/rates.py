@@ -71,6 +71,7 @@ class RateVariables:
         chosen = [board.options[decision][option] for decision, option in given.items()]
         ends = [ceil_int(factor * most) for _, factor in factors]
         low, high = min(0, *ends), max(0, *ends)
+        check_exact(max(high, -low), f"the rate of {term.label} times its work or size")
         product = board.model.new_int_var(low, high, "")
         for literal, factor in factors:
             check_exact(factor.numerator * most, f"the rate of {term.label} times its work or size")

@@ -19,7 +19,7 @@ MOST_LEAVES = 100_000
 
 
 class TooLarge(Exception):
-    """A formula depends on more combinations of options than are looked at; says which."""
+    """A formula depends on too many combinations of options, or its figures are too large to add; says which."""
 
 
 class _NoDesign:

@@ -15,8 +15,8 @@ from typing import Any, Literal
 from ortools.sat.python import cp_model
 
 from dse.space.types import INACTIVE, Design
-from dse.verification.diagrams import Diagram, Node, leaves
-from dse.verification.tables import Tables
+from dse.verification.diagrams import Diagram, Node, TooLarge, leaves
+from dse.verification.tables import EXACT, Tables
 
 SEED = 982_451_653
 
@@ -33,6 +33,14 @@ class SecondModel:
     """The question as a model, to be asked for designs in parts of the objective space."""
 
     def __init__(self, tables: Tables, deadline: float | None = None) -> None:
+        sums = [*(bound.sum for bound in tables.bounds), *(total for total, _ in tables.objectives)]
+        if any(
+            max(abs(leaf) for leaf in leaves(part)) >= EXACT
+            for item in sums
+            for part in item.parts
+            if isinstance(part, Node)
+        ):
+            raise TooLarge("some figures are so large that a solver could not add them exactly")
         self.tables = tables
         self.deadline = deadline
         self.calls = 0

@@ -81,6 +81,44 @@ def test_a_search_is_not_resumed_from_what_cannot_be(
     assert "the search to go on with has a" in capsys.readouterr().err
 
 
+@pytest.mark.parametrize(
+    ("place", "value"),
+    [
+        ("problem.effective.profile", "dse-2"),
+        ("problem.effective.worst_case", ["deadline"]),
+        ("search.space_size", []),
+        ("status", "done"),
+        ("refuted", [{"price": "1"}]),
+    ],
+)
+def test_a_result_with_a_part_of_another_kind_is_a_message(
+    place: str, value: object, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    file = tmp_path / "result.json"
+    assert run(["solve", str(PUMP), "-q", "--json", str(file)]) == 0
+    data = json.loads(file.read_text(encoding="utf-8"))
+    *holders, key = place.split(".")
+    held = data
+    for name in holders:
+        held = held[name]
+    held[key] = value
+    file.write_text(json.dumps(data), encoding="utf-8")
+    commands = (["report", "-o", str(tmp_path)], ["solve", "--resume"], ["export", "--alternative", "1"], ["compare"])
+    for command in commands:
+        given = [*command, str(file), *([str(file)] if command == ["compare"] else [])]
+        assert run(given) == 2
+        assert "result" in capsys.readouterr().err
+    assert run(["verify", str(file)]) == 3
+
+
+def test_work_beyond_all_numbers_is_a_message(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    file = tmp_path / "huge.yaml"
+    text = (PUMP.parent / "timing.yaml").read_text(encoding="utf-8")
+    file.write_text(text.replace("10 us .. 20 us", "1e18 ms"), encoding="utf-8")
+    assert run(["solve", str(file), "--minimise", "utilisation of computer", "-q"]) == 3
+    assert "too large to search exactly" in capsys.readouterr().err
+
+
 def test_alternative_prices_of_a_processor_type_have_margins(tmp_path: Path) -> None:
     file = tmp_path / "prices.yaml"
     text = PUMP.read_text(encoding="utf-8").replace("price: 60 EUR", "price: [60 EUR, 10.50 EUR]")
