@@ -1,4 +1,9 @@
-"""The canonical design of a point: the first of all that have it, in the order of decisions and options of the file."""
+"""The canonical design of a point: one of those that have it, whatever way the search went.
+
+It is the first in the order of decisions and options of the file, wherever a short depth-first search finds that one;
+else the one that the solver finds when it starts afresh, which depends on the problem, the seed and the solver's
+version only (decision record 8).
+"""
 
 from __future__ import annotations
 
@@ -11,10 +16,11 @@ from dse.pareto.subproblem import Found, Solver
 from dse.space.types import Design
 
 
-def canonical_design(solver: Solver, point: tuple[int, ...], known: Design) -> Design | None:
-    """The lexicographically smallest design with the counted objectives `point`; inactive comes before every option.
+def canonical_design(solver: Solver, point: tuple[int, ...], known: Design, *, strictly: bool = False) -> Design | None:
+    """A design with the counted objectives `point`; None when stopped. The model is left as it was.
 
-    None when stopped. The model is left as it was.
+    `strictly` the lexicographically smallest, inactive before every option, however long it takes; for models that the
+    search has changed.
     """
     model = solver.encoded.model
     _set_point(solver, point)
@@ -22,12 +28,15 @@ def canonical_design(solver: Solver, point: tuple[int, ...], known: Design) -> D
     model.clear_hints()
     model.add_decision_strategy(_options_in_order(solver), cp_model.CHOOSE_FIRST, cp_model.SELECT_MAX_VALUE)
     try:
-        answer = solver.first_in_order()
+        answer = solver.first_in_order(to_the_end=strictly)
     finally:
         model.proto.search_strategy.clear()
     if isinstance(answer, Found):
         return answer.design
-    return _by_digits(solver, point, known)
+    if strictly:
+        return _by_digits(solver, point, known)
+    answer = solver.any_solution()
+    return answer.design if isinstance(answer, Found) else None
 
 
 def _set_point(solver: Solver, point: tuple[int, ...]) -> None:

@@ -259,9 +259,13 @@ def _minimise_in(solver: Solver, evaluator: Evaluator, zone: Bound, axis: int, h
 
 
 def _first_accepted(solver: Solver, evaluator: Evaluator, known: Found) -> Design:
-    """The canonical design of a point among those that exact comparison accepts; the known one when stopped."""
+    """The canonical design of a point among those that exact comparison accepts; the known one when stopped.
+
+    Where designs may have been excluded, only the strictly first one is the same whatever way the search went.
+    """
+    strictly = any(limit.measure.rounded for limit in evaluator.limits)
     while True:
-        design = canonical_design(solver, known.point, known.design)
+        design = canonical_design(solver, known.point, known.design, strictly=strictly)
         if design is None:
             return known.design
         if _is_accepted(evaluator, solver.encoded, Found(known.point, design), known.point):

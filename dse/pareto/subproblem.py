@@ -18,8 +18,12 @@ from dse.space.types import Design
 
 LIGHT_DETERMINISTIC_TIME = 0.25
 """How much work the light settings may do before a call is tried again with CP-SAT's own defaults."""
-ORDERED_SEARCH = ((0.1, 0), (2.0, 2))
+ORDERED_SEARCH = ((0.02, 0), (0.05, 1))
 """Deterministic time and linearisation level of the attempts to find a canonical design depth first."""
+ORDERED_TO_THE_END = ((0.1, 0), (2.0, 2))
+"""The same where nothing else tells one design from the others."""
+FEW_VARIABLES = 1_000
+"""In larger models the linear relaxation costs more than it helps a depth-first search."""
 LIGHT_AGAIN = 8
 """After two calls that proved too hard for the light settings, they are tried again only every so many calls."""
 
@@ -131,18 +135,27 @@ class Solver:
     def _out_of_time(self) -> bool:
         return self.stopped or (self.deadline is not None and time.monotonic() >= self.deadline)
 
-    def first_in_order(self) -> Answer:
+    def first_in_order(self, *, to_the_end: bool = False) -> Answer:
         """The first solution in the order of the model's decision strategy; unfinished when that takes too long.
 
         The strategy is followed strictly (fixed search, presolve that keeps every solution); linear relaxation only
-        refutes branches.
+        refutes branches. `to_the_end` tries longer.
         """
         self.calls += 1
-        for work, linear in ORDERED_SEARCH:
+        is_large = len(self.encoded.model.proto.variables) > FEW_VARIABLES
+        for work, linear in ORDERED_TO_THE_END if to_the_end else ORDERED_SEARCH:
+            if linear and is_large and not to_the_end:
+                break
             answer = self._run(lambda p, work=work, linear=linear: _in_order(p, work, linear))  # type: ignore[misc]
             if not isinstance(answer, Unfinished):
                 return answer
         return Unfinished()
+
+    def any_solution(self) -> Answer:
+        """A solution of the model, the same one whatever was asked before."""
+        self.calls += 1
+        answer = self._solve(light=True)
+        return self._solve(light=False) if isinstance(answer, Unfinished) else answer
 
     def _solve(self, *, light: bool) -> Answer:
         return self._run(_light if light else _as_is)

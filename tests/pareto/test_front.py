@@ -267,10 +267,25 @@ def test_canonical_designs_by_digits_are_those_of_the_depth_first_search(
     """Where the depth-first search takes too long, options become digits, as many to a call as stay exact."""
     evaluator = Evaluator(load_space(BY_NAME[name]))
     expected = search_front(evaluator)
-    monkeypatch.setattr(Solver, "first_in_order", lambda self: Unfinished())
+    monkeypatch.setattr(Solver, "first_in_order", lambda self, to_the_end: Unfinished())
+    monkeypatch.setattr(front, "canonical_design", lambda *given, strictly: canonical_design(*given, strictly=True))
     monkeypatch.setattr(canonical, "EXACT_LIMIT", limit)
     search = search_front(evaluator)
     assert search.points == expected.points
+
+
+@pytest.mark.parametrize("name", ["equal", "bindings", "protocols", "buses"])
+def test_canonical_designs_from_a_fresh_start_do_not_depend_on_the_way(
+    name: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Where the depth-first search takes too long: the same designs with other hints, orders and workers."""
+    evaluator = Evaluator(load_space(BY_NAME[name]))
+    monkeypatch.setattr(Solver, "first_in_order", lambda self, to_the_end: Unfinished())
+    monkeypatch.setattr(front, "HELP_AFTER_S", 0.0)
+    expected = search_front(evaluator)
+    assert search_front(evaluator, Budget(workers=3)).points == expected.points
+    monkeypatch.setattr(Solver, "hint", lambda self, hint: self.encoded.model.clear_hints())
+    assert search_front(evaluator).points == expected.points
 
 
 def test_the_canonical_design_leaves_the_model_as_it_was() -> None:
