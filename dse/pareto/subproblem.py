@@ -16,16 +16,14 @@ from dse.encode.forms import EXACT_LIMIT
 from dse.encode.model import EncodedSpace
 from dse.space.types import Design
 
-LIGHT_DETERMINISTIC_TIME = 0.25
-"""How much work the light settings may do before a call is tried again with CP-SAT's own defaults."""
 ORDERED_SEARCH = ((0.02, 0), (0.05, 1))
 """Deterministic time and linearisation level of the attempts to find a canonical design depth first."""
 ORDERED_TO_THE_END = ((0.1, 0), (2.0, 2))
 """The same where nothing else tells one design from the others."""
 FEW_VARIABLES = 1_000
 """In larger models the linear relaxation costs more than it helps a depth-first search."""
-LIGHT_AGAIN = 8
-"""After two calls that proved too hard for the light settings, they are tried again only every so many calls."""
+BARE_AGAIN = 8
+"""After two calls in a row that proved too hard for some settings, they are tried again only every so many calls."""
 
 
 @dataclass(frozen=True)
@@ -63,6 +61,7 @@ class Solver:
         self.deadline = deadline
         self.calls = 0
         self.stopped = False
+        self._first = 0
         self._too_hard = 0
         self._running: cp_model.CpSolver | None = None
 
@@ -104,33 +103,38 @@ class Solver:
         return self.ask()
 
     def ask(self) -> Answer:
-        """Solve the model as it stands: light settings first, CP-SAT's own for what proves hard."""
+        """Solve the model as it stands: bare settings first, heavier ones for what proves hard."""
         self.calls += 1
-        if self._too_hard < 2 or self.calls % LIGHT_AGAIN == 0:
-            answer = self._solve(light=True)
+        first = 0 if self.calls % BARE_AGAIN == 0 else self._first
+        for level in range(first, len(SETTINGS)):
+            answer = self._solve(level)
             if not isinstance(answer, Unfinished):
-                self._too_hard = 0
+                if level == first:
+                    self._first, self._too_hard = first, 0
                 return answer
             if self._out_of_time():
                 return answer
-            self._too_hard += 1
-        return self._solve(light=False)
+            if level == self._first:
+                self._too_hard += 1
+                if self._too_hard == 2:
+                    self._first, self._too_hard = level + 1, 0
+        return Unfinished()
 
     def hint(self, hint: Design | None) -> None:
         """Suggest a design to start from."""
-        model = self.encoded.model
-        model.clear_hints()
+        self.encoded.model.clear_hints()
         if hint is None:
             return
-        hinted = set()
+        values: dict[int, int] = {}
         for literals, inactive, chosen in zip(self.encoded.options, self.encoded.inactive, hint, strict=True):
-            for option, literal in enumerate(literals):
-                if literal.index not in hinted and len(literals) > 1:
-                    hinted.add(literal.index)
-                    model.add_hint(literal, option == chosen)
-            if inactive is not None and inactive.index not in hinted:
-                hinted.add(inactive.index)
-                model.add_hint(inactive, chosen < 0)
+            if len(literals) > 1:
+                for option, literal in enumerate(literals):
+                    values.setdefault(literal.index, int(option == chosen))
+            if inactive is not None:
+                values.setdefault(inactive.index, int(chosen < 0))
+        suggestion = self.encoded.model.proto.solution_hint
+        suggestion.vars.extend(values.keys())
+        suggestion.values.extend(values.values())
 
     def _out_of_time(self) -> bool:
         return self.stopped or (self.deadline is not None and time.monotonic() >= self.deadline)
@@ -154,11 +158,15 @@ class Solver:
     def any_solution(self) -> Answer:
         """A solution of the model, the same one whatever was asked before."""
         self.calls += 1
-        answer = self._solve(light=True)
-        return self._solve(light=False) if isinstance(answer, Unfinished) else answer
+        answer: Answer = Unfinished()
+        for level in range(len(SETTINGS)):
+            answer = self._solve(level)
+            if not isinstance(answer, Unfinished) or self._out_of_time():
+                break
+        return answer
 
-    def _solve(self, *, light: bool) -> Answer:
-        return self._run(_light if light else _as_is)
+    def _solve(self, level: int) -> Answer:
+        return self._run(SETTINGS[level])
 
     def _run(self, configure: Callable[[Any], None]) -> Answer:
         """One run of the solver, or several until the solution's open terms are exact."""
@@ -205,17 +213,30 @@ def sound_solver(seed: int = 0) -> cp_model.CpSolver:
     return solver
 
 
-def _as_is(parameters: Any) -> None:
-    """CP-SAT's own settings."""
+def _bare(parameters: Any) -> None:
+    """Nothing but propagation and clause learning: the models are small and tight, and most calls take milliseconds."""
+    parameters.max_deterministic_time = 0.25
+    parameters.cp_model_presolve = False
+    parameters.use_sat_inprocessing = False
+    parameters.linearization_level = 0
+    parameters.symmetry_level = 0
 
 
 def _light(parameters: Any) -> None:
-    """Little presolve and no linear relaxation: best for the many easy calls."""
-    parameters.max_deterministic_time = LIGHT_DETERMINISTIC_TIME
+    """Little presolve and no linear relaxation."""
+    parameters.max_deterministic_time = 1.0
     parameters.linearization_level = 0
     parameters.cp_model_probing_level = 0
     parameters.symmetry_level = 0
     parameters.max_presolve_iterations = 1
+
+
+def _as_is(parameters: Any) -> None:
+    """CP-SAT's own settings."""
+
+
+SETTINGS: tuple[Callable[[Any], None], ...] = (_bare, _light, _as_is)
+"""Each for a longer time than the one before; the last without a limit."""
 
 
 def _in_order(parameters: Any, work: float, linear: int) -> None:

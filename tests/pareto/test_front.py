@@ -314,10 +314,10 @@ def failing(monkeypatch: pytest.MonkeyPatch, first: int, calls: Iterator[int]) -
     """Every solver run from the one with number `first` on is stopped before it can tell."""
     solve = Solver._solve
 
-    def stopped(self: Solver, *, light: bool) -> Answer:
+    def stopped(self: Solver, level: int) -> Answer:
         if next(calls) >= first:
             return Unfinished()
-        return solve(self, light=light)
+        return solve(self, level)
 
     monkeypatch.setattr(Solver, "_solve", stopped)
 
@@ -371,7 +371,7 @@ def test_a_run_that_only_the_light_settings_cannot_finish_is_tried_again(monkeyp
     evaluator = Evaluator(load_space(BY_NAME["types"]))
     expected = search_front(evaluator)
     solve = Solver._solve
-    monkeypatch.setattr(Solver, "_solve", lambda self, *, light: Unfinished() if light else solve(self, light=light))
+    monkeypatch.setattr(Solver, "_solve", lambda self, level: Unfinished() if level < 2 else solve(self, level))
     assert search_front(evaluator).points == expected.points
 
 
@@ -414,8 +414,8 @@ def test_a_solver_that_lies_is_caught_by_the_referee(claim: str, monkeypatch: py
     evaluator = Evaluator(load_space(BY_NAME["types"]))
     solve = Solver._solve
 
-    def lie(self: Solver, *, light: bool) -> Answer:
-        answer = solve(self, light=light)
+    def lie(self: Solver, level: int) -> Answer:
+        answer = solve(self, level)
         if not isinstance(answer, Found):
             return answer
         if claim == "objectives":

@@ -41,9 +41,9 @@ def test_a_search_stopped_at_any_call_goes_on_to_the_same_front(
     for stop in range(1, 8):
         asked: list[bool] = []
 
-        def failing(self: Solver, *, light: bool, asked: list[bool] = asked, stop: int = stop) -> Answer:
-            asked.append(light)
-            return Unfinished() if len(asked) >= stop else solve(self, light=light)
+        def failing(self: Solver, level: int, asked: list[bool] = asked, stop: int = stop) -> Answer:
+            asked.append(bool(level))
+            return Unfinished() if len(asked) >= stop else solve(self, level)
 
         monkeypatch.setattr(Solver, "_solve", failing)
         stopped = dse.solve(BY_NAME[name], workers=1)
@@ -63,9 +63,9 @@ def test_potential_bounds_what_is_still_to_be_found(monkeypatch: pytest.MonkeyPa
     whole = dse.solve(INMARK, workers=1)
     solve, asked = Solver._solve, []
 
-    def failing(self: Solver, *, light: bool) -> Answer:
-        asked.append(light)
-        return Unfinished() if len(asked) > 6 else solve(self, light=light)
+    def failing(self: Solver, level: int) -> Answer:
+        asked.append(bool(level))
+        return Unfinished() if len(asked) > 6 else solve(self, level)
 
     monkeypatch.setattr(Solver, "_solve", failing)
     stopped = dse.solve(INMARK, workers=1)
