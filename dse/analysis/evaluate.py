@@ -13,6 +13,8 @@ from dse.analysis.views import CyclicActivation, View
 from dse.space.trees import NotOffered
 from dse.space.types import Design, Space
 
+REMEMBERED = 4096
+
 
 @dataclass(frozen=True)
 class Evaluation:
@@ -48,6 +50,7 @@ class Evaluator:
             else tuple(build_measure(space, item.metric) for item in space.objectives)
         )
         self.limits: tuple[Limit, ...] = tuple(build_limit(space, item) for item in space.requirements)
+        self._known: dict[Design, Evaluation] = {}
 
     @cached_property
     def metrics(self) -> tuple[Measure, ...]:
@@ -55,7 +58,19 @@ class Evaluator:
         return tuple(build_measure(self.space, metric) for metric in all_metrics(self.space))
 
     def evaluate(self, design: Design) -> Evaluation:
-        """Objectives, validity and verdicts of a design (options by decision; unused decisions may hold anything)."""
+        """Objectives, validity and verdicts of a design (options by decision; unused decisions may hold anything).
+
+        The last evaluations are remembered: a search asks for the same design again and again.
+        """
+        found = self._known.get(design)
+        if found is None:
+            found = self._evaluate(design)
+            if len(self._known) >= REMEMBERED:
+                self._known.clear()
+            self._known[design] = found
+        return found
+
+    def _evaluate(self, design: Design) -> Evaluation:
         found = self.invalid(design)
         if found:
             return Evaluation(design, (), tuple(found), ())

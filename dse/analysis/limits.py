@@ -11,7 +11,16 @@ from dataclasses import dataclass
 from fractions import Fraction
 from math import lcm
 
-from dse.analysis.measures import PPM, SCALE_LIMIT, Measure, Term, build_measure, display_unit, scaled_term
+from dse.analysis.measures import (
+    PPM,
+    SCALE_LIMIT,
+    Measure,
+    Term,
+    build_measure,
+    display_unit,
+    exact_sum,
+    scaled_term,
+)
 from dse.analysis.scheduling import UNBOUNDED_NS, deadline_ns
 from dse.analysis.views import View, tabulate
 from dse.space.metrics import metric_dimension
@@ -124,6 +133,6 @@ def judge(limit: Limit, view: View) -> Verdict:
     holds, worst = compare(value, bound), ""
     if limit.each is not None:
         for name, terms in thread_loads(measure.terms).items():
-            if not compare(sum((term.value(view) for term in terms), Fraction(0)), limit.each):
+            if not compare(exact_sum(term.value(view) for term in terms), limit.each):
                 holds, worst = False, worst or name
     return Verdict(requirement, value, bound, measure.unit, holds, worst)

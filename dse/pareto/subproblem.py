@@ -16,9 +16,9 @@ from dse.encode.forms import EXACT_LIMIT
 from dse.encode.model import EncodedSpace
 from dse.space.types import Design
 
-ORDERED_SEARCH = ((0.02, 0), (0.05, 1))
-"""Deterministic time and linearisation level of the attempts to find a canonical design depth first."""
-ORDERED_TO_THE_END = ((0.1, 0), (2.0, 2))
+ORDERED_SEARCH = ((0.01, None), (0.05, 1))
+"""Deterministic time, and linearisation level (None: no presolve), of the attempts to find a canonical design."""
+ORDERED_TO_THE_END = ((0.01, None), (0.1, 0), (2.0, 2))
 """The same where nothing else tells one design from the others."""
 FEW_VARIABLES = 1_000
 """In larger models the linear relaxation costs more than it helps a depth-first search."""
@@ -239,12 +239,13 @@ SETTINGS: tuple[Callable[[Any], None], ...] = (_bare, _light, _as_is)
 """Each for a longer time than the one before; the last without a limit."""
 
 
-def _in_order(parameters: Any, work: float, linear: int) -> None:
-    """Depth first in the order of the decision strategy."""
+def _in_order(parameters: Any, work: float, linear: int | None) -> None:
+    """Depth first in the order of the decision strategy; without presolve, or with linear relaxation at a level."""
+    if linear is None:
+        _bare(parameters)
+    else:
+        _light(parameters)
+        parameters.linearization_level = linear
+        parameters.keep_all_feasible_solutions_in_presolve = True
     parameters.search_branching = type(parameters.search_branching).FIXED_SEARCH
-    parameters.keep_all_feasible_solutions_in_presolve = True
     parameters.max_deterministic_time = work
-    parameters.linearization_level = linear
-    parameters.cp_model_probing_level = 0
-    parameters.symmetry_level = 0
-    parameters.max_presolve_iterations = 1
