@@ -248,14 +248,20 @@ def _signed(evaluator: Evaluator, values: Bound) -> tuple[int, ...]:
 def _minimise_in(solver: Solver, evaluator: Evaluator, zone: Bound, axis: int, hint: Design | None) -> Answer:
     """The best point in a zone: the least of objective `axis`, then of the sum of the others.
 
-    A design that exact comparison refuses (see `Measure.rounded`) is excluded, and the question asked again.
+    A design that exact comparison refuses (see `Measure.rounded`) is excluded, and the question asked again. Where no
+    limit is rounded there is none, and the referee sees each point once, with its canonical design.
     """
     upper = [bound - 1 for bound in zone]
+    is_rounded = _has_rounded_limits(evaluator)
     while True:
         answer = _lexicographic(solver, upper, axis, hint)
-        if not isinstance(answer, Found) or _is_accepted(evaluator, solver.encoded, answer, upper):
+        if not isinstance(answer, Found) or not is_rounded or _is_accepted(evaluator, solver.encoded, answer, upper):
             return answer
         exclude(solver.encoded, answer.design)
+
+
+def _has_rounded_limits(evaluator: Evaluator) -> bool:
+    return any(limit.measure.rounded for limit in evaluator.limits)
 
 
 def _first_accepted(solver: Solver, evaluator: Evaluator, known: Found) -> Design:
@@ -263,7 +269,7 @@ def _first_accepted(solver: Solver, evaluator: Evaluator, known: Found) -> Desig
 
     Where designs may have been excluded, only the strictly first one is the same whatever way the search went.
     """
-    strictly = any(limit.measure.rounded for limit in evaluator.limits)
+    strictly = _has_rounded_limits(evaluator)
     while True:
         design = canonical_design(solver, known.point, known.design, strictly=strictly)
         if design is None:

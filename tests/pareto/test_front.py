@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import replace
 from fractions import Fraction
 from itertools import count, pairwise
 from pathlib import Path
+from typing import Any
 
 import pytest
 from support import PROBLEMS, brute_front, counted_down, evaluated, load_space, space_of
@@ -412,17 +413,17 @@ def test_empty_regions_need_no_solver() -> None:
 @pytest.mark.parametrize("claim", ["objectives", "feasibility"])
 def test_a_solver_that_lies_is_caught_by_the_referee(claim: str, monkeypatch: pytest.MonkeyPatch) -> None:
     evaluator = Evaluator(load_space(BY_NAME["types"]))
-    solve = Solver._solve
+    run = Solver._run
 
-    def lie(self: Solver, level: int) -> Answer:
-        answer = solve(self, level)
+    def lie(self: Solver, configure: Callable[[Any], None]) -> Answer:
+        answer = run(self, configure)
         if not isinstance(answer, Found):
             return answer
         if claim == "objectives":
             return Found((answer.point[0] + 1, *answer.point[1:]), answer.design)
         return Found(answer.point, tuple(0 for _ in answer.design))
 
-    monkeypatch.setattr(Solver, "_solve", lie)
+    monkeypatch.setattr(Solver, "_run", lie)
     with pytest.raises(RefereeError):
         search_front(evaluator)
 
