@@ -267,9 +267,9 @@ def _has_rounded_limits(evaluator: Evaluator) -> bool:
 def _first_accepted(solver: Solver, evaluator: Evaluator, known: Found) -> Design:
     """The canonical design of a point among those that exact comparison accepts; the known one when stopped.
 
-    Where designs may have been excluded, only the strictly first one is the same whatever way the search went.
+    Where the search adds to the model as it goes, only the strictly first one is the same whatever way it went.
     """
-    strictly = _has_rounded_limits(evaluator)
+    strictly = _has_rounded_limits(evaluator) or bool(solver.encoded.open_terms)
     while True:
         design = canonical_design(solver, known.point, known.design, strictly=strictly)
         if design is None:
