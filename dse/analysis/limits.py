@@ -90,7 +90,7 @@ def build_limit(space: Space, requirement: Requirement) -> Limit:
         return Limit(requirement, measure, lambda view: share * (at(bus.bandwidth_bps, view) or 8))
     if metric.key == "deadline":
         thread = space.components[metric.index or 0]
-        return Limit(requirement, measure, lambda view: Fraction(_deadline_ns(thread, view)))
+        return Limit(requirement, measure, lambda view: Fraction(0) + _deadline_ns(thread, view))
     dimension = metric_dimension(space, metric)
     bound = quantity.value * (display_unit(dimension)[1] if dimension is not None else 1)
     return Limit(requirement, measure, lambda view: bound)

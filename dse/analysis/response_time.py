@@ -44,8 +44,9 @@ class Task:
     @property
     def utilisation(self) -> Fraction:
         """The share of the core that the task uses in the long run, at most."""
-        share = sum((Fraction(self.worst_ns, stream.period_ns) for stream in self.streams), Fraction(0))
-        return share if self.separation_ns is None else min(share, Fraction(self.worst_ns, self.separation_ns))
+        worst = Fraction(1) * self.worst_ns
+        share = sum((worst / stream.period_ns for stream in self.streams), Fraction(0))
+        return share if self.separation_ns is None else min(share, worst / self.separation_ns)
 
 
 def periodic(name: str, worst_ns: int, period_ns: int, jitter_ns: int = 0) -> Task:

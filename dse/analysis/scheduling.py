@@ -295,7 +295,7 @@ def _deliveries(space: Space, wire: int, known: Mapping[TaskKey, int | None], vi
     least, most, _ = transmission_ns(space, connection, view)
     if connection.rate_hz is not None or connection.data_rate is not None or connection.source is None:
         rate = rate_hz(space, ("delivery", wire), view)
-        period = NS_PER_S * rate.denominator // rate.numerator if rate else 0
+        period = NS_PER_S // rate if rate else 0
         return (Stream(max(1, period), most - least),) if rate else ()
     leaving = _leaving(space, connection.source, known, view)
     return None if leaving is None else tuple(Stream(item.period_ns, item.jitter_ns + most - least) for item in leaving)
@@ -312,7 +312,7 @@ def _leaving(space: Space, number: int, known: Mapping[TaskKey, int | None], vie
         # holding back what comes early keeps the bound of the streams (Le Boudec and Thiran, "Network Calculus", 1.5:
         # shaping keeps arrival constraints); of this and the separation, the one with the lower rate goes on
         separation = at(component.period_ns, view)
-        if sum((Fraction(1, item.period_ns) for item in released), Fraction(0)) * separation >= 1:
+        if sum((Fraction(1) / item.period_ns for item in released), Fraction(0)) * separation >= 1:
             released = (Stream(separation),)
     return tuple(Stream(item.period_ns, item.jitter_ns + max(response, worst) - best) for item in released)
 

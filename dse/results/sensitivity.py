@@ -81,7 +81,7 @@ class Margin:
 class Scaling:
     """All execution times multiplied by one factor.
 
-    Up to `factor` every requirement holds, beyond it `requirement` breaks.
+    Up to `factor` every requirement holds, beyond it `requirement` breaks (by `thread` alone, where one is named).
 
     `factor` is None where no factor up to `most` breaks anything; `is_exact` tells the exact border from one found to
     1e-9. `by_requirement` has the factor of each requirement alone, `utilisations` each processor's at that factor
@@ -90,6 +90,7 @@ class Scaling:
 
     factor: Fraction | None
     requirement: str
+    thread: str
     is_exact: bool
     by_requirement: Mapping[str, Fraction | None]
     utilisations: Mapping[str, Fraction]
@@ -100,6 +101,7 @@ class Scaling:
         return {
             "factor": None if self.factor is None else exact(self.factor),
             "requirement": self.requirement or None,
+            "thread": self.thread or None,
             "exact": self.is_exact,
             "by_requirement": {
                 text: None if item is None else exact(item) for text, item in self.by_requirement.items()

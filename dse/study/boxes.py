@@ -16,7 +16,7 @@ from itertools import product
 
 from dse.errors import UsageError
 from dse.study.functions import Bound, DesignFunction
-from dse.study.trace import Program
+from dse.study.trace import STEPS, Program
 from dse.study.uncertainty import Uncertain
 
 MOST_FREE = 10
@@ -129,7 +129,7 @@ class Box:
         if not undecided:
             return [program]
         if any(
-            operation == "==" and outcome and not _is_zero_test(program, number)
+            operation in STEPS or (operation == "==" and outcome and not _is_zero_test(program, number))
             for number, operation, outcome in undecided
         ):
             raise NotProvedError("a figure moves in steps within the stated ranges, of which nothing can be proved")
@@ -181,6 +181,10 @@ def _undecided(program: Program, ranges: Sequence[Interval]) -> list[tuple[int, 
             decided = high < least if outcome else low >= most
         elif operation == "<=":
             decided = high <= least if outcome else low > most
+        elif operation == "floor":
+            decided = least <= low and high < least + 1
+        elif operation == "ceil":
+            decided = least - 1 < low and high <= least
         else:
             decided = low == high == least == most if outcome else high < least or low > most
         if not decided:

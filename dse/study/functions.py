@@ -17,18 +17,20 @@ from typing import Any
 import numpy
 
 from dse.analysis.evaluate import Evaluator
-from dse.analysis.limits import HOLDS, Limit, thread_loads
+from dse.analysis.limits import HOLDS, Limit, build_limit, thread_loads
 from dse.analysis.views import View
 from dse.api.problem import Changes, Problem, changed
 from dse.space.build import build_space
 from dse.space.types import Design, Space
 from dse.spec.model import Spec, TransmissionTime
 from dse.study.quantities import BASE, COUNT, FIELDS, PARTS, TOTAL
-from dse.study.trace import Node, Program, Traced, watching
+from dse.study.trace import MOST_GUARDS, Node, Program, Traced, watching
 from dse.units import PERIOD, RATE, RATE_OF_DATA, TIME_RANGE, Kind, Money, TimeRange, Total
 
 CHUNK = 8192
 """So many samples are evaluated at a time: what they need stays in the cache."""
+KEPT_PROGRAMS = 30
+"""So many expressions are remembered besides the one of the values in the file."""
 CHECKS = 3
 """At how many random inputs a function is held to the analysis."""
 Values = Sequence[Fraction]
@@ -277,23 +279,46 @@ class DesignFunction:
     def program_at(self, values: Values) -> tuple[Program, list[Fraction]]:
         """A program that applies at these inputs, with the value of each of its steps."""
         for program in self.programs:
-            steps = program.run(values)
-            if program.holds(steps):
+            steps = steps_or_none(program, values)
+            if steps is not None and program.holds(steps):
                 return program, steps
         _, results, guards = self._formulas(self.inputs.at(values, traced=True))
         program = Program(results, guards)
-        self.programs = [*self.programs[:1], *self.programs[1:][-30:], program]
+        self.programs = [*self.programs[:1], *self.programs[1:][1 - KEPT_PROGRAMS :], program]
         return program, program.run(values)
+
+    def compared(
+        self, values: Values, bounds: Sequence[Bound], *, traced: bool = False
+    ) -> tuple[dict[int, Fraction], list[Any]]:
+        """Both sides of some comparisons by the analysis itself, by output; with `traced` also the guards.
+
+        Raises
+        ------
+        TooManyGuardsError
+            when there are more guards than are worth remembering.
+        """
+        space, view = self.inputs.at(values, traced=traced), View(self.design)
+        wanted = dict.fromkeys(bound.requirement for bound in bounds)
+        found: dict[int, Fraction] = {}
+        with watching() as guards:
+            limits = {number: build_limit(space, space.requirements[number]) for number in wanted}
+            guards.clear()  # scales are no part of the figures
+            guards.most = MOST_GUARDS
+            for number, limit in limits.items():
+                places = (bound for bound in self.outputs.bounds if bound.requirement == number)
+                for bound, (value, most, _) in zip(places, _comparisons(limit, view), strict=True):
+                    found[bound.value], found[bound.limit] = value, most
+        return found, list(guards)
+
+    @cached_property
+    def steps_as_stated(self) -> list[Fraction]:
+        """The value of each step of the first program at the values of the file."""
+        return self.programs[0].run(self.inputs.nominal)
 
     def exact(self, values: Values) -> list[Fraction]:
         """The outputs at exact inputs."""
         if not self.applies:
             return self.analysed(values)
-        if self.programs[0].has_steps:  # response times: hardly two places share an expression
-            values = [as_in_file(item, value) for item, value in zip(self.inputs.variables, values, strict=True)]
-            steps = self.programs[0].run(values)
-            if not self.programs[0].holds(steps):
-                return self.analysed(values)
         program, steps = self.program_at(values)
         return [steps[number] for number in program.outputs]
 
@@ -313,7 +338,7 @@ class DesignFunction:
         if not self.applies:
             return self._one_by_one(inputs, size)
         program = self.programs[0]
-        nominal = program.run(self.inputs.nominal)
+        nominal = self.steps_as_stated
         steps = program.run(inputs)
         varying = frozenset(columns)
         found = [
@@ -322,16 +347,28 @@ class DesignFunction:
             else nominal[number]
             for number in program.outputs
         ]
-        good = numpy.broadcast_to(program.holds(steps), (size,))
-        for sample in numpy.flatnonzero(~good):
-            values = [Fraction(float(item[sample]) if isinstance(item, numpy.ndarray) else item) for item in inputs]
-            for number, value in enumerate(self.exact(values)):
-                if isinstance(found[number], numpy.ndarray):
-                    found[number][sample] = float(value)
-                elif value != found[number]:
-                    found[number] = numpy.full(size, float(found[number]))
-                    found[number][sample] = float(value)
+        left = numpy.flatnonzero(~numpy.broadcast_to(program.holds(steps), (size,)))
+        while left.size:
+            left = self._sampled_elsewhere(inputs, left, found, size)
         return found
+
+    def _sampled_elsewhere(self, inputs: Sequence[Any], rows: Any, found: list[Any], size: int) -> Any:
+        """Fill in what the program of the first of these samples gives, wherever it applies; returns the other rows."""
+        first = [Fraction(float(item[rows[0]]) if isinstance(item, numpy.ndarray) else item) for item in inputs]
+        program, exact = self.program_at(first)
+        with numpy.errstate(all="ignore"):
+            steps = program.run([item[rows] if isinstance(item, numpy.ndarray) else item for item in inputs])
+            good = numpy.broadcast_to(program.holds(steps), rows.shape).copy()
+        good[0] = True  # decided in exact fractions
+        for number, step in enumerate(program.outputs):
+            values = numpy.broadcast_to(numpy.asarray(steps[step], dtype=float), rows.shape).copy()
+            values[0] = float(exact[step])
+            if not isinstance(found[number], numpy.ndarray):
+                if (values[good] == float(found[number])).all():
+                    continue
+                found[number] = numpy.full(size, float(found[number]))
+            found[number][rows[good]] = values[good]
+        return rows[~good]
 
     def _one_by_one(self, inputs: Sequence[Any], size: int) -> list[Any]:
         rows = []
@@ -371,12 +408,12 @@ def _comparisons(limit: Limit, view: View) -> Iterator[tuple[Fraction, Fraction,
             yield sum((term.value(view) for term in terms), Fraction(0)), limit.each, name
 
 
-def as_in_file(variable: Variable, value: Fraction) -> Fraction:
-    """The value that the file would have: whole numbers of the unit, minima and supply rounded down, the rest up."""
-    if not variable.is_whole:
-        return value
-    down = variable.end == "min" or variable.unit == "bit/s"
-    return Fraction(max(variable.least, value.__floor__() if down else value.__ceil__()))
+def steps_or_none(program: Program, values: Values) -> list[Fraction] | None:
+    """The value of each step; None where a formula divides by 0, which a guard would have kept it from."""
+    try:
+        return program.run(values)
+    except ZeroDivisionError:
+        return None
 
 
 def _nearby(variable: Variable, source: random.Random) -> Fraction:

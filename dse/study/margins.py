@@ -5,14 +5,13 @@ All execution times together; tornado bars.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from fractions import Fraction
 
-from dse.analysis.limits import HOLDS
 from dse.results.sensitivity import Bar, Break, Margin, Scaling
 from dse.study.functions import Bound, DesignFunction, Variable
 from dse.study.quantities import COUNT
+from dse.study.ways import Way
 from dse.units import TIME_RANGE
 
 FARTHEST = 10**6
@@ -21,31 +20,11 @@ MOST_ITEMS = 1000
 """Cores and items in a queue are followed up to this multiple."""
 FINEST = Fraction(1, 10**9)
 """How close the border of a quantity that need not be whole is found where it cannot be solved for."""
+NEAREST, STRIDE = 64, 4
+"""A break is looked for at a 64th of the value from it, then ever farther, each time four times as far."""
 LOOKS = 16
 """At how many places on the way to a break it is made sure that nothing breaks earlier."""
 EXECUTION = ("compute_execution_time", "callback_execution_time")
-Point = Callable[[Fraction], list[Fraction]]
-
-
-@dataclass(frozen=True)
-class _Way:
-    """Outputs along one way through the space of inputs, and the comparisons that are looked at."""
-
-    outputs: Point
-    bounds: tuple[Bound, ...]
-    operators: tuple[str, ...]
-
-    def broken(self, place: Fraction) -> list[Bound]:
-        found = self.outputs(place)
-        return [
-            bound
-            for bound in self.bounds
-            if not HOLDS[self.operators[bound.requirement]](found[bound.value], found[bound.limit])
-        ]
-
-    def gap(self, place: Fraction, bound: Bound) -> Fraction:
-        found = self.outputs(place)
-        return found[bound.limit] - found[bound.value]
 
 
 def broken_texts(function: DesignFunction) -> list[str]:
@@ -62,39 +41,34 @@ def _held(function: DesignFunction) -> tuple[Bound, ...]:
 
 def margins(function: DesignFunction) -> tuple[Margin, ...]:
     """The margin of every input that reaches a requirement of the design, in the order of the file."""
-    held = _held(function)
+    of = reaches(function, _held(function))
     found = []
     for variable in function.inputs.variables:
-        bounds = tuple(bound for bound in held if reaches(function, variable, bound))
+        bounds = of(variable)
         if bounds:
             found.append(_margin(function, variable, bounds))
     return tuple(found)
 
 
-def reaches(function: DesignFunction, variable: Variable, bound: Bound) -> bool:
-    """Whether the input has a part in a comparison."""
-    if not function.applies:
-        return True
+def reaches(function: DesignFunction, bounds: Sequence[Bound]) -> Callable[[Variable], tuple[Bound, ...]]:
+    """What tells for an input the comparisons that it has a part in."""
     program = function.programs[0]
-    guarded = any(variable.index in program.variables(side) for _, *sides, _ in program.guards for side in sides)
-    numbers = (program.outputs[bound.value], program.outputs[bound.limit])
-    return guarded or any(variable.index in program.variables(number) for number in numbers)
+    sides = [{program.outputs[bound.value], program.outputs[bound.limit]} for bound in bounds]
+    inside = [frozenset().union(*map(program.variables, numbers)) for numbers in sides]
+
+    def found(variable: Variable) -> tuple[Bound, ...]:
+        if not function.applies or variable.index in program.deciding:
+            return tuple(bounds)
+        return tuple(bound for bound, indices in zip(bounds, inside, strict=True) if variable.index in indices)
+
+    return found
 
 
 def _margin(function: DesignFunction, variable: Variable, bounds: tuple[Bound, ...]) -> Margin:
-    way = _Way(_alone(function, variable), bounds, function.outputs.operators)
+    way = Way(function, {variable.index: Fraction(1)}, bounds)
     least, most = domain(function, variable)
-    breaks = [_first_break(way, variable.nominal, end, variable.is_whole, function) for end in (least, most)]
+    breaks = [_first_break(way, variable.nominal, end, variable.is_whole) for end in (least, most)]
     return Margin(variable.path, variable.unit, variable.nominal, breaks[0], breaks[1], least, most)
-
-
-def _alone(function: DesignFunction, variable: Variable) -> Point:
-    nominal = list(function.inputs.nominal)
-
-    def outputs(place: Fraction) -> list[Fraction]:
-        return function.exact([*nominal[: variable.index], place, *nominal[variable.index + 1 :]])
-
-    return outputs
 
 
 def domain(function: DesignFunction, variable: Variable) -> tuple[Fraction, Fraction]:
@@ -112,23 +86,18 @@ def domain(function: DesignFunction, variable: Variable) -> tuple[Fraction, Frac
     return least, most
 
 
-def _first_break(way: _Way, start: Fraction, end: Fraction, is_whole: bool, function: DesignFunction) -> Break | None:
+def _first_break(way: Way, start: Fraction, end: Fraction, is_whole: bool) -> Break | None:
     """The first break on the way from `start`, where all holds, to `end`."""
     if start == end:
         return None
     good, bad = start, None
-    step = Fraction(1) if end > start else Fraction(-1)
-    size = Fraction(1) if is_whole else max(abs(end - start) * FINEST, FINEST)
-    while bad is None:
-        place = start + step * size
-        if (place - end) * step >= 0:
-            place = end
+    for place in _places(start, end, is_whole):
         if way.broken(place):
             bad = place
-        elif place == end:
-            return None
-        else:
-            good, size = place, size * 2
+            break
+        good = place
+    if bad is None:
+        return None
     good, bad = _narrowed(way, good, bad, is_whole)
     for look in range(1, LOOKS):  # nothing breaks earlier, should a requirement not move one way only
         place = start + (good - start) * look / LOOKS
@@ -137,7 +106,7 @@ def _first_break(way: _Way, start: Fraction, end: Fraction, is_whole: bool, func
             good, bad = _narrowed(way, start, place, is_whole)
             break
     broken = way.broken(bad)[0]
-    text = function.outputs.texts[broken.requirement]
+    text = way.function.outputs.texts[broken.requirement]
     if not is_whole:
         exact_border = _solved(way, broken, good, bad)
         if exact_border is not None:
@@ -145,22 +114,50 @@ def _first_break(way: _Way, start: Fraction, end: Fraction, is_whole: bool, func
     return Break(good, bad, text, broken.thread)
 
 
-def _narrowed(way: _Way, good: Fraction, bad: Fraction, is_whole: bool) -> tuple[Fraction, Fraction]:
-    """The last value that holds and the first that does not, between one of each."""
+def _places(start: Fraction, end: Fraction, is_whole: bool) -> Iterator[Fraction]:
+    """Where a break is looked for: ever farther from `start`, at last at `end`."""
+    size = abs(start) / NEAREST if start else abs(end) / NEAREST / FARTHEST
+    size = Fraction(max(1, round(size))) if is_whole else size
+    while size < abs(end - start):
+        yield start + size if end > start else start - size
+        size *= STRIDE
+    yield end
+
+
+def _narrowed(way: Way, good: Fraction, bad: Fraction, is_whole: bool) -> tuple[Fraction, Fraction]:
+    """The last value that holds and the first that does not, between one of each.
+
+    A step goes to where a straight line would meet its limit; after one that gains little, to the middle.
+    """
     finest = Fraction(1) if is_whole else max(abs(good), abs(bad)) * FINEST
+    halve = False
     while abs(bad - good) > finest:
-        middle = (good + bad) / 2
+        width = abs(bad - good)
+        place = (good + bad) / 2 if halve else _met(way, good, bad)
         if is_whole:
-            middle = Fraction((good + bad).__floor__() // 2)
-            middle = middle if middle not in (good, bad) else middle + 1
-        if way.broken(middle):
-            bad = middle
+            place = Fraction(place.__floor__() if good < bad else place.__ceil__())
+        if not min(good, bad) < place < max(good, bad):
+            aside = finest if good < bad else -finest
+            place = good + aside if place == good or halve else bad - aside
+        if way.broken(place):
+            bad = place
         else:
-            good = middle
+            good = place
+        halve = abs(bad - good) * 2 > width
     return good, bad
 
 
-def _solved(way: _Way, bound: Bound, good: Fraction, bad: Fraction) -> Fraction | None:
+def _met(way: Way, good: Fraction, bad: Fraction) -> Fraction:
+    """Where the first of the broken comparisons would meet its limit if it moved in a straight line."""
+    meets = []
+    for bound in way.broken(bad):
+        first, second = way.gap(good, bound), way.gap(bad, bound)
+        if first != second:
+            meets.append((bad - good) * first / (first - second))
+    return good + min(meets, key=abs) if meets else (good + bad) / 2
+
+
+def _solved(way: Way, bound: Bound, good: Fraction, bad: Fraction) -> Fraction | None:
     """The exact place where the two sides of a comparison meet, if they are straight lines between two places."""
     first, second = way.gap(good, bound), way.gap(bad, bound)
     if first == second:
@@ -174,33 +171,31 @@ def _solved(way: _Way, bound: Bound, good: Fraction, bad: Fraction) -> Fraction 
 
 def scaling(function: DesignFunction) -> Scaling:
     """The largest factor on all execution times with which every requirement holds, and what breaks beyond it."""
-    nominal = function.inputs.nominal
-    chosen = {item.index for item in function.inputs.variables if _is_execution(item)}
-
-    def outputs(factor: Fraction) -> list[Fraction]:
-        return function.exact([value * factor if index in chosen else value for index, value in enumerate(nominal)])
-
+    moving = {item.index: item.nominal for item in function.inputs.variables if _is_execution(item)}
     held = _held(function)
-    alone: dict[str, Fraction | None] = {}
-    exact_ones: dict[str, bool] = {}
+    breaks: dict[str, Break | None] = {}
     for number in dict.fromkeys(bound.requirement for bound in held):
         bounds = tuple(bound for bound in held if bound.requirement == number)
-        found = _first_break(
-            _Way(outputs, bounds, function.outputs.operators), Fraction(1), Fraction(FARTHEST), False, function
-        )
-        text = function.outputs.texts[number]
-        alone[text] = None if found is None else found.last
-        exact_ones[text] = found is not None and found.first is None
-    limits = {text: value for text, value in alone.items() if value is not None}
-    first = min(limits, key=lambda text: limits[text]) if limits else ""
-    at = outputs(limits[first]) if first else outputs(Fraction(1))
+        found = _first_break(Way(function, moving, bounds), Fraction(1), Fraction(FARTHEST), False)
+        breaks[function.outputs.texts[number]] = found
+    known = [item for item in breaks.values() if item is not None]
+    first = min(known, key=lambda item: item.last, default=None)
+    at = function.exact(Way(function, moving, ()).values(Fraction(1) if first is None else first.last))
     names = function.outputs.names
     used = {
         name.removeprefix("utilisation of "): at[number]
         for number, name in enumerate(names)
         if name.startswith("utilisation of ")
     }
-    return Scaling(limits.get(first), first, exact_ones.get(first, True), alone, used, Fraction(FARTHEST))
+    return Scaling(
+        factor=None if first is None else first.last,
+        requirement="" if first is None else first.requirement,
+        thread="" if first is None else first.thread,
+        is_exact=first is None or first.first is None,
+        by_requirement={text: None if item is None else item.last for text, item in breaks.items()},
+        utilisations=used,
+        most=Fraction(FARTHEST),
+    )
 
 
 def _is_execution(variable: Variable) -> bool:
@@ -226,7 +221,8 @@ def bars(
             ends = (max(variable.nominal * (1 - swing), least), min(variable.nominal * (1 + swing), most))
         if ends[0] == ends[1]:
             continue
-        outputs = [_alone(function, variable)(end) for end in ends]
+        way = Way(function, {variable.index: Fraction(1)}, ())
+        outputs = [function.exact(way.values(end)) for end in ends]
         for number, name in enumerate(function.outputs.names):
             values = (outputs[0][number], outputs[1][number])
             if name in metrics and values != (nominal[number], nominal[number]):

@@ -10,11 +10,13 @@ inputs would decide it otherwise, the expressions do not apply, and the formulas
 
 from __future__ import annotations
 
+import math
 import operator
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from fractions import Fraction
+from functools import cached_property, partialmethod
 from typing import Any
 
 import numpy
@@ -47,14 +49,42 @@ OPERATIONS: Mapping[str, Callable[[Any, Any], Any]] = {
     "*": operator.mul,
     "/": operator.truediv,
 }
-COMPARISONS: Mapping[str, Callable[[Any, Any], Any]] = {"<": operator.lt, "<=": operator.le, "==": operator.eq}
-_guards: list[list[Guard]] = []
+COMPARISONS: Mapping[str, Callable[[Any, Any], Any]] = {
+    "<": operator.lt,
+    "<=": operator.le,
+    "==": operator.eq,
+    "floor": lambda value, whole: (whole <= value) & (value < whole + 1),
+    "ceil": lambda value, whole: (whole - 1 < value) & (value <= whole),
+}
+STEPS = ("floor", "ceil")
+"""Guards at whose borders a figure jumps."""
+MOST_GUARDS = 5_000
+"""Figures that need more comparisons (busy periods of thousands of jobs) are quicker computed than remembered."""
+
+
+class Guards(list[Guard]):
+    """The comparisons that were made; more than `most` (where it is set) are an error."""
+
+    most: int | None = None
+
+
+_guards: list[Guards] = []
+
+
+class TooManyGuardsError(Exception):
+    """A figure takes more comparisons than are worth remembering."""
 
 
 @contextmanager
 def watching() -> Any:
-    """Note the guards of what is computed inside."""
-    found: list[Guard] = []
+    """Note the guards of what is computed inside.
+
+    Raises
+    ------
+    TooManyGuardsError
+        when there are more than the list's `most`.
+    """
+    found = Guards()
     _guards.append(found)
     try:
         yield found
@@ -66,9 +96,16 @@ def _node(number: Any) -> Node:
     return number.node if isinstance(number, Traced) else Node("const", (), Fraction(number))
 
 
+def _plain(number: Any) -> Any:
+    """A number without its expression."""
+    return number.plain if isinstance(number, Traced) else number
+
+
 def _noted(operation: str, left: Any, right: Any, outcome: bool) -> bool:
     if _guards:
         _guards[-1].append(Guard(operation, _node(left), _node(right), outcome))
+        if _guards[-1].most is not None and len(_guards[-1]) > _guards[-1].most:
+            raise TooManyGuardsError
     return outcome
 
 
@@ -79,7 +116,7 @@ def _binary(sign: str, *, swapped: bool = False) -> Callable[[Any, Any], Any]:
         if not isinstance(other, int | Fraction):
             return NotImplemented
         left, right = (other, self) if swapped else (self, other)
-        value = compute(Fraction(left), Fraction(right))
+        value = compute(_plain(left), _plain(right))  # one of them is a fraction
         neutral = 0 if sign in "+-" else 1
         if (not swapped or sign in "+*") and not isinstance(other, Traced) and other == neutral:
             return Traced(value, self.node)
@@ -94,10 +131,28 @@ def _integer(compute: Callable[..., Any]) -> Callable[..., Any]:
     def method(self: Traced, *others: Any) -> Any:
         for number in (self, *others):
             if isinstance(number, Traced):
-                _noted("==", number, Fraction(number), True)
-        return compute(Fraction(self), *(Fraction(other) if isinstance(other, Fraction) else other for other in others))
+                _noted("==", number, number.plain, True)
+        return compute(self.plain, *map(_plain, others))
 
     return method
+
+
+def _rounded(operation: str, number: Any) -> int:
+    """A number rounded down or up: the same integer for all numbers between it and the next."""
+    whole: int = math.floor(_plain(number)) if operation == "floor" else math.ceil(_plain(number))
+    if isinstance(number, Traced):
+        _noted(operation, number, whole, True)
+    return whole
+
+
+def _rounding(self: Traced, operation: str) -> int:
+    return _rounded(operation, self)
+
+
+def _quotient(self: Traced, other: Any, *, swapped: bool = False) -> Any:
+    if not isinstance(other, int | Fraction):
+        return NotImplemented
+    return _rounded("floor", other / self if swapped else self / other)
 
 
 def _whole(value: Fraction) -> int:
@@ -110,23 +165,37 @@ def _whole(value: Fraction) -> int:
 class Traced(Fraction):
     """An exact fraction with the expression that made it; equal to, and hashed like, the plain number."""
 
-    __slots__ = ("node",)
+    __slots__ = ("node", "plain")
     node: Node
+    plain: Fraction
 
     def __new__(cls, value: Any, node: Node) -> Traced:
         """A number with the expression that made it."""
-        made = super().__new__(cls, value)
-        made.node = node
+        plain = Fraction(_plain(value))
+        made = super().__new__(cls, plain)
+        made.node, made.plain = node, plain
         return made
+
+    @property
+    def numerator(self) -> int:
+        """Asked for by whoever takes the number apart: what is made of that is known for this very number only."""
+        _noted("==", self, self.plain, True)
+        return self.plain.numerator
+
+    @property
+    def denominator(self) -> int:
+        """See `numerator`."""
+        _noted("==", self, self.plain, True)
+        return self.plain.denominator
 
     __add__, __radd__ = _binary("+"), _binary("+", swapped=True)
     __sub__, __rsub__ = _binary("-"), _binary("-", swapped=True)
     __mul__, __rmul__ = _binary("*"), _binary("*", swapped=True)
     __truediv__, __rtruediv__ = _binary("/"), _binary("/", swapped=True)
-    __floordiv__, __mod__, __divmod__ = _integer(operator.floordiv), _integer(operator.mod), _integer(divmod)
-    __rfloordiv__ = _integer(lambda self, other: other // self)
+    __floordiv__, __rfloordiv__ = _quotient, partialmethod(_quotient, swapped=True)
+    __mod__, __divmod__ = _integer(operator.mod), _integer(divmod)
     __rmod__ = _integer(lambda self, other: other % self)
-    __floor__, __ceil__ = _integer(lambda self: self.__floor__()), _integer(lambda self: self.__ceil__())
+    __floor__, __ceil__ = partialmethod(_rounding, "floor"), partialmethod(_rounding, "ceil")
     __trunc__, __int__ = _integer(int), _integer(int)
     __index__ = _integer(lambda self: _whole(self))
     __round__, __float__ = _integer(round), _integer(float)
@@ -142,31 +211,33 @@ class Traced(Fraction):
         return -self if self < 0 else self
 
     def __bool__(self) -> bool:
-        return not _noted("==", self, 0, self.numerator == 0)
+        return not _noted("==", self, 0, self.plain == 0)
 
     def __eq__(self, other: object) -> bool:
-        same = Fraction(self) == other
+        same = self.plain == _plain(other)
         return _noted("==", self, other, same) if isinstance(other, int | Fraction) else same
 
     def __lt__(self, other: Any) -> bool:
-        return _noted("<", self, other, Fraction(self) < Fraction(other))
+        return _noted("<", self, other, self.plain < _plain(other))
 
     def __le__(self, other: Any) -> bool:
-        return _noted("<=", self, other, Fraction(self) <= Fraction(other))
+        return _noted("<=", self, other, self.plain <= _plain(other))
 
     def __gt__(self, other: Any) -> bool:
-        return not _noted("<=", self, other, Fraction(self) <= Fraction(other))
+        return not _noted("<=", self, other, self.plain <= _plain(other))
 
     def __ge__(self, other: Any) -> bool:
-        return not _noted("<", self, other, Fraction(self) < Fraction(other))
+        return not _noted("<", self, other, self.plain < _plain(other))
 
     def __reduce__(self) -> Any:
-        return Fraction, (self.numerator, self.denominator)
+        return Fraction, (self.plain.numerator, self.plain.denominator)
+
+    def __str__(self) -> str:
+        return str(self.plain)
 
     def __format__(self, spec: str) -> str:
-        return (
-            format(int(Fraction(self)), spec) if spec and self.denominator == 1 else format(str(Fraction(self)), spec)
-        )
+        whole = spec and self.plain.denominator == 1
+        return format(int(self.plain), spec) if whole else format(str(self.plain), spec)
 
 
 class Program:
@@ -181,7 +252,12 @@ class Program:
         listed = {
             (guard.operation, self._number(guard.left), self._number(guard.right), guard.outcome) for guard in guards
         }
-        self.guards = [item for item in sorted(listed) if self._depends(item[1]) or self._depends(item[2])]
+        varying = self.reached(frozenset(value for operation, value, _ in self.steps if operation == "var"))
+        self.guards = [
+            (operation, left, right, outcome)
+            for operation, left, right, outcome in sorted(listed)
+            if left != right and (varying[left] or varying[right])  # a step is always equal to itself
+        ]
         self._numbers.clear()
         self._kept.clear()
 
@@ -210,31 +286,41 @@ class Program:
             self._kept.append(top)
         return self._numbers[id(node)]
 
-    @property
-    def has_steps(self) -> bool:
-        """Whether some figure was made an integer on the way: the expressions then hold for very few inputs."""
-        return any(
-            sign == "==" and outcome and self.steps[right][:2] != ("const", 0)
-            for sign, _, right, outcome in self.guards
-        )
+    def reached(self, moving: frozenset[int]) -> list[bool]:
+        """For each step whether it depends on some of these variables."""
+        found: list[bool] = []
+        for operation, left, right in self.steps:
+            if operation in ("var", "const"):
+                found.append(operation == "var" and left in moving)
+            else:
+                found.append(found[left] or found[right])
+        return found
+
+    def needed(self, ends: Sequence[int]) -> list[int]:
+        """The steps that some steps are made of, themselves among them, in the order of evaluation."""
+        found: set[int] = set()
+        stack = list(ends)
+        while stack:
+            number = stack.pop()
+            if number in found:
+                continue
+            found.add(number)
+            operation, left, right = self.steps[number]
+            if operation not in ("var", "const"):
+                stack += [left, right]
+        return sorted(found)
 
     def variables(self, number: int) -> frozenset[int]:
         """The variables that a step depends on."""
-        found, stack, seen = set(), [number], set()
-        while stack:
-            at = stack.pop()
-            if at in seen:
-                continue
-            seen.add(at)
-            operation, left, right = self.steps[at]
-            if operation == "var":
-                found.add(left)
-            elif operation != "const":
-                stack += [left, right]
-        return frozenset(found)
+        steps = (self.steps[at] for at in self.needed([number]))
+        return frozenset(value for operation, value, _ in steps if operation == "var")
 
-    def _depends(self, number: int) -> bool:
-        return bool(self.variables(number))
+    @cached_property
+    def deciding(self) -> frozenset[int]:
+        """The variables that the guards depend on."""
+        sides = [side for _, left, right, _ in self.guards for side in (left, right)]
+        steps = (self.steps[at] for at in self.needed(sides))
+        return frozenset(value for operation, value, _ in steps if operation == "var")
 
     def run(self, inputs: Sequence[Number]) -> list[Number]:
         """The value of every step: exact for fractions; arrays of floats go through as arrays."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from fractions import Fraction
 from pathlib import Path
 
@@ -18,6 +19,8 @@ from dse.study.fronts import front_outcome
 from dse.study.functions import DesignFunction, InputSpace
 from dse.study.margins import bars, broken_texts, margins, scaling
 from dse.study.quantities import Inputs, copied, effective_text, merged_data
+from dse.study.trace import STEPS, Node, Program, Traced, watching
+from dse.study.ways import Way
 from dse.units import format_number
 
 UNITS = {"ct": "EUR", "mW": "mW", "": ""}
@@ -157,14 +160,73 @@ def test_functions_are_the_analysis(name: str) -> None:
         assert function.exact(values) == function.analysed(values)
 
 
-def test_response_times_have_margins_too(tmp_path: Path) -> None:
-    """Where figures move in steps, each place is analysed anew."""
-    path = written(tmp_path, "starter")
+def with_response_times(folder: Path) -> Problem:
+    path = written(folder, "starter")
     text = path.read_text(encoding="utf-8").replace("\nname:", "\nprocessing: response_time\nname:", 1)
-    problem = loads(text.partition("\nbaseline:")[0])
+    text = text.replace("requirements:", "requirements:\n  - response time of controller <= 1.2 ms", 1)
+    return loads(text.partition("\nbaseline:")[0])
+
+
+def test_response_times_have_margins_too(tmp_path: Path) -> None:
+    """Where figures move in steps: the last value holds by `dse analyse`, the first that breaks does."""
+    problem = with_response_times(tmp_path)
     decisions = design_of(problem.space)
     function = function_of(problem, decisions)
-    assert function.programs[0].has_steps and margins(function)
-    for factor in (Fraction(1), Fraction(3, 2), Fraction(5)):
-        values = [max(Fraction(item.least), item.nominal * factor) for item in function.inputs.variables]
+    found = margins(function)
+    assert any(
+        "response time" in side.requirement for item in found for side in (item.below, item.above) if side is not None
+    )
+    problem = loads(effective_text({**merged_data(problem), "rules": []}))
+    looked = 0
+    for margin in found:
+        for side in (margin.below, margin.above):
+            looked += side is not None and _agrees(problem, margin, side, decisions, set())
+    assert looked > 10
+
+
+def test_expressions_of_response_times_are_the_analysis(tmp_path: Path) -> None:
+    """Between the jumps of a response time expressions apply; at other inputs new ones are made."""
+    problem = with_response_times(tmp_path)
+    function = function_of(problem, design_of(problem.space))
+    assert any(guard[0] in STEPS for guard in function.programs[0].guards)
+    for factor in (Fraction(1), Fraction(1000001, 1000000), Fraction(3, 2), Fraction(5)):
+        values = [item.nominal * (factor if item.unit else 1) for item in function.inputs.variables]
         assert function.exact(values) == function.analysed(values)
+
+
+@pytest.mark.parametrize("name", ["starter", "response times", "inmark"])
+def test_a_way_is_the_analysis_of_its_places(tmp_path: Path, name: str) -> None:
+    """Only what an input reaches is computed anew: the same verdicts and gaps as from the whole analysis."""
+    problem = with_response_times(tmp_path) if name == "response times" else example(name)
+    function = function_of(problem, design_of(problem.space))
+    for variable in function.inputs.variables[:: 9 if name == "inmark" else 3]:
+        way = Way(function, {variable.index: Fraction(1)}, function.outputs.bounds)
+        for factor in (Fraction(1, 1000), Fraction(1, 2), Fraction(99, 100), Fraction(1), Fraction(3), Fraction(400)):
+            place = max(variable.nominal * factor, Fraction(variable.least))
+            place = place if variable.unit else Fraction(round(place))
+            outputs = function.analysed(way.values(place))
+            assert way.broken(place) == function.broken(outputs)
+            for bound in function.outputs.bounds:
+                assert way.gap(place, bound) == outputs[bound.limit] - outputs[bound.value]
+
+
+@pytest.mark.parametrize("wanted", ["7", "1.5", "0.001", "40"])
+def test_traced_numbers_say_where_their_integers_hold(wanted: str) -> None:
+    """Floor, ceiling and quotient, against plain fractions; taking a number apart binds what follows to it."""
+    value, other = Fraction(7, 2), Fraction(wanted)
+    for operation in (
+        math.floor,
+        math.ceil,
+        lambda item: item // 2,
+        lambda item: 20 // item,
+        lambda item: -(-item // 3),
+    ):
+        with watching() as guards:
+            result = operation(Traced(value, Node("var", (), 0)))
+        assert result == operation(value)
+        program = Program([Fraction(result)], guards)
+        assert program.holds(program.run([value]))
+        assert bool(program.holds(program.run([other]))) == (operation(other) == result)
+    with watching() as guards:
+        assert Fraction(Traced(value, Node("var", (), 0))) == value
+    assert not Program([], guards).holds(Program([], guards).run([other]))

@@ -10,7 +10,7 @@ from typing import Any
 import numpy
 import pytest
 from study.studies import NAMES, example, written
-from study.test_margins import design_of, function_of
+from study.test_margins import design_of, function_of, with_response_times
 from support import evaluated
 
 from dse.analysis.evaluate import Evaluator
@@ -61,6 +61,25 @@ def test_samples_are_the_analysis(name: str) -> None:
             assert float(value[sample] if isinstance(value, numpy.ndarray) else value) == pytest.approx(
                 float(wanted), rel=1e-9
             )
+
+
+def test_samples_of_response_times_are_the_analysis(tmp_path: Path) -> None:
+    """Samples beyond a jump are computed by expressions of their own."""
+    function = function_of(with_response_times(tmp_path), design_of(with_response_times(tmp_path).space))
+    source = numpy.random.default_rng(3)
+    columns = {
+        item.index: float(item.nominal) * source.uniform(0.8, 3, 300)
+        for item in function.inputs.variables
+        if item.path.startswith("threads.") and item.end == "max"
+    }
+    found = function.sampled(columns, 300)
+    for sample in range(0, 300, 23):
+        values = list(function.inputs.nominal)
+        for index, column in columns.items():
+            values[index] = Fraction(float(column[sample]))
+        for value, wanted in zip(found, function.analysed(values), strict=True):
+            here = float(value[sample] if isinstance(value, numpy.ndarray) else value)
+            assert here == pytest.approx(float(wanted), rel=1e-9)
 
 
 def test_distributions_have_their_moments(tmp_path: Path) -> None:
