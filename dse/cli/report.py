@@ -2,9 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
+from pathlib import Path
+from typing import Any
+
 import click
 
 from dse.cli.common import console, ranking_options, report_folder, write_files
+from dse.cli.studies import is_study, read_json, readable_study, sections_in
 
 
 @click.command("report")
@@ -24,6 +29,14 @@ from dse.cli.common import console, ranking_options, report_folder, write_files
 @click.option(
     "--alternative", type=int, metavar="ID", help="The alternative that the report opens with, and that figures show."
 )
+@click.option(
+    "--study",
+    "studies",
+    multiple=True,
+    type=click.Path(exists=True, dir_okay=False),
+    metavar="JSON",
+    help="Also show what `dse sweep --json` or `dse sensitivity --json` wrote, as a section of the report.",
+)
 @click.option("--figures", metavar="png,svg", help="Write the plots in these formats instead; no browser is needed.")
 @ranking_options
 def command(
@@ -31,16 +44,23 @@ def command(
     folder: str,
     problem: str | None,
     alternative: int | None,
+    studies: tuple[str, ...],
     figures: str | None,
     rank_by: str | None,
     top: int | None,
 ) -> int:
     """A result as a report: one HTML file that needs no network, Markdown, CSV and JSON.
 
-    Every figure is recomputed from the problem file, which must be the one that was solved.
+    Every figure is recomputed from the problem file, which must be the one that was solved. RESULT may also be what
+    `dse sweep --json` or `dse sensitivity --json` wrote: then the report is that of the study, with its figures as they
+    were written.
     """
     formats = _formats(figures)
     target = report_folder(folder)
+    data = read_json(result)
+    if is_study(data):
+        return _report_study(result, data, target, formats, others=(problem, alternative, rank_by, *studies))
+    sections = [section for path in studies for section in sections_in(path)]
     from dse.api.reopening import reopen
     from dse.errors import UsageError
     from dse.report.document import Document
@@ -59,9 +79,27 @@ def command(
     else:
         from dse.report.writing import report_files
 
-        paths = write_files(target, report_files(document, alternative, top))
+        paths = write_files(target, report_files(document, alternative, top, sections))
     for path in paths:
         console().print(str(path), markup=False, soft_wrap=True)
+    return 0
+
+
+def _report_study(
+    path: str, data: dict[str, Any], target: Path, formats: tuple[str, ...], others: Iterable[object]
+) -> int:
+    """The report of a study: no alternative to choose, nothing to rank."""
+    if any(item is not None for item in others):
+        raise click.UsageError(
+            "a study has no alternatives: --problem, --alternative, --rank-by and --study are for results"
+        )
+    from dse.report.studypage import study_figures, study_files
+
+    with readable_study(path):
+        files = study_figures(data, formats) if formats else study_files(data, None, None)
+        written = write_files(target, files)
+    for file in written:
+        console().print(str(file), markup=False, soft_wrap=True)
     return 0
 
 

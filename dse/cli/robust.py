@@ -4,9 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import replace
+from pathlib import Path
 from typing import TYPE_CHECKING
 
-from dse.cli.common import console, write_text
+import click
+
+from dse.cli.common import console, write_files, write_text
 
 if TYPE_CHECKING:
     from dse.api.problem import Changes
@@ -24,9 +27,15 @@ def solve_robustly(file: str, changes: Changes, budget: Budget, progress: Callab
 
 
 def show_robust(
-    study: RobustResult, rank_by: str, top: int | None, json_path: str | None, csv_path: str | None, *, quiet: bool
+    study: RobustResult,
+    rank_by: str,
+    top: int | None,
+    paths: tuple[str | None, str | None, Path | None],
+    *,
+    quiet: bool,
 ) -> int:
-    """Print and write what was found; the exit code."""
+    """Print and write what was found (`paths`: of JSON, of CSV, the folder of a report); the exit code."""
+    json_path, csv_path, folder = paths
     from dse.results.order import ranked_by
 
     study = replace(study, robust=ranked_by(study.robust, rank_by))
@@ -40,4 +49,19 @@ def show_robust(
         write_text(json_path, study.to_json())
     if csv_path is not None:
         write_text(csv_path, study.robust.to_csv())
+    if folder is not None:
+        _write_report(study, folder, top, quiet=quiet)
     return study.exit_code
+
+
+def _write_report(study: RobustResult, folder: Path, top: int | None, *, quiet: bool) -> None:
+    """The report of the robust front, with a section of what it costs."""
+    from dse.report.document import Document
+    from dse.report.sections import sections_of
+    from dse.report.writing import report_files
+
+    files = dict(report_files(Document(study.robust), None, top, sections_of(study.to_dict())))
+    files = {name: study.to_json() if name.endswith(".json") else text for name, text in files.items()}
+    for path in write_files(folder, files.items()):
+        if not quiet:
+            click.echo(f"report: {path}", err=True)

@@ -17,6 +17,7 @@ from dse.cli.common import (
     question_options,
     write_text,
 )
+from dse.cli.studies import folder_of, study_report_options, write_study
 
 
 class Share(click.ParamType[Any]):
@@ -75,6 +76,7 @@ class Share(click.ParamType[Any]):
     "--front/--no-front", default=True, help="Whether to tell the chance of each alternative of the front too."
 )
 @click.option("--all", "show_all", is_flag=True, help="Show every margin and bar, not the closest and longest only.")
+@study_report_options
 @json_option
 @click.option("--csv", "csv_path", metavar="PATH", help="Also write the margins as CSV; - for standard output.")
 def command(
@@ -87,6 +89,8 @@ def command(
     seed: int,
     front: bool,
     show_all: bool,
+    report: bool,
+    folder: str,
     json_path: str | None,
     csv_path: str | None,
     **options: Any,
@@ -99,6 +103,7 @@ def command(
     if json_path == "-" and csv_path == "-":
         raise click.UsageError("only one of --json and --csv can go to standard output")
     check_writable(json_path, csv_path)
+    target = folder_of(report, folder)
     from dse.api.problem import load
     from dse.study.sensitivity import Settings, sensitivity_of
 
@@ -121,4 +126,6 @@ def command(
         write_text(json_path, result.to_json())
     if csv_path is not None:
         write_text(csv_path, result.to_csv())
+    if target is not None:
+        write_study(result, target)
     return result.exit_code

@@ -148,11 +148,13 @@ def command(
     if robust:
         if file is None or resume is not None:
             raise click.UsageError("--robust needs a problem file, and does not go on with a stopped search")
+        if alternatives is not None or within is not None:
+            raise click.UsageError("--robust shows one design for each point: no --alternatives, no --within")
         from dse.cli.robust import show_robust, solve_robustly
 
         with _Reporter(quiet=quiet) as progress:
             study = solve_robustly(file, changes, Budget(time_limit, seed, workers), progress)
-        return show_robust(study, rank_by or "ideal", top, json_path, csv_path, quiet=quiet)
+        return show_robust(study, rank_by or "ideal", top, (json_path, csv_path, target), quiet=quiet)
     with _Reporter(quiet=quiet) as progress:
         watcher = Watcher(progress, _checkpoint(json_path))
         result = solve_asked(asked, Budget(time_limit, seed, workers), watcher, earlier)

@@ -18,6 +18,7 @@ from dse.cli.common import (
     question_options,
     write_text,
 )
+from dse.cli.studies import folder_of, study_report_options, write_study
 
 if TYPE_CHECKING:
     from dse.study.sweep import SweepProgress
@@ -60,6 +61,7 @@ PLAIN_STEP_S = 5.0
     help="Where finished runs are kept; NAME.runs.sqlite in this folder unless told otherwise.",
 )
 @click.option("--no-store", is_flag=True, help="Keep nothing; a stopped sweep begins anew.")
+@study_report_options
 @json_option
 @click.option(
     "--csv", "csv_path", metavar="PATH", help="Also write every alternative of every run as CSV; - for standard output."
@@ -75,6 +77,8 @@ def command(
     scheduler: str | None,
     store: str | None,
     no_store: bool,
+    report: bool,
+    folder: str,
     json_path: str | None,
     csv_path: str | None,
     quiet: bool,
@@ -90,6 +94,7 @@ def command(
     if store is not None and no_store:
         raise click.UsageError("either --store or --no-store")
     check_writable(json_path, csv_path)
+    target = folder_of(report, folder)
     from dse.api.problem import load
     from dse.study.sweep import Means, sweep_with
     from dse.study.workers import usable_cores
@@ -114,6 +119,8 @@ def command(
         write_text(json_path, result.to_json())
     if csv_path is not None:
         write_text(csv_path, result.to_csv())
+    if target is not None:
+        write_study(result, target, quiet=quiet)
     if result.status == "incomplete" and path is not None and not quiet:
         click.echo("dse: stopped early; the same command goes on from here", err=True)
     return result.exit_code

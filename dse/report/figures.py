@@ -28,23 +28,23 @@ def figure_files(
     stem = report_name(document.result)
     for name, svg in _drawings(document, item):
         for kind in formats:
-            yield f"{stem}-{name}.{kind}", svg if kind == "svg" else _png(svg)
+            yield f"{stem}-{name}.{kind}", svg if kind == "svg" else png_of(svg)
 
 
 def _drawings(document: Document, item: Alternative) -> Iterator[tuple[str, str]]:
     """(name, SVG) of each plot."""
     result, number = document.result, item.point.id
-    yield "scatter", _svg(scatter(result, document.records, number, document.baseline_record))
-    yield "parallel", _svg(parallel(result, document.records, number))
+    yield "scatter", svg_of(scatter(result, document.records, number, document.baseline_record))
+    yield "parallel", svg_of(parallel(result, document.records, number))
     for position, flow in enumerate(item.flows, start=1):
         if flow.records:
-            yield f"{number}-latency-{position}", _svg(waterfall(flow.source, flow.records))
+            yield f"{number}-latency-{position}", svg_of(waterfall(flow.source, flow.records))
     if item.usage:
-        yield f"{number}-usage", _svg(usage_chart(item.usage))
+        yield f"{number}-usage", svg_of(usage_chart(item.usage))
     yield f"{number}-architecture", Drafter(result.space).standalone(item.point.design)
 
 
-def _svg(spec: Spec) -> str:
+def svg_of(spec: Spec) -> str:
     """The plot in light colours, at a fixed width."""
     import vl_convert
 
@@ -56,7 +56,8 @@ def _svg(spec: Spec) -> str:
     return svg
 
 
-def _png(svg: str) -> bytes:
+def png_of(svg: str) -> bytes:
+    """A plot or drawing as PNG."""
     import vl_convert
 
     png: bytes = vl_convert.svg_to_png(svg, scale=SCALE)

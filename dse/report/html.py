@@ -21,35 +21,42 @@ from dse.report.bars import HUES, METHODS, usage_chart, waterfall
 from dse.report.charts import axis_title, colour_by, parallel, scatter
 from dse.report.document import Alternative, Document
 from dse.report.drawing import STYLE, Drafter
+from dse.report.parts import Section, numbered, study_specs
 from dse.report.theme import DARK, LIGHT, css_variables
 from dse.report.words import proof_words
 
 POLICY = "default-src 'none'; style-src 'unsafe-inline'; img-src data:"
 
 
-def html_report(document: Document, chosen: int | None = None) -> str:
-    """The whole page; `chosen` is the id of the alternative that it opens with (the first in rank)."""
-    environment = _environment()
+def html_report(document: Document, chosen: int | None = None, studies: Sequence[Section] = ()) -> str:
+    """The whole page; `chosen` is the id of the alternative that it opens with (the first in rank).
+
+    `studies` are sections of sweeps and the like, shown before what all rests on.
+    """
+    templates = environment()
     result = document.result
     first = chosen if chosen is not None else result.front[0].id if result.front else None
     drafter = Drafter(result.space)
-    fragments = {item.point.id: _fragment(environment, document, drafter, item) for item in document.alternatives}
+    fragments = {item.point.id: _fragment(templates, document, drafter, item) for item in document.alternatives}
     opened = next((item for item in document.alternatives if item.point.id == first), None)
-    script = _asset("report.js")
-    libraries = _libraries() if result.front else ""
+    script = asset("report.js")
+    specs = study_specs(studies)
+    bundle = libraries() if result.front or specs else ""
     data = _data(document, fragments, opened)
-    return environment.get_template("report.html.j2").render(
+    data["specs"]["studies"] = specs
+    return templates.get_template("report.html.j2").render(
         document=document,
         result=result,
         proof=proof_words(result),
         first=first,
         fragment=fragments.get(first, []) if first is not None else [],
-        style=_asset("report.css") + STYLE,
+        style=asset("report.css") + STYLE,
         light=css_variables(LIGHT),
         dark=css_variables(DARK),
         data=packed(data),
-        scripts=[libraries, script],
-        policy=f"{POLICY}; script-src {_hashes([libraries, script])}",
+        studies=numbered(studies),
+        scripts=[bundle, script],
+        policy=f"{POLICY}; script-src {hashes([bundle, script])}",
     )
 
 
@@ -78,7 +85,8 @@ class Pool:
         return numbers
 
 
-def _environment() -> Environment:
+def environment() -> Environment:
+    """The templates of pages; every text in them is escaped."""
     return Environment(
         loader=PackageLoader("dse.report", "templates"),
         autoescape=True,
@@ -88,14 +96,15 @@ def _environment() -> Environment:
     )
 
 
-def _asset(name: str) -> str:
+def asset(name: str) -> str:
+    """The text of a file beside the templates."""
     loader = PackageLoader("dse.report", "templates")
     text, _, _ = loader.get_source(Environment(autoescape=True), name)
     return text
 
 
 @cache
-def _libraries() -> str:
+def libraries() -> str:
     """Vega, Vega-Lite and Vega-Embed as one script."""
     import vl_convert
 
@@ -103,7 +112,8 @@ def _libraries() -> str:
     return script.replace("</script", "<\\/script")
 
 
-def _hashes(scripts: Sequence[str]) -> str:
+def hashes(scripts: Sequence[str]) -> str:
+    """What the content security policy says of scripts."""
     digests = [hashlib.sha256(script.encode()).digest() for script in scripts if script]
     return " ".join(f"'sha256-{base64.b64encode(digest).decode()}'" for digest in digests)
 

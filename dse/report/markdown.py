@@ -3,16 +3,20 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 
 from dse.report.document import Alternative, Document, Table
+from dse.report.parts import Section
 
 DETAILED = 3
 
 
-def markdown_report(document: Document, top: int | None = None) -> str:
-    """Summary, the whole ranked table, the first three alternatives (or `top`, if fewer) in detail, the foundations."""
-    return "\n".join(_lines(document, min(top or DETAILED, DETAILED))) + "\n"
+def markdown_report(document: Document, top: int | None = None, studies: Sequence[Section] = ()) -> str:
+    """Summary, the whole ranked table, the first three alternatives (or `top`, if fewer) in detail, the foundations.
+
+    `studies` come before the foundations.
+    """
+    return "\n".join(_lines(document, min(top or DETAILED, DETAILED), studies)) + "\n"
 
 
 def escaped(text: str) -> str:
@@ -37,7 +41,7 @@ def _unmarked(found: re.Match[str]) -> str:
     return f"&#{ord(text[0])};{text[1:]}"
 
 
-def _lines(document: Document, detailed: int) -> Iterator[str]:
+def _lines(document: Document, detailed: int, studies: Sequence[Section]) -> Iterator[str]:
     result = document.result
     yield f"# {escaped(document.title)}"
     yield ""
@@ -47,7 +51,7 @@ def _lines(document: Document, detailed: int) -> Iterator[str]:
     if result.front:
         yield "## Alternatives"
         yield ""
-        yield from _table(document.front_table, caption=True)
+        yield from table_lines(document.front_table, caption=True)
         if document.common:
             shared = "; ".join(f"{name} {value}" for name, value in document.common)
             yield escaped(f"In all of them: {shared}.")
@@ -58,6 +62,8 @@ def _lines(document: Document, detailed: int) -> Iterator[str]:
     if hidden > 0:
         yield f"The other {hidden} alternatives are in the table above, and in full in the HTML report."
         yield ""
+    for section in studies:
+        yield from section_lines(section)
     yield from _foundations(document)
 
 
@@ -67,14 +73,14 @@ def _alternative(alternative: Alternative) -> Iterator[str]:
     for sentence in alternative.sentences:
         yield f"- **{escaped(sentence.label)}**: {escaped(sentence.text)}"
     yield ""
-    yield from _table(alternative.decisions)
-    yield from _table(alternative.requirements)
+    yield from table_lines(alternative.decisions)
+    yield from table_lines(alternative.requirements)
     yield "<details><summary>Latency, processors and buses</summary>"
     yield ""
     for flow in alternative.flows:
-        yield from _table(flow.table, caption=True)
+        yield from table_lines(flow.table, caption=True)
     for table in alternative.usage_tables:
-        yield from _table(table, caption=True)
+        yield from table_lines(table, caption=True)
     yield "</details>"
     yield ""
     for others in alternative.others:
@@ -85,7 +91,19 @@ def _alternative(alternative: Alternative) -> Iterator[str]:
         yield ""
 
 
-def _table(table: Table, caption: bool = False) -> Iterator[str]:
+def section_lines(section: Section) -> Iterator[str]:
+    """A section as lines of Markdown."""
+    yield f"## {escaped(section.title)}"
+    yield ""
+    for text in section.texts:
+        yield escaped(text)
+        yield ""
+    for table in section.tables:
+        yield from table_lines(table, caption=True)
+
+
+def table_lines(table: Table, caption: bool = False) -> Iterator[str]:
+    """A table as lines of Markdown."""
     if caption:
         yield f"**{escaped(table.caption)}**"
         yield ""

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import json
 import re
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
 from dse.report.document import Document
 from dse.report.html import html_report
 from dse.report.markdown import markdown_report
+from dse.report.parts import Section
 from dse.results.result import Result
 
 
@@ -24,11 +25,16 @@ def report_name(result: Result) -> str:
     return re.sub(r"[^\w.-]+", "-", stem).strip("-.")[:100] or "report"
 
 
-def report_files(document: Document, chosen: int | None = None, top: int | None = None) -> Iterator[tuple[str, str]]:
-    """(file name, content) of each file of a report; Markdown has the reasons of the first `top` alternatives."""
+def report_files(
+    document: Document, chosen: int | None = None, top: int | None = None, studies: Sequence[Section] = ()
+) -> Iterator[tuple[str, str]]:
+    """(file name, content) of each file of a report; Markdown has the reasons of the first `top` alternatives.
+
+    `studies` are further sections of the page and the Markdown.
+    """
     stem = report_name(document.result)
-    yield f"{stem}.html", html_report(document, chosen)
-    yield f"{stem}.md", markdown_report(document, top)
+    yield f"{stem}.html", html_report(document, chosen, studies)
+    yield f"{stem}.md", markdown_report(document, top, studies)
     yield f"{stem}.csv", document.result.to_csv()
     yield f"{stem}.json", report_json(document)
 

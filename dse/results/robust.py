@@ -90,6 +90,7 @@ class RobustResult:
             **self.robust.to_dict(),
             "robust": {
                 "inputs": dict(self.inputs),
+                "currency": self.robust.space.currency,
                 "corners": self.corners,
                 "nominal_front": self.nominal.to_dict()["front"],
                 "price": {name: {"nominal": one, "robust": other} for name, (one, other) in self.price.items()},

@@ -101,7 +101,12 @@ def sensitivity_of(
     tell("margins")
     metrics = watched_metrics(space)
     found = SensitivityResult(
-        problem={"name": problem.name, "sha256": problem.loaded.sha256, "profile": space.profile},
+        problem={
+            "name": problem.name,
+            "sha256": problem.loaded.sha256,
+            "profile": space.profile,
+            "currency": space.currency,
+        },
         decisions=decisions_of(space, design),
         broken=tuple(broken_texts(function)),
         margins=margins(function),

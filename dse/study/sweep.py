@@ -119,7 +119,13 @@ def sweep_with(
     runs = plan(axes, inputs, changes, seed)
     done, found = _solved(runs, means, progress)
     return SweepResult(
-        problem={"name": problem.name, "sha256": problem.loaded.sha256, "changes": _shown(changes)},
+        problem={
+            "name": problem.name,
+            "sha256": problem.loaded.sha256,
+            "profile": asked.space.profile,
+            "currency": asked.space.currency,
+            "changes": _shown(changes),
+        },
         semantics=semantics_version(),
         axes=tuple(_varied(axis) for axis in axes),
         runs=tuple(SweepRun(_labels(axes, run), done.get(number)) for number, run in enumerate(runs)),

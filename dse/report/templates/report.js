@@ -214,7 +214,14 @@
     });
   }
 
+  async function plotStudies() {
+    for (const node of document.querySelectorAll('[data-plot="study"]')) {
+      await embed(node, data.specs.studies[Number(node.dataset.number)]);
+    }
+  }
+
   async function start() {
+    await plotStudies();
     if (!data.front.length) {
       window.dseReport.ready = true;
       return;

@@ -1,0 +1,98 @@
+"""What commands share about studies: their files, and the report of one."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, TypeVar
+
+import click
+
+from dse.cli.common import report_folder, write_files
+from dse.errors import UsageError
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from dse.report.parts import Section
+    from dse.results.sensitivity import SensitivityResult
+    from dse.results.sweep import SweepResult
+
+F = TypeVar("F", bound="Callable[..., Any]")
+
+
+def study_report_options(command: F) -> F:
+    """``--report`` and ``-o``."""
+    more = (
+        click.option("--report", is_flag=True, help="Also write a report: HTML, Markdown, CSV and JSON."),
+        click.option(
+            "-o", "--output", "folder", default="reports", show_default=True, metavar="DIR", help="Where reports go."
+        ),
+    )
+    for option in reversed(more):
+        command = option(command)
+    return command
+
+
+def write_study(result: SweepResult | SensitivityResult, folder: Path, *, quiet: bool = False) -> None:
+    """The report of a study."""
+    from dse.report.studypage import study_files
+
+    files = study_files(result.to_dict(), result.to_csv(), result.to_json())
+    for path in write_files(folder, files):
+        if not quiet:
+            click.echo(f"report: {path}", err=True)
+
+
+def folder_of(report: bool, folder: str) -> Path | None:
+    """Where a report goes, if one was asked for; made before the work."""
+    return report_folder(folder) if report else None
+
+
+def read_json(path: str) -> Any:
+    """The content of a JSON file, None where it is none."""
+    try:
+        return json.loads(Path(path).read_text(encoding="utf-8"))
+    except (UnicodeDecodeError, json.JSONDecodeError):
+        return None
+
+
+def is_study(data: Any) -> bool:
+    """Whether the data are those of a sweep or of sensitivity."""
+    return isinstance(data, dict) and str(data.get("format", "")).startswith(("dse-sweep/", "dse-sensitivity/"))
+
+
+def sections_in(path: str) -> list[Section]:
+    """The sections of a report that a file of a study makes.
+
+    Raises
+    ------
+    UsageError
+        when the file is none.
+    """
+    from dse.report.sections import sections_of
+
+    data = read_json(path)
+    if not isinstance(data, dict):
+        raise UsageError(f"{path}: it is no study")
+    with readable_study(path):
+        return sections_of(data)
+
+
+@contextmanager
+def readable_study(path: str) -> Iterator[None]:
+    """Says which file is not what it seems.
+
+    Raises
+    ------
+    UsageError
+        when the file says that it is a study, but is not as one is written.
+    """
+    try:
+        yield
+    except UsageError as error:
+        raise UsageError(f"{path}: {error}") from error
+    except (KeyError, TypeError, ValueError, AttributeError, IndexError) as error:
+        raise UsageError(f"{path}: it is no study as dse writes them ({type(error).__name__}: {error})") from error

@@ -1,0 +1,104 @@
+"""A study as a page, as Markdown and as figures: what `dse.report.sections` says, set."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator, Mapping, Sequence
+from typing import Any
+
+from dse.report.drawing import STYLE
+from dse.report.figures import png_of, svg_of
+from dse.report.html import POLICY, asset, environment, hashes, libraries, packed
+from dse.report.markdown import escaped, section_lines
+from dse.report.parts import numbered, study_specs
+from dse.report.sections import sections_of
+from dse.report.theme import DARK, LIGHT, css_variables
+from dse.report.words import GAPS, REDUCED
+
+
+def study_files(data: Mapping[str, Any], csv: str | None, json: str | None) -> Iterator[tuple[str, str]]:
+    """(file name, content) of each file of a study's report: HTML, Markdown, and CSV and JSON where they are given."""
+    stem = study_name(data)
+    yield f"{stem}.html", study_page(data)
+    yield f"{stem}.md", study_markdown(data)
+    if csv is not None:
+        yield f"{stem}.csv", csv
+    if json is not None:
+        yield f"{stem}.json", json
+
+
+def study_figures(data: Mapping[str, Any], formats: Sequence[str]) -> Iterator[tuple[str, str | bytes]]:
+    """(file name, content) of each plot of a study."""
+    for section in sections_of(data):
+        for plot in section.plots:
+            svg = svg_of(plot.spec)
+            for kind in formats:
+                yield f"{study_name(data)}-{_stem(plot.name)}.{kind}", svg if kind == "svg" else png_of(svg)
+
+
+def study_name(data: Mapping[str, Any]) -> str:
+    """The stem of a study's files: name of the problem and kind of study.
+
+    >>> study_name({"format": "dse-sweep/1", "problem": {"name": "My <robot>"}})
+    'My-robot-sweep'
+    """
+    return f"{_stem(data['problem']['name'])}-{data['format'].removeprefix('dse-').partition('/')[0]}"
+
+
+def _stem(text: str) -> str:
+    return re.sub(r"[^\w.-]+", "-", text).strip("-.")[:80] or "study"
+
+
+def study_page(data: Mapping[str, Any]) -> str:
+    """The whole page, which needs no network."""
+    sections = sections_of(data)
+    specs = study_specs(sections)
+    scripts = [libraries() if specs else "", asset("report.js")]
+    nothing: dict[str, Any] = {"chosen": None, "objectives": [], "front": [], "lines": [], "fragments": {}}
+    return (
+        environment()
+        .get_template("study.html.j2")
+        .render(
+            title=_title(data),
+            sections=numbered(sections),
+            basis=_basis(data),
+            gaps=(REDUCED, *GAPS),
+            style=asset("report.css") + STYLE,
+            light=css_variables(LIGHT),
+            dark=css_variables(DARK),
+            data=packed({**nothing, "specs": {"studies": specs}}),
+            scripts=scripts,
+            policy=f"{POLICY}; script-src {hashes(scripts)}",
+        )
+    )
+
+
+def study_markdown(data: Mapping[str, Any]) -> str:
+    """The same as Markdown, without the plots."""
+    lines = [f"# {escaped(_title(data))}", ""]
+    for section in sections_of(data):
+        lines += section_lines(section)
+    lines += ["## What this rests on", ""]
+    lines += [f"- **{escaped(label)}**: {escaped(text)}" for label, text in _basis(data)]
+    return "\n".join(lines) + "\n"
+
+
+def _title(data: Mapping[str, Any]) -> str:
+    kind = {"dse-sweep/1": "sweep", "dse-sensitivity/1": "sensitivity"}.get(data["format"], "robustness")
+    return f"{data['problem']['name']}: {kind}"
+
+
+def _basis(data: Mapping[str, Any]) -> list[tuple[str, str]]:
+    problem = data["problem"]
+    found = [("Problem", f"{problem['name']}, SHA-256 {problem['sha256']}")]
+    for name in ("profile", "semantics"):
+        value = problem.get(name, data.get(name))
+        if value is not None:
+            found.append((name.capitalize(), str(value)))
+    if problem.get("changes"):
+        found.append(
+            ("Changes by the caller", "; ".join(f"{name}: {value}" for name, value in problem["changes"].items()))
+        )
+    if "seed" in data:
+        found.append(("Seed", str(data["seed"])))
+    return found
