@@ -112,9 +112,9 @@ def command(
 
         print_sweep(console(), result)
         kept = f", kept in {path}" if path is not None else ""
-        console().print(
-            f"{len(result.runs)} runs: {result.solved} solved now, {result.found} from the store{kept}.", markup=False
-        )
+        count = f"{len(result.runs)} {'run' if len(result.runs) == 1 else 'runs'}"
+        told = f"{count}: {result.solved} solved now, {result.found} from the store{kept}."
+        console().print(told, markup=False)
     if json_path is not None:
         write_text(json_path, result.to_json())
     if csv_path is not None:

@@ -10,6 +10,7 @@ from rich import box
 from rich.console import Console
 from rich.table import Table
 
+from dse.report.sensitivitysection import scaling_words, weakest
 from dse.results.robust import RobustResult
 from dse.results.sensitivity import Break, Margin, SensitivityResult, UncertainResult
 from dse.results.sweep import Change, SweepResult, SweepRun
@@ -19,18 +20,21 @@ SHOWN_DESIGNS = 3
 SHOWN_MARGINS = 15
 SHOWN_BARS = 8
 BAR_WIDTH = 30
+ROOM_FOR_DECISIONS = 120
+"""Columns of a terminal; in a narrower one designs are listed below their table."""
 READABLE = {"ns", "ct", "ppm", "mW", "B/s", "nm"}
 
 
 def print_sweep(console: Console, sweep: SweepResult) -> None:
     """Break-points with the architecture on each side, or the front for each value with what is won and lost."""
     console.print(str(sweep.problem["name"]), style="bold", markup=False)
+    currency = str(sweep.problem["currency"])
     for run, change in zip(sweep.runs, sweep.changes, strict=True):
         where = ", ".join(f"{axis.name} {value}" for axis, value in zip(sweep.grid_axes, run.values, strict=True))
         if run.outcome is not None and run.outcome["kind"] == "breaks":
-            _print_breaks(console, run, where)
+            _print_breaks(console, run, where, currency)
         else:
-            _print_front(console, run, where, change)
+            _print_front(console, run, where, change, currency)
     counts = {status: sum(run.status == status for run in sweep.runs) for status in ("invalid", "open", "incomplete")}
     for status, words in (
         ("invalid", "made no valid problem"),
@@ -41,31 +45,36 @@ def print_sweep(console: Console, sweep: SweepResult) -> None:
             console.print(f"{counts[status]} of {len(sweep.runs)} runs {words}.", markup=False)
 
 
-def _print_breaks(console: Console, run: SweepRun, where: str) -> None:
+def _print_breaks(console: Console, run: SweepRun, where: str, currency: str) -> None:
     outcome = run.outcome
     assert outcome is not None
     unit, metric = outcome["unit"], outcome["metric"]
-    low, high = (readable(Fraction(outcome[end]), unit, digits=6) for end in ("from", "to"))
+    low, high = (readable(Fraction(outcome[end]), unit, currency, 6) for end in ("from", "to"))
     console.print(f"{where + ': ' if where else ''}{metric} {outcome['operator']} {low} .. {high}", markup=False)
     if outcome["status"] == "infeasible":
         console.print("Infeasible, proved: no design under any limit of this interval.", style="bold", markup=False)
         return
     if outcome["infeasible_until"] is not None:
-        value = readable(Fraction(outcome["infeasible_until"]), unit, digits=6)
+        value = readable(Fraction(outcome["infeasible_until"]), unit, currency, 6)
         word = "below" if outcome["operator"] == "<=" else "above"
         console.print(f"No design {word} {value} (proved).", markup=False)
     known = {item["id"]: item for item in outcome["alternatives"]}
     varying = _varying(list(known.values()))
     table = _table(console, "Best choice under the limit")
-    for heading in ("from limit", "to", *_headings(outcome), "on the front", "decisions"):
+    wide = console.width >= ROOM_FOR_DECISIONS
+    for heading in ("from limit", "to", *_headings(outcome), "on the front", "decisions" if wide else "design"):
         table.add_column(heading, overflow="fold", justify="left" if heading == "decisions" else "right")
-    for stretch in _merged(outcome["stretches"]):
+    merged = _merged(outcome["stretches"])
+    for stretch in merged:
         best = known[stretch["best"]]
-        ends = [readable(Fraction(stretch[end]), unit, digits=6) for end in ("from", "to")]
-        table.add_row(*ends, *_values(outcome, best), stretch["sizes"], _decisions(best, varying))
+        ends = [readable(Fraction(stretch[end]), unit, currency, 6) for end in ("from", "to")]
+        chosen = _decisions(best, varying) if wide else f"#{best['id']}"
+        table.add_row(*ends, *_values(outcome, best, currency), stretch["sizes"], chosen)
     console.print(table)
+    for number in () if wide else dict.fromkeys(stretch["best"] for stretch in merged):
+        console.print(f"#{number}: {_decisions(known[number], varying)}")
     for info in outcome["objectives"]:
-        console.print(_best_by_limit(outcome, known, info), markup=False)
+        console.print(_best_by_limit(outcome, known, info, currency), markup=False)
     words = "proved" if outcome["status"] == "complete" else "NOT proved: stopped early"
     count = len(outcome["stretches"])
     console.print(
@@ -74,7 +83,9 @@ def _print_breaks(console: Console, run: SweepRun, where: str) -> None:
     console.print(f"Definition: {outcome['definition']}.", markup=False)
 
 
-def _best_by_limit(outcome: Mapping[str, Any], known: Mapping[int, Mapping[str, Any]], info: Mapping[str, str]) -> str:
+def _best_by_limit(
+    outcome: Mapping[str, Any], known: Mapping[int, Mapping[str, Any]], info: Mapping[str, str], currency: str
+) -> str:
     """The best value of one objective as a function of the limit: ``Best price.
 
     900 EUR from 5 ms, 150 EUR from 20 ms``.
@@ -84,10 +95,10 @@ def _best_by_limit(outcome: Mapping[str, Any], known: Mapping[int, Mapping[str, 
     for stretch in outcome["stretches"]:
         value = pick(Fraction(known[entry["id"]]["metrics"][info["name"]]) for entry in stretch["front"])
         if not steps or steps[-1][0] != value:
-            steps.append((value, readable(Fraction(stretch["from"]), outcome["unit"], digits=6)))
+            steps.append((value, readable(Fraction(stretch["from"]), outcome["unit"], currency, 6)))
     return (
         f"Best {info['name']}: "
-        + ", ".join(f"{readable(value, info['unit'])} from {place}" for value, place in steps)
+        + ", ".join(f"{readable(value, info['unit'], currency)} from {place}" for value, place in steps)
         + "."
     )
 
@@ -110,7 +121,7 @@ def _merged(stretches: Sequence[Mapping[str, Any]]) -> list[dict[str, Any]]:
     return merged
 
 
-def _print_front(console: Console, run: SweepRun, where: str, change: Change | None) -> None:
+def _print_front(console: Console, run: SweepRun, where: str, change: Change | None, currency: str) -> None:
     console.print(where, style="bold", markup=False)
     outcome = run.outcome
     if outcome is None:
@@ -123,33 +134,34 @@ def _print_front(console: Console, run: SweepRun, where: str, change: Change | N
         console.print("  infeasible, proved", markup=False)
     for item in run.front[:SHOWN_DESIGNS]:
         figures = ", ".join(
-            f"{name} {value}" for name, value in zip(_headings(outcome), _values(outcome, item), strict=True)
+            f"{name} {value}" for name, value in zip(_headings(outcome), _values(outcome, item, currency), strict=True)
         )
         console.print(f"  {item['rank']:>3}. {figures}", markup=False)
     more = len(run.front) - SHOWN_DESIGNS
     if more > 0:
         console.print(f"       and {more} more", markup=False)
     if change is not None:
-        _print_change(console, outcome, change)
+        _print_change(console, outcome, change, currency)
 
 
-def _print_change(console: Console, outcome: Mapping[str, Any], change: Change) -> None:
+def _print_change(console: Console, outcome: Mapping[str, Any], change: Change, currency: str) -> None:
     moved = []
     for info in outcome["objectives"]:
         before, after = change.best[info["name"]]
         if before != after:
-            ends = ["none" if value is None else readable(value, info["unit"]) for value in (before, after)]
+            ends = ["none" if value is None else readable(value, info["unit"], currency) for value in (before, after)]
             moved.append(f"best {info['name']} {ends[0]} -> {ends[1]}")
-    said = f"  against the value before: {len(change.entered)} designs enter, {len(change.left)} leave the front"
-    console.print("; ".join([said, *moved]), markup=False)
+    entered, left = len(change.entered), len(change.left)
+    said = f"  against the value before: {entered} designs enter, {left} leave the front, {len(change.moved)} "
+    console.print("; ".join([f"{said}stay with other figures", *moved]), markup=False)
 
 
 def _headings(outcome: Mapping[str, Any]) -> list[str]:
     return [str(info["name"]) for info in outcome["objectives"]]
 
 
-def _values(outcome: Mapping[str, Any], item: Mapping[str, Any]) -> list[str]:
-    return [readable(Fraction(item["metrics"][info["name"]]), info["unit"]) for info in outcome["objectives"]]
+def _values(outcome: Mapping[str, Any], item: Mapping[str, Any], currency: str) -> list[str]:
+    return [readable(Fraction(item["metrics"][info["name"]]), info["unit"], currency) for info in outcome["objectives"]]
 
 
 def _varying(items: Sequence[Mapping[str, Any]]) -> list[str]:
@@ -231,20 +243,7 @@ def _requirement(side: Break) -> str:
 
 
 def _print_scaling(console: Console, result: SensitivityResult) -> None:
-    found = result.scaling
-    if found.factor is None:
-        console.print(
-            f"All execution times together: no requirement breaks up to {found.most} times as long.", markup=False
-        )
-        return
-    used = ", ".join(f"{name} {readable(value, 'ppm')}" for name, value in found.utilisations.items())
-    sign = "exactly " if found.is_exact and found.factor.denominator < 1000 else ""
-    words = (
-        f"All execution times together: {sign}{float(found.factor):.9g} times as long, then breaks {found.requirement}."
-    )
-    console.print(words, style="bold", markup=False)
-    if used:
-        console.print(f"Breakdown utilisation there: {used} of one core.", markup=False)
+    console.print(scaling_words(result.scaling.to_dict()), style="bold", markup=False)
 
 
 def _print_tornado(console: Console, result: SensitivityResult, metric: str, show_all: bool) -> None:
@@ -280,10 +279,13 @@ def _print_uncertain(console: Console, found: UncertainResult, show_all: bool) -
         table = _table(console, "Alternatives of the front, the surest first")
         for heading in ("chance", "weakest requirement", "decisions"):
             table.add_column(heading, overflow="fold")
-        for item in found.chances if show_all else found.chances[:SHOWN_MARGINS]:
-            weakest = min(item.by_requirement, key=lambda text: item.by_requirement[text], default="")
-            table.add_row(f"{item.all_met:.2%}", _plain(weakest), _decisions({"decisions": item.decisions}, varying))
+        shown = found.chances if show_all else found.chances[:SHOWN_MARGINS]
+        for item in shown:
+            chosen = _decisions({"decisions": item.decisions}, varying)
+            table.add_row(f"{item.all_met:.2%}", _plain(weakest(item.to_dict())), chosen)
         console.print(table)
+        if len(found.chances) > len(shown):
+            console.print(f"and {len(found.chances) - len(shown)} less sure ones (--all shows them)", markup=False)
     for index in found.indices:
         title = f"What moves {index.output}: share of its variance (Sobol), effect of the whole range (Morris)"
         table = _table(console, _plain(title))

@@ -11,7 +11,7 @@ from typing import Any
 from dse.report.charts import Spec, whole_spec
 
 HUES = ("var(--c1)", "var(--c2)", "var(--c3)", "var(--c4)", "var(--c5)", "var(--c6)")
-BAR_HEIGHT = 30
+BAR_HEIGHT = 34
 SERIES = 6
 """So many lines are told apart by colour; more are drawn alike."""
 
@@ -58,7 +58,7 @@ def tornado(bars: Sequence[Mapping[str, Any]], across: str, description: str) ->
         "type": "ordinal",
         "title": None,
         "axis": None,
-        "scale": {"paddingInner": 0.5, "paddingOuter": 0.4},
+        "scale": {"paddingInner": 0.6, "paddingOuter": 0.5},
     }
     axis = {"type": "quantitative", "title": across, "scale": {"zero": False}, "axis": {"tickCount": 6}}
     tooltip = [
@@ -90,7 +90,7 @@ def shares(records: Sequence[Mapping[str, Any]], across: str, description: str) 
         "type": "ordinal",
         "title": None,
         "axis": None,
-        "scale": {"paddingInner": 0.5, "paddingOuter": 0.4},
+        "scale": {"paddingInner": 0.6, "paddingOuter": 0.5},
     }
     axis = {"type": "quantitative", "title": across, "scale": {"domain": [0, 1]}, "axis": {"tickCount": 6}}
     layers: list[Spec] = [

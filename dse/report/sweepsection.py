@@ -84,7 +84,9 @@ def _steps_plot(runs: Sequence[Data], info: Data, unit: str, metric: str, curren
                 "text": counted(value, info["unit"], currency),
                 "where": readable(Fraction(stretch["from"]), unit, currency, 6),
             }
-            records.append({**record, **said, "x": number_of(stretch["from"], unit, currency), "mark": True})
+            before = records[-1] if records and stretch is not stretches[0] else None
+            fresh = before is None or before["y"] != record["y"]
+            records.append({**record, **said, "x": number_of(stretch["from"], unit, currency), "mark": fresh})
         if stretches:
             records.append({**records[-1], "x": number_of(stretches[-1]["to"], unit, currency), "mark": False})
     across, up = (
@@ -106,10 +108,18 @@ def _grid_section(data: Data, texts: tuple[str, ...], currency: str) -> Section:
             for value, info in zip(best, infos, strict=True)
         ]
         change = run["change"]
-        moved = ("", "") if change is None else (str(len(change["entered"])), str(len(change["left"])))
+        moved = ("", "", "") if change is None else tuple(str(len(change[key])) for key in ("entered", "left", "moved"))
         rows.append((*run["values"].values(), run["status"], str(len(run.get("front", ()))), *shown, *moved))
     grid = list(runs[0]["values"]) if runs else []
-    headings = (*grid, "status", "on the front", *(f"best {info['name']}" for info in infos), "enter", "leave")
+    headings = (
+        *grid,
+        "status",
+        "on the front",
+        *(f"best {info['name']}" for info in infos),
+        "enter",
+        "leave",
+        "stay, moved",
+    )
     numbers = tuple(range(len(grid) + 1, len(headings)))
     table = Table(
         "Front by value, and what enters and leaves it against the value before", headings, limited(rows), numbers

@@ -33,11 +33,13 @@ class VariedAxis:
 class Change:
     """What a value wins and loses against the one before it: designs by their decisions, the best of each objective.
 
-    `best` has for each objective its best value before and after, in the objective's unit (None: there was no design).
+    `moved` are designs on both fronts whose objectives differ. `best` has for each objective its best value before and
+    after, in the objective's unit (None: there was no design).
     """
 
     entered: tuple[Mapping[str, str], ...]
     left: tuple[Mapping[str, str], ...]
+    moved: tuple[Mapping[str, str], ...]
     best: Mapping[str, tuple[Fraction | None, Fraction | None]]
 
     def to_dict(self) -> dict[str, Any]:
@@ -45,6 +47,7 @@ class Change:
         return {
             "entered": [dict(item) for item in self.entered],
             "left": [dict(item) for item in self.left],
+            "moved": [dict(item) for item in self.moved],
             "best": {name: [_plain(value) for value in pair] for name, pair in self.best.items()},
         }
 
@@ -229,9 +232,18 @@ def _change(before: SweepRun, after: SweepRun) -> Change:
     old = [item["decisions"] for item in before.front]
     new = [item["decisions"] for item in after.front]
     objectives = (after.outcome or {}).get("objectives", [])
+    names = [info["name"] for info in objectives]
+    moved = [
+        item["decisions"]
+        for item in after.front
+        for other in before.front
+        if item["decisions"] == other["decisions"]
+        and any(item["metrics"][name] != other["metrics"][name] for name in names)
+    ]
     return Change(
         entered=tuple(item for item in new if item not in old),
         left=tuple(item for item in old if item not in new),
+        moved=tuple(moved),
         best={info["name"]: (_best(before, info), _best(after, info)) for info in objectives},
     )
 

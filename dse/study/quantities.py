@@ -109,8 +109,9 @@ class Inputs:
         self.groups: dict[str, list[InputValue]] = {}
         self.aliases: dict[str, list[str]] = {}
         for path, place, kind, value in _fields(data):
+            above = _transmission_parents(path)
             for parents, item in _values(path, place, kind, value):
-                for name in dict.fromkeys((*parents, item.path)):
+                for name in dict.fromkeys((*above, *parents, item.path)):
                     self.groups.setdefault(name, []).append(item)
                 if kind is TIME_RANGE:
                     for end in ("min", "max"):
@@ -209,6 +210,14 @@ def _fields(data: Mapping[str, Any]) -> Iterator[tuple[str, Place, Kind, Any]]:
                 yield from _transmission(
                     f"{section}.{name}.transmission_time", (section, name, "transmission_time"), times
                 )
+
+
+def _transmission_parents(path: str) -> list[str]:
+    """The paths above a part of a transmission time that stand for several: of a machine, of all."""
+    head, found, rest = path.partition(".transmission_time.")
+    names = rest.split(".")[:-1] if found else []
+    whole = f"{head}.transmission_time"
+    return [whole, *(f"{whole}.{name}" for name in names)] if found else []
 
 
 def _transmission(path: str, place: Place, times: Mapping[str, Any]) -> Iterator[tuple[str, Place, Kind, Any]]:
