@@ -1,0 +1,197 @@
+"""Reports of studies: what they say is what the data say; pages open without an error or a request."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator
+from fractions import Fraction
+from pathlib import Path
+from typing import Any
+
+import pytest
+from report.browser import Browser, needs_browser
+from study.studies import example, written
+
+import dse
+from dse.api.problem import Changes, load
+from dse.cli.main import run
+from dse.pareto.front import Budget
+from dse.report.document import Table
+from dse.report.parts import Section
+from dse.report.sections import sections_of
+from dse.report.sensitivitysection import scaling_words
+from dse.report.studypage import study_figures, study_files
+from dse.study.robust import solve_robust
+
+UNCERTAIN = """
+uncertainty:
+  threads.filter.compute_execution_time.small.max: {range: 0.9 ms .. 3 ms}
+  bus_types.can_250k.transmission_time.per_byte.max: {factor: 0.9 .. 40}
+"""
+
+
+def read(result: Any) -> dict[str, Any]:
+    """The data as a program reads them."""
+    data: dict[str, Any] = json.loads(result.to_json())
+    return data
+
+
+@pytest.fixture(scope="module")
+def studies(tmp_path_factory: pytest.TempPathFactory) -> dict[str, dict[str, Any]]:
+    problem = example("starter")
+    price = "processor_types.small.price"
+    stated = load(written(tmp_path_factory.mktemp("stated"), "starter", UNCERTAIN))
+    return {
+        "breaks": read(dse.sweep(problem, "jitter of sensor_to_actuator=1ms..50ms")),
+        "breaks of a grid": read(
+            dse.sweep(problem, [f"{price}=60 EUR,900 EUR", "jitter of sensor_to_actuator=1ms..50ms"])
+        ),
+        "grid": read(dse.sweep(problem, [f"{price}=60 EUR,900 EUR", "bus_types.can_250k.bandwidth=*0.001,1,2"])),
+        "sensitivity": read(dse.sensitivity(stated, samples=500)),
+        "robust": read(solve_robust(stated, Changes(), Budget())),
+    }
+
+
+def table_of(section: Section, caption: str) -> Table:
+    return next(table for table in section.tables if caption in table.caption)
+
+
+def test_break_points_are_those_of_the_data(studies: dict[str, dict[str, Any]]) -> None:
+    data = studies["breaks"]
+    [section] = sections_of(data)
+    stretches = data["runs"][0]["stretches"]
+    assert len(section.tables[0].rows) == len(stretches) + 1  # and where there is no design
+    assert (
+        section.tables[0].rows[0][1] == section.tables[0].rows[1][0] == "9.188 ms" or section.tables[0].rows[0][0] == ""
+    )
+    [plot] = section.plots
+    places = [record["x"] for record in plot.spec["data"]["values"]]
+    assert places[:-1] == [float(Fraction(item["from"]) / 10**6) for item in stretches]
+    assert places[-1] == 50
+
+
+def test_a_grid_tells_what_enters_leaves_and_moves(studies: dict[str, dict[str, Any]]) -> None:
+    data = studies["grid"]
+    [section] = sections_of(data)
+    rows = section.tables[0].rows
+    assert len(rows) == 6 and [row[:2] for row in rows] == [tuple(run["values"].values()) for run in data["runs"]]
+    for row, item in zip(rows, data["runs"], strict=True):
+        change = item["change"]
+        assert row[-3:] == (
+            ("", "", "") if change is None else tuple(str(len(change[k])) for k in ("entered", "left", "moved"))
+        )
+    assert {record["series"] for record in section.plots[0].spec["data"]["values"]} == {
+        "processor_types.small.price 60 EUR",
+        "processor_types.small.price 900 EUR",
+    }
+
+
+def test_sensitivity_has_margins_tornadoes_and_chances(studies: dict[str, dict[str, Any]]) -> None:
+    data = studies["sensitivity"]
+    margins, tornado, uncertain = sections_of(data)
+    breaking = [item["path"] for item in data["margins"] if item["below"] or item["above"]]
+    assert sorted(row[0] for row in margins.tables[0].rows) == sorted(breaking)
+    metrics = list(dict.fromkeys(bar["metric"] for bar in data["tornado"]))
+    assert [table.caption for table in tornado.tables] == metrics and len(tornado.plots) == len(metrics)
+    chances = table_of(uncertain, "Alternatives").rows
+    assert len(chances) == len(data["uncertainty"]["alternatives"])
+    assert all(bool(row[1]) == (row[0] != "100.00%") for row in chances)  # the weakest requirement, where one breaks
+
+
+def test_what_robustness_costs(studies: dict[str, dict[str, Any]]) -> None:
+    data = studies["robust"]
+    [section] = sections_of(data)
+    lost = table_of(section, "not robust").rows
+    assert len(lost) == len(data["robust"]["lost"]) > 0
+    assert [row[0] for row in table_of(section, "What robustness costs").rows] == list(data["robust"]["price"])
+
+
+def test_exact_factors_are_said_exactly() -> None:
+    found = {"factor": "70/17", "exact": True, "requirement": "r", "thread": "t", "utilisations_ppm": {"cpu": 700000}}
+    assert scaling_words(found) == (
+        "All execution times together: up to 70/17 = 4.11764706… times as long; beyond that breaks r (by t alone). "
+        "Breakdown utilisation there: cpu 70 % of one core."
+    )
+    assert "up to 2.5 times" in scaling_words({**found, "factor": "5/2"})
+
+
+@pytest.mark.parametrize("name", ["breaks", "grid", "sensitivity"])
+def test_files_of_a_study(studies: dict[str, dict[str, Any]], name: str) -> None:
+    hostile = json.loads(json.dumps(studies[name]).replace("Starter", "<script>alert(1)</script> | _x_"))
+    files = dict(study_files(hostile, "c", "j"))
+    assert [Path(file).suffix for file in files] == [".html", ".md", ".csv", ".json"]
+    page, text = list(files.values())[:2]
+    assert "<script>alert" not in page and "http-equiv" in page and "<script>alert" not in text
+    for section in sections_of(hostile):
+        assert section.title in page
+    figures = dict(study_figures(studies[name], ["svg", "png"]))
+    assert len(figures) == 2 * sum(len(section.plots) for section in sections_of(studies[name])) > 0
+    assert all(isinstance(item, bytes) or item.startswith("<svg") for item in figures.values())
+
+
+def test_reports_from_the_command_line(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    file = str(written(tmp_path, "starter", UNCERTAIN))
+    folder = tmp_path / "reports"
+    to = ["--report", "-o", str(folder)]
+    vary = ["--vary", "jitter of sensor_to_actuator=1ms..50ms", "--no-store", "--workers", "1"]
+    study = str(tmp_path / "sweep.json")
+    assert run(["sweep", file, *vary, "--json", study, "-q", *to]) == 0
+    assert run(["sensitivity", file, "--samples", "100", *to]) in (0, 4)
+    assert run(["solve", file, "--robust", "-q", *to]) in (0, 4)
+    assert {path.name for path in folder.iterdir()} == {
+        *(f"Starter-{kind}.{end}" for kind in ("sweep", "sensitivity") for end in ("html", "md", "csv", "json")),
+        *(f"starter.{end}" for end in ("html", "md", "csv", "json")),
+    }
+    assert "robust" in json.loads((folder / "starter.json").read_text())
+    assert "What robustness costs" in (folder / "starter.html").read_text()
+    again = tmp_path / "again"
+    assert run(["report", study, "-o", str(again)]) == 0
+    assert (again / "Starter-sweep.html").read_text() == (folder / "Starter-sweep.html").read_text()
+    assert run(["report", study, "-o", str(again), "--figures", "svg"]) == 0 and list(again.glob("*.svg"))
+    solved = str(tmp_path / "r.json")
+    assert run(["solve", file, "-q", "--json", solved]) == 0
+    assert run(["report", solved, "-o", str(again), "--study", study]) == 0
+    page = (again / "starter.html").read_text()
+    assert "Limit on jitter of sensor_to_actuator" in page and "Decision summary" in page
+    capsys.readouterr()
+
+
+def test_what_is_no_study_is_refused(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    file = str(written(tmp_path, "starter"))
+    solved, broken, text = tmp_path / "r.json", tmp_path / "broken.json", tmp_path / "text.json"
+    run(["solve", file, "-q", "--json", str(solved)])
+    broken.write_text('{"format": "dse-sweep/1"}')
+    text.write_text("no json")
+    for study, words in (
+        (solved, "it is no study"),
+        (text, "it is no study"),
+        (broken, "it is no study as dse writes"),
+    ):
+        capsys.readouterr()
+        assert run(["report", str(solved), "-o", str(tmp_path / "o"), "--study", str(study)]) == 2
+        assert words in capsys.readouterr().err
+    assert run(["report", str(broken), "-o", str(tmp_path / "o")]) == 2
+    assert run(["solve", file, "--robust", "--alternatives", "2"]) == 2
+
+
+@needs_browser
+@pytest.mark.parametrize("width", [390, 1280], ids=["phone", "desktop"])
+def test_pages_open_without_an_error_or_a_request(
+    studies: dict[str, dict[str, Any]], tmp_path: Path, width: int, browser: Browser
+) -> None:
+    for name in ("breaks", "breaks of a grid", "grid", "sensitivity"):
+        path = tmp_path / "page.html"
+        path.write_text(next(iter(study_files(studies[name], None, None)))[1], encoding="utf-8")
+        browser.open(path, width)
+        assert browser.problems() == []
+        assert [url for url in browser.requests() if not url.startswith(("file:", "data:", "blob:", "about:"))] == []
+        plots = sum(len(section.plots) for section in sections_of(studies[name]))
+        assert browser.run("document.querySelectorAll('[data-plot=study] svg').length") == plots > 0
+        assert browser.run("document.documentElement.scrollWidth") <= width
+
+
+@pytest.fixture(scope="module")
+def browser() -> Iterator[Browser]:
+    opened = Browser()
+    yield opened
+    opened.close()
