@@ -25,7 +25,7 @@ from dse.study.robust import solve_robust
 
 UNCERTAIN = """
 uncertainty:
-  threads.filter.compute_execution_time.small.max: {range: 0.9 ms .. 3 ms}
+  threads.controller.compute_execution_time.small.max: {range: 2 ms .. 20 ms}
   bus_types.can_250k.transmission_time.per_byte.max: {factor: 0.9 .. 40}
 """
 
