@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import asyncio
 import logging
+import socket
 from collections.abc import Generator, Sequence
 from typing import TYPE_CHECKING, Any
 
@@ -12,7 +14,11 @@ from dse.study.workers import MOST_DEATHS, Task
 if TYPE_CHECKING:
     from distributed import Client
 
+REACH_S = 5
+"""So long something has to answer at all."""
 CONNECT_S = 10
+"""So long what answers has to turn out to be a scheduler."""
+LAST_PORT = 65535
 
 
 class ClusterError(DseError):
@@ -44,8 +50,11 @@ def _connected(address: str) -> Client:
         import distributed
     except ImportError as error:
         raise UsageError("--scheduler needs the extra `cluster`: pip install 'dse[cluster]'") from error
-    logging.getLogger("distributed").setLevel(logging.ERROR)
+    _check_reachable(address)
+    logging.getLogger("distributed").setLevel(logging.CRITICAL)
+    logging.getLogger("tornado").setLevel(logging.CRITICAL)
     try:
+        asyncio.run(_greeted(address))
         client = distributed.Client(address, timeout=CONNECT_S, set_as_default=False, name="dse")
     except (OSError, TimeoutError, ValueError) as error:
         raise UsageError(f"--scheduler {address}: there is no Dask scheduler ({_brief(error)})") from error
@@ -53,6 +62,42 @@ def _connected(address: str) -> Client:
         client.close()
         raise UsageError(f"--scheduler {address}: the scheduler has no workers (dask worker {address})")
     return client
+
+
+def _check_reachable(address: str) -> None:
+    """Whether something listens there: Dask itself tries again and again until its time is up.
+
+    Raises
+    ------
+    UsageError
+        when nothing does, or the address is none.
+    """
+    scheme, found, place = address.partition("://")
+    if found and scheme not in ("tcp", "tls"):
+        raise UsageError(f"--scheduler {address!r}: expected tcp://HOST:PORT or tls://HOST:PORT")
+    host, _, port = (place if found else address).rpartition(":")
+    if not host or not port.isdecimal() or int(port) > LAST_PORT:
+        raise UsageError(f"--scheduler {address!r}: expected tcp://HOST:PORT, such as tcp://localhost:8786")
+    try:
+        socket.create_connection((host.strip("[]"), int(port)), timeout=REACH_S).close()
+    except OSError as error:
+        raise UsageError(f"--scheduler {address}: nothing listens there ({_brief(error)})") from error
+
+
+async def _greeted(address: str) -> None:
+    """Exchange greetings with what listens: a client would wait without end for one that never answers.
+
+    Raises
+    ------
+    OSError, TimeoutError
+        when it is no part of Dask, or does not answer in time.
+    """
+    from distributed.comm import connect
+    from distributed.security import Security
+
+    options = Security().get_connection_args("client")
+    comm = await asyncio.wait_for(connect(address, timeout=CONNECT_S, **options), CONNECT_S)
+    comm.abort()
 
 
 def _brief(error: BaseException) -> str:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import signal
+import socket
 import subprocess
 import sys
 import time
@@ -97,10 +98,21 @@ def test_three_workers_one_killed(tmp_path: Path, capsys: pytest.CaptureFixture[
 def test_a_cluster_that_is_not_there(monkeypatch: pytest.MonkeyPatch) -> None:
     pytest.importorskip("distributed")
     monkeypatch.setattr("dse.study.cluster.CONNECT_S", 1)
-    with pytest.raises(UsageError, match="there is no Dask scheduler"):
-        sweep(example("starter"), "price=100 EUR,200 EUR", scheduler="tcp://127.0.0.1:9")
-    with pytest.raises(UsageError, match="there is no Dask scheduler"):
-        sweep(example("starter"), "price=100 EUR,200 EUR", scheduler="nonsense://x")
+    for address, words in (
+        ("tcp://127.0.0.1:9", "nothing listens there"),
+        ("127.0.0.1:9", "nothing listens there"),
+        ("tcp://no-such-host.invalid:8786", "nothing listens there"),
+        ("nonsense://x", "expected tcp://HOST:PORT"),
+        ("nonsense", "expected tcp://HOST:PORT"),
+        ("tcp://127.0.0.1:99999", "expected tcp://HOST:PORT"),
+        ("", "expected tcp://HOST:PORT"),
+    ):
+        with pytest.raises(UsageError, match=words):
+            sweep(example("starter"), "price=100 EUR,200 EUR", scheduler=address)
+    with socket.create_server(("127.0.0.1", 0)) as other:  # listens, but is no scheduler
+        port = other.getsockname()[1]
+        with pytest.raises(UsageError, match="there is no Dask scheduler"):
+            sweep(example("starter"), "price=100 EUR,200 EUR", scheduler=f"tcp://127.0.0.1:{port}")
 
 
 def test_without_the_extra_it_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
