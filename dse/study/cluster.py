@@ -19,6 +19,8 @@ REACH_S = 5
 CONNECT_S = 10
 """So long what answers has to turn out to be a scheduler."""
 LAST_PORT = 65535
+NO_SCHEDULER = (OSError, TimeoutError, EOFError, LookupError, MemoryError, TypeError, ValueError)
+"""What Dask makes of a peer that does not answer, or of an answer that is not of Dask (a length read from its text)."""
 
 
 class ClusterError(DseError):
@@ -56,7 +58,7 @@ def _connected(address: str) -> Client:
     try:
         asyncio.run(_greeted(address))
         client = distributed.Client(address, timeout=CONNECT_S, set_as_default=False, name="dse")
-    except (OSError, TimeoutError, ValueError) as error:
+    except NO_SCHEDULER as error:
         raise UsageError(f"--scheduler {address}: there is no Dask scheduler ({_brief(error)})") from error
     if not client.scheduler_info(n_workers=-1)["workers"]:
         client.close()

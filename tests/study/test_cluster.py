@@ -5,12 +5,14 @@ from __future__ import annotations
 import os
 import signal
 import socket
+import socketserver
 import subprocess
 import sys
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
+from threading import Thread
 
 import pytest
 from study.studies import LONG, example
@@ -113,6 +115,18 @@ def test_a_cluster_that_is_not_there(monkeypatch: pytest.MonkeyPatch) -> None:
         port = other.getsockname()[1]
         with pytest.raises(UsageError, match="there is no Dask scheduler"):
             sweep(example("starter"), "price=100 EUR,200 EUR", scheduler=f"tcp://127.0.0.1:{port}")
+    with socketserver.ThreadingTCPServer(("127.0.0.1", 0), Talker) as talker:
+        Thread(target=talker.serve_forever, daemon=True).start()
+        with pytest.raises(UsageError, match="there is no Dask scheduler"):
+            sweep(example("starter"), "price=100 EUR,200 EUR", scheduler=f"tcp://127.0.0.1:{talker.server_address[1]}")
+        talker.shutdown()
+
+
+class Talker(socketserver.BaseRequestHandler):
+    """Answers in a language of its own."""
+
+    def handle(self) -> None:
+        self.request.sendall(b"HTTP/1.1 400 Bad Request\r\n\r\n" * 10)
 
 
 def test_without_the_extra_it_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
