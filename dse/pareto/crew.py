@@ -79,6 +79,17 @@ class Crew(Generic[Tag, Outcome]):
             yield self.wait()
 
 
+def heard(solver: Solver, question: Callable[[], Outcome]) -> Outcome:
+    """The answer to one question of a solver, in a thread of its own: Ctrl-C is heard at once and ends it."""
+    crew: Crew[None, Outcome] = Crew([solver])
+    crew.start(solver, None, question)
+    try:
+        return crew.wait()[1]
+    except KeyboardInterrupt:
+        crew.stop()
+        raise
+
+
 @contextmanager
 def stop_on_interrupt(stop: Callable[[], None]) -> Iterator[None]:
     """Ctrl-C calls `stop` instead of raising; a second one raises. Outside the main thread nothing changes."""

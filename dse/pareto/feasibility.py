@@ -18,6 +18,7 @@ from dse.analysis.validity import is_broken
 from dse.analysis.views import View
 from dse.encode.model import encode
 from dse.errors import RefereeError
+from dse.pareto.crew import heard
 from dse.pareto.front import exclude
 from dse.pareto.subproblem import Found, Solver, Unfinished
 from dse.pareto.switchboard import OutOfTime, Switchboard
@@ -79,7 +80,7 @@ def find_design(
     solver = Solver(encoded, seed=seed, deadline=deadline)
     sizes = [objective.size for objective in encoded.objectives]
     while True:
-        answer = solver.minimise([1] * len(sizes), sizes)
+        answer = heard(solver, lambda: solver.minimise([1] * len(sizes), sizes))
         if isinstance(answer, Unfinished):
             raise OutOfTime
         if not isinstance(answer, Found):

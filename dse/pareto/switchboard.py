@@ -18,6 +18,7 @@ from dse.analysis.validity import canonical
 from dse.analysis.views import View
 from dse.encode.model import Demands
 from dse.errors import RefereeError
+from dse.pareto.crew import heard
 from dse.pareto.subproblem import Found, Solver, Unfinished
 from dse.space.types import Design, Space
 
@@ -71,7 +72,7 @@ class Switchboard:
         solver = Solver(encoded, seed=seed, deadline=deadline)
         try:
             while True:
-                answer = solver.minimise([1] * len(sizes), sizes)
+                answer = heard(solver, lambda: solver.minimise([1] * len(sizes), sizes))
                 if isinstance(answer, Unfinished):
                     raise OutOfTime
                 if not isinstance(answer, Found):
