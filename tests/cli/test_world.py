@@ -22,7 +22,7 @@ PUMP = ROOT / "tests" / "fuzz" / "pump.yaml"
 INMARK = ROOT / "problems" / "inmark.yaml"
 PROGRAM = [sys.executable, "-c", "from dse.cli.entry import main; main()"]
 SWEEP = ["sweep", str(PUMP), "--vary", "jitter of sensor_to_valve=1ms..40ms", "--no-store", "--workers", "1"]
-INTERRUPTS = 60 if os.environ.get("DSE_LONG_TESTS") else 2
+INTERRUPTS = int(os.environ.get("DSE_INTERRUPTS", "2"))
 
 
 def dse(*arguments: str, environment: dict[str, str] | None = None, **more: Any) -> subprocess.CompletedProcess[str]:
