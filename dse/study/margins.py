@@ -129,13 +129,16 @@ def _narrowed(way: Way, good: Fraction, bad: Fraction, is_whole: bool) -> tuple[
 
     A step goes to where a straight line would meet its limit; after one that gains little, to the middle.
     """
-    finest = Fraction(1) if is_whole else max(abs(good), abs(bad)) * FINEST
+    finest = (max(abs(good), abs(bad)) * FINEST).limit_denominator(10**18) or FINEST**3
+    finest = Fraction(1) if is_whole else finest
     halve = False
     while abs(bad - good) > finest:
         width = abs(bad - good)
         place = (good + bad) / 2 if halve else _met(way, good, bad)
         if is_whole:
             place = Fraction(place.__floor__() if good < bad else place.__ceil__())
+        else:  # where lines meet, denominators multiply from step to step
+            place = round(place / finest * 16) * finest / 16
         if not min(good, bad) < place < max(good, bad):
             aside = finest if good < bad else -finest
             place = good + aside if place == good or halve else bad - aside

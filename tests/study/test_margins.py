@@ -184,6 +184,21 @@ def test_response_times_have_margins_too(tmp_path: Path) -> None:
     assert looked > 10
 
 
+def test_response_times_have_a_factor_too(tmp_path: Path) -> None:
+    """A little less holds, a little more breaks what is named; the numbers on the way stay short."""
+    problem = with_response_times(tmp_path)
+    function = function_of(problem, design_of(problem.space))
+    found = scaling(function)
+    assert found.factor is not None and found.factor.denominator < 10**30
+    moving = [item.index for item in function.inputs.variables if "execution_time" in item.path]
+    for times, good in ((Fraction(9999, 10000), True), (Fraction(10001, 10000), False)):
+        values = list(function.inputs.nominal)
+        for index in moving:
+            values[index] *= found.factor * times
+        said = {function.outputs.texts[bound.requirement] for bound in function.broken(function.analysed(values))}
+        assert (found.requirement not in said) == good and (not good or not said)
+
+
 def test_expressions_of_response_times_are_the_analysis(tmp_path: Path) -> None:
     """Between the jumps of a response time expressions apply; at other inputs new ones are made."""
     problem = with_response_times(tmp_path)
