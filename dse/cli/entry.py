@@ -5,13 +5,27 @@ from __future__ import annotations
 import os
 import signal
 import sys
+from types import FrameType
 from typing import TextIO
+
+
+class Interrupts:
+    """Whether Ctrl-C came: compiled modules that are being imported turn it into errors of their own."""
+
+    came = False
+
+    @classmethod
+    def note(cls, number: int, frame: FrameType | None) -> None:
+        """The handler of SIGINT."""
+        cls.came = True
+        raise KeyboardInterrupt
 
 
 def main() -> None:
     """Run the command line and leave with its exit code."""
     code = 5  # as dse.errors.EXIT_INCOMPLETE, which may not be there yet
     try:
+        signal.signal(signal.SIGINT, Interrupts.note)
         _open_closed_streams()
         from dse.cli.main import run
 

@@ -10,6 +10,7 @@ from importlib import import_module
 import click
 
 from dse.cli.common import discard_output
+from dse.cli.entry import Interrupts
 from dse.errors import EXIT_BUG, EXIT_INCOMPLETE, EXIT_USAGE, DseError, ProblemError
 
 COMMANDS = {
@@ -116,13 +117,20 @@ def run(arguments: list[str]) -> int:
         place = f"{error.filename}: " if error.filename else ""
         return _say(f"{place}{error.strerror or error}", EXIT_USAGE)
     except Exception as error:  # noqa: BLE001 (the outermost handler: whatever is left is a bug of ours)
-        if os.environ.get("DSE_TRACEBACK"):
-            traceback.print_exc()
-        return _say(
-            f"a bug in dse: {type(error).__name__}: {error}\nplease report it with the problem file; "
-            f"DSE_TRACEBACK=1 shows where",
-            EXIT_BUG,
-        )
+        return _bug(error)
+
+
+def _bug(error: Exception) -> int:
+    """Whatever is left, unless it comes of Ctrl-C."""
+    if Interrupts.came:
+        return _say("interrupted", EXIT_INCOMPLETE)
+    if os.environ.get("DSE_TRACEBACK"):
+        traceback.print_exc()
+    return _say(
+        f"a bug in dse: {type(error).__name__}: {error}\nplease report it with the problem file; "
+        f"DSE_TRACEBACK=1 shows where",
+        EXIT_BUG,
+    )
 
 
 def _say(message: str, code: int) -> int:
