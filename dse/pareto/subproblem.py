@@ -158,12 +158,11 @@ class Solver:
     def any_solution(self) -> Answer:
         """A solution of the model, the same one whatever was asked before."""
         self.calls += 1
-        answer: Answer = Unfinished()
-        for level in range(len(SETTINGS)):
-            answer = self._solve(level)
+        for configure in (_briefly, *SETTINGS[1:]):
+            answer = self._run(configure)
             if not isinstance(answer, Unfinished) or self._out_of_time():
-                break
-        return answer
+                return answer
+        return Unfinished()
 
     def _solve(self, level: int) -> Answer:
         return self._run(SETTINGS[level])
@@ -222,10 +221,16 @@ def _bare(parameters: Any) -> None:
     parameters.symmetry_level = 0
 
 
-def _light(parameters: Any) -> None:
-    """Little presolve and no linear relaxation."""
+def _briefly(parameters: Any) -> None:
+    """Bare settings for a moment: a design with a given point is found at once, or needs linear relaxation."""
+    _bare(parameters)
+    parameters.max_deterministic_time = 0.05
+
+
+def _relaxed(parameters: Any) -> None:
+    """Little presolve, and linear relaxation for sums at the edge of their limits."""
     parameters.max_deterministic_time = 1.0
-    parameters.linearization_level = 0
+    parameters.linearization_level = 1
     parameters.cp_model_probing_level = 0
     parameters.symmetry_level = 0
     parameters.max_presolve_iterations = 1
@@ -235,7 +240,7 @@ def _as_is(parameters: Any) -> None:
     """CP-SAT's own settings."""
 
 
-SETTINGS: tuple[Callable[[Any], None], ...] = (_bare, _light, _as_is)
+SETTINGS: tuple[Callable[[Any], None], ...] = (_bare, _relaxed, _as_is)
 """Each for a longer time than the one before; the last without a limit."""
 
 
@@ -244,7 +249,7 @@ def _in_order(parameters: Any, work: float, linear: int | None) -> None:
     if linear is None:
         _bare(parameters)
     else:
-        _light(parameters)
+        _relaxed(parameters)
         parameters.linearization_level = linear
         parameters.keep_all_feasible_solutions_in_presolve = True
     parameters.search_branching = type(parameters.search_branching).FIXED_SEARCH

@@ -15,7 +15,12 @@ from ortools.sat.python import cp_model
 from dse.pareto import subproblem
 
 MODEL = Path(__file__).with_name("lost_solution.txt").read_text()
-SETTINGS = {"as is": subproblem._as_is, "light": subproblem._light, "in order": lambda p: subproblem._in_order(p, 1, 2)}
+SETTINGS = {
+    "as is": subproblem._as_is,
+    "bare": subproblem._bare,
+    "relaxed": subproblem._relaxed,
+    "in order": lambda p: subproblem._in_order(p, 1, 2),
+}
 
 
 def solved(solver: cp_model.CpSolver) -> tuple[int, Any]:
