@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from fractions import Fraction
@@ -77,6 +78,7 @@ class Board:
         self.open_terms: list[OpenTerm] = []
         self.scheduled: dict[tuple[int, bool], tuple[object, Form]] = {}  # by the id of a term, which is kept alive
         self.guard: cp_model.IntVar | None = None
+        self.branched: Counter[int] = Counter()
         self.true = self.model.new_constant(1)
 
     def all_of(self, literals: Iterable[Any]) -> Any:
@@ -135,6 +137,10 @@ class Board:
         """A linear constraint where all the literals are true; where there is a guard, only while it is true."""
         held = [] if self.guard is None else [self.guard]
         self.model.add(comparison).only_enforce_if([*where, *held])
+
+    def shared(self) -> tuple[int, ...]:
+        """The decisions that sums have branched on, most summands first."""
+        return tuple(decision for decision, _ in self.branched.most_common())
 
     def cases(self, formula: Callable[[View], T], given: Given = NOTHING) -> list[Case[T]]:
         """The cases of a formula, where the decisions in `given` are taken."""

@@ -53,6 +53,8 @@ class EncodedSpace:
     inactive: Sequence[cp_model.IntVar | None]
     objectives: tuple[EncodedObjective, ...]
     open_terms: Sequence[OpenTerm] = ()
+    shared: Sequence[int] = ()
+    """Decisions on which many summands hang, most first: sums have a form of their own for each of their options."""
 
     def copy(self) -> EncodedSpace:
         """The same model again, for another thread to solve."""
@@ -67,6 +69,7 @@ class EncodedSpace:
             [again(literal) if literal is not None else None for literal in self.inactive],
             tuple(replace(objective, variable=again(objective.variable)) for objective in self.objectives),
             [replace(term, variable=again(term.variable)) for term in self.open_terms],
+            self.shared,
         )
 
     def design(self, is_true: Callable[[cp_model.IntVar], bool]) -> Design:
@@ -160,7 +163,7 @@ class Demands:
             except OverflowError as error:
                 raise _too_large(error) from error
         board = self.board
-        return EncodedSpace(board.model, board.options, board.inactive, objectives, board.open_terms)
+        return EncodedSpace(board.model, board.options, board.inactive, objectives, board.open_terms, board.shared())
 
 
 def _too_large(error: OverflowError) -> TooLargeError:
@@ -189,7 +192,7 @@ def _encode(evaluator: Evaluator) -> EncodedSpace:
     objectives = tuple(_add_objective(board, rates, evaluator, number) for number in range(len(space.objectives)))
     problem = board.model.validate()
     assert not problem, problem
-    return EncodedSpace(board.model, board.options, board.inactive, objectives, board.open_terms)
+    return EncodedSpace(board.model, board.options, board.inactive, objectives, board.open_terms, board.shared())
 
 
 def add_decisions(board: Board) -> None:

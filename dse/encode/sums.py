@@ -84,6 +84,7 @@ def _shared_decisions(board: Board, rates: RateVariables, terms: Sequence[Term])
         if users >= SHARED_BY and board.inactive[decision] is None and branches * options <= MOST_BRANCHES:
             shared.append(decision)
             branches *= options
+            board.branched[decision] += users
     return shared
 
 

@@ -6,8 +6,11 @@ Every question the search asks goes through `Solver.minimise`, which answers wit
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
+from functools import partial
+from itertools import product
+from math import prod
 from typing import Any
 
 from ortools.sat.python import cp_model
@@ -41,10 +44,32 @@ class NoSuchDesign:
 
 @dataclass(frozen=True)
 class Unfinished:
-    """The solver was stopped before it could tell; says nothing about the region."""
+    """The solver was stopped before it could tell; says nothing about the region.
+
+    What it minimised is at least `bound`; `best` is the best solution so far.
+    """
+
+    bound: int | None = None
+    best: Found | None = None
 
 
 Answer = Found | NoSuchDesign | Unfinished
+
+Part = tuple[int, ...]
+"""The variables of options that are chosen everywhere in a part of the space."""
+MOST_PARTS = 64
+
+
+def parts_of(encoded: EncodedSpace) -> Iterator[Part]:
+    """The combinations of options of the shared decisions: with these given, sums are plain sums."""
+    open_options = [
+        [literal.index for literal in encoded.options[decision]]
+        for decision in encoded.shared
+        if len(encoded.options[decision]) > 1
+    ]
+    while prod(map(len, open_options)) > MOST_PARTS:
+        open_options.pop()
+    return product(*open_options)
 
 
 class Solver:
@@ -63,6 +88,7 @@ class Solver:
         self.stopped = False
         self._first = 0
         self._too_hard = 0
+        self._parts = list(parts_of(encoded))
         self._running: cp_model.CpSolver | None = None
 
     def stop(self) -> None:
@@ -100,14 +126,21 @@ class Solver:
             variables = [objective.variable for objective in objectives]
             model.minimize(cp_model.LinearExpr.weighted_sum(variables, list(weights)))
         self.hint(hint)
-        return self.ask()
+        return self.ask(weights)
 
-    def ask(self) -> Answer:
-        """Solve the model as it stands: bare settings first, heavier ones for what proves hard."""
+    def ask(self, weights: Sequence[int] | None = None) -> Answer:
+        """Solve the model as it stands: bare settings first, heavier means for what proves hard.
+
+        Where the model minimises the sum of the objectives times `weights`, the parts of the space with the same shared
+        options are solved apart before it is tried as a whole with relaxation.
+        """
         self.calls += 1
+        levels: list[Callable[[], Answer]] = [partial(self._solve, level) for level in range(len(SETTINGS))]
+        if weights is not None and len(self._parts) > 1:
+            levels[1] = partial(self._solve_apart, weights)
         first = 0 if self.calls % BARE_AGAIN == 0 else self._first
-        for level in range(first, len(SETTINGS)):
-            answer = self._solve(level)
+        for level in range(first, len(levels)):
+            answer = levels[level]()
             if not isinstance(answer, Unfinished):
                 if level == first:
                     self._first, self._too_hard = first, 0
@@ -119,6 +152,52 @@ class Solver:
                 if self._too_hard == 2:
                     self._first, self._too_hard = level + 1, 0
         return Unfinished()
+
+    def _solve_apart(self, weights: Sequence[int]) -> Answer:
+        """The best of all parts: each for a moment first, then those that may still hold a better design to the end."""
+        best: Found | None = None
+        waiting: list[tuple[int, int]] = []
+        for number, part in enumerate(self._parts):
+            answer = self._solve_part(part, _briefly, weights, best)
+            if isinstance(answer, Unfinished):
+                if self._out_of_time():
+                    return Unfinished()
+                best = answer.best or best
+                waiting.append((answer.bound if answer.bound is not None else -EXACT_LIMIT, number))
+            elif isinstance(answer, Found):
+                best = answer
+        for bound, number in sorted(waiting):
+            if best is not None and bound >= _weighted(weights, best):
+                continue
+            for configure in (_relaxed, _as_is):
+                answer = self._solve_part(self._parts[number], configure, weights, best)
+                if not isinstance(answer, Unfinished):
+                    break
+                if self._out_of_time():
+                    return Unfinished()
+                best = answer.best or best
+            if isinstance(answer, Found):
+                best = answer
+        return best or NoSuchDesign()
+
+    def _solve_part(
+        self, part: Part, configure: Callable[[Any], None], weights: Sequence[int], best: Found | None
+    ) -> Answer:
+        """A better design than `best` in a part of the space."""
+        proto = self.encoded.model.proto
+        if best is not None:
+            if not any(weights):
+                return NoSuchDesign()  # any design will do
+            proto.objective.domain.extend([-EXACT_LIMIT, _weighted(weights, best) - 1])
+        before = [list(proto.variables[index].domain) for index in part]
+        for index in part:
+            _set_domain(proto, index, [1, 1])
+        try:
+            return self._run(configure)
+        finally:
+            for index, domain in zip(part, before, strict=True):
+                _set_domain(proto, index, domain)
+            proto.objective.domain.clear()
 
     def hint(self, hint: Design | None) -> None:
         """Suggest a design to start from."""
@@ -186,16 +265,30 @@ class Solver:
         self._running = solver
         status = solver.solve(self.encoded.model)
         self._running = None
-        if status == cp_model.OPTIMAL:
+        assert status != cp_model.MODEL_INVALID, "the model is invalid"
+        if status == cp_model.INFEASIBLE:
+            return NoSuchDesign()
+        found = None
+        if status in (cp_model.OPTIMAL, cp_model.FEASIBLE):
             point = tuple(solver.value(objective.variable) for objective in self.encoded.objectives)
             design = self.encoded.design(solver.boolean_value)
             if self.encoded.open_terms and self.encoded.sharpen(design, solver.value):
                 return None
-            return Found(point, design)
-        if status == cp_model.INFEASIBLE:
-            return NoSuchDesign()
-        assert status != cp_model.MODEL_INVALID, "the model is invalid"
-        return Unfinished()
+            found = Found(point, design)
+            if status == cp_model.OPTIMAL:
+                return found
+        has_bound = self.encoded.model.has_objective()
+        return Unfinished(solver.response_proto.inner_objective_lower_bound if has_bound else None, found)
+
+
+def _weighted(weights: Sequence[int], found: Found) -> int:
+    return sum(weight * value for weight, value in zip(weights, found.point, strict=True))
+
+
+def _set_domain(proto: Any, index: int, bounds: Sequence[int]) -> None:
+    domain = proto.variables[index].domain
+    domain.clear()
+    domain.extend(bounds)
 
 
 def sound_solver(seed: int = 0) -> cp_model.CpSolver:
