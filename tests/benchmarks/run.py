@@ -22,6 +22,12 @@ Save = Callable[[Any], None]
 """Takes what a part has measured so far: a run that is stopped keeps it."""
 GRACE_S = 120.0
 MOST_DESIGNS = 5 * 10**7
+LOOPS: dict[str, dict[str, Any]] = {
+    "plain model, 1 worker": {"model": "plain", "workers": 1},
+    "plain model, all cores": {"model": "plain", "workers": 0},
+    "our model, 1 worker": {"model": "our", "workers": 1},
+}
+"""How the textbook loop is run."""
 
 
 def measure(task: str, case: Case, **options: Any) -> dict[str, Any]:
@@ -68,13 +74,13 @@ def run_fronts(options: Any, say: Say, save: Save) -> list[dict[str, Any]]:
 
 def _one_front(case: Case, options: Any) -> dict[str, Any]:
     ours: list[dict[str, Any]] = []
-    loops: dict[int, list[dict[str, Any]]] = {1: [], 0: []}
+    loops: dict[str, list[dict[str, Any]]] = {name: [] for name in LOOPS}
     for _ in range(options.repeats):
         for workers in (1, 2):
             ours.append({**measure("ours", case, limit_s=options.limit, workers=workers), "workers": workers})
-        for workers, runs in loops.items():
+        for name, runs in loops.items():
             if not runs or runs[-1].get("is_complete"):  # what has not ended once is not asked again
-                runs.append(measure("textbook", case, limit_s=options.limit, workers=workers))
+                runs.append(measure("textbook", case, limit_s=options.limit, **LOOPS[name]))
     full = measure("exhaustive", case, limit_s=options.limit, most_designs=MOST_DESIGNS)
     good = [run for run in ours if "failed" not in run]
     row: dict[str, Any] = {"case": case.name, "failed": [run["failed"] for run in ours if "failed" in run]}
@@ -88,7 +94,7 @@ def _one_front(case: Case, options: Any) -> dict[str, Any]:
         keys = ("build_s", "import_s", "encode_s", "proof_s", "enumerate_s", "report_s", "peak_mb")
         row[f"ours_{workers}"] = {key: spread([run[key] for run in mine]) for key in keys}
     row["same_every_time"] = all(run["front"] == good[0]["front"] for run in good if run["is_complete"])
-    row["textbook"] = {str(workers): _loop(runs, good) for workers, runs in loops.items()}
+    row["textbook"] = {name: _loop(runs, good) for name, runs in loops.items()}
     row["exhaustive"] = {key: full.get(key) for key in ("is_complete", "designs", "seconds", "combinations", "failed")}
     row["checked_by"] = _checks(front, row, loops, full)
     if row["is_complete"] and options.genetic:
@@ -113,7 +119,7 @@ def _loop(runs: list[dict[str, Any]], good: list[dict[str, Any]]) -> dict[str, A
     }
 
 
-def _checks(front: list[Any], row: dict[str, Any], loops: dict[int, list[dict[str, Any]]], full: dict[str, Any]) -> str:
+def _checks(front: list[Any], row: dict[str, Any], loops: dict[str, list[dict[str, Any]]], full: dict[str, Any]) -> str:
     """Who confirms the front; a front that anybody contradicts is reported in capitals."""
     known = set(front)
     said = []

@@ -89,7 +89,7 @@ def _textbook(case: Case, task: dict[str, Any]) -> dict[str, Any]:
 
     from .textbook import textbook_front
 
-    return textbook_front(Evaluator(_load(case)[0].space), task["limit_s"], task["workers"])
+    return textbook_front(Evaluator(_load(case)[0].space), task["limit_s"], task["workers"], task["model"])
 
 
 def _genetic(case: Case, task: dict[str, Any]) -> dict[str, Any]:
