@@ -61,8 +61,9 @@ def fronts(*, quick: bool, seed: int) -> list[Case]:
     if quick:
         return [INMARK, *small[:2], generated("event-driven", 30, 2, seed)]
     middle = [generated(family, 30, objectives, seed) for family in FAMILIES for objectives in (2, 3)]
-    large = [generated("event-driven", 100, 3, seed), generated("two-computers", 100, 3, seed)]
-    return [INMARK, *small, *middle, *large, generated("event-driven", 300, 2, seed)]
+    large = [generated("many-buses", 100, 3, seed), generated("two-computers", 100, 3, seed)]
+    largest = [generated(family, 300, 2, seed) for family in ("event-driven", "two-computers", "robot")]
+    return [INMARK, *small, *middle, *large, *largest, generated("event-driven", 1000, 2, seed)]
 
 
 def curves(*, quick: bool, seed: int) -> dict[str, list[tuple[float, Case]]]:

@@ -74,8 +74,8 @@ def _fronts(rows: list[dict[str, Any]]) -> Iterator[str]:
     yield "CP-SAT's default parameters, no hints: lexicographic epsilon-constraint for two objectives, minimise a sum"
     yield "and cut off what is dominated for three and more. Once on a plain model (a literal for every pair of a"
     yield "coefficient and a rate), once on ours. All seconds include the encoding. Ratios are to ours with one worker,"
-    yield "repeat by repeat. `+`: not ended at the time limit, the ratio is a lower bound. Brute force: all combinations"
-    yield "through the vectorised analysis, if at most 5e7."
+    yield "repeat by repeat. `+`: not ended at the time limit, the ratio is a lower bound. Brute force: all"
+    yield "combinations through the vectorised analysis, if at most 5e7."
     yield ""
     loops = [cell for name in LOOPS for cell in (f"loop, {name} s", "times ours")]
     head = ("problem", "ours s", "ours, 2 workers s", *loops, "brute force", "front confirmed by")
