@@ -78,7 +78,7 @@ def reopen(path: str | Path, problem: str | Path | None = None) -> Result:
             **({"ranking": ranking["method"], "ranking_words": ranking["words"]} if ranking else {}),
             others=tuple(_others(evaluator, item, infos, path) for item in data.get("others", [])),
         )
-    except (KeyError, TypeError, ValueError, AttributeError) as error:
+    except (KeyError, TypeError, ValueError, AttributeError, ArithmeticError) as error:
         raise UsageError(f"{path}: is not a whole result: {error!r}") from error
 
 

@@ -28,7 +28,7 @@ def read_search(path: str | Path, problem: str | Path | None = None) -> tuple[Pr
         asked = restated(load(_problem_file(data, Path(path), problem)), data["problem"]["effective"])
         _check_unchanged(asked, data["problem"])
         return asked, _search(asked.space, data)
-    except (KeyError, TypeError, ValueError, AttributeError) as error:
+    except (KeyError, TypeError, ValueError, AttributeError, ArithmeticError) as error:
         raise UsageError(f"{path}: is not a whole result: {error!r}") from error
 
 

@@ -94,7 +94,7 @@ def _checked(data: Mapping[str, Any], loaded: Problem, method: Method, deadline:
         check_conflicts(bench, method, deadline)
     except UsageError as error:
         bench.find("problem.effective", str(error))
-    except (KeyError, IndexError, TypeError, ValueError, AttributeError, OverflowError) as error:
+    except (KeyError, IndexError, TypeError, ValueError, AttributeError, ArithmeticError) as error:
         bench.find("the result", f"is not whole or not of the form dse-result/1 ({type(error).__name__}: {error})")
     return bench
 

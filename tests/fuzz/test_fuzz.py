@@ -111,6 +111,22 @@ def test_a_result_with_a_part_of_another_kind_is_a_message(
     assert run(["verify", str(file)]) == 3
 
 
+def test_a_fraction_of_nothing_in_a_result_is_a_message(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    near, clash = tmp_path / "near.json", tmp_path / "clash.json"
+    assert run(["solve", str(PUMP), "-q", "--json", str(near), "--within", "5%"]) == 0
+    assert run(["solve", str(PUMP), "-q", "--json", str(clash), "--max-jitter", "5ms"]) == 4
+    for file, change in ((near, ("others", 0, "within")), (clash, ("conflicts", 0, "members", 0, "closest"))):
+        data = json.loads(file.read_text(encoding="utf-8"))
+        held = data
+        for key in change[:-1]:
+            held = held[key]
+        held[change[-1]] = "1/0"
+        file.write_text(json.dumps(data), encoding="utf-8")
+        assert run(["report", str(file), "-o", str(tmp_path)]) == 2
+        assert "is not a whole result" in capsys.readouterr().err
+        assert run(["verify", str(file)]) == 3
+
+
 def test_work_beyond_all_numbers_is_a_message(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     file = tmp_path / "huge.yaml"
     text = (PUMP.parent / "timing.yaml").read_text(encoding="utf-8")
