@@ -111,7 +111,13 @@ def _point(
     evaluator: Evaluator, item: Mapping[str, Any], design: Design, infos: tuple[ObjectiveInfo, ...], path: str | Path
 ) -> Point:
     checked = _checked(evaluator, item, design, infos, path)
-    return Point(id=int(item["id"]), rank=int(item["rank"]), score=str(item.get("score", "")), **checked)
+    return Point(
+        id=int(item["id"]),
+        rank=int(item["rank"]),
+        score=str(item.get("score", "")),
+        is_first=item.get("is_first") is not False,
+        **checked,
+    )
 
 
 def _others(

@@ -226,6 +226,7 @@ def _points(evaluator: Evaluator, search: FrontSearch) -> tuple[Point, ...]:
             metrics=evaluator.metric_values(design),
             decisions=decisions_of(space, design),
             design=design,
+            is_first=vector not in search.not_first,
         )
         for number, (rank, vector, design) in enumerate(rows, start=1)
     )

@@ -16,8 +16,12 @@ from dse.pareto.subproblem import Found, Solver
 from dse.space.types import Design
 
 
-def canonical_design(solver: Solver, point: tuple[int, ...], known: Design, *, strictly: bool = False) -> Design | None:
-    """A design with the counted objectives `point`; None when stopped. The model is left as it was.
+def canonical_design(
+    solver: Solver, point: tuple[int, ...], known: Design, *, strictly: bool = False
+) -> tuple[Design, bool] | None:
+    """A design with the counted objectives `point`, and whether it is the first of them; None when stopped.
+
+    The model is left as it was.
 
     `strictly` the lexicographically smallest, inactive before every option, however long it takes; for models that the
     search has changed.
@@ -32,11 +36,12 @@ def canonical_design(solver: Solver, point: tuple[int, ...], known: Design, *, s
     finally:
         model.proto.search_strategy.clear()
     if isinstance(answer, Found):
-        return answer.design
+        return answer.design, True
     if strictly:
-        return _by_digits(solver, point, known)
+        by_digits = _by_digits(solver, point, known)
+        return None if by_digits is None else (by_digits, True)
     answer = solver.any_solution()
-    return answer.design if isinstance(answer, Found) else None
+    return (answer.design, False) if isinstance(answer, Found) else None
 
 
 def _set_point(solver: Solver, point: tuple[int, ...]) -> None:

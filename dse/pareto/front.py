@@ -47,7 +47,8 @@ class FrontSearch:
     `points` maps objective vectors (counted, as `Measure.integer` gives them) to designs. `unexplored` are the regions
     still open and `refuted` those proved empty: exclusive upper bounds in the same units, minimised objectives
     (maximised ones negated). `floors` has for each open region the least value that each objective may still have
-    there.
+    there. `not_first` are the points whose design is not proved to be the first, in the order of the file, of those
+    that have them.
     """
 
     points: Mapping[tuple[int, ...], Design]
@@ -56,6 +57,7 @@ class FrontSearch:
     calls: int
     elapsed_s: float
     floors: tuple[Bound, ...] = ()
+    not_first: frozenset[tuple[int, ...]] = frozenset()
 
     @property
     def is_complete(self) -> bool:
@@ -90,6 +92,7 @@ class _State:
     started: float
     crew: Crew[tuple[Bound, int], Answer] = field(default_factory=Crew)
     designs: dict[Bound, Design] = field(default_factory=dict)
+    first: set[Bound] = field(default_factory=set)
     hint: Design | None = None
     calls_before: int = 0
 
@@ -123,6 +126,9 @@ class _State:
             calls=self.calls_before + self.crew.calls,
             elapsed_s=time.monotonic() - self.started,
             floors=tuple(counted(objectives, self.region.floor(zone)) for zone in zones),
+            not_first=frozenset(
+                _signed(self.evaluator, counted(objectives, point)) for point in self.designs.keys() - self.first
+            ),
         )
 
 
@@ -194,7 +200,7 @@ def _make_canonical(state: _State) -> None:
     """Replace each design by the canonical one of its point, unless the search was stopped."""
     if state.region.open:
         return
-    crew: Crew[Bound, Design] = Crew(state.crew.solvers)
+    crew: Crew[Bound, tuple[Design, bool]] = Crew(state.crew.solvers)
     for solver in crew.solvers:
         solver.deadline = None  # the front is proved; what is left is short, and makes the result reproducible
     waiting = sorted(state.designs, reverse=True)
@@ -204,7 +210,9 @@ def _make_canonical(state: _State) -> None:
                 point = waiting.pop()
                 known = Found(point, state.designs[point])
                 crew.start(solver, point, partial(_first_accepted, solver, state.evaluator, known))
-        point, state.designs[point] = crew.wait()
+        point, (state.designs[point], is_first) = crew.wait()
+        if is_first:
+            state.first.add(point)
 
 
 def _restore(state: _State, earlier: FrontSearch) -> None:
@@ -264,19 +272,21 @@ def _has_rounded_limits(evaluator: Evaluator) -> bool:
     return any(limit.measure.rounded for limit in evaluator.limits)
 
 
-def _first_accepted(solver: Solver, evaluator: Evaluator, known: Found) -> Design:
+def _first_accepted(solver: Solver, evaluator: Evaluator, known: Found) -> tuple[Design, bool]:
     """The canonical design of a point among those that exact comparison accepts; the known one when stopped.
+
+    And whether it is the first of them in the order of the file.
 
     Where the search adds to the model as it goes, only the strictly first one is the same whatever way it went.
     """
     strictly = _has_rounded_limits(evaluator) or bool(solver.encoded.open_terms)
     while True:
-        design = canonical_design(solver, known.point, known.design, strictly=strictly)
-        if design is None:
-            return known.design
-        if _is_accepted(evaluator, solver.encoded, Found(known.point, design), known.point):
-            return design
-        exclude(solver.encoded, design)
+        found = canonical_design(solver, known.point, known.design, strictly=strictly)
+        if found is None:
+            return known.design, False
+        if _is_accepted(evaluator, solver.encoded, Found(known.point, found[0]), known.point):
+            return found
+        exclude(solver.encoded, found[0])
 
 
 def _lexicographic(solver: Solver, upper: list[int], axis: int, hint: Design | None) -> Answer:

@@ -36,6 +36,7 @@ class Point:
 
     `objectives` and `metrics` count in the units of the result, `decisions` are the active open ones.
     `id` names the point in a result whatever it is ranked by; `score` says in words what the rank is founded on.
+    `is_first`: of all designs with these objectives it is the first in the order of the file.
     """
 
     id: int
@@ -45,6 +46,7 @@ class Point:
     decisions: Mapping[str, str]
     design: Design
     score: str = ""
+    is_first: bool = True
 
 
 @dataclass(frozen=True)
@@ -206,6 +208,7 @@ class Result:
                     "objectives": dict(point.objectives),
                     "metrics": dict(point.metrics),
                     "decisions": dict(point.decisions),
+                    **({} if point.is_first else {"is_first": False}),
                 }
                 for point in self.front
             ],

@@ -273,6 +273,7 @@ def test_canonical_designs_by_digits_are_those_of_the_depth_first_search(
     monkeypatch.setattr(canonical, "EXACT_LIMIT", limit)
     search = search_front(evaluator)
     assert search.points == expected.points
+    assert not search.not_first
 
 
 @pytest.mark.parametrize("name", ["equal", "bindings", "protocols", "buses"])
@@ -284,6 +285,7 @@ def test_canonical_designs_from_a_fresh_start_do_not_depend_on_the_way(
     monkeypatch.setattr(Solver, "first_in_order", lambda self, to_the_end: Unfinished())
     monkeypatch.setattr(front, "HELP_AFTER_S", 0.0)
     expected = search_front(evaluator)
+    assert expected.not_first == expected.points.keys()
     assert search_front(evaluator, Budget(workers=3)).points == expected.points
     monkeypatch.setattr(Solver, "hint", lambda self, hint: self.encoded.model.clear_hints())
     assert search_front(evaluator).points == expected.points
