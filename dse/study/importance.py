@@ -18,6 +18,8 @@ SAMPLES = 100_000
 SOBOL_SAMPLES = 2**12
 """Base samples of the Sobol indices; the function is evaluated (inputs + 2) times as often."""
 TRAJECTORIES = 256
+LEVELS = 4
+"""Morris' trajectories walk on a grid with so many values of each input, in the middle of as many equal shares."""
 SLACK = 1e-12
 """Samples are floating-point numbers: a value that meets its limit to this relative difference holds."""
 
@@ -28,9 +30,9 @@ def random_shares(count: int, samples: int, seed: int) -> Any:
 
 
 def chance(function: DesignFunction, uncertain: Sequence[Uncertain], shares: Any) -> Chance:
-    """How often the design meets its requirements for the given samples (the same for every design.
+    """How often the design meets its requirements for the given samples.
 
-    So that they compare).
+    They are the same for every design, so that designs compare.
     """
     size = shares.shape[1]
     outputs = function.sampled(columns_of(uncertain, shares), size)
@@ -64,10 +66,7 @@ def _holds(operator: str, value: Any, limit: Any) -> Any:
 def indices(
     function: DesignFunction, uncertain: Sequence[Uncertain], metrics: Sequence[str], seed: int
 ) -> tuple[Indices, ...]:
-    """Sobol indices (Saltelli 2010, by scipy) and Morris' elementary effects (radial.
-
-    Campolongo 2011) of each metric that varies.
-    """
+    """Sobol indices (Saltelli 2010, by SciPy) and Morris' elementary effects (by SALib) of each metric that varies."""
     names = [name for name in metrics if name in function.outputs.names]
     numbers = [function.outputs.names.index(name) for name in names]
 
@@ -123,21 +122,22 @@ def _sobol(
 
 
 def _morris(outputs: Callable[[Any], Any], uncertain: Sequence[Uncertain], seed: int) -> tuple[Any, Any]:
-    """Mean absolute elementary effect and its standard deviation, per whole range.
+    """Mean absolute elementary effect and its standard deviation, per whole range (Morris 1991, by SALib).
 
     A row for each output, a column for each input.
     """
-    from scipy.stats import qmc
+    from SALib.analyze import morris as effects_of
+    from SALib.sample import morris as trajectories
 
-    count = len(uncertain)
-    base = qmc.Sobol(count, rng=numpy.random.default_rng(seed)).random(TRAJECTORIES).T
-    start = outputs(numpy.array([item.ppf(row) for item, row in zip(uncertain, base, strict=True)]))
-    effects = []
-    for number in range(count):
-        moved = base.copy()
-        step = numpy.where(moved[number] < 0.5, 0.5, -0.5)
-        moved[number] += step
-        ends = outputs(numpy.array([item.ppf(row) for item, row in zip(uncertain, moved, strict=True)]))
-        effects.append((ends - start) / step)
-    stacked = numpy.array(effects)
-    return numpy.abs(stacked).mean(axis=2).T, stacked.std(axis=2, ddof=1).T
+    names = [item.path for item in uncertain]
+    problem = {"num_vars": len(names), "names": names, "bounds": [[0.0, 1.0]] * len(names)}
+    shares = trajectories.sample(problem, TRAJECTORIES, num_levels=LEVELS, seed=seed)
+    inside = (shares * (LEVELS - 1) + 0.5) / LEVELS  # a distribution without ends has no value at 0 and 1
+    whole = LEVELS / (LEVELS - 1)
+    values = numpy.array([item.ppf(column) for item, column in zip(uncertain, inside.T, strict=True)])
+    found = [
+        effects_of.analyze(problem, shares, row, num_levels=LEVELS, num_resamples=2, seed=seed)
+        for row in outputs(values)
+    ]
+    effects, spreads = ([item[name] for item in found] for name in ("mu_star", "sigma"))
+    return numpy.array(effects) * whole, numpy.array(spreads) * whole
