@@ -27,6 +27,7 @@ def main() -> None:
     try:
         signal.signal(signal.SIGINT, Interrupts.note)
         _open_closed_streams()
+        os.environ.setdefault("PYDANTIC_DISABLE_PLUGINS", "__all__")  # we use none; looking for them takes time
         from dse.cli.main import run
 
         code = run(sys.argv[1:])

@@ -226,7 +226,7 @@ def run_analysis(options: Any, say: Say, save: Save) -> list[dict[str, Any]]:
     return rows
 
 
-RUN = "from dse.cli.main import main; main()"
+RUN = "from dse.cli.entry import main; main()"
 IMPORT = "import ortools.sat.python.cp_model"
 STARTS = {
     IMPORT: [IMPORT],
