@@ -154,7 +154,10 @@ class Solver:
         return Unfinished()
 
     def _solve_apart(self, weights: Sequence[int]) -> Answer:
-        """The best of all parts: each for a moment first, then those that may still hold a better design to the end."""
+        """The best of all parts: each for a moment, then with heavier settings those that may hold something better.
+
+        What is found in one part limits the others; the last settings go on to the end.
+        """
         best: Found | None = None
         waiting: list[tuple[int, int]] = []
         for number, part in enumerate(self._parts):
@@ -166,18 +169,20 @@ class Solver:
                 waiting.append((answer.bound if answer.bound is not None else -EXACT_LIMIT, number))
             elif isinstance(answer, Found):
                 best = answer
-        for bound, number in sorted(waiting):
-            if best is not None and bound >= _weighted(weights, best):
-                continue
-            for configure in (_relaxed, _as_is):
+        for configure in SETTINGS[1:]:
+            left: list[tuple[int, int]] = []
+            for bound, number in sorted(waiting):
+                if best is not None and bound >= _weighted(weights, best):
+                    continue
                 answer = self._solve_part(self._parts[number], configure, weights, best)
-                if not isinstance(answer, Unfinished):
-                    break
-                if self._out_of_time():
-                    return Unfinished()
-                best = answer.best or best
-            if isinstance(answer, Found):
-                best = answer
+                if isinstance(answer, Unfinished):
+                    if self._out_of_time():
+                        return Unfinished()
+                    best = answer.best or best
+                    left.append((bound if answer.bound is None else max(bound, answer.bound), number))
+                elif isinstance(answer, Found):
+                    best = answer
+            waiting = left
         return best or NoSuchDesign()
 
     def _solve_part(
