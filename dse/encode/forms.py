@@ -6,7 +6,6 @@ from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from fractions import Fraction
-from math import gcd
 from types import MappingProxyType
 from typing import Any, TypeAlias, TypeVar
 
@@ -46,10 +45,6 @@ class Form:
         ends = (times * other.low, times * other.high)
         self.low += min(ends)
         self.high += max(ends)
-
-    def shared_divisor(self) -> int:
-        """The greatest common divisor of the coefficients; 1 for a constant."""
-        return gcd(*self.coefficients.values()) or 1
 
 
 @dataclass(frozen=True)
