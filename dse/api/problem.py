@@ -6,12 +6,12 @@ The analysis is imported where it is used: ``dse check`` does without.
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
 from dse.errors import UsageError
-from dse.space.build import build_space
+from dse.space.build import build_space, every_mistake
 from dse.space.questions import (
     QuestionError,
     read_objective,
@@ -22,7 +22,7 @@ from dse.space.questions import (
 from dse.space.trees import NotOffered
 from dse.space.types import EMPTY, Design, Objective, Requirement, Rule, Space
 from dse.spec.grammar import ExpressionError, parse_assignment, parse_limit
-from dse.spec.load import LoadedSpec, load_spec, parse_spec
+from dse.spec.load import LoadedSpec, UnreadableError, load_spec, parse_spec
 
 LIMITED_METRICS = ("jitter", "latency", "utilisation", "load", "price", "power")
 ORIGIN = "command line"
@@ -76,13 +76,19 @@ def load(path: str | Path) -> Problem:
     ProblemError
         with every mistake in the file and its includes, each with its line and column.
     """
-    loaded = load_spec(Path(path))
-    return Problem(loaded, build_space(loaded))
+    return _problem(lambda: load_spec(Path(path)))
 
 
 def loads(text: str, name: str = "<text>") -> Problem:
     """Read a problem from text; it cannot include files. Errors as for `load`."""
-    loaded = parse_spec(text, name)
+    return _problem(lambda: parse_spec(text, name))
+
+
+def _problem(read: Callable[[], LoadedSpec]) -> Problem:
+    try:
+        loaded = read()
+    except UnreadableError as error:
+        raise every_mistake(error) from None
     return Problem(loaded, build_space(loaded))
 
 

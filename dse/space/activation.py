@@ -78,8 +78,10 @@ def trigger_graph(space: Space) -> dict[int, set[int]]:
 
 def check_activation(ledger: Ledger, space: Space) -> None:
     """Report cycles of event-triggered components, and rates that are needed but come from nowhere."""
-    needed = _needed_rates(space)
     _check_cycles(ledger, space)
+    if not ledger.loaded.remains.is_whole:  # what was taken out may have told a rate
+        return
+    needed = _needed_rates(space)
     _check_sources(ledger, space, needed)
     for connection in space.connections:
         _check_delivery(ledger, space, connection, needed)

@@ -6,7 +6,7 @@ from collections import Counter
 from collections.abc import Iterable
 from typing import Any
 
-from dse.errors import ProblemError
+from dse.errors import Diagnostic, ProblemError
 from dse.space.activation import check_activation, with_triggers
 from dse.space.components import (
     build_component,
@@ -21,7 +21,7 @@ from dse.space.metrics import RESERVED
 from dse.space.questions import with_questions
 from dse.space.slots import build_buses, build_processor, check_bus_types
 from dse.space.types import Space
-from dse.spec.load import LoadedSpec
+from dse.spec.load import LoadedSpec, UnreadableError
 from dse.spec.model import Spec
 from dse.units import shown
 
@@ -76,6 +76,19 @@ def build_space(loaded: LoadedSpec) -> Space:
     if ledger.diagnostics:
         raise ProblemError(ledger.sorted_diagnostics())
     return space
+
+
+def every_mistake(error: UnreadableError) -> ProblemError:
+    """The mistakes of a file that cannot be read, with those that names and structure hold in the rest of it."""
+    found: list[Diagnostic] = [*error.diagnostics]
+    if error.rest is not None:
+        order = [source.file for source in error.rest.sources]
+        try:
+            build_space(error.rest)
+        except ProblemError as further:
+            found += further.diagnostics
+        found.sort(key=lambda item: (order.index(item.file), item.line, item.column))
+    return ProblemError(found)
 
 
 def _component_names(spec: Spec) -> list[tuple[str, str]]:

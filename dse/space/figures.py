@@ -48,11 +48,45 @@ class Ledger:
     _doubtful_words: set[str] = field(default_factory=set)
     _doubtful_metrics: set[str] = field(default_factory=set)
 
+    def __post_init__(self) -> None:
+        """What was taken out of the problem is open from the start."""
+        for name in self.loaded.remains.names:
+            self.doubt(name)
+            connection = self.loaded.spec.connections.get(name)
+            if connection is not None:
+                ends = {"from": connection.from_, "to": connection.to, "data_size": connection.data_size}
+                self.doubt(*(f"{name}.{field_name}" for field_name, value in ends.items() if value is None))
+
     def error(self, path: Path, message: str, hint: str = "", *, at_key: bool = False) -> None:
         """Note a mistake at `path` of the problem file; one about a whole entry points at its name."""
+        if self._may_follow(path, message, hint):
+            return
         depth = max(len(source.node.known(path)) for source in self.loaded.sources)
         at_key = at_key or (depth == 2 and path[0] in NAMED)
         self.diagnostics[self.loaded.diagnostic(path, message, hint, at_key=at_key)] = None
+
+    def _may_follow(self, path: Path, message: str, hint: str) -> bool:
+        """Whether a mistake may come of what had to be taken out of the problem: its place or its words say so."""
+        taken = self.loaded.remains
+        if taken.is_whole:
+            return False
+        if path in taken.places:
+            return True
+        if message.startswith("unknown ") and path[0] != "rules":
+            return any(_names(message, name) for name in taken.gone)
+        if message.startswith("unknown name ") and any(shown(name) in message for name in self._types()):
+            return True  # a type that nothing has any more
+        if message.startswith("no connection from "):  # `flows` looks at what is open
+            return False
+        words = message if hint.startswith(("did you mean", "known", "options")) else f"{message} {hint}"
+        text = self.loaded.source_of(path).text_at(path)
+        return any(
+            name in path[1:] or _names(words, name) or re.search(_word(name), text) is not None for name in taken.names
+        )
+
+    def _types(self) -> Iterable[str]:
+        spec = self.loaded.spec
+        return (*spec.processor_types, *spec.bus_types, *spec.device_types, *spec.thread_types)
 
     def sorted_diagnostics(self) -> list[Diagnostic]:
         """Every mistake noted, by file in the order of inclusion, line and column."""
@@ -83,7 +117,7 @@ class Ledger:
         words = self._doubtful_metrics
         if path[0] == "rules":
             words = self._doubtful | self._doubtful_words
-        return any(re.search(rf"(?<!\w){re.escape(word)}(?!\w)", text) for word in words)
+        return any(re.search(_word(word), text) for word in words)
 
     def origin(self, path: Path) -> str:
         """Where `path` stands in the problem file, as ``file:line``."""
@@ -112,6 +146,16 @@ class Ledger:
         """Make `name` known to rules, the baseline and ``--fix``."""
         if texts:
             self.references[name] = Reference(name, kind, tree, texts)
+
+
+def _word(name: str) -> str:
+    return rf"(?<!\w){re.escape(name)}(?!\w)"
+
+
+def _names(words: str, name: str) -> bool:
+    """Whether a message names something: in quotes, with a field, of a metric, or in a cycle."""
+    word = _word(name)
+    return re.search(rf'"{word}"|{word}\.\w|\bof {word}|-> {word}|{word} ->', words) is not None
 
 
 def closest(name: str, known: Iterable[str]) -> str:

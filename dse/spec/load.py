@@ -5,7 +5,7 @@ from __future__ import annotations
 import hashlib
 import re
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from difflib import get_close_matches
 from pathlib import Path
 from typing import Any, Literal, get_args
@@ -16,7 +16,8 @@ from pydantic_core import ErrorDetails
 from dse.errors import Diagnostic, ProblemError
 from dse.spec.fields import describe
 from dse.spec.model import Catalogue, Model, Spec, TransmissionTime
-from dse.spec.reader import Node, PathPart, decode_text, read_bytes, read_yaml
+from dse.spec.reader import Node, PathPart, RepeatedKeysError, decode_text, dotted, read_bytes, read_yaml
+from dse.spec.salvage import WHOLE, Place, Remains, remains, salvaged
 
 SECTIONS = tuple(name for name, info in Catalogue.model_fields.items() if str(info.annotation).startswith("dict["))
 MAX_FILES = 200
@@ -43,13 +44,18 @@ class Source:
         line, column = self.node.locate(path, at_key=at_key)
         return Diagnostic(message, dotted(self.node.known(path)), self.file, line, column, hint, severity)
 
+    def text_at(self, path: Sequence[PathPart]) -> str:
+        """The text at a place in this file, or of the last part that exists; "" for anything but text."""
+        value = self.node.at(path).value
+        return value if isinstance(value, str) else ""
+
 
 @dataclass(frozen=True)
 class LoadedSpec:
     """A problem with its includes merged in, and where it was read.
 
     `sha256` is that of the main file; `includes` has each included file, as found from the main file's folder, and its
-    hash.
+    hash. `remains` tells what was taken out of a problem with mistakes.
     """
 
     spec: Spec
@@ -57,6 +63,7 @@ class LoadedSpec:
     sha256: str
     includes: tuple[tuple[str, str], ...] = ()
     sources: tuple[Source, ...] = field(default=(), repr=False, compare=False)
+    remains: Remains = WHOLE
 
     def diagnostic(
         self,
@@ -68,14 +75,19 @@ class LoadedSpec:
         at_key: bool = False,
     ) -> Diagnostic:
         """A finding about a place such as ``("threads", "nav", "period")``, in the file that has most of that path."""
-        source = max(self.sources, key=lambda candidate: len(candidate.node.known(path)))
-        return source.diagnostic(path, message, hint, severity, at_key=at_key)
+        return self.source_of(path).diagnostic(path, message, hint, severity, at_key=at_key)
+
+    def source_of(self, path: Sequence[PathPart]) -> Source:
+        """The file that has most of a path."""
+        return max(self.sources, key=lambda candidate: len(candidate.node.known(path)))
 
 
-def dotted(path: Sequence[PathPart]) -> str:
-    """``threads.nav.period``, ``requirements[2]``."""
-    text = "".join(f"[{part}]" if isinstance(part, int) else f".{part}" for part in path)
-    return text.removeprefix(".")
+class UnreadableError(ProblemError):
+    """Some of the problem cannot be read; `rest` is the problem without that, None where too much would be missing."""
+
+    def __init__(self, diagnostics: Sequence[Diagnostic], rest: LoadedSpec | None) -> None:
+        super().__init__(diagnostics)
+        self.rest = rest
 
 
 def load_spec(path: Path) -> LoadedSpec:
@@ -83,8 +95,8 @@ def load_spec(path: Path) -> LoadedSpec:
 
     Raises
     ------
-    ProblemError
-        All findings in all files, main file first, then in the order of inclusion, by line.
+    UnreadableError
+        All findings in all files, main file first, then in the order of inclusion, by line. Names are not looked up.
     """
     loader = _Loader(path)
     loader.read(path, str(path), Spec, ())
@@ -96,23 +108,24 @@ def parse_spec(text: str, file: str = "<text>") -> LoadedSpec:
 
     Raises
     ------
-    ProblemError
+    UnreadableError
         All findings, by line.
     """
     loader = _Loader(Path(file))
     loader.take(text, file, Spec, hashlib.sha256(text.encode("utf-8", "replace")).hexdigest())
     if loader.parts and loader.parts[0].source.node.known(["include"]):
-        loader.findings.append(loader.parts[0].source.diagnostic(["include"], "a text cannot include files"))
+        loader.miss(loader.parts[0].source.diagnostic(["include"], "a text cannot include files"))
     return loader.result()
 
 
 @dataclass(frozen=True)
 class _Part:
-    """One file that was read; `model` is None when it has errors."""
+    """One file that was read; where it has errors `model` is the rest, if any, without what was at `lost`."""
 
     source: Source
     sha256: str
     model: Catalogue | None
+    lost: tuple[Place, ...] = ()
 
 
 class _Loader:
@@ -124,6 +137,7 @@ class _Loader:
         self.findings: list[Diagnostic] = []
         self._files: list[str] = []
         self._seen: set[Path] = set()
+        self._is_complete = True
 
     def read(self, path: Path, file: str, model: type[Catalogue], including: tuple[Path, ...]) -> None:
         """Read one file and what it includes; `including` are the files on the way here."""
@@ -133,6 +147,7 @@ class _Loader:
             data = read_bytes(path, file)
             text = decode_text(data, file)
         except ProblemError as error:
+            self._is_complete = False
             self.findings += error.diagnostics
             return
         source = self.take(text, file, model, hashlib.sha256(data).hexdigest())
@@ -144,22 +159,33 @@ class _Loader:
         """Validate one text; its tree, or None when it has no tree."""
         if file not in self._files:
             self._files.append(file)
+        lost: tuple[Place, ...] = ()
         try:
             source = Source(file, read_yaml(text, file))
+        except RepeatedKeysError as error:
+            self.findings += error.diagnostics
+            source, lost = Source(file, error.root), error.paths
+            self._is_complete &= all(len(path) > 2 for path in lost)  # else the second may be what others name
         except ProblemError as error:
+            self._is_complete = False
             self.findings += error.diagnostics
             return None
         valid: Catalogue | None = None
         try:
             valid = model.model_validate(source.node.to_data())
         except ValidationError as error:
-            items = error.errors(include_url=False)
-            self.findings += [_translate(item, source, model) for item in items[:MAX_FINDINGS]]
-            if len(items) > MAX_FINDINGS:
-                message = f"{len(items)} errors, of which {MAX_FINDINGS} are shown"
-                self.findings.append(Diagnostic(message, file=file))
-        self.parts.append(_Part(source, sha256, valid))
+            self._note(error, source, model)
+            if rest := salvaged(model, source.node.to_data(), error):
+                valid, lost = rest[0], (*lost, *rest[1])
+        self.parts.append(_Part(source, sha256, valid, lost))
         return source
+
+    def _note(self, error: ValidationError, source: Source, model: type[Catalogue]) -> None:
+        items = error.errors(include_url=False)
+        self.findings += [_translate(item, source, model) for item in items[:MAX_FINDINGS]]
+        if len(items) > MAX_FINDINGS:
+            message = f"{len(items)} errors, of which {MAX_FINDINGS} are shown"
+            self.findings.append(Diagnostic(message, file=source.file))
 
     def _include(self, source: Source, place: Sequence[PathPart], target: Path, including: tuple[Path, ...]) -> None:
         try:
@@ -167,21 +193,37 @@ class _Loader:
         except (OSError, ValueError):
             resolved, there = target, False
         if resolved in including:
-            self.findings.append(source.diagnostic(place, f'"{target.name}" includes itself'))
+            self.miss(source.diagnostic(place, f'"{target.name}" includes itself'))
         elif not there:
             hint = "the path is relative to this file"
-            self.findings.append(source.diagnostic(place, f"no such file: {str(target)!r}"[:300], hint))
+            self.miss(source.diagnostic(place, f"no such file: {str(target)!r}"[:300], hint))
         elif len(self._seen) >= MAX_FILES:
-            self.findings.append(source.diagnostic(place, f"more than {MAX_FILES} files"))
+            self.miss(source.diagnostic(place, f"more than {MAX_FILES} files"))
         elif resolved not in self._seen:
             self.read(target, str(target), Catalogue, including)
+
+    def miss(self, finding: Diagnostic) -> None:
+        """Note a mistake that leaves unknown which names there are."""
+        self._is_complete = False
+        self.findings.append(finding)
 
     def result(self) -> LoadedSpec:
         """The merged problem; raises when there are findings."""
         self._check_repeated_names()
         if self.findings:
             order = {file: at for at, file in enumerate(self._files)}
-            raise ProblemError(sorted(self.findings, key=lambda item: (order[item.file], item.line, item.column)))
+            found = sorted(self.findings, key=lambda item: (order[item.file], item.line, item.column))
+            raise UnreadableError(found, self._rest())
+        return self._merge()
+
+    def _rest(self) -> LoadedSpec | None:
+        """The problem without what is wrong."""
+        if not self._is_complete or any(part.model is None for part in self.parts):
+            return None
+        loaded = self._merge()
+        return replace(loaded, remains=remains(loaded.spec, [place for part in self.parts for place in part.lost]))
+
+    def _merge(self) -> LoadedSpec:
         main, *others = self.parts
         assert isinstance(main.model, Spec)
         spec = main.model.model_copy(update=self._merged()) if others else main.model
@@ -208,7 +250,7 @@ class _Loader:
                     if other is not part.source:
                         line, column = other.node.locate((section, name), at_key=True)
                         message = f'"{name}" is defined twice, first in {other.file}:{line}:{column}'
-                        self.findings.append(part.source.diagnostic((section, name), message, at_key=True))
+                        self.miss(part.source.diagnostic((section, name), message, at_key=True))
 
 
 def _names(node: Node, section: str) -> list[str]:

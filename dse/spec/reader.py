@@ -82,6 +82,11 @@ class Node:
             place = place.node
         return place.line, place.column
 
+    def at(self, path: Sequence[PathPart]) -> Node:
+        """The value at the path, or at the last part of it that exists."""
+        nodes = [self, *(item.node if isinstance(item, Entry) else item for _, item in self._walk(path))]
+        return nodes[-1]
+
     def _walk(self, path: Sequence[PathPart]) -> Iterator[tuple[PathPart, Node | Entry]]:
         node = self
         for part in path:
@@ -95,6 +100,20 @@ class Node:
                 yield part, node
             elif not (isinstance(part, str) and part.startswith(" ")):
                 return
+
+
+def dotted(path: Sequence[PathPart]) -> str:
+    """``threads.nav.period``, ``requirements[2]``."""
+    text = "".join(f"[{part}]" if isinstance(part, int) else f".{part}" for part in path)
+    return text.removeprefix(".")
+
+
+class RepeatedKeysError(ProblemError):
+    """Keys are there twice and nothing else is wrong; `root` has the first of each, `paths` are their places."""
+
+    def __init__(self, findings: Sequence[Diagnostic], root: Node, paths: Sequence[tuple[PathPart, ...]]) -> None:
+        super().__init__(findings)
+        self.root, self.paths = root, tuple(paths)
 
 
 def read_bytes(path: Path, file: str) -> bytes:
@@ -139,6 +158,8 @@ def read_yaml(text: str, file: str) -> Node:
 
     Raises
     ------
+    RepeatedKeysError
+        YAML in which only keys that are there twice are wrong.
     ProblemError
         Text that is not YAML, or not the YAML described above; holds every finding up to the one that stops the parser.
     """
@@ -152,6 +173,8 @@ def read_yaml(text: str, file: str) -> Node:
     except _Stopped:
         pass
     if builder.findings:
+        if builder.root is not None and len(builder.findings) == len(builder.repeated):
+            raise RepeatedKeysError(builder.findings, builder.root, builder.repeated)
         raise ProblemError(builder.findings)
     if builder.root is None or builder.root.value is None:
         raise ProblemError([Diagnostic("the file is empty", file=file, hint='a problem file begins with "dse: 1"')])
@@ -209,6 +232,7 @@ class _Builder:
         self.file = file
         self.findings: list[Diagnostic] = []
         self.root: Node | None = None
+        self.repeated: list[tuple[PathPart, ...]] = []
         self._stack: list[_Frame] = []
         self._anchors: dict[str, _Measured] = {}
         self._documents = 0
@@ -238,8 +262,8 @@ class _Builder:
         elif isinstance(event, yaml.CollectionEndEvent):
             self._close()
 
-    def _find(self, message: str, line: int, column: int, hint: str = "") -> None:
-        self.findings.append(Diagnostic(message, file=self.file, line=line, column=column, hint=hint))
+    def _find(self, message: str, line: int, column: int, hint: str = "", path: Sequence[PathPart] = ()) -> None:
+        self.findings.append(Diagnostic(message, dotted(path), self.file, line, column, hint))
 
     def _stopped(self, message: str, line: int, column: int, hint: str = "") -> _Stopped:
         self._find(message, line, column, hint)
@@ -314,6 +338,16 @@ class _Builder:
             frame.entries[text] = Entry(line, column, node)
         frame.key, frame.has_key = None, False
 
+    def _path(self) -> tuple[PathPart, ...]:
+        """The place of the innermost open collection."""
+        parts: list[PathPart] = []
+        for frame in self._stack[:-1]:
+            if frame.kind == "sequence":
+                parts.append(len(frame.items))
+            elif frame.key is not None:
+                parts.append(frame.key[0])
+        return tuple(parts)
+
     def _key(self, frame: _Frame, done: _Measured) -> tuple[str, int, int] | None:
         """The key's text and place, or None after a finding, when its value is dropped."""
         line, column, text = done.node.line, done.node.column, done.text
@@ -325,7 +359,9 @@ class _Builder:
             self._find("a key is missing", line, column)
         elif text in frame.entries:
             first = frame.entries[text].line
-            self._find(f"the key {shown(text)} is there twice, first in line {first}", line, column)
+            path = (*self._path(), text)
+            self.repeated.append(path)
+            self._find(f"the key {shown(text)} is there twice, first in line {first}", line, column, path=path)
         else:
             return text, line, column
         return None

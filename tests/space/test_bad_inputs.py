@@ -15,6 +15,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import dse.space
+from dse.api.problem import load, loads
 from dse.errors import ProblemError
 from dse.space.build import build_space
 from dse.space.figures import Ledger
@@ -31,6 +32,7 @@ from tests.diagnostics import (
 )
 
 SEMANTIC = FOLDER / "semantic"
+MIXED = FOLDER / "mixed"
 VALID = (FOLDER / "valid.yaml").read_text(encoding="utf-8")
 SEVERAL = {"flow_several_mistakes", "map_of_a_type", "several_mistakes"}
 
@@ -52,7 +54,38 @@ def test_one_defect_gives_one_message(path: Path) -> None:
 
 def test_every_bad_input_has_its_messages_and_the_base_is_valid() -> None:
     assert_every_input_has_its_messages(SEMANTIC)
+    assert_every_input_has_its_messages(MIXED)
     build(FOLDER / "valid.yaml")
+
+
+@pytest.mark.parametrize("path", bad_inputs(MIXED), ids=lambda path: path.stem)
+def test_what_cannot_be_read_hides_no_misspelt_name(path: Path) -> None:
+    """Units, keys and shapes are wrong, and names too: all is reported in one go."""
+    assert messages(path, load) == expected_messages(path)
+
+
+@pytest.mark.parametrize("path", bad_inputs(FOLDER), ids=lambda path: path.stem)
+def test_nothing_is_reported_that_follows_from_what_cannot_be_read(path: Path) -> None:
+    assert messages(path, load) == expected_messages(path)
+
+
+CUT = {
+    "threads: {beep: {processor: computer}}": False,  # `threads` is there twice: nobody knows which threads there are
+    "tasks: {beep: {processor: computer}}": True,  # no name of a section, and not close to one
+    "flow: {}": False,  # surely `flows`
+    "devices: [gnss]": False,
+}
+
+
+@pytest.mark.parametrize("extra", CUT)
+def test_names_are_looked_up_where_it_is_known_which_there_are(extra: str) -> None:
+    text = VALID.replace("objectives: [minimise", "objectives: [minimise speed, minimise")
+    section = extra.partition(":")[0]
+    lines = [line for line in text.splitlines() if not (section == "devices" and line.startswith("devices:"))]
+    with pytest.raises(ProblemError) as caught:
+        loads("\n".join([*lines, extra]))
+    found = [item.path for item in caught.value.diagnostics]
+    assert ("objectives[0]" in found) is CUT[extra]
 
 
 def test_several_mistakes_come_in_the_order_of_the_lines() -> None:

@@ -81,8 +81,8 @@ def test_places() -> None:
 def test_all_duplicates_are_found_at_once() -> None:
     text = "a: 1\nb: {c: 1, c: 2}\na: 2\n<<: 3\n'': 4\n"
     assert error(text).splitlines() == [
-        'f.yaml:2:11: the key "c" is there twice, first in line 2',
-        'f.yaml:3:1: the key "a" is there twice, first in line 1',
+        'f.yaml:2:11: b.c: the key "c" is there twice, first in line 2',
+        'f.yaml:3:1: a: the key "a" is there twice, first in line 1',
         "f.yaml:4:1: merge keys (<<) are not supported (name a type instead, or repeat the fields)",
         "f.yaml:5:1: a key is missing",
     ]
