@@ -172,16 +172,26 @@ def check_limit(space: Space, metric: Metric, limit: Quantity) -> None:
             got = shown(limit.unit) if limit.unit else "a bare number"
             raise QuestionError(f"expected a limit in {unit} for {metric.name}, got {got}")
         return
-    is_share = metric.kind == "load" and limit.dimension == DIMENSIONLESS and limit.unit != ""
+    of_bandwidth = is_share(metric, limit)
     if limit.unit == "" and (wanted != DIMENSIONLESS or metric.kind == "utilisation"):
         hint = f"such as {EXAMPLES[wanted]}" if wanted in EXAMPLES else _units(space, wanted)
         raise QuestionError(f"expected a limit with its unit for {metric.name}, got a bare number", hint)
-    if limit.dimension != wanted and not is_share:
+    if limit.dimension != wanted and not of_bandwidth:
         raise QuestionError(f"{shown(limit.unit)} is no unit of {metric.name}", _units(space, wanted, limit.unit))
     if wanted == MONEY and limit.unit != space.currency:
         raise QuestionError(f"prices are in {space.currency}, got {limit.unit}")
-    if is_share:
+    if of_bandwidth:
         _check_bandwidth(space.buses[metric.index or 0])
+
+
+def is_share(metric: Metric, limit: Quantity) -> bool:
+    """Whether a limit is a share of the bandwidth."""
+    return metric.kind == "load" and limit.dimension == DIMENSIONLESS and limit.unit != ""
+
+
+def states_bandwidth(bus: Bus) -> bool:
+    """Whether some type of a bus has a bandwidth; middleware mostly has none."""
+    return any(has for _, has in _bandwidths(bus))
 
 
 def _units(space: Space, wanted: Dimension, unit: str = "") -> str:

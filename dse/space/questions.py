@@ -18,10 +18,12 @@ from dse.space.metrics import (
     RESERVED,
     QuestionError,
     check_limit,
+    is_share,
     metric_dimension,
     one_metric,
     read_derived,
     resolve_metrics,
+    states_bandwidth,
 )
 from dse.space.trees import Tree, leaves
 from dse.space.types import (
@@ -261,11 +263,14 @@ def _never(reference: Reference, text: str) -> QuestionError:
 
 
 def read_requirements(space: Space, text: str, origin: str = "") -> tuple[Requirement, ...]:
-    """The requirements that one text states: several where the name is left out."""
+    """The requirements that one text states: several where the name is left out.
+
+    A share of the bandwidth is then asked of the buses that have one.
+    """
     expression = parse_requirement(text)
     metrics = resolve_metrics(space, expression.metric)
     result = []
-    for metric in metrics:
+    for metric in _with_bandwidth(space, metrics, expression.limit):
         check_limit(space, metric, expression.limit)
         shown = expression.text
         if len(metrics) > 1:
@@ -273,6 +278,14 @@ def read_requirements(space: Space, text: str, origin: str = "") -> tuple[Requir
             shown = f"{metric.name} {expression.operator} {limit}"
         result.append(Requirement(shown, metric, expression.operator, expression.limit, origin))
     return tuple(result)
+
+
+def _with_bandwidth(space: Space, metrics: tuple[Metric, ...], limit: Quantity) -> tuple[Metric, ...]:
+    """Without the loads of middleware that has no bandwidth, unless nothing else has."""
+    kept = tuple(
+        item for item in metrics if not is_share(item, limit) or states_bandwidth(space.buses[item.index or 0])
+    )
+    return kept or metrics
 
 
 def read_objective(space: Space, text: str) -> Objective:

@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from fractions import Fraction
 
 import pytest
 
 from dse.analysis.evaluate import Evaluator
 from dse.analysis.limits import Verdict
-from tests.small import MS, design_of, figure, space_of
+from dse.space.questions import QuestionError, read_requirements
+from tests.small import MS, design_of, example, figure, space_of
 
 
 def verdicts(text: str, *requirements: str, options: dict[str, str] | None = None) -> tuple[Verdict, ...]:
@@ -116,6 +118,18 @@ def test_a_share_of_the_bandwidth() -> None:
     assert within.limit == figure_limit.limit == Fraction(15625, 2)
     [over] = verdicts(bus("7813 B/s"), "load of wire <= 50 %")
     assert not over.holds and over.slack == Fraction(-1, 2)
+
+
+def test_a_share_is_asked_of_the_buses_that_have_a_bandwidth() -> None:
+    """Without a name the middleware is left out, which has none; named, or alone, it is a mistake."""
+    space = example("inmark")
+    found = read_requirements(space, "load <= 50 %")
+    assert [item.metric.name for item in found] == [f"load of {name}" for name in ("canbus0", "ser0", "ser1", "eth0")]
+    assert len(read_requirements(space, "load <= 5 KB/s")) == 5
+    with pytest.raises(QuestionError, match="no bandwidth to take a share of"):
+        read_requirements(space, "load of ros_ipc <= 50 %")
+    with pytest.raises(QuestionError, match="no bandwidth to take a share of"):
+        read_requirements(replace(space, buses=space.buses[-1:]), "load <= 50 %")
 
 
 FLOW = """
