@@ -57,6 +57,11 @@ class Evaluator:
         """Every metric that a result lists."""
         return tuple(build_measure(self.space, metric) for metric in all_metrics(self.space))
 
+    @property
+    def rounded(self) -> tuple[str, ...]:
+        """The objectives and metrics that are rounded up because no common unit is fine enough for them."""
+        return tuple(dict.fromkeys(item.metric.name for item in (*self.objectives, *self.metrics) if item.rounded))
+
     def evaluate(self, design: Design) -> Evaluation:
         """Objectives, validity and verdicts of a design (options by decision; unused decisions may hold anything).
 

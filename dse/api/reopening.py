@@ -68,6 +68,7 @@ def reopen(path: str | Path, problem: str | Path | None = None) -> Result:
             status=data["status"],
             objectives=infos,
             metric_units={measure.metric.name: measure.counting_unit for measure in evaluator.metrics},
+            rounded=evaluator.rounded,
             front=front,
             unexplored=tuple(data["unexplored"]),
             refuted=tuple(data["refuted"]),

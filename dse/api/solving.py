@@ -183,6 +183,7 @@ def result_of(asked: Problem, evaluator: Evaluator, search: FrontSearch, budget:
             for measure, objective in zip(evaluator.objectives, space.objectives, strict=True)
         ),
         metric_units={measure.metric.name: measure.counting_unit for measure in evaluator.metrics},
+        rounded=evaluator.rounded,
         front=_points(evaluator, search),
         unexplored=tuple(_region(evaluator, bound) for bound in search.unexplored),
         refuted=tuple(_region(evaluator, bound) for bound in search.refuted),

@@ -19,6 +19,7 @@ from dse.report.words import (
     others_words,
     proof_words,
     rank_text,
+    rounding_words,
     sentences,
     tie_words,
 )
@@ -60,6 +61,8 @@ def print_result(console: Console, result: Result, top: int | None = TOP) -> Non
         f"options; every point recomputed without the solver.",
         markup=False,
     )
+    if rounding := rounding_words(result):
+        console.print(rounding, markup=False)
     console.print(REDUCED, markup=False)
 
 

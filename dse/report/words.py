@@ -213,6 +213,12 @@ def proof_words(result: Result) -> str:
     )
 
 
+def rounding_words(result: Result) -> str:
+    """Which objectives are rounded; "" where all are exact."""
+    names = [item.name for item in result.objectives if item.name in result.rounded]
+    return f"Rounded up to a 10^7th of the unit, for want of a common one: {', '.join(names)}." if names else ""
+
+
 def tie_words(result: Result) -> str:
     """Which points share a rank."""
     groups: dict[int, list[int]] = {}

@@ -160,8 +160,8 @@ class Result:
     all designs, but others may be missing in the `unexplored` regions) or ``infeasible`` (proved). The front is in the
     order of rank. `baseline` is today's design where the problem states all of it; `ranking` is the method as asked
     for, `ranking_words` the method with its parameters; `others` are further designs at or near points of the front,
-    where they were asked for. Regions are exclusive bounds by objective; `potential` is the best value of each
-    objective that may still be unexplored.
+    where they were asked for; `rounded` names the figures that are rounded up to a 10^7th of their unit. Regions are
+    exclusive bounds by objective; `potential` is the best value of each objective that may still be unexplored.
     """
 
     problem: Origin
@@ -179,6 +179,7 @@ class Result:
     ranking: str = "ideal"
     ranking_words: str = METHOD
     others: tuple[Others, ...] = ()
+    rounded: tuple[str, ...] = ()
 
     @property
     def exit_code(self) -> int:
@@ -200,6 +201,7 @@ class Result:
             "ranking": {"method": self.ranking, "words": self.ranking_words},
             "objectives": [vars(item) for item in self.objectives],
             "metric_units": dict(self.metric_units),
+            **({"rounded": list(self.rounded)} if self.rounded else {}),
             "front": [
                 {
                     "id": point.id,
