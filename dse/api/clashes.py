@@ -49,6 +49,7 @@ def check_conflicts(bench: Bench, method: Method, deadline: float | None) -> Non
     court = _Court(bench, method, deadline)
     for position, conflict in enumerate(listed):
         court.examine(f"conflicts[{position}]", conflict["members"])
+    court.examine_together("give_up", bench.data.get("give_up", []))
     bench.checked.append(
         f"{len(listed)} conflicts: impossible, minimal, and their limits exact ({court.asked} questions)"
     )
@@ -70,16 +71,9 @@ class _Court:
 
     def examine(self, place: str, stated: Sequence[Mapping[str, Any]]) -> None:
         """One conflict."""
-        members: list[Demand] = []
-        for position, item in enumerate(stated):
-            found = [
-                demand for demand in self.demands if (demand.text, demand.origin) == (item["text"], item["origin"])
-            ]
-            found = [demand for demand in found if demand not in members] or found
-            if not found:
-                self.bench.find(f"{place}.members[{position}]", f"nothing in the question says {item['text']!r}")
-                return
-            members.append(found[0])
+        members = self._members(f"{place}.members", stated)
+        if members is None:
+            return
         together = self._ask(place, members)
         if together is not None and together.answer == "design":
             self.bench.find(place, "is said to be impossible, but there is a design that meets all of it")
@@ -88,10 +82,39 @@ class _Court:
             without = self._ask(where, [other for other in members if other is not member])
             if without is not None and without.answer == "none":
                 self.bench.find(where, "may be left out: the others are impossible without it")
-            self._check_limit(where, member, item)
+            self._check_limit(where, member, item, [member])
 
-    def _check_limit(self, place: str, member: Demand, item: Mapping[str, Any]) -> None:
-        """The unit and own limit, and that the closest one is met but nothing nearer."""
+    def examine_together(self, place: str, stated: Sequence[Mapping[str, Any]]) -> None:
+        """What is to be given up together: that it is enough, and none of it too much."""
+        members = self._members(place, stated) if stated else None
+        if members is None:
+            return
+        for position, (member, item) in enumerate(zip(members, stated, strict=True)):
+            where = f"{place}[{position}]"
+            kept = self._ask(where, [other for other in self.demands if other is member or not _among(other, members)])
+            if kept is not None and kept.answer == "design":
+                self.bench.find(where, "need not be given up: there is a design that meets it and all other demands")
+            self._check_limit(where, member, item, members)
+        rest = self._ask(place, [other for other in self.demands if not _among(other, members)])
+        if rest is not None and rest.answer == "none":
+            self.bench.find(place, "is not enough: the other demands are impossible too")
+
+    def _members(self, place: str, stated: Sequence[Mapping[str, Any]]) -> list[Demand] | None:
+        """The demands that are meant; None where the question has no such demand."""
+        members: list[Demand] = []
+        for position, item in enumerate(stated):
+            found = [
+                demand for demand in self.demands if (demand.text, demand.origin) == (item["text"], item["origin"])
+            ]
+            found = [demand for demand in found if demand not in members] or found
+            if not found:
+                self.bench.find(f"{place}[{position}]", f"nothing in the question says {item['text']!r}")
+                return None
+            members.append(found[0])
+        return members
+
+    def _check_limit(self, place: str, member: Demand, item: Mapping[str, Any], given_up: Sequence[Demand]) -> None:
+        """The unit and own limit, and that the closest one is met but nothing nearer, where `given_up` need not hold."""
         stated = None if item["closest"] is None else Fraction(item["closest"])
         if not isinstance(member, Requirement):
             self.bench.compare(place, {"limit": None, "closest": None, "miss": None, "unit": ""}, _figures(item))
@@ -100,7 +123,7 @@ class _Court:
         miss = None if stated is None else exact(abs(stated - own))
         expected = {"limit": exact(own), "closest": item["closest"], "miss": miss, "unit": unit}
         self.bench.compare(place, expected, _figures(item))
-        others = [demand for demand in self.demands if demand is not member]
+        others = [demand for demand in self.demands if not _among(demand, given_up)]
         if stated is None:
             alone = self._ask(f"{place}.closest", others)
             if alone is not None and alone.answer == "design":
@@ -136,6 +159,11 @@ class _Court:
             self.bench.left_open.append(f"{place}: the time was too short to prove it again")
             return None
         return reply
+
+
+def _among(demand: Demand, others: Sequence[Demand]) -> bool:
+    """Whether it is one of them: two demands may say the same in different places."""
+    return any(demand is other for other in others)
 
 
 def _figures(item: Mapping[str, Any]) -> dict[str, Any]:

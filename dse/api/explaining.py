@@ -110,8 +110,11 @@ def explain_changed(problem: Problem, changes: Changes, wishes: Wishes) -> Expla
     return found.with_(wall_s=round(time.monotonic() - started, 3))
 
 
-def conflicts_of(asked: Problem, wishes: Wishes) -> tuple[Conflict, ...]:
-    """The minimal conflicts of an infeasible problem as a result has them: each member with its closest limit."""
+def conflicts_of(asked: Problem, wishes: Wishes) -> tuple[tuple[Conflict, ...], tuple[Clash, ...]]:
+    """The minimal conflicts of an infeasible problem as a result has them: each member with its closest limit.
+
+    Where no member alone mends the problem, also the fewest that do together.
+    """
     found = Explainer.of(asked, wishes, time.monotonic()).explanation()
     alone = {(item.demand.text, item.demand.origin): item for item in found.relaxations}
     conflicts = []
@@ -119,12 +122,16 @@ def conflicts_of(asked: Problem, wishes: Wishes) -> tuple[Conflict, ...]:
         clashes = []
         for demand, _ in conflict.members:
             item = alone.get((demand.text, demand.origin))
-            if item is None or item.demand.kind != "requirement":
-                clashes.append(Clash(demand.text, demand.origin))
-            else:
-                clashes.append(Clash(demand.text, demand.origin, item.unit, item.limit, item.closest, item.thread))
+            clashes.append(_clash(item) if item is not None else Clash(demand.text, demand.origin))
         conflicts.append(Conflict(tuple(clashes)))
-    return tuple(conflicts)
+    together = found.give_up.members if found.give_up and not any(item.helps for item in found.relaxations) else ()
+    return tuple(conflicts), tuple(_clash(item) for item in together)
+
+
+def _clash(item: Relaxation) -> Clash:
+    if item.demand.kind != "requirement":
+        return Clash(item.demand.text, item.demand.origin)
+    return Clash(item.demand.text, item.demand.origin, item.unit, item.limit, item.closest, item.thread)
 
 
 @dataclass

@@ -74,6 +74,7 @@ def reopen(path: str | Path, problem: str | Path | None = None) -> Result:
             refuted=tuple(data["refuted"]),
             potential=data.get("potential", {}),
             conflicts=tuple(_conflict(item) for item in data["conflicts"]),
+            give_up=_conflict({"members": data.get("give_up", [])}).members,
             search=Search(**data["search"]),
             baseline=baseline_design(space),
             **({"ranking": ranking["method"], "ranking_words": ranking["words"]} if ranking else {}),

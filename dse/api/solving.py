@@ -165,7 +165,8 @@ def solve_asked(asked: Problem, budget: Budget, watcher: Watcher, earlier: Front
     result = result_of(asked, evaluator, search, budget)
     if result.status == "infeasible":
         wishes = Wishes(time_limit_s=_time_to_explain(budget, started), seed=budget.seed)
-        result = replace(result, conflicts=conflicts_of(asked, wishes))
+        conflicts, give_up = conflicts_of(asked, wishes)
+        result = replace(result, conflicts=conflicts, give_up=give_up)
     result = replace(result, search=replace(result.search, wall_s=round(time.monotonic() - started, 3)))
     return ranked_by(result, "ideal")
 

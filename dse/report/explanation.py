@@ -51,6 +51,12 @@ def print_conflicts(console: Console, result: Result) -> None:
         )
         for clash in conflict.members:
             say.item(_clash(clash, result.space.currency))
+    if result.give_up:
+        say.line(
+            f"No single change is enough. These {len(result.give_up)} together are; each at best, without the others:"
+        )
+        for clash in result.give_up:
+            say.item(_clash(clash, result.space.currency))
     if result.conflicts:
         say.line("`dse explain` with the same options shows all conflicts and the smallest changes that mend them.")
     else:

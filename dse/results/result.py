@@ -160,7 +160,8 @@ class Result:
     all designs, but others may be missing in the `unexplored` regions) or ``infeasible`` (proved). The front is in the
     order of rank. `baseline` is today's design where the problem states all of it; `ranking` is the method as asked
     for, `ranking_words` the method with its parameters; `others` are further designs at or near points of the front,
-    where they were asked for; `rounded` names the figures that are rounded up to a 10^7th of their unit. Regions are
+    where they were asked for; `give_up`, where no single member of the conflicts mends the problem, are the fewest that
+    do together, each with its closest limit when the others are given up; `rounded` names the figures that are rounded up to a 10^7th of their unit. Regions are
     exclusive bounds by objective; `potential` is the best value of each objective that may still be unexplored.
     """
 
@@ -179,6 +180,7 @@ class Result:
     ranking: str = "ideal"
     ranking_words: str = METHOD
     others: tuple[Others, ...] = ()
+    give_up: tuple[Clash, ...] = ()
     rounded: tuple[str, ...] = ()
 
     @property
@@ -218,6 +220,7 @@ class Result:
             "refuted": [dict(region) for region in self.refuted],
             "potential": dict(self.potential),
             "conflicts": [{"members": [clash.to_dict() for clash in item.members]} for item in self.conflicts],
+            **({"give_up": [clash.to_dict() for clash in self.give_up]} if self.give_up else {}),
             "others": [item.to_dict() for item in self.others],
             "search": vars(self.search),
         }

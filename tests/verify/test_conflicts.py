@@ -47,6 +47,30 @@ def wrong(data: dict[str, Any], rng: random.Random) -> Iterator[tuple[str, dict[
                 changed["conflicts"][at]["members"].append({**more, "unit": "", "thread": None})
                 yield f"{text!r} added to conflict {at}", changed
                 break
+    yield from wrong_give_up(data, rng)
+
+
+def wrong_give_up(data: dict[str, Any], rng: random.Random) -> Iterator[tuple[str, dict[str, Any]]]:
+    """What is to be given up: too little, too much, or limits that are not exact."""
+    for number, item in enumerate(data.get("give_up", [])):
+        changed = copy.deepcopy(data)
+        del changed["give_up"][number]
+        if changed["give_up"]:
+            yield f"member {number} need not be given up", changed
+        for field in ("closest", "limit", "miss"):
+            if item[field] is not None:
+                changed = copy.deepcopy(data)
+                changed["give_up"][number][field] = str(Fraction(item[field]) + rng.choice((-1, 1)))
+                yield f"{field} of given up member {number} changed", changed
+    listed = {item["text"] for item in data.get("give_up", [])}
+    for text in [*data["problem"]["effective"]["requirements"], *data["problem"]["effective"]["rules"]]:
+        clashing = {item["text"] for conflict in data["conflicts"] for item in conflict["members"]}
+        if listed and text not in listed | clashing:
+            changed = copy.deepcopy(data)
+            more = {"text": text, "origin": "command line", "limit": None, "closest": None, "miss": None}
+            changed["give_up"].append({**more, "unit": "", "thread": None})
+            yield f"{text!r} given up too", changed
+            break
 
 
 @pytest.mark.parametrize("path", example_files(), ids=lambda path: path.stem)
@@ -55,6 +79,7 @@ def test_conflicts_of_shipped_problems(path: Any) -> None:
     flow = problem.space.flows[0].name
     result = dse.solve(problem, require=[f"latency of {flow} <= 2 us", f"jitter of {flow} <= 1 us", "price >= 1 EUR"])
     assert result.status == "infeasible" and result.conflicts
+    assert result.give_up and all(item.closest is not None for item in result.give_up if "<=" in item.text)
     check(result.to_dict(), problem, "model", random.Random(1))
 
 
@@ -87,4 +112,4 @@ def check(data: dict[str, Any], problem: Any, method: Any, rng: random.Random) -
 def conflict_findings(data: dict[str, Any], problem: Any, method: Any) -> list[str]:
     """What is wrong, beyond differences to the file that the random questions have."""
     verification = dse.verify(data, problem=problem, method=method)
-    return [str(item) for item in verification.findings if item.place.startswith("conflicts")]
+    return [str(item) for item in verification.findings if item.place.startswith(("conflicts", "give_up"))]
