@@ -9,6 +9,8 @@ import pytest
 from hatchling.build import build_wheel
 
 from dse import examples
+from dse.api.problem import load
+from dse.cli.main import run
 from dse.errors import EXIT_USAGE, UsageError
 from dse.examples import example_files, example_folder, example_path
 from dse.spec.load import load_spec
@@ -44,6 +46,17 @@ def test_an_installed_package_has_its_own_problems(tmp_path: Path, monkeypatch: 
     (tmp_path / "problems").mkdir()  # somebody else's
     monkeypatch.setattr(examples, "__file__", str(tmp_path / "dse" / "examples.py"))
     assert example_folder() == tmp_path / "dse" / "problems"
+
+
+def test_examples_share_their_catalogues_in_one_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A catalogue that is there already, unchanged, is no reason to stop; a changed one is."""
+    monkeypatch.chdir(tmp_path)
+    assert run(["new", "--example", "inmark"]) == run(["new", "--example", "inmark_chapter3"]) == 0
+    load(tmp_path / "inmark_chapter3.yaml")
+    (tmp_path / "catalogues" / "buses.yaml").write_text("bus_types: {}\n", encoding="utf-8")
+    (tmp_path / "inmark.yaml").unlink()
+    assert run(["new", "--example", "inmark"]) == EXIT_USAGE
+    assert not (tmp_path / "inmark.yaml").exists()
 
 
 def test_the_wheel_carries_every_problem_and_module(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

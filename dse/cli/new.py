@@ -72,12 +72,17 @@ def _write_random(text: str, file: str, force: bool) -> int:
     return 0
 
 
+def _is_same(original: Path, copy: Path) -> bool:
+    return copy.is_file() and copy.read_bytes() == original.read_bytes()
+
+
 def _copy_example(source: Path, file: str | None, force: bool) -> int:
     target = Path(file) if file is not None else Path(source.name)
     from dse.spec.load import load_spec
 
     included = [name for name, _ in load_spec(source).includes]
     copies = [(source, target)] + [(source.parent / name, target.parent / name) for name in included]
+    copies = [pair for pair in copies if pair[1] is target or not _is_same(*pair)]  # examples share catalogues
     for _, copy in copies:
         if copy.exists() and not force:
             raise UsageError(f"{copy} exists already; --force overwrites it")
