@@ -114,7 +114,7 @@ class _Court:
         return members
 
     def _check_limit(self, place: str, member: Demand, item: Mapping[str, Any], given_up: Sequence[Demand]) -> None:
-        """The unit and own limit, and that the closest one is met but nothing nearer, where `given_up` need not hold."""
+        """The unit and own limit, and that the closest is met but nothing nearer, where `given_up` need not hold."""
         stated = None if item["closest"] is None else Fraction(item["closest"])
         if not isinstance(member, Requirement):
             self.bench.compare(place, {"limit": None, "closest": None, "miss": None, "unit": ""}, _figures(item))

@@ -161,8 +161,9 @@ class Result:
     order of rank. `baseline` is today's design where the problem states all of it; `ranking` is the method as asked
     for, `ranking_words` the method with its parameters; `others` are further designs at or near points of the front,
     where they were asked for; `give_up`, where no single member of the conflicts mends the problem, are the fewest that
-    do together, each with its closest limit when the others are given up; `rounded` names the figures that are rounded up to a 10^7th of their unit. Regions are
-    exclusive bounds by objective; `potential` is the best value of each objective that may still be unexplored.
+    do together, each with its closest limit when the others are given up; `rounded` names the figures that are rounded
+    up to a 10^7th of their unit. Regions are exclusive bounds by objective; `potential` is the best value of each
+    objective that may still be unexplored.
     """
 
     problem: Origin
