@@ -10,7 +10,7 @@ from typing import Any
 from dse.analysis.evaluate import Evaluation, Evaluator
 from dse.api.problem import Problem, baseline_design
 from dse.results.changes import changes_between
-from dse.results.ranking import METHOD, rank
+from dse.results.ranking import METHOD, rank, same_score
 from dse.results.result import decisions_of, ranked
 from dse.results.verification import Finding
 from dse.space.size import space_size
@@ -202,7 +202,7 @@ def _check_ranks(bench: Bench) -> None:
     rows = zip(ranking.ranks, ranking.scores, data["front"], strict=True)
     for at, (number, score, point) in enumerate(rows):
         bench.compare(f"front[{at}].rank", number, point["rank"])
-        if point["score"] not in ("", score):
+        if point["score"] != "" and not same_score(point["score"], score):
             bench.find(f"front[{at}].score", f"is stated as {point['score']!r}; it is {score!r}")
     stated = [(point["rank"], point["id"]) for point in data["front"]]
     if stated != sorted(stated):

@@ -20,8 +20,10 @@ from dse.report.words import (
     GAPS,
     REDUCED,
     Sentence,
+    baseline_words,
     changes_words,
     dominated_words,
+    figures_words,
     others_words,
     proof_words,
     rank_text,
@@ -131,7 +133,7 @@ class Document:
             first = self.result.front[0]
             shared = [point.id for point in self.result.front if point.rank == first.rank]
             who = f"#{first.id}" if len(shared) == 1 else " and ".join(f"#{number}" for number in shared) + ", a tie"
-            figures = ", ".join(f"{name} {value}" for name, value in self._figures(first.objectives))
+            figures = figures_words(self.result, first.objectives)
             found.append(f"First by {self.result.ranking_words}: {who} ({figures}).")
         found += [text for text in (tie_words(self.result), self.baseline_words) if text]
         return found
@@ -139,15 +141,7 @@ class Document:
     @property
     def baseline_words(self) -> str:
         """Today's design: its figures, and the requirements that it breaks."""
-        if self.reasoner.baseline is None:
-            if self.result.baseline is None:
-                return "The problem states no complete baseline to compare with."
-            return "The baseline is not a valid design of this problem: there is nothing to compare with."
-        analysis, objectives = self.reasoner.baseline
-        figures = ", ".join(f"{name} {value}" for name, value in self._figures(objectives))
-        broken = [verdict.requirement.text for verdict in analysis.verdicts if not verdict.holds]
-        said = f"breaks {'; '.join(broken)}" if broken else "meets every requirement"
-        return f"Baseline: {figures}; it {said}."
+        return baseline_words(self.reasoner)
 
     @cached_property
     def front_table(self) -> Table:
@@ -331,7 +325,7 @@ class Document:
             designs = []
             for sibling in others.designs:
                 changes = changes_words(changes_between(self.space, point.design, sibling.design))
-                figures = ", ".join(f"{name} {value}" for name, value in self._figures(sibling.objectives))
+                figures = figures_words(self.result, sibling.objectives)
                 designs.append((sibling.id, f"{changes}: {figures}{dominated_words(sibling, self.result)}."))
             parts.append(OthersPart(others_words(others), tuple(designs)))
         return parts

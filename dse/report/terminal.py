@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from textwrap import wrap
 
 from rich.console import Console
@@ -14,8 +14,10 @@ from dse.report.plain import plain_table as _table
 from dse.report.scheduling import response_table
 from dse.report.words import (
     REDUCED,
+    baseline_words,
     changes_words,
     dominated_words,
+    figures_words,
     others_words,
     proof_words,
     rank_text,
@@ -81,21 +83,13 @@ def _print_ranking(console: Console, result: Result, shown: int) -> None:
 
 def _print_reasons(console: Console, result: Result, shown: int) -> None:
     reasoner = Reasoner(result)
-    if reasoner.baseline is not None:
-        broken = [verdict.requirement.text for verdict in reasoner.baseline[0].verdicts if not verdict.holds]
-        figures = _figures(result, reasoner.baseline[1])
-        console.print(f"Baseline: {figures}" + (f"; breaks {'; '.join(broken)}" if broken else ""), markup=False)
+    console.print(baseline_words(reasoner), markup=False)
     for position in range(min(shown, EXPLAINED)):
         reasons = reasoner.reasons(position)
-        console.print(f"#{reasons.point.id}: {_figures(result, reasons.point.objectives)}", style="bold", markup=False)
+        figures = figures_words(result, reasons.point.objectives)
+        console.print(f"#{reasons.point.id}: {figures}", style="bold", markup=False)
         for sentence in sentences(result, reasons):
             _print_hanging(console, f"{sentence.label}: {sentence.text}")
-
-
-def _figures(result: Result, values: Mapping[str, int]) -> str:
-    return ", ".join(
-        f"{info.name} {counted(values[info.name], info.unit, result.space.currency)}" for info in result.objectives
-    )
 
 
 def _print_others(console: Console, result: Result, shown: Sequence[Point]) -> None:
@@ -106,7 +100,7 @@ def _print_others(console: Console, result: Result, shown: Sequence[Point]) -> N
         console.print(f"#{others.of}: {others_words(others)}", markup=False)
         for sibling in others.designs:
             changes = changes_between(result.space, points[others.of].design, sibling.design)
-            figures = f" {_figures(result, sibling.objectives)};" if others.within else ""
+            figures = f" {figures_words(result, sibling.objectives)};" if others.within else ""
             said = dominated_words(sibling, result)
             _print_hanging(console, f"{sibling.id}:{figures} {changes_words(changes)}{said}.")
 

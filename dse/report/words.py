@@ -2,18 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 
 from dse.results.changes import Change, Delta
-from dse.results.reasons import Comparison, Dominant, Improvement, Margin, Reasons
+from dse.results.reasons import Comparison, Dominant, Improvement, Margin, Reasoner, Reasons
 from dse.results.result import Others, Result, Sibling
 from dse.results.values import counted, display_unit, readable
+from dse.units.text import format_count
 
 REDUCED = (
     "Latencies are reduced reaction times: a flow starts at its first component, without that component's own period."
 )
+PPM = 10**6
 GAPS = (
     "Worst execution time is not response time: without computed response times, CPU contention is not in the latency.",
     "The sum of periods over-estimates when sender and receiver are harmonic and synchronised.",
@@ -43,9 +45,11 @@ def sentences(result: Result, reasons: Reasons) -> list[Sentence]:
     if near is not None and (above is None or near.with_ != above.with_):
         found.append(Sentence(f"Against #{near.with_}, its neighbour on the front", comparison_words(near, currency)))
     if reasons.margins:
-        found.append(Sentence("Tightest requirement", margin_words(reasons.margins[0], currency)))
+        tightest = [margin for margin in reasons.margins if not margin.slack] or reasons.margins[:1]
+        said = " ".join(margin_words(margin, currency) for margin in tightest)
+        found.append(Sentence(f"Tightest requirement{'s' if len(tightest) > 1 else ''}", said))
     for dominant in reasons.dominants:
-        found.append(Sentence(f"Most of the {dominant.of} of {dominant.flow}", dominant_words(dominant)))
+        found.append(Sentence(f"Largest part of the {dominant.of} of {dominant.flow}", dominant_words(dominant)))
     for improvement in reasons.improvements:
         found.append(Sentence(f"To better {improvement.objective}", improvement_words(improvement, result)))
     return found
@@ -61,12 +65,33 @@ def best_words(result: Result, reasons: Reasons) -> str:
             sharing = values.count(point.objectives[info.name]) - 1
             word = "least" if info.sense == "minimise" else "most"
             best.append(
-                f"{word} {info.name}" + (f" (as {sharing} other{'s' if sharing > 1 else ''})" if sharing else "")
+                f"{word} {info.name}"
+                + (f" (shared with {sharing} other{'s' if sharing > 1 else ''})" if sharing else "")
             )
     front = "of the front" if result.status == "complete" else "found so far"
     if best:
         return f"{_capital(_listed(best))} {front}."
     return "A compromise: no objective is at its best here."
+
+
+def figures_words(result: Result, values: Mapping[str, int]) -> str:
+    """The objectives of a design: ``jitter of main 11 ms, price 300 EUR``."""
+    return ", ".join(
+        f"{info.name} {counted(values[info.name], info.unit, result.space.currency)}" for info in result.objectives
+    )
+
+
+def baseline_words(reasoner: Reasoner) -> str:
+    """Today's design: its figures, and the requirements that it breaks; or why there is none to compare with."""
+    result, baseline = reasoner.result, reasoner.baseline
+    if baseline is None and result.baseline is None:
+        return "The problem states no complete baseline to compare with."
+    if baseline is None:
+        return "The baseline is not a valid design of this problem: there is nothing to compare with."
+    analysis, objectives = baseline
+    broken = [verdict.requirement.text for verdict in analysis.verdicts if not verdict.holds]
+    said = f"breaks {'; '.join(broken)}" if broken else "meets every requirement"
+    return f"Baseline: {figures_words(result, objectives)}; it {said}."
 
 
 def comparison_words(comparison: Comparison, currency: str) -> str:
@@ -75,7 +100,7 @@ def comparison_words(comparison: Comparison, currency: str) -> str:
 
 
 def changes_words(changes: Sequence[Change]) -> str:
-    """``computer: RT101 to Spectra; nav.period: now 20 ms (with it: ser1 is left empty)``."""
+    """``Changes computer from RT101 to Spectra; nav.period, now 20 ms (with it: ser1 is left empty)``."""
     if not changes:
         return "Nothing changes"
     chosen = [_change(change) for change in changes if not change.follows]
@@ -91,7 +116,9 @@ def short_name(name: str) -> str:
 
 def _change(change: Change) -> str:
     name = short_name(change.name)
-    return f"{name} {change.before} to {change.after}" if change.before is not None else f"{name}, now {change.after}"
+    if change.before is None:
+        return f"{name}, now {change.after}"
+    return f"{name} from {change.before} to {change.after}"
 
 
 def _following(change: Change) -> str:
@@ -120,18 +147,44 @@ def _delta(item: Delta, currency: str) -> str:
 def difference_words(item: Delta, currency: str) -> str:
     """``15 EUR less``."""
     change = item.after - item.before
-    return f"{counted(abs(change), item.unit, currency)} {'more' if change > 0 else 'less'}"
+    return f"{amount_words(abs(change), item.unit, currency)} {'more' if change > 0 else 'less'}"
+
+
+def amount_words(value: Fraction | int, unit: str, currency: str) -> str:
+    """A difference; between shares in percentage points, so that nobody takes it for a share of the value.
+
+    >>> amount_words(39_900, "ppm", "EUR"), amount_words(1500, "ct", "EUR")
+    ('3.99 percentage points', '15 EUR')
+    """
+    text = counted(value, unit, currency)
+    return text.removesuffix("%") + _points(text) if text.endswith("%") else text
+
+
+def _points(text: str) -> str:
+    return "percentage point" if text == "1 %" else "percentage points"
 
 
 def margin_words(margin: Margin, currency: str) -> str:
-    """``utilisation of computer <= 70 %: 69.3 % against 140 %, slack 70.7 % (50.5 % of the limit)``."""
-    value, limit = (readable(figure, margin.unit, currency) for figure in (margin.value, margin.limit))
-    who = f"{margin.thread} alone, {value} against {limit} of one core" if margin.thread else f"{value} against {limit}"
+    """``load of can0 <= 40 %: 2.4 KB/s against 12.5 KB/s (40 % of 31.25 KB/s), slack 10.1 KB/s (80.8 % of the …)``."""
+    value, limit = readable(margin.value, margin.unit, currency), _limit_words(margin, currency)
+    who = f"{margin.thread} alone, {value} against {limit}" if margin.thread else f"{value} against {limit}"
     if not margin.slack:
         return f"{margin.requirement.text}: {who}. It binds: there is no slack."
-    slack = counted(margin.slack, margin.unit, currency)
-    share = readable(margin.share * 10**6, "ppm", digits=1)
-    return f"{margin.requirement.text}: {who}, slack {slack} ({share} of the limit)."
+    slack = amount_words(margin.slack, margin.unit, currency)
+    share = f" ({readable(margin.share * 10**6, 'ppm', digits=1)} of the limit)" if margin.limit else ""
+    return f"{margin.requirement.text}: {who}, slack {slack}{share}."
+
+
+def _limit_words(margin: Margin, currency: str) -> str:
+    """The limit, and of what it is a share: ``280 % (70 % of 4 cores)``, ``7.812 KB/s (50 % of 15.625 KB/s)``."""
+    limit = readable(margin.limit, margin.unit, currency)
+    if margin.thread:
+        return f"{limit} of one core"
+    whole = margin.capacity
+    if whole is None or (margin.unit == "ppm" and whole == PPM):
+        return limit
+    of = f"{whole / PPM} cores" if margin.unit == "ppm" else readable(whole, margin.unit, currency)
+    return f"{limit} ({readable(margin.limit / whole * PPM, 'ppm')} of {of})"
 
 
 def dominant_words(dominant: Dominant) -> str:
@@ -146,7 +199,9 @@ def improvement_words(item: Improvement, result: Result) -> str:
     """Which point is next better in an objective, what it costs, and what has to change."""
     if item.point is None:
         best = result.status == "complete"
-        return "No design is better: proved." if best else "Nothing better was found before the search stopped."
+        return (
+            "No feasible design is better: proved." if best else "Nothing better was found before the search stopped."
+        )
     currency = result.space.currency
     gained = next(delta for delta in item.deltas if delta.name == item.objective)
     losses = [delta for delta in item.deltas if delta.gain < 0]
@@ -168,6 +223,8 @@ def rate_words(loss: Delta, gain: Delta, currency: str) -> str:
     loss_factor, loss_unit = display_unit(loss.unit, currency)
     gain_factor, gain_unit = display_unit(gain.unit, currency)
     rate = (Fraction(-loss.gain) / loss_factor) / (Fraction(gain.gain) / gain_factor)
+    loss_unit = "percentage points" if loss_unit == "%" else loss_unit
+    gain_unit = "percentage point" if gain_unit == "%" else gain_unit
     return f"{float(rate):.4g} {loss_unit} per {gain_unit}"
 
 
@@ -209,7 +266,7 @@ def proof_words(result: Result) -> str:
     regions = len(result.unexplored)
     return (
         f"Incomplete front, stopped early: {points} so far; "
-        f"{regions} region{'s' if regions != 1 else ''} of the objective space may hold more."
+        f"{format_count(regions)} region{'s' if regions != 1 else ''} of the objective space may hold more."
     )
 
 

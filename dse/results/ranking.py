@@ -17,6 +17,7 @@ from dse.errors import UsageError
 
 METHOD = "distance to the ideal point, objectives scaled to their range on the front (equal weights)"
 METHODS = ("ideal", "topsis", "knee", "weights", "order", "baseline")
+MOST_DIGITS = 6
 Vectors: TypeAlias = Sequence[Sequence[int]]
 Key: TypeAlias = tuple[Any, ...]
 
@@ -86,13 +87,15 @@ def rank(
     weights = _weights(text, names, method) if text else [Fraction(1)] * len(names)
     said = _weight_words(weights, names)
     if name == "weights":
-        keys = [sum((w * x for w, x in zip(weights, row, strict=True)), Fraction(0)) for row in _by_range(losses)]
+        sums = [sum((w * x for w, x in zip(weights, row, strict=True)), Fraction(0)) for row in _by_range(losses)]
         words = f"weighted sum of the objectives, each scaled to its range on the front ({said})"
-        return _ranking(method, words, [(key,) for key in keys], [f"{float(key):.3f}" for key in keys])
+        return _ranking(method, words, [(value,) for value in sums], _score_texts([float(value) for value in sums]))
     if name == "ideal":
         squared = ideal_distances(points, [sense for _, sense in objectives], weights)
         words = f"distance to the ideal point, objectives scaled to their range on the front ({said})"
-        return _ranking(method, words, [(value,) for value in squared], [f"{sqrt(value):.3f}" for value in squared])
+        return _ranking(
+            method, words, [(value,) for value in squared], _score_texts([sqrt(value) for value in squared])
+        )
     return _by_topsis(method, points, [sense for _, sense in objectives], weights, said)
 
 
@@ -134,6 +137,35 @@ def _ranking(method: str, words: str, keys: Sequence[Key], scores: Sequence[str]
     return Ranking(method, words, tuple(competition_ranks(keys)), tuple(scores))
 
 
+def _score_texts(scores: Sequence[float | None]) -> list[str]:
+    """Scores with as many decimals as tell different ones apart: 3 to 6; a dash where there is none.
+
+    >>> _score_texts([0.41783, 0.41796, None]), _score_texts([0.5, 1.0])
+    (['0.4178', '0.4180', '-'], ['0.500', '1.000'])
+    """
+    different = len({score for score in scores if score is not None})
+    for digits in range(3, MOST_DIGITS + 1):
+        texts = ["-" if score is None else f"{score:.{digits}f}" for score in scores]
+        if len({*texts} - {"-"}) >= different:
+            break
+    return texts
+
+
+def same_score(one: str, other: str) -> bool:
+    """Whether two texts can be the same score, written with fewer and with more decimals.
+
+    >>> same_score("0.418", "0.41752"), same_score("0.418", "0.419"), same_score("1 change", "2 changes")
+    (True, False, False)
+    """
+    if one == other:
+        return True
+    numbers = [re.fullmatch(r"\d+\.(\d+)", text) for text in (one, other)]
+    places = {len(number.group(1)) for number in numbers if number is not None}
+    if None in numbers or len(places) < len(numbers):
+        return False
+    return abs(Fraction(one) - Fraction(other)) <= sum(Fraction(1, 10**count) for count in places) / 2
+
+
 def _losses(points: Vectors, senses: Sequence[str]) -> list[tuple[int, ...]]:
     """The points with every objective to be minimised."""
     signs = [1 if sense == "minimise" else -1 for sense in senses]
@@ -173,30 +205,30 @@ def _by_topsis(method: str, points: Vectors, senses: Sequence[str], weights: Seq
 
     best, worst = [min(column) for column in columns], [max(column) for column in columns]
     keys: list[Key] = []
-    scores = []
+    scores: list[float | None] = []
     for row in losses:
         near, far = squared(row, best), squared(row, worst)
         keys.append((1, Fraction(0)) if near and not far else (0, near / far if far else Fraction(0)))
-        scores.append(f"{sqrt(far) / (sqrt(near) + sqrt(far)) if near or far else 1:.3f}")
+        scores.append(sqrt(far) / (sqrt(near) + sqrt(far)) if near or far else 1.0)
     words = f"TOPSIS: relative closeness to the ideal against the worst point, objectives vector-normalised ({said})"
-    return _ranking(method, words, keys, scores)
+    return _ranking(method, words, keys, _score_texts(scores))
 
 
 def _by_knee(method: str, losses: Vectors) -> Ranking:
     """The least trade-off of leaving a point for any other (the worth metric of Rachmawati and Srinivasan, 2009)."""
     rows = _by_range(losses)
     keys: list[Key] = []
-    scores = []
+    scores: list[float | None] = []
     for row in rows:
         found = [value for other in rows if other is not row and (value := trade_off(row, other)) is not None]
         worth = min(found, default=None)
         keys.append((0, Fraction(0)) if worth is None else (1, -worth))
-        scores.append("-" if worth is None else f"{float(worth):.3f}")
+        scores.append(None if worth is None else float(worth))
     words = (
         "knee: how much worse, per unit of what gets better, the least painful move to another point is; "
         "objectives scaled to their range on the front"
     )
-    return _ranking(method, words, keys, scores)
+    return _ranking(method, words, keys, _score_texts(scores))
 
 
 def _by_order(method: str, losses: Vectors, names: Sequence[str], text: str) -> Ranking:

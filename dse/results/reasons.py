@@ -18,6 +18,7 @@ from dse.results.changes import Change, Delta, changes_between, deltas
 from dse.results.result import Point, Result
 from dse.results.tables import analyse_design
 from dse.space.types import Requirement
+from dse.units import DIMENSIONLESS
 
 
 @dataclass(frozen=True)
@@ -31,13 +32,17 @@ class Comparison:
 
 @dataclass(frozen=True)
 class Margin:
-    """How much room a requirement leaves, in `unit`; `thread` is named where the limit is that of one core alone."""
+    """How much room a requirement leaves, in `unit`; `thread` is named where the limit is that of one core alone.
+
+    `capacity` is what the limit is a share of (all cores, the bandwidth), where it is stated as a share.
+    """
 
     requirement: Requirement
     value: Fraction
     limit: Fraction
     unit: str
     thread: str = ""
+    capacity: Fraction | None = None
 
     @property
     def slack(self) -> Fraction:
@@ -170,18 +175,32 @@ class Reasoner:
 
 
 def margins_of(limit: Limit, view: View) -> list[Margin]:
-    """The margin of a limit, and that of the busiest thread where each thread must keep the limit of one core."""
+    """The margin of a limit, and that of the busiest thread where each thread must keep the limit of one core.
+
+    An equality has none: there is no side on which the value may move.
+    """
     requirement, unit = limit.requirement, limit.measure.unit
-    found = [Margin(requirement, limit.measure.value(view), limit.bound(view), unit)]
+    if requirement.operator == "==":
+        return []
+    bound = limit.bound(view)
+    found = [Margin(requirement, limit.measure.value(view), bound, unit, capacity=_capacity(requirement, bound))]
     if limit.each is not None:
         loads = {
             name: sum((term.value(view) for term in terms), Fraction(0))
             for name, terms in thread_loads(limit.measure.terms).items()
         }
         busiest = max(loads, key=lambda name: loads[name], default=None)
-        if busiest is not None and limit.each != limit.bound(view):
+        if busiest is not None and limit.each != bound:
             found.append(Margin(requirement, loads[busiest], limit.each, unit, busiest))
     return found
+
+
+def _capacity(requirement: Requirement, bound: Fraction) -> Fraction | None:
+    """What a limit on utilisation or load is a share of, if it is one."""
+    stated = requirement.limit
+    if requirement.metric.kind not in ("utilisation", "load") or stated.dimension != DIMENSIONLESS or not stated.value:
+        return None
+    return bound / stated.value
 
 
 def dominants(analysis: Analysis) -> Iterator[Dominant]:

@@ -125,3 +125,12 @@ def test_ranks_do_not_change_with_units_or_order(points: list[tuple[int, int]], 
 def assert_competition(ranking: Ranking) -> None:
     """Rank k means that k - 1 points rank better: nobody is left out."""
     assert all(sum(other < value for other in ranking.ranks) == value - 1 for value in ranking.ranks)
+
+
+def test_scores_that_differ_are_not_printed_alike() -> None:
+    near = [(0, 10_000), (10_000, 0), (4_000, 4_000), (4_001, 3_998), (4_002, 3_996)]
+    for method in ("ideal", "topsis", "knee", "weights:2,1"):
+        found = rank(method, near, [("a", "minimise"), ("b", "minimise")])
+        for one in range(len(near)):
+            for other in range(len(near)):
+                assert (found.scores[one] == found.scores[other]) == (found.ranks[one] == found.ranks[other])
