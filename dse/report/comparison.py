@@ -25,8 +25,9 @@ def _print_designs(console: Console, found: DesignComparison) -> None:
     console.print(_texts(console, "Decisions", "decision", found.names, found.decisions))
     table = _headed(console, "Metrics", "metric", found.names, "difference")
     for line in found.metrics:
-        values = ["-" if v is None else counted(v, line.unit, found.currency) for v in (line.one, line.other)]
-        table.add_row(plain(line.name), *values, _difference(line, found.currency))
+        pairs = zip((line.one, line.other), found.currencies, strict=True)
+        values = ["-" if value is None else counted(value, line.unit, currency) for value, currency in pairs]
+        table.add_row(plain(line.name), *values, _difference(line, found.currencies[0]))
     console.print(table)
     if found.verdicts:
         console.print(_texts(console, "Requirements", "requirement", found.names, found.verdicts))

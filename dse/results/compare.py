@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from fractions import Fraction
 from typing import Any
 
@@ -15,22 +15,26 @@ FORMAT = "dse-comparison/1"
 
 @dataclass(frozen=True)
 class Line:
-    """One thing in two designs: texts or exact numbers in `unit`; None where a design does not have it."""
+    """One thing in two designs: texts or exact numbers in `unit`; None where a design does not have it.
+
+    `is_alike` is false for sums of money in two currencies, which have no difference.
+    """
 
     name: str
     one: Any
     other: Any
     unit: str = ""
+    is_alike: bool = True
 
     @property
     def differs(self) -> bool:
         """Whether the two are not the same."""
-        return bool(self.one != self.other)
+        return bool(self.one != self.other) or not self.is_alike
 
     @property
     def difference(self) -> Fraction | None:
         """Other minus one, for numbers that both have."""
-        if isinstance(self.one, Fraction) and isinstance(self.other, Fraction):
+        if self.is_alike and isinstance(self.one, Fraction) and isinstance(self.other, Fraction):
             return self.other - self.one
         return None
 
@@ -43,7 +47,7 @@ class DesignComparison:
     decisions: tuple[Line, ...]
     metrics: tuple[Line, ...]
     verdicts: tuple[Line, ...]
-    currency: str
+    currencies: tuple[str, str]
 
     def to_dict(self) -> dict[str, Any]:
         """In the form ``dse-comparison/1``."""
@@ -51,6 +55,7 @@ class DesignComparison:
             "format": FORMAT,
             "of": "designs",
             "names": list(self.names),
+            "currencies": list(self.currencies),
             "decisions": {line.name: [line.one, line.other] for line in self.decisions},
             "metrics": {
                 line.name: {"values": [_number(line.one), _number(line.other)], "unit": line.unit}
@@ -106,15 +111,17 @@ def compare_designs(names: tuple[str, str], one: Analysis, other: Analysis) -> D
         {verdict.requirement.text: _verdict(verdict.holds) for verdict in analysis.verdicts}
         for analysis in (one, other)
     ]
+    currencies = (one.space.currency, other.space.currency)
+    units = {**other.metric_units, **one.metric_units}
     return DesignComparison(
         names=names,
         decisions=_lines(one.decisions, other.decisions),
         metrics=tuple(
-            Line(line.name, line.one, line.other, one.metric_units.get(line.name) or other.metric_units[line.name])
+            replace(line, unit=units[line.name], is_alike=units[line.name] != "ct" or currencies[0] == currencies[1])
             for line in _lines(one.metrics, other.metrics)
         ),
         verdicts=_lines(*held),
-        currency=one.space.currency,
+        currencies=currencies,
     )
 
 
@@ -124,11 +131,14 @@ def compare_results(names: tuple[str, str], one: Result, other: Result) -> Resul
     Raises
     ------
     ValueError
-        when they do not.
+        when they do not, or count money in two currencies.
     """
     asked = [[(info.name, info.sense) for info in result.objectives] for result in (one, other)]
     if asked[0] != asked[1]:
         raise ValueError("the results have different objectives: compare designs of them instead (RESULT.json#ID)")
+    currencies = [result.space.currency for result in (one, other)]
+    if currencies[0] != currencies[1] and any(info.unit == "ct" for info in one.objectives):
+        raise ValueError(f"the results count money in {' and in '.join(currencies)}: they cannot be compared")
     facts = _lines(_facts(one), _facts(other))
     points = tuple(
         tuple(_against(point, mine, theirs) for point in mine.front) for mine, theirs in ((one, other), (other, one))

@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+import io
 from pathlib import Path
 
 import pytest
+from rich.console import Console
 
 import dse
 from dse.api.comparing import compare
 from dse.errors import UsageError
+from dse.report.comparison import print_comparison
 from dse.results.compare import DesignComparison, ResultComparison, compare_results
 
 CHEAP = """
@@ -42,6 +45,24 @@ def test_two_designs(tmp_path: Path) -> None:
     assert (jitter.one, jitter.other, jitter.difference) == (11_000_000, 14_000_000, 3_000_000)
     assert [(line.one, line.other) for line in found.verdicts] == [("holds", "broken")]
     assert found.to_dict()["metrics"]["price"] == {"values": [30000, 10000], "unit": "ct"}
+
+
+def test_money_in_two_currencies_is_not_compared(tmp_path: Path) -> None:
+    euros, dollars = written(tmp_path, "euros", 300), tmp_path / "dollars.yaml"
+    dollars.write_text(CHEAP.replace("PRICE", "300").replace("EUR", "USD"), encoding="utf-8")
+    other = tmp_path / "dollars.json"
+    other.write_text(dse.solve(dollars).to_json(), encoding="utf-8")
+    found = compare(f"{euros}#1", f"{other}#1")
+    assert isinstance(found, DesignComparison)
+    price = next(line for line in found.metrics if line.name == "price")
+    assert price.differs
+    assert price.difference is None
+    printed = io.StringIO()
+    print_comparison(Console(file=printed, width=120), found)
+    assert "300 EUR" in printed.getvalue()
+    assert "300 USD" in printed.getvalue()
+    with pytest.raises(UsageError, match="EUR and in USD"):
+        compare(euros, str(other))
 
 
 def test_two_results() -> None:
