@@ -23,6 +23,7 @@ from dse.report.words import (
     rank_text,
     rounding_words,
     sentences,
+    short_name,
     tie_words,
 )
 from dse.results.analysis import Analysis, FlowTable, Usage
@@ -34,6 +35,8 @@ from dse.units.text import format_count
 
 TOP = 10
 EXPLAINED = 3
+MANY_DECISIONS = 8
+"""Where more decisions differ, alternatives are told by what they change against the first."""
 ADDITIVE = (
     "Worst execution times are not response times: CPU contention is not in the latency. "
     "Sums of periods over-estimate harmonic, synchronised threads."
@@ -127,7 +130,9 @@ def _front_table(console: Console, result: Result, shown: Sequence[Point]) -> Ta
     for point in shown:
         values = [counted(point.objectives[info.name], info.unit, result.space.currency) for info in result.objectives]
         score = [point.score] if scored else []
-        table.add_row(rank_text(result, point.rank), str(point.id), *values, *score, _plain(_decisions(point, varying)))
+        table.add_row(
+            rank_text(result, point.rank), str(point.id), *values, *score, _plain(_decisions(point, varying, shown[0]))
+        )
     return table
 
 
@@ -136,10 +141,15 @@ def _varying(result: Result) -> list[str]:
     return [name for name in result.open_decisions if len({point.decisions.get(name) for point in result.front}) > 1]
 
 
-def _decisions(point: Point, names: Sequence[str]) -> str:
-    return ", ".join(
-        f"{name.removesuffix('.type')} {point.decisions[name]}" for name in names if name in point.decisions
-    )
+def _decisions(point: Point, names: Sequence[str], first: Point) -> str:
+    """The decisions of a point; of many, those in which it differs from the first one, where that is shorter."""
+    chosen = [name for name in names if name in point.decisions]
+    text = ", ".join(f"{short_name(name)} {point.decisions[name]}" for name in chosen)
+    if len(names) <= MANY_DECISIONS or point is first:
+        return text
+    others = [name for name in chosen if point.decisions[name] != first.decisions.get(name)]
+    rest = ", ".join(f"{short_name(name)} {point.decisions[name]}" for name in others)
+    return min(f"as #{first.id}, but {rest}" if rest else f"as #{first.id}", text, key=len)
 
 
 def _print_common(console: Console, result: Result) -> None:
