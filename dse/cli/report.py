@@ -71,6 +71,8 @@ def command(
         found = ranked_by(found, rank_by)
     if alternative is not None and alternative not in {point.id for point in found.front}:
         raise UsageError(f"{result}: has no alternative {alternative}; ids run from 1 to {len(found.front)}")
+    if formats and not found.front:
+        raise UsageError(f"{result}: there is no alternative, so there is nothing to draw")
     document = Document(found)
     if formats:
         from dse.report.figures import figure_files

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from fractions import Fraction
+from textwrap import wrap
 from typing import Any, TypeAlias
 
 from dse.results.result import ObjectiveInfo, Result
@@ -16,6 +17,8 @@ from dse.results.values import counted, display_unit
 Spec: TypeAlias = dict[str, Any]
 SCHEMA = "https://vega.github.io/schema/vega-lite/v6.json"
 STEPS = ("var(--s1)", "var(--s2)", "var(--s3)", "var(--s4)")
+TITLE_WIDTH = 40
+"""Letters in a line of an axis' title: as many as a phone has room for."""
 KEPT = "kept === null || indexof(kept, datum.id) >= 0"
 CONFIG: Spec = {
     "background": None,
@@ -89,10 +92,10 @@ def class_order(result: Result, axis: int) -> list[str]:
     return list(dict.fromkeys(classes[value] for value in sorted(classes)))
 
 
-def axis_title(result: Result, axis: int) -> str:
-    """``price [EUR]``."""
+def axis_title(result: Result, axis: int) -> list[str]:
+    """``price [EUR]``, in lines."""
     info = result.objectives[axis]
-    return f"{info.name} [{display_unit(info.unit, result.space.currency)[1]}]"
+    return wrap(f"{info.name} [{display_unit(info.unit, result.space.currency)[1]}]", TITLE_WIDTH)
 
 
 def scatter(
@@ -121,28 +124,16 @@ def scatter(
         "encoding": {
             **position,
             "opacity": {"condition": {"test": KEPT, "value": 0.95}, "value": 0.12},
-            "size": {"condition": {"test": "datum.id === chosen", "value": 200}, "value": 80},
-            "stroke": {"condition": {"test": "datum.id === chosen", "value": "var(--accent)"}, "value": "var(--paper)"},
-            "strokeWidth": {"condition": {"test": "datum.id === chosen", "value": 3}, "value": 0.6},
+            "size": {"value": 80},
+            "stroke": {"value": "var(--paper)"},
+            "strokeWidth": {"value": 0.6},
             "tooltip": tooltip,
             "color": {"value": "var(--c1)"},
         },
     }
     if len(result.objectives) > 2:
         points["encoding"]["color"] = colour_by(result, 2)
-    label: Spec = {
-        "transform": [{"filter": "datum.id === chosen"}],
-        "mark": {
-            "type": "text",
-            "dx": 13,
-            "align": "left",
-            "fontWeight": 700,
-            "color": "var(--accent)",
-            "fontSize": 12,
-        },
-        "encoding": {**position, "text": {"field": "label"}},
-    }
-    layers = [points, label]
+    layers = [points]
     if baseline is not None:
         layers.append(
             {
@@ -158,18 +149,41 @@ def scatter(
                 "encoding": {**position, "tooltip": tooltip[1:]},
             }
         )
-        layers.append(
-            {
-                "data": {"values": [dict(baseline)]},
-                "mark": {"type": "text", "dy": -13, "color": "var(--ink)", "fontSize": 11},
-                "encoding": {**position, "text": {"value": "baseline"}},
-            }
-        )
+        word = {"type": "text", "dy": -13, "color": "var(--ink)", "fontSize": 11}
+        named = {**position, "text": {"value": "baseline"}}
+        layers += [{"data": {"values": [dict(baseline)]}, **layer} for layer in readable_text(word, named)]
+    layers += _chosen_point(position, tooltip)
     values = [{**record, "label": f"#{record['id']}"} for record in records]
     return whole_spec(
         {"params": _params(chosen), "data": {"name": "front", "values": values}, "layer": layers, "height": 340},
-        f"Pareto scatter: {titles[0]} across, {titles[1]} up; {len(records)} alternatives.",
+        f"Pareto scatter: {' '.join(titles[0])} across, {' '.join(titles[1])} up; {len(records)} alternatives.",
     )
+
+
+def _chosen_point(position: Mapping[str, Any], tooltip: Sequence[Mapping[str, Any]]) -> list[Spec]:
+    """A ring and a label in front of all other points, which may lie on the chosen one."""
+    only = [{"filter": "datum.id === chosen"}]
+    ring = {"type": "point", "filled": False, "size": 220, "strokeWidth": 3, "color": "var(--accent)", "tooltip": True}
+    word = {
+        "type": "text",
+        "dx": 13,
+        "align": "left",
+        "fontWeight": 700,
+        "color": "var(--accent)",
+        "fontSize": 12,
+    }
+    named = {**position, "text": {"field": "label"}}
+    layers: list[Spec] = [
+        {"mark": ring, "encoding": {**position, "tooltip": list(tooltip)}},
+        *readable_text(word, named),
+    ]
+    return [{"transform": only, **layer} for layer in layers]
+
+
+def readable_text(mark: Mapping[str, Any], encoding: Mapping[str, Any]) -> list[Spec]:
+    """Text on a rim in the colour of the paper, so that it can be read on top of points and lines."""
+    rim = {**mark, "color": "var(--paper)", "stroke": "var(--paper)", "strokeWidth": 4, "strokeJoin": "round"}
+    return [{"mark": dict(layer), "encoding": dict(encoding)} for layer in (rim, mark)]
 
 
 def colour_by(result: Result, axis: int) -> Spec:
@@ -245,12 +259,10 @@ def parallel(result: Result, records: Sequence[Mapping[str, Any]], chosen: int |
             "mark": {"type": "line", "strokeWidth": 12, "opacity": 0.001, "cursor": "pointer"},
             "encoding": {**line, "tooltip": tooltip},
         },
-        {
-            "data": {"values": ends},
-            "mark": {"type": "text", "dx": 6, "align": "left", "fontSize": 11},
-            "encoding": {"x": across, "y": up, "text": {"field": "text"}},
-        },
     ]
+    word = {"type": "text", "dx": 6, "align": "left", "fontSize": 11, "color": "var(--ink)"}
+    named = {"x": across, "y": up, "text": {"field": "text"}}
+    layers += [{"data": {"values": ends}, **layer} for layer in readable_text(word, named)]
     return whole_spec(
         {"params": _params(chosen), "data": {"name": "lines", "values": values}, "layer": layers, "height": 260},
         f"Parallel coordinates: {', '.join(names)}; the best value of each is on top.",

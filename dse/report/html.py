@@ -1,8 +1,8 @@
 """The report as one HTML file that needs nothing else: text, tables, plots, their JavaScript.
 
 Alternatives share most of their lines, so each is kept as a list of numbers into a pool of distinct lines. Jinja
-escapes every text; data for scripts cannot end their element; a content security policy admits these scripts alone and
-no network at all.
+escapes every text; data and libraries are packed, which no text in them can end; a content security policy admits these
+scripts alone, by their hashes, and no network at all.
 """
 
 from __future__ import annotations
@@ -11,11 +11,13 @@ import base64
 import gzip
 import hashlib
 import json
+import re
 from collections.abc import Iterable, Mapping, Sequence
 from functools import cache
 from typing import Any
 
 from jinja2 import Environment, PackageLoader, StrictUndefined
+from markupsafe import Markup, escape
 
 from dse.report.bars import HUES, METHODS, usage_chart, waterfall
 from dse.report.charts import axis_title, colour_by, parallel, scatter
@@ -25,6 +27,8 @@ from dse.report.parts import Section, numbered, study_specs
 from dse.report.theme import DARK, LIGHT, css_variables
 from dse.report.words import proof_words
 
+MOST_ON_PAPER = 8
+"""Decisions that the table of the front shows on paper: more would not fit."""
 POLICY = "default-src 'none'; style-src 'unsafe-inline'; img-src data:"
 
 
@@ -48,22 +52,28 @@ def html_report(document: Document, chosen: int | None = None, studies: Sequence
         document=document,
         result=result,
         proof=proof_words(result),
+        crowded=len(document.varying) > MOST_ON_PAPER,
         first=first,
         fragment=fragments.get(first, []) if first is not None else [],
         style=asset("report.css") + STYLE,
         light=css_variables(LIGHT),
         dark=css_variables(DARK),
-        data=packed(data),
+        data=packed_json(data),
         studies=numbered(studies),
-        scripts=[bundle, script],
+        library=packed(bundle) if bundle else "",
+        script=script,
         policy=f"{POLICY}; script-src {hashes([bundle, script])}",
     )
 
 
-def packed(data: Any) -> str:
-    """Data as JSON, gzip and base64: no text in it can end the script element that holds it."""
-    text = json.dumps(data, ensure_ascii=False, separators=(",", ":"))
+def packed(text: str) -> str:
+    """Text as gzip and base64: a third of its size, and nothing in it can end the script element that holds it."""
     return base64.b64encode(gzip.compress(text.encode(), 9, mtime=0)).decode()
+
+
+def packed_json(data: Any) -> str:
+    """Data as JSON, packed."""
+    return packed(json.dumps(data, ensure_ascii=False, separators=(",", ":")))
 
 
 class Pool:
@@ -87,13 +97,24 @@ class Pool:
 
 def environment() -> Environment:
     """The templates of pages; every text in them is escaped."""
-    return Environment(
+    found = Environment(
         loader=PackageLoader("dse.report", "templates"),
         autoescape=True,
         trim_blocks=True,
         lstrip_blocks=True,
         undefined=StrictUndefined,
     )
+    found.filters["breakable"] = breakable
+    return found
+
+
+def breakable(text: str) -> Markup:
+    """The text, escaped, with a place to break the line after each dot or underscore in a name.
+
+    >>> str(breakable("main_loop.period <= 1.5 ms"))
+    'main_<wbr>loop.<wbr>period &lt;= 1.5 ms'
+    """
+    return Markup(re.sub(r"([._])(?=[^\W\d_])", r"\1<wbr>", str(escape(text))))
 
 
 def asset(name: str) -> str:
@@ -109,7 +130,7 @@ def libraries() -> str:
     import vl_convert
 
     script: str = vl_convert.javascript_bundle("window.vegaEmbed = vegaEmbed;")
-    return script.replace("</script", "<\\/script")
+    return script
 
 
 def hashes(scripts: Sequence[str]) -> str:

@@ -8,7 +8,7 @@ from typing import Any
 
 from dse.report.drawing import STYLE
 from dse.report.figures import png_of, svg_of
-from dse.report.html import POLICY, asset, environment, hashes, libraries, packed
+from dse.report.html import POLICY, asset, environment, hashes, libraries, packed, packed_json
 from dse.report.markdown import escaped, section_lines
 from dse.report.parts import numbered, study_specs
 from dse.report.sections import sections_of
@@ -53,7 +53,7 @@ def study_page(data: Mapping[str, Any]) -> str:
     """The whole page, which needs no network."""
     sections = sections_of(data)
     specs = study_specs(sections)
-    scripts = [libraries() if specs else "", asset("report.js")]
+    bundle, script = libraries() if specs else "", asset("report.js")
     nothing: dict[str, Any] = {"chosen": None, "objectives": [], "front": [], "lines": [], "fragments": {}}
     return (
         environment()
@@ -66,9 +66,10 @@ def study_page(data: Mapping[str, Any]) -> str:
             style=asset("report.css") + STYLE,
             light=css_variables(LIGHT),
             dark=css_variables(DARK),
-            data=packed({**nothing, "specs": {"studies": specs}}),
-            scripts=scripts,
-            policy=f"{POLICY}; script-src {hashes(scripts)}",
+            data=packed_json({**nothing, "specs": {"studies": specs}}),
+            library=packed(bundle) if bundle else "",
+            script=script,
+            policy=f"{POLICY}; script-src {hashes([bundle, script])}",
         )
     )
 

@@ -22,9 +22,9 @@ LIGHT: Mapping[str, str] = {
     "c4": "#a8558c",
     "c5": "#8a7400",
     "c6": "#2f8fbf",
-    "s1": "#74a9cf",
-    "s2": "#3d8bc0",
-    "s3": "#176aa6",
+    "s1": "#5a97c4",
+    "s2": "#2c7fb8",
+    "s3": "#125b9a",
     "s4": "#023858",
 }
 DARK: Mapping[str, str] = {

@@ -247,22 +247,70 @@ def test_a_screen_reader_has_names_and_tables(page: Browser) -> None:
     assert rows[0] == len(first.flows[0].source.rows) + 1  # every row, also those without time, and the total
 
 
+def test_the_chosen_row_is_scrolled_into_sight(page: Browser) -> None:
+    page.run("dseReport.choose(38)")
+    frame, row = page.run(
+        """['#front .scroll', '#front-table tr.chosen'].map((name) => {
+          const box = document.querySelector(name).getBoundingClientRect();
+          return [box.top, box.bottom];
+        })"""
+    )
+    assert frame[0] < row[0] < row[1] < frame[1]
+
+
+def test_the_chosen_point_and_its_label_lie_in_front(page: Browser) -> None:
+    page.run("dseReport.choose(12)")
+    groups = page.run("[...document.querySelectorAll('#scatter svg .mark-text text')].map((t) => t.textContent)")
+    assert groups.count("#12") == 2  # the rim in the colour of the paper, and the label
+    marks = "#scatter svg .role-mark.mark-text, #scatter svg .role-mark.mark-symbol"  # in the order of painting
+    assert page.run(f"[...document.querySelectorAll('{marks}')].map((g) => g.textContent)")[-1] == "#12"
+
+
+def test_what_a_limit_excludes_is_said_to_a_screen_reader(page: Browser) -> None:
+    page.run(
+        """(() => { const input = document.getElementById('limit-1'); input.value = '0';
+        input.dispatchEvent(new Event('input')); })()"""
+    )
+    page.wait("dseReport.state.views.parallel.signal('kept') !== null")
+    said = page.run("[...document.querySelectorAll('#front-table tr.out input')].map((e) => e.ariaLabel)")
+    assert said
+    assert all(text.endswith(", outside the limits") for text in said)
+
+
 def test_on_paper_it_is_light_and_whole(browser: Browser, folder: Path) -> None:
     browser.open(folder / "inmark.html", dark=True, media="print")
     assert browser.run("getComputedStyle(document.body).backgroundColor") == "rgb(255, 255, 255)"
     assert browser.run("getComputedStyle(document.getElementById('limits')).display") == "none"
+    frame = browser.run("getComputedStyle(document.querySelector('#front .scroll')).maxHeight")
+    assert frame == "none"  # every row of the table
     assert browser.problems() == []
+
+
+def page_of(result: dse.Result, folder: Path) -> Path:
+    """The HTML file of a result."""
+    files = dict(report_files(Document(result)))
+    path = folder / "page.html"
+    path.write_text(next(text for name, text in files.items() if name.endswith(".html")), encoding="utf-8")
+    return path
+
+
+@pytest.mark.parametrize(("width", "media"), [(390, ""), (718, "print")], ids=["phone", "paper"])
+def test_long_names_and_many_decisions_fit(browser: Browser, tmp_path: Path, width: int, media: str) -> None:
+    long = "a_flow_with_a_name_that_goes_on_and_on_" * 3
+    text = example_path("autoware_reference").read_text(encoding="utf-8").replace("lidar_to_wheels", long)
+    browser.open(page_of(dse.solve(dse.loads(text)), tmp_path), width, media=media)
+    assert browser.run("document.documentElement.scrollWidth") <= width
+    assert browser.problems() == []
+    titles = browser.run("[...document.querySelectorAll('#scatter .role-axis-title text')].map((t) => t.textContent)")
+    assert any("[ms]" in title for title in titles)  # the unit is not cut off
 
 
 def test_hostile_names_are_text(browser: Browser, tmp_path: Path) -> None:
     result = hostile_result()
-    files = dict(report_files(Document(result)))
-    path = tmp_path / "hostile.html"
-    path.write_text(next(text for name, text in files.items() if name.endswith(".html")), encoding="utf-8")
-    browser.open(path)
+    browser.open(page_of(result, tmp_path))
     for point in result.front:
         browser.run(f"dseReport.choose({point.id})")
-        assert browser.run("document.querySelectorAll('script').length") == 3
+        assert browser.run("document.querySelectorAll('script').length") == 4
         assert browser.run("document.querySelectorAll('img, b:not(p > b):not(li > b), iframe').length") == 0
         assert browser.run("[...document.querySelectorAll('*')].every((e) => !e.onerror && !e.onclick)")
     assert "<script>alert('x')</script>" in browser.run("document.querySelector('h1').textContent")

@@ -88,7 +88,8 @@ def test_a_front_of_200_points_stays_below_2_mb(robot: Result) -> None:
         for number, point in enumerate((robot.front * 6)[:200], start=1)
     ]
     large = replace(robot, front=tuple(many))
-    assert len(html_report(Document(large)).encode()) < 2_000_000
+    # points that differ more, of problems three times as large, take twice as much
+    assert len(html_report(Document(large)).encode()) < 1_000_000
 
 
 def test_markdown_has_every_alternative(robot: Result) -> None:
@@ -183,9 +184,8 @@ def test_colours_have_contrast(theme: dict[str, str]) -> None:
     for paper in ("paper", "panel"):
         for ink in ("ink", "soft", "accent", "c1"):  # texts and links
             assert contrast(theme[ink], theme[paper]) >= 4.5, (ink, paper)
-    for name in ("c1", "c2", "c3", "c4", "c5", "c6"):
+    for name in ("c1", "c2", "c3", "c4", "c5", "c6", "s1", "s2", "s3", "s4"):
         assert contrast(theme[name], theme["paper"]) >= 3, name
-    assert contrast(theme["s1"], theme["paper"]) >= 2 or contrast(theme["s4"], theme["paper"]) >= 3
 
 
 def test_layout_keeps_nodes_apart() -> None:
@@ -230,6 +230,10 @@ def test_the_command_writes_a_report_and_figures(tmp_path: Path, capsys: pytest.
     assert run(["report", str(result), "--alternative", "99"]) == 2
     assert "has no alternative 99" in capsys.readouterr().err
     assert run(["report", str(result), "--figures", "gif"]) == 2
+    none = tmp_path / "none.json"
+    assert run(["solve", str(example_path("starter")), "-q", "--json", str(none), "--max-jitter", "1ms"]) == 4
+    assert run(["report", str(none), "--figures", "svg", "-o", str(tmp_path / "four")]) == 2
+    assert "nothing to draw" in capsys.readouterr().err
 
 
 def test_a_changed_problem_is_refused(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
@@ -240,6 +244,14 @@ def test_a_changed_problem_is_refused(tmp_path: Path, capsys: pytest.CaptureFixt
     problem.write_text(problem.read_text() + "# later\n", encoding="utf-8")
     assert run(["report", str(result), "-o", str(tmp_path)]) == 2
     assert "has changed since the result was written" in capsys.readouterr().err
+
+
+def test_many_decisions_are_told_against_the_first(capsys: pytest.CaptureFixture[str]) -> None:
+    assert run(["solve", str(example_path("autoware_reference")), "--top", "2"]) == 0
+    text = capsys.readouterr().out
+    assert "as #1, but BehaviorPlanner.period 40 ms" in text
+    assert run(["solve", str(example_path("inmark")), "--top", "2"]) == 0
+    assert "as #1" not in capsys.readouterr().out
 
 
 def test_the_terminal_says_what_it_leaves_out(capsys: pytest.CaptureFixture[str]) -> None:

@@ -1,8 +1,18 @@
 "use strict";
 (async () => {
-  const packed = Uint8Array.from(atob(document.getElementById("data").textContent), (letter) => letter.charCodeAt(0));
-  const stream = new Blob([packed]).stream().pipeThrough(new DecompressionStream("gzip"));
-  const data = JSON.parse(await new Response(stream).text());
+  async function unpacked(node) {
+    const packed = Uint8Array.from(atob(node.textContent), (letter) => letter.charCodeAt(0));
+    return new Response(new Blob([packed]).stream().pipeThrough(new DecompressionStream("gzip"))).text();
+  }
+
+  const library = document.getElementById("library");
+  if (library) {
+    // the content security policy knows the hash of this text and admits no other
+    const script = document.createElement("script");
+    script.textContent = await unpacked(library);
+    document.head.append(script);
+  }
+  const data = JSON.parse(await unpacked(document.getElementById("data")));
   const byId = new Map(data.front.map((record) => [record.id, record]));
   const state = { chosen: data.chosen, kept: null, brush: null, limits: data.objectives.map(() => null), views: {}, details: [] };
   window.dseReport = { data, state, choose, ready: false };
@@ -111,6 +121,13 @@
     spec.layer[2].data.values = firsts;
   }
 
+  function reveal(row) {
+    const box = row.closest(".scroll");
+    const [frame, place] = [box.getBoundingClientRect(), row.getBoundingClientRect()];
+    const head = box.querySelector("thead").offsetHeight;
+    if (place.top < frame.top + head || place.bottom > frame.bottom) box.scrollTop += place.top - frame.top - frame.height / 2;
+  }
+
   async function choose(id, focus) {
     if (id === state.chosen && state.views.scatter) return;
     state.chosen = id;
@@ -122,6 +139,7 @@
       const here = Number(row.dataset.id) === id;
       row.classList.toggle("chosen", here);
       row.querySelector("input").checked = here;
+      if (here) reveal(row);
     }
     const views = Object.values(state.views);
     await Promise.all(views.map((view) => view.signal("chosen", id).runAsync()));
@@ -148,7 +166,9 @@
     state.kept = kept.length === data.front.length ? null : kept;
     const there = new Set(kept);
     for (const row of document.querySelectorAll("#front-table tbody tr")) {
-      row.classList.toggle("out", !there.has(Number(row.dataset.id)));
+      const out = !there.has(Number(row.dataset.id));
+      row.classList.toggle("out", out);
+      row.querySelector("input").ariaLabel = `alternative ${row.dataset.id}${out ? ", outside the limits" : ""}`;
     }
     element("count").textContent = `${kept.length} of ${data.front.length} alternatives within the limits`;
     await Promise.all(Object.values(state.views).map((view) => view.signal("kept", state.kept).runAsync()));
