@@ -23,6 +23,7 @@ KEPT = "kept === null || indexof(kept, datum.id) >= 0"
 CONFIG: Spec = {
     "background": None,
     "font": "system-ui, sans-serif",
+    "locale": {"number": {"decimal": ".", "thousands": " ", "grouping": [3], "currency": ["", ""]}},  # as `readable`
     "view": {"stroke": None},
     "axis": {
         "labelColor": "var(--ink)",

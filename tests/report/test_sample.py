@@ -9,6 +9,8 @@ import pytest
 
 import dse
 from dse.examples import example_path
+from dse.report.document import Document
+from dse.report.writing import report_files
 
 FOLDER = Path(__file__).parents[2] / "reports"
 
@@ -23,6 +25,16 @@ def test_the_sample_is_of_the_problem_as_it_is() -> None:
     assert [point.objectives for point in sample.front] == [point.objectives for point in fresh.front]
     assert sample.status == "complete"
     assert sample.others
+
+
+@pytest.mark.parametrize("name", ["inmark.md", "inmark.csv"])
+def test_the_sample_says_what_is_said_today(name: str) -> None:
+    def lasting(text: str) -> list[str]:
+        return [line for line in text.splitlines() if not line.startswith(("- **Versions**", "- **Problem file**"))]
+
+    sample = dse.reopen(FOLDER / "inmark.json", example_path("inmark"))
+    fresh = dict(report_files(Document(sample)))
+    assert lasting((FOLDER / name).read_text(encoding="utf-8")) == lasting(fresh[name])
 
 
 @pytest.mark.parametrize("name", ["inmark.html", "inmark.md", "inmark.csv", "inmark.json"])
