@@ -20,9 +20,13 @@ def with_triggers(
 ) -> tuple[Component, ...]:
     """The components with their incoming connections and those that dispatch them."""
     names = {connection.name: number for number, connection in enumerate(connections)}
+    arriving: list[list[int]] = [[] for _ in components]
+    for number, connection in enumerate(connections):
+        if connection.target is not None:
+            arriving[connection.target].append(number)
     result = []
-    for number, component in enumerate(components):
-        incoming = tuple(n for n, connection in enumerate(connections) if connection.target == number)
+    for component, found in zip(components, arriving, strict=True):
+        incoming = tuple(found)
         triggers = tuple(n for n in incoming if connections[n].port != "data")
         stated = spec.threads[component.name].dispatch_trigger if component.section == "threads" else None
         if stated is not None:

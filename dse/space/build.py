@@ -10,7 +10,7 @@ from dse.errors import Diagnostic, ProblemError
 from dse.space.activation import check_activation, with_triggers
 from dse.space.components import (
     build_component,
-    build_connection,
+    build_connections,
     check_machines,
     check_processes,
     check_processor_types,
@@ -44,7 +44,7 @@ def build_space(loaded: LoadedSpec) -> Space:
     components = tuple(
         build_component(ledger, spec, processors, section, name) for section, name in _component_names(spec)
     )
-    connections = tuple(build_connection(ledger, spec, buses, components, name) for name in spec.connections)
+    connections = build_connections(ledger, spec, buses, components)
     check_machines(ledger, processors, buses, components, connections)
     check_processes(ledger, processors, components)
     components = with_triggers(ledger, spec, components, connections)

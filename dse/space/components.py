@@ -136,12 +136,27 @@ def _period_in_use(ledger: Ledger, path: Path, name: str, protocol: Tree, period
     return tree
 
 
-def build_connection(
-    ledger: Ledger, spec: Spec, buses: Sequence[Bus], components: Sequence[Component], name: str
+def build_connections(
+    ledger: Ledger, spec: Spec, buses: Sequence[Bus], components: Sequence[Component]
+) -> tuple[Connection, ...]:
+    """Every connection of the problem."""
+    wires = {item.name: number for number, item in enumerate(buses)}
+    ends = {item.name: number for number, item in enumerate(components)}
+    return tuple(
+        _build_connection(ledger, spec, wires, components, name, _ends(ledger, spec, ends, name))
+        for name in spec.connections
+    )
+
+
+def _build_connection(
+    ledger: Ledger,
+    spec: Spec,
+    wires: Mapping[str, int],
+    components: Sequence[Component],
+    name: str,
+    ends: tuple[int | None, int | None],
 ) -> Connection:
-    """The connection called `name`."""
     given, path = spec.connections[name], ("connections", name)
-    ends = _ends(ledger, spec, components, name)
     if given.rate is not None and given.data_rate is not None:
         ledger.error((*path, "data_rate"), "give `rate` or `data_rate`, not both")
     owner = Owner(name, path, given)
@@ -150,7 +165,7 @@ def build_connection(
         return FieldReader(ledger, owner, field_name, kind, write).read(lambda model: getattr(model, field_name))
 
     size = read("data_size", "data size", format_size)
-    bus = _connection_bus(ledger, spec, name, {item.name: number for number, item in enumerate(buses)})
+    bus = _connection_bus(ledger, spec, name, wires)
     if bus is not None and given.data_size is None and given.data_rate is None:
         ledger.error(path, "a connection over a bus needs `data_size` or `data_rate`")
     bus = _unless_local(bus, [components[end].process if end is not None else None for end in ends])
@@ -172,9 +187,9 @@ def build_connection(
     )
 
 
-def _ends(ledger: Ledger, spec: Spec, components: Sequence[Component], name: str) -> tuple[int | None, int | None]:
+def _ends(ledger: Ledger, spec: Spec, index: Mapping[str, int], name: str) -> tuple[int | None, int | None]:
     """Sender and receiver, None at the system boundary; an unknown one leaves that end in doubt."""
-    given, index = spec.connections[name], {item.name: number for number, item in enumerate(components)}
+    given = spec.connections[name]
     if given.from_ is None and given.to is None:
         ledger.error(("connections", name), "a connection needs `from` or `to`")
         ledger.doubt(f"{name}.from", f"{name}.to")

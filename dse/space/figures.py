@@ -23,6 +23,9 @@ NAMED = (
     "connections", "flows", "baseline",
 )  # fmt: skip
 
+MOST_COMPARED = 300_000
+"""So many names are compared in the search for closest ones, a second or two; mistakes beyond have no such hint."""
+
 
 @dataclass
 class Owner:
@@ -44,9 +47,11 @@ class Ledger:
     decisions: list[Decision] = field(default_factory=list)
     references: dict[str, Reference] = field(default_factory=dict)
     diagnostics: dict[Diagnostic, None] = field(default_factory=dict)  # each once; there may be very many
+    failures: int = 0
     _doubtful: set[str] = field(default_factory=set)
     _doubtful_words: set[str] = field(default_factory=set)
     _doubtful_metrics: set[str] = field(default_factory=set)
+    _compared: int = 0
 
     def __post_init__(self) -> None:
         """What was taken out of the problem is open from the start."""
@@ -80,9 +85,7 @@ class Ledger:
             return False
         words = message if hint.startswith(("did you mean", "known", "options")) else f"{message} {hint}"
         text = self.loaded.source_of(path).text_at(path)
-        return any(
-            name in path[1:] or _names(words, name) or re.search(_word(name), text) is not None for name in taken.names
-        )
+        return any(name in path[1:] or _names(words, name) or _mentions(text, name) for name in taken.names)
 
     def _types(self) -> Iterable[str]:
         spec = self.loaded.spec
@@ -117,7 +120,7 @@ class Ledger:
         words = self._doubtful_metrics
         if path[0] == "rules":
             words = self._doubtful | self._doubtful_words
-        return any(re.search(_word(word), text) for word in words)
+        return any(_mentions(text, word) for word in words)
 
     def origin(self, path: Path) -> str:
         """Where `path` stands in the problem file, as ``file:line``."""
@@ -125,8 +128,11 @@ class Ledger:
         return f"{place.file}:{place.line}"
 
     def unknown(self, path: Path, what: str, name: str, known: Iterable[str], *, at_key: bool = False) -> None:
-        """Note a name that is not known, with the closest one that is."""
-        self.error(path, f"unknown {what} {shown(name)}", closest(name, known), at_key=at_key)
+        """Note a name that is not known, with the closest one that is (as long as there are not very many)."""
+        names = list(known)
+        self._compared += len(names)
+        hint = closest(name, names) if self._compared <= MOST_COMPARED else ""
+        self.error(path, f"unknown {what} {shown(name)}", hint, at_key=at_key)
 
     def decide(
         self, component: str, field_name: str, kind: str, values: Alternatives, write: Callable[[Any], str]
@@ -152,10 +158,14 @@ def _word(name: str) -> str:
     return rf"(?<!\w){re.escape(name)}(?!\w)"
 
 
+def _mentions(text: str, name: str) -> bool:
+    return name in text and re.search(_word(name), text) is not None
+
+
 def _names(words: str, name: str) -> bool:
     """Whether a message names something: in quotes, with a field, of a metric, or in a cycle."""
     word = _word(name)
-    return re.search(rf'"{word}"|{word}\.\w|\bof {word}|-> {word}|{word} ->', words) is not None
+    return name in words and re.search(rf'"{word}"|{word}\.\w|\bof {word}|-> {word}|{word} ->', words) is not None
 
 
 def closest(name: str, known: Iterable[str]) -> str:

@@ -73,6 +73,7 @@ __all__ = [
 ]
 
 SHOWN_OPTIONS = 12
+MOST_FAILURES = 200
 PARSERS: Mapping[str, Callable[[str], Any]] = {
     "duration": parse_period_ns,
     "time range": parse_time_range_ns,
@@ -109,10 +110,18 @@ def with_questions(ledger: Ledger, space: Space, spec: Spec) -> Space:
 
 
 def _attempt(ledger: Ledger, path: Path, text: str, make: Callable[[], T]) -> list[T]:
-    """What `make` gives, or nothing when it fails; a failure is noted unless it follows from one that is."""
+    """What `make` gives, or nothing when it fails; a failure is noted unless it follows from one that is.
+
+    After very many failures nothing is attempted: in a large problem each takes a while.
+    """
+    if ledger.failures >= MOST_FAILURES:
+        return []
     try:
         return [make()]
     except (QuestionError, ExpressionError) as error:
+        ledger.failures += 1
+        if ledger.failures == MOST_FAILURES:
+            ledger.error(path, f"{MOST_FAILURES} questions cannot be read; those behind this one were not looked at")
         if not ledger.mentions_doubt(path, text):
             ledger.error(path, error.message, error.hint)
         return []

@@ -218,7 +218,7 @@ class _Loader:
 
     def _rest(self) -> LoadedSpec | None:
         """The problem without what is wrong."""
-        if not self._is_complete or any(part.model is None for part in self.parts):
+        if not self._is_complete or any(part.model is None for part in self.parts) or len(self.findings) > MAX_FINDINGS:
             return None
         loaded = self._merge()
         return replace(loaded, remains=remains(loaded.spec, [place for part in self.parts for place in part.lost]))

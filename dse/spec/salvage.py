@@ -17,6 +17,8 @@ from pydantic_core import ErrorDetails
 from dse.spec.model import Catalogue, Spec
 from dse.spec.reader import PathPart
 
+MOST_PLACES = 200
+"""With more mistakes than these nothing is salvaged: there is enough to do."""
 ROUNDS = 3
 """Taking something out may leave a mapping that lacks a key: after so many attempts nothing is salvaged."""
 QUESTIONS = ("requirements", "rules", "objectives")
@@ -59,6 +61,8 @@ def salvaged(model: type[Catalogue], data: Any, error: ValidationError) -> tuple
     """The file without what is wrong in it, and the places where that was; None when too much would be missing."""
     places: list[Place] = []
     for _ in range(ROUNDS):
+        if error.error_count() > MOST_PLACES:
+            return None
         found = [_place(item, data) for item in error.errors(include_url=False)]
         if not all(_is_dispensable(place) for place in found):
             return None

@@ -17,11 +17,14 @@ from hypothesis import strategies as st
 import dse.space
 from dse.api.problem import load, loads
 from dse.errors import ProblemError
+from dse.space import figures
 from dse.space.build import build_space
 from dse.space.figures import Ledger
 from dse.space.metrics import QuestionError
+from dse.space.questions import MOST_FAILURES
 from dse.space.types import Space
 from dse.spec.load import load_spec, parse_spec
+from dse.spec.salvage import MOST_PLACES
 from tests.diagnostics import (
     FOLDER,
     assert_every_input_has_its_messages,
@@ -95,6 +98,25 @@ def test_several_mistakes_come_in_the_order_of_the_lines() -> None:
     assert places == sorted(places) and len(set(places)) == 10
 
 
+def test_after_very_many_mistakes_less_is_looked_at(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Neither questions nor closest names take long, however many are wrong; the first ones keep their hint."""
+    monkeypatch.setattr(figures, "MOST_COMPARED", 100)
+    wrong = "".join(f"  c{number}: {{from: gns, to: nav, data_size: 1 B}}\n" for number in range(100))
+    with pytest.raises(ProblemError) as caught:
+        loads(VALID.replace("connections:\n", f"connections:\n{wrong}"))
+    hints = [item.hint for item in caught.value.diagnostics]
+    assert hints[0] == 'did you mean "gnss"?' and hints[-1] == ""
+    rules = ", ".join(["nav.perod == 10 ms"] * (MOST_FAILURES + 5))
+    with pytest.raises(ProblemError) as caught:
+        loads(re.sub(r"rules: \[.*\]", f"rules: [{rules}]", VALID))
+    assert len(caught.value.diagnostics) == MOST_FAILURES + 1
+    assert [item.path for item in caught.value.diagnostics if "cannot be read" in item.message] == ["rules[199]"]
+    units = "\n".join(f"  spare{number}: {{period: 1 msec}}" for number in range(MOST_PLACES + 1))
+    with pytest.raises(ProblemError) as caught:
+        loads(VALID.replace("threads:\n", f"threads:\n{units}\n").replace("[minimise", "[minimise speed, minimise"))
+    assert not any(item.path.startswith("objectives") for item in caught.value.diagnostics)
+
+
 # --- every message has a file -------------------------------------------------------------------------------------
 
 
@@ -112,6 +134,7 @@ def _call_sites() -> Iterator[tuple[str, int, int]]:
 NOT_FOR_FILES = {  # messages that only another reader of questions can cause
     "no figures per processor type here",  # every field that may be a map is read with its meaning
     "nothing is called",  # in a rule the parser finds unknown names first
+    "questions cannot be read",  # see test_after_very_many_mistakes_less_is_looked_at
 }
 
 
