@@ -16,6 +16,7 @@ from dse.analysis.rates import rate_hz
 from dse.analysis.views import View
 from dse.report.bars import usage_records, waterfall_records
 from dse.report.charts import front_records
+from dse.report.explanation import conflict_words
 from dse.report.words import (
     GAPS,
     REDUCED,
@@ -142,6 +143,11 @@ class Document:
     def baseline_words(self) -> str:
         """Today's design: its figures, and the requirements that it breaks."""
         return baseline_words(self.reasoner)
+
+    @property
+    def conflicts(self) -> list[tuple[str, tuple[str, ...]]]:
+        """Why there is no design, if that was proved: sentences, each with what it speaks of."""
+        return list(conflict_words(self.result)) if self.result.status == "infeasible" else []
 
     @cached_property
     def front_table(self) -> Table:

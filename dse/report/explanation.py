@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from fractions import Fraction
 
 from rich.console import Console
@@ -42,25 +43,26 @@ def print_explanation(console: Console, explanation: Explanation) -> None:
 def print_conflicts(console: Console, result: Result) -> None:
     """The short form after an infeasible solve."""
     say = _Printer(console)
+    for text, items in conflict_words(result):
+        say.line(text)
+        for item in items:
+            say.item(item)
+
+
+def conflict_words(result: Result) -> Iterator[tuple[str, tuple[str, ...]]]:
+    """Why there is no design: sentences, each with the requirements and rules that it speaks of."""
     for conflict in result.conflicts:
         alone = len(conflict.members) == 1
-        say.line(
-            "This cannot be met by any design:"
-            if alone
-            else "These cannot hold together, but without any one of them the others can:"
-        )
-        for clash in conflict.members:
-            say.item(_clash(clash, result.space.currency))
+        together = "These cannot hold together, but without any one of them the others can:"
+        text = "This cannot be met by any design:" if alone else together
+        yield text, tuple(_clash(clash, result.space.currency) for clash in conflict.members)
     if result.give_up:
-        say.line(
-            f"No single change is enough. These {len(result.give_up)} together are; each at best, without the others:"
+        yield (
+            f"No single change is enough. These {len(result.give_up)} together are; each at best, without the others:",
+            tuple(_clash(clash, result.space.currency) for clash in result.give_up),
         )
-        for clash in result.give_up:
-            say.item(_clash(clash, result.space.currency))
-    if result.conflicts:
-        say.line("`dse explain` with the same options shows all conflicts and the smallest changes that mend them.")
-    else:
-        say.line("`dse explain` with the same options says why.")
+    more = "shows all conflicts and the smallest changes that mend them" if result.conflicts else "says why"
+    yield f"`dse explain` with the same options {more}.", ()
 
 
 class _Printer:

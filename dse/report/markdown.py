@@ -48,6 +48,12 @@ def _lines(document: Document, detailed: int, studies: Sequence[Section]) -> Ite
     for text in document.summary:
         yield escaped(text)
         yield ""
+    for text, items in document.conflicts:
+        yield escaped(text)
+        yield ""
+        if items:
+            yield from (f"- {escaped(item)}" for item in items)
+            yield ""
     if result.front:
         yield "## Alternatives"
         yield ""

@@ -129,7 +129,11 @@ def test_an_infeasible_result_has_a_report_too() -> None:
     text = html_report(Document(result))
     assert "Infeasible, proved" in text
     assert "vegaEmbed" not in Reader(text).texts
-    assert markdown_report(Document(result)).startswith("# Intelligent Marking")
+    markdown = markdown_report(Document(result))
+    assert markdown.startswith("# Intelligent Marking")
+    for said in (" ".join(Reader(text).texts), markdown):  # what the terminal says
+        assert "This cannot be met by any design:" in said
+        assert "(caller): the closest is" in said or "(command line): the closest is" in said
     assert list(figure_files(Document(result), ["svg"])) == []
 
 

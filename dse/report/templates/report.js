@@ -170,7 +170,7 @@
       row.classList.toggle("out", out);
       row.querySelector("input").ariaLabel = `alternative ${row.dataset.id}${out ? ", outside the limits" : ""}`;
     }
-    element("count").textContent = `${kept.length} of ${data.front.length} alternatives within the limits`;
+    element("count").textContent = `${kept.length} of ${data.front.length} within the limits`;
     await Promise.all(Object.values(state.views).map((view) => view.signal("kept", state.kept).runAsync()));
   }
 
