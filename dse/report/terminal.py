@@ -37,6 +37,9 @@ TOP = 10
 EXPLAINED = 3
 MANY_DECISIONS = 8
 """Where more decisions differ, alternatives are told by what they change against the first."""
+ANY_WIDTH = 10_000
+ROOM_FOR_DECISIONS = 44
+"""Columns of a terminal that the decisions need beside the figures; with fewer they come below them."""
 ADDITIVE = (
     "Worst execution times are not response times: CPU contention is not in the latency. "
     "Sums of periods over-estimate harmonic, synchronised threads."
@@ -54,7 +57,7 @@ def print_result(console: Console, result: Result, top: int | None = TOP) -> Non
         return
     if result.front:
         shown = result.front[:top]
-        console.print(_front_table(console, result, shown))
+        _print_front(console, result, shown)
         _print_ranking(console, result, len(shown))
         _print_common(console, result)
         _print_reasons(console, result, len(shown))
@@ -114,25 +117,52 @@ def _print_hanging(console: Console, text: str) -> None:
     console.print("\n".join(lines), markup=False)
 
 
-def _front_table(console: Console, result: Result, shown: Sequence[Point]) -> Table:
+def _print_front(console: Console, result: Result, shown: Sequence[Point]) -> None:
+    """The ranked points as a table; where that is too wide with their decisions below it, or as a list."""
+    varying = _varying(result)
+    decisions = [_decisions(point, varying, shown[0]) for point in shown]
+    bare = _front_table(console, result, shown)
+    width = console.measure(bare, options=console.options.update(width=ANY_WIDTH))
+    room = console.width - width.minimum
+    if room >= ROOM_FOR_DECISIONS:
+        is_tight = console.width - width.maximum < ROOM_FOR_DECISIONS
+        console.print(_front_table(console, result, shown, decisions, is_tight=is_tight))
+        return
+    if room >= 0:
+        console.print(bare)
+    for point, text in zip(shown, decisions, strict=True):
+        if room >= 0:
+            _print_hanging(console, f"#{point.id}: {text}")
+            continue
+        score = f"; score {point.score}" if point.score else ""
+        figures = figures_words(result, point.objectives)
+        _print_hanging(console, f"rank {rank_text(result, point.rank)}, #{point.id}: {figures}{score}; {text}")
+
+
+def _front_table(
+    console: Console, result: Result, shown: Sequence[Point], decisions: Sequence[str] = (), *, is_tight: bool = False
+) -> Table:
+    """The figures of points, with their decisions if given; `is_tight` breaks headings into lines of one word."""
     table = _table(console)
     for heading in ("rank", "#"):
         table.add_column(heading, justify="right", no_wrap=True)
+    columns = []
     for info in result.objectives:
+        values = [counted(point.objectives[info.name], info.unit, result.space.currency) for point in shown]
+        heading = _plain(f"{'' if info.sense == 'minimise' else 'max '}{info.name}")
+        least = max(map(len, [*values, *heading.split()]))
         table.add_column(
-            _plain(f"{'' if info.sense == 'minimise' else 'max '}{info.name}"), justify="right", overflow="fold"
+            heading, justify="right", overflow="fold", min_width=least, max_width=least if is_tight else None
         )
-    scored = any(point.score for point in shown)
-    if scored:
+        columns.append(values)
+    if any(point.score for point in shown):
         table.add_column("score", justify="right", no_wrap=True)
-    varying = _varying(result)
-    table.add_column("decisions", overflow="fold")
-    for point in shown:
-        values = [counted(point.objectives[info.name], info.unit, result.space.currency) for info in result.objectives]
-        score = [point.score] if scored else []
-        table.add_row(
-            rank_text(result, point.rank), str(point.id), *values, *score, _plain(_decisions(point, varying, shown[0]))
-        )
+        columns.append([point.score for point in shown])
+    if decisions:
+        table.add_column("decisions", overflow="fold")
+        columns.append([_plain(text) for text in decisions])
+    for point, *cells in zip(shown, *columns, strict=True):
+        table.add_row(rank_text(result, point.rank), str(point.id), *cells)
     return table
 
 

@@ -13,6 +13,7 @@ from pathlib import Path
 
 import pytest
 from results.hostile import NAMES, hostile_result
+from rich.console import Console
 
 import dse
 from dse.cli.main import run
@@ -22,10 +23,12 @@ from dse.report.figures import figure_files
 from dse.report.html import html_report
 from dse.report.layout import layered
 from dse.report.markdown import escaped, markdown_report
+from dse.report.terminal import print_result
 from dse.report.theme import DARK, LIGHT
 from dse.report.words import GAPS, REDUCED
 from dse.report.writing import report_files
 from dse.results.result import Result
+from dse.results.values import counted
 
 
 class Reader(HTMLParser):
@@ -248,6 +251,20 @@ def test_a_changed_problem_is_refused(tmp_path: Path, capsys: pytest.CaptureFixt
     problem.write_text(problem.read_text() + "# later\n", encoding="utf-8")
     assert run(["report", str(result), "-o", str(tmp_path)]) == 2
     assert "has changed since the result was written" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("width", [40, 60, 80, 120, 160])
+def test_the_terminal_is_readable_at_any_width(robot: Result, width: int) -> None:
+    printed = io.StringIO()
+    print_result(Console(file=printed, width=width), robot, 3)
+    text = printed.getvalue()
+    lines = text.splitlines()
+    assert max(map(len, lines)) <= width
+    joined = " ".join(text.split())
+    for point in robot.front[:3]:
+        for figure in (counted(point.objectives["jitter of gnss_to_sprayer"], "ns"), point.score):
+            assert figure in joined  # neither cut nor broken
+    assert "nav_controller.dispatch_protocol aperiodic" in joined.partition("Ranked by")[0]
 
 
 def test_many_decisions_are_told_against_the_first(capsys: pytest.CaptureFixture[str]) -> None:
