@@ -84,7 +84,7 @@ def ranking_options(command: F) -> F:
             "--rank-by",
             metavar="METHOD",
             help="ideal (default), topsis, knee, baseline, weights:NAME=NUMBER,... or order:NAME,...; ideal and topsis "
-            "take weights too.",
+            "take weights too, and what is not named weighs 0.",
         ),
     )
     for option in more:

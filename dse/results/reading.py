@@ -22,7 +22,7 @@ def read_result(path: str | Path) -> dict[str, Any]:
     try:
         data = json.loads(Path(path).read_text(encoding="utf-8"))
     except (OSError, ValueError, RecursionError) as error:  # a number of 5000 digits is a ValueError too
-        why = error.strerror if isinstance(error, OSError) and error.strerror else error
+        why = error.strerror if isinstance(error, OSError) and error.strerror else f"not JSON: {error}"
         raise UsageError(f"{path}: cannot be read as a result: {why}") from error
     if not isinstance(data, dict) or data.get("format") != FORMAT or not isinstance(data.get("front"), list):
         raise UsageError(f"{path}: is no result of `dse solve --json` ({FORMAT})")
