@@ -16,7 +16,7 @@ Where the documents leave something open, this is how they are read here:
  5. A response_time replaces the worst execution time in the processing row and in the queue, never in utilisation.
  6. A hybrid component has no queue row. Its callback row precedes its sampling row; there is none when the flow
     starts at it.
- 7. The first component of a flow has no sampling row even when the path begins with a connection.
+ 7. Where the path begins with a connection, the component behind it samples: it is not where the flow starts.
  8. An explicit queue of an event-triggered component counts at the start of a flow too (that of the component).
  9. The machine of a virtual bus is the processor of the sending thread, else of the receiving thread; a design in
     which a map has no entry for that machine's type, or a thread none for its processor's type, is invalid.

@@ -273,7 +273,7 @@ class Reading:
         for name in self.problem.paths[flow]:
             if self.problem.section_of[name] == "connections":
                 rows += self.connection_rows(name)
-                arrival = name
+                arrival, first = name, False
             else:
                 rows += self.component_rows(name, arrival, first)
                 first = False

@@ -125,6 +125,33 @@ def test_a_virtual_bus_type_used_directly_is_there_where_something_is_bound_to_i
         assert {vector[1] for vector in pair.front} == prices[rules]
 
 
+LEADING = """
+dse: 1
+name: leading
+processor_types: {P: {}}
+processors: {p: {type: P}}
+threads:
+  a: {processor: p, period: 5 ms, compute_execution_time: 1 ms}
+  b:
+    processor: p
+    dispatch_protocol: [periodic, aperiodic, hybrid]
+    period: [10 ms, 20 ms]
+    compute_execution_time: 1 ms
+connections: {c: {from: a, to: b, latency: 1 us .. 3 us}, d: {to: b, rate: 7 Hz, port: data}}
+flows: {sent: {path: [c, b]}, arriving: {path: [d, b]}, whole: {path: [a, b]}, alone: {path: [b]}}
+objectives: [minimise latency of sent, minimise jitter of arriving, minimise utilisation]
+"""
+
+
+def test_a_flow_that_begins_with_a_connection_starts_when_its_message_leaves() -> None:
+    pair = Pair(LEADING)
+    figures_agree(pair)
+    found = search_front(pair.evaluator).points
+    fronts_agree(pair, found)
+    longest = {judged.figures["flows"]["sent"]["max"] for judged in pair.valid}
+    assert longest == {1_003_000, 11_003_000, 21_003_000}
+
+
 EMPTY = """
 dse: 1
 name: empty
