@@ -30,6 +30,11 @@ from dse.errors import TooLargeError
 from dse.space.trees import Choice
 from dse.space.types import EMPTY, INACTIVE, Design
 
+MOST_ZONES = 4
+"""How many regions of the objective space a question can be about (decision record 9)."""
+FEWEST_OBJECTIVES = 3
+"""With fewer, regions do not overlap, and nearly every question finds a point."""
+
 
 @dataclass(frozen=True)
 class EncodedObjective:
@@ -45,6 +50,14 @@ class EncodedObjective:
 
 
 @dataclass(frozen=True)
+class ZoneSwitch:
+    """While `literal` is true, each objective is within the domain of its linear constraint, named by its index."""
+
+    literal: cp_model.IntVar
+    constraints: tuple[int, ...]
+
+
+@dataclass(frozen=True)
 class EncodedSpace:
     """The model, the literal of each option of each decision, and the objectives (all to be minimised)."""
 
@@ -55,6 +68,13 @@ class EncodedSpace:
     open_terms: Sequence[OpenTerm] = ()
     shared: Sequence[int] = ()
     """Decisions on which many summands hang, most first: sums have a form of their own for each of their options."""
+    zones: Sequence[ZoneSwitch] = ()
+    """One of them is on: with these a question can be about several regions of the objective space."""
+
+    @property
+    def everywhere(self) -> tuple[int, ...]:
+        """The region of all objective vectors: a bound above each."""
+        return tuple(objective.size + 1 for objective in self.objectives)
 
     def copy(self) -> EncodedSpace:
         """The same model again, for another thread to solve."""
@@ -70,6 +90,7 @@ class EncodedSpace:
             tuple(replace(objective, variable=again(objective.variable)) for objective in self.objectives),
             [replace(term, variable=again(term.variable)) for term in self.open_terms],
             self.shared,
+            [replace(zone, literal=again(zone.literal)) for zone in self.zones],
         )
 
     def design(self, is_true: Callable[[cp_model.IntVar], bool]) -> Design:
@@ -190,9 +211,26 @@ def _encode(evaluator: Evaluator) -> EncodedSpace:
     for limit in evaluator.limits:
         add_limit(board, rates, limit)
     objectives = tuple(_add_objective(board, rates, evaluator, number) for number in range(len(space.objectives)))
+    zones = add_zone_switches(board.model, objectives)
     problem = board.model.validate()
     assert not problem, problem
-    return EncodedSpace(board.model, board.options, board.inactive, objectives, board.open_terms, board.shared())
+    return EncodedSpace(board.model, board.options, board.inactive, objectives, board.open_terms, board.shared(), zones)
+
+
+def add_zone_switches(model: cp_model.CpModel, objectives: Sequence[EncodedObjective]) -> list[ZoneSwitch]:
+    """Switch z: variable[i] <= bound[z, i] for each objective i, the bounds as yet those of the variables; one is on.
+
+    With fewer than three objectives questions are about one region.
+    """
+    if len(objectives) < FEWEST_OBJECTIVES:
+        return []
+    switches = []
+    for _ in range(MOST_ZONES):
+        literal = model.new_bool_var("")
+        limits = [model.add(item.variable <= item.size).only_enforce_if(literal) for item in objectives]
+        switches.append(ZoneSwitch(literal, tuple(limit.index for limit in limits)))
+    model.add_bool_or([switch.literal for switch in switches])
+    return switches
 
 
 def add_decisions(board: Board) -> None:

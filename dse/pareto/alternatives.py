@@ -19,8 +19,8 @@ from ortools.sat.python import cp_model
 from dse.analysis.evaluate import Evaluator
 from dse.encode.model import EncodedSpace, encode
 from dse.errors import RefereeError
-from dse.pareto.front import exclude
-from dse.pareto.subproblem import Found, NoSuchDesign, Solver
+from dse.pareto.answer import Found, NoSuchDesign
+from dse.pareto.subproblem import Solver
 from dse.space.types import Design
 
 
@@ -68,7 +68,7 @@ class Finder:
         lower = upper if not within else [0] * len(upper)
         solver = Solver(encoded, seed=self.seed, deadline=self.deadline)
         for known in (design, *besides):
-            exclude(encoded, known)
+            solver.exclude(known)
         spread = _Spread(encoded, [design])
         found: list[tuple[Design, tuple[int, ...]]] = []
         while True:
@@ -81,7 +81,7 @@ class Finder:
             if not isinstance(answer, Found):
                 return Neighbourhood(tuple(found), more=None)
             evaluation = self.evaluator.evaluate(answer.design)
-            exclude(encoded, answer.design)
+            solver.exclude(answer.design)
             if not evaluation.is_feasible:
                 if not any(limit.measure.rounded for limit in self.evaluator.limits):
                     raise RefereeError(f"the solver's design is refused by the analysis: {evaluation}")

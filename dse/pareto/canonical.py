@@ -1,8 +1,8 @@
 """The canonical design of a point: one of those that have it, whatever way the search went.
 
 It is the first in the order of decisions and options of the file, wherever a short depth-first search finds that one;
-else the one that the solver finds when it starts afresh, which depends on the problem, the seed and the solver's
-version only (decision record 8).
+else the one that the solver finds from the canonical design of the point before, which depends on the problem, the seed
+and the solver's version only (decision records 8 and 9).
 """
 
 from __future__ import annotations
@@ -12,22 +12,23 @@ from typing import Any
 from ortools.sat.python import cp_model
 
 from dse.encode.forms import EXACT_LIMIT
-from dse.pareto.subproblem import Found, Solver
+from dse.pareto.answer import Found
+from dse.pareto.subproblem import Solver
 from dse.space.types import Design
 
 
 def canonical_design(
-    solver: Solver, point: tuple[int, ...], known: Design, *, strictly: bool = False
+    solver: Solver, known: Found, near: Design | None = None, *, strictly: bool = False
 ) -> tuple[Design, bool] | None:
-    """A design with the counted objectives `point`, and whether it is the first of them; None when stopped.
+    """A design with the point of a known one, and whether it is the first of them; None when stopped.
 
     The model is left as it was.
 
-    `strictly` the lexicographically smallest, inactive before every option, however long it takes; for models that the
-    search has changed.
+    `near` is the canonical design of another point, to start from. `strictly` the lexicographically smallest, inactive
+    before every option, however long it takes; for models that the search has changed.
     """
     model = solver.encoded.model
-    _set_point(solver, point)
+    solver.set_point(known.point)
     model.clear_objective()
     model.clear_hints()
     model.add_decision_strategy(_options_in_order(solver), cp_model.CHOOSE_FIRST, cp_model.SELECT_MAX_VALUE)
@@ -38,18 +39,11 @@ def canonical_design(
     if isinstance(answer, Found):
         return answer.design, True
     if strictly:
-        by_digits = _by_digits(solver, point, known)
+        by_digits = _by_digits(solver, known)
         return None if by_digits is None else (by_digits, True)
-    answer = solver.any_solution()
+    solver.hint(near)
+    answer = solver.any_solution(known.point)
     return (answer.design, False) if isinstance(answer, Found) else None
-
-
-def _set_point(solver: Solver, point: tuple[int, ...]) -> None:
-    """Fix the objectives at the point."""
-    for objective, value in zip(solver.encoded.objectives, point, strict=True):
-        domain = solver.encoded.model.proto.variables[objective.variable.index].domain
-        domain.clear()
-        domain.extend([value, value])
 
 
 def _options_in_order(solver: Solver) -> list[Any]:
@@ -65,17 +59,17 @@ def _options_in_order(solver: Solver) -> list[Any]:
     return ordered
 
 
-def _by_digits(solver: Solver, point: tuple[int, ...], known: Design) -> Design | None:
+def _by_digits(solver: Solver, known: Found) -> Design | None:
     """The same where the depth-first search is hopeless: options minimised as the digits of numbers.
 
     Several decisions go to a call as far as the number stays exact.
     """
     encoded, model = solver.encoded, solver.encoded.model
     restore: list[int] = []
-    design = known
+    design = known.design
     try:
         for digits in _chunks(solver):
-            _set_point(solver, point)
+            solver.set_point(known.point)
             model.clear_objective()
             model.minimize(sum(_digit(solver, index) * weight for index, weight in digits))
             solver.hint(design)

@@ -18,9 +18,9 @@ from dse.analysis.validity import is_broken
 from dse.analysis.views import View
 from dse.encode.model import encode
 from dse.errors import RefereeError
+from dse.pareto.answer import Found, Unfinished
 from dse.pareto.crew import heard
-from dse.pareto.front import exclude
-from dse.pareto.subproblem import Found, Solver, Unfinished
+from dse.pareto.subproblem import Solver
 from dse.pareto.switchboard import OutOfTime, Switchboard
 from dse.space.types import INACTIVE, Design, Objective, Requirement, Rule, Space
 
@@ -78,9 +78,8 @@ def find_design(
     evaluator = Evaluator(replace(space, objectives=objectives), measures)
     encoded = encode(evaluator)
     solver = Solver(encoded, seed=seed, deadline=deadline)
-    sizes = [objective.size for objective in encoded.objectives]
     while True:
-        answer = heard(solver, lambda: solver.minimise([1] * len(sizes), sizes))
+        answer = heard(solver, lambda: solver.minimise([1] * len(measures), [encoded.everywhere]))
         if isinstance(answer, Unfinished):
             raise OutOfTime
         if not isinstance(answer, Found):
@@ -92,7 +91,7 @@ def find_design(
         broken = {verdict.requirement for verdict in evaluation.verdicts if not verdict.holds}
         if evaluation.breaches or broken - rounded:
             raise RefereeError(f"the solver's design is refused by the analysis: {evaluation}")
-        exclude(encoded, answer.design)  # within what rounding admits, but not exactly
+        solver.exclude(answer.design)  # within what rounding admits, but not exactly
 
 
 class Oracle:

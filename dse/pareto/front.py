@@ -16,12 +16,23 @@ from dse.analysis.evaluate import Evaluator
 from dse.encode.forms import EXACT_LIMIT
 from dse.encode.model import EncodedObjective, EncodedSpace, encode
 from dse.errors import RefereeError, UsageError
+from dse.pareto.answer import Answer, Found, NoSuchDesign, Unfinished
 from dse.pareto.canonical import canonical_design
 from dse.pareto.crew import Crew, stop_on_interrupt
-from dse.pareto.subproblem import Answer, Found, NoSuchDesign, Solver, Unfinished
-from dse.pareto.zones import Bound, SearchRegion, local_upper_bounds
+from dse.pareto.subproblem import Solver
+from dse.pareto.zones import (
+    Bound,
+    Question,
+    RefutedBoxes,
+    SearchRegion,
+    capped,
+    local_upper_bounds,
+    strictly_inside,
+)
 from dse.space.types import Design
 
+CHAIN = 16
+"""So many points in a row get their canonical designs one from another, whatever the number of workers."""
 CHECKPOINT_S = 1.0
 """How often the state of a running search is handed out."""
 HELP_AFTER_S = 0.5
@@ -90,20 +101,23 @@ class _State:
     encoded: EncodedSpace
     region: SearchRegion
     started: float
-    crew: Crew[tuple[Bound, int], Answer] = field(default_factory=Crew)
+    crew: Crew[Question, Answer] = field(default_factory=Crew)
     designs: dict[Bound, Design] = field(default_factory=dict)
     first: set[Bound] = field(default_factory=set)
     hint: Design | None = None
     calls_before: int = 0
 
-    def take(self, zone: Bound, axis: int, answer: Answer) -> None:
+    def take(self, question: Question, answer: Answer) -> None:
         """What an answer tells about the region."""
+        zones, axis = question
         if isinstance(answer, NoSuchDesign):
-            self.region.refute(zone)
+            for zone in zones:
+                self.region.refute(zone)
         elif isinstance(answer, Found):
             self.hint = answer.design
             self.designs.setdefault(answer.point, answer.design)
-            self.region.refute((*zone[:axis], *answer.point[axis : axis + 1], *zone[axis + 1 :]))
+            for zone in zones:
+                self.region.refute(capped(zone, axis, answer.point))
             self.region.cut(answer.point)
 
     def progress(self) -> Progress:
@@ -125,7 +139,7 @@ class _State:
             refuted=tuple(sorted(counted(objectives, box) for box in self.region.refuted)),
             calls=self.calls_before + self.crew.calls,
             elapsed_s=time.monotonic() - self.started,
-            floors=tuple(counted(objectives, self.region.floor(zone)) for zone in zones),
+            floors=tuple(counted(objectives, self.region.refuted.floor(zone)) for zone in zones),
             not_first=frozenset(
                 _signed(self.evaluator, counted(objectives, point)) for point in self.designs.keys() - self.first
             ),
@@ -154,8 +168,7 @@ def search_front(
     started = time.monotonic()
     deadline = None if budget.time_limit_s is None else started + budget.time_limit_s
     encoded = encode(evaluator)
-    start = tuple(objective.size + 1 for objective in encoded.objectives)
-    state = _State(evaluator, encoded, SearchRegion(start), started)
+    state = _State(evaluator, encoded, SearchRegion(encoded.everywhere), started)
     if earlier is not None:
         _restore(state, earlier)
     state.crew.solvers.append(Solver(encoded, seed=budget.seed, deadline=deadline))
@@ -163,8 +176,8 @@ def search_front(
         _explore(state, budget, watch)
         _make_canonical(state)
     if not state.region.open:
-        boxes = local_upper_bounds(start, sorted(state.designs), MOST_BOXES)
-        state.region.refuted = boxes if boxes is not None else state.region.refuted
+        boxes = local_upper_bounds(encoded.everywhere, sorted(state.designs), MOST_BOXES)
+        state.region.refuted = RefutedBoxes(boxes) if boxes is not None else state.region.refuted
     return state.snapshot()
 
 
@@ -174,17 +187,17 @@ def _explore(state: _State, budget: Budget, watch: Watch) -> None:
     saved = time.monotonic()
     while region.open and not crew.stopped:
         now = time.monotonic()
-        if len(crew.solvers) < budget.workers and now - state.started > HELP_AFTER_S:
-            first = crew.solvers[0]
-            crew.solvers.append(Solver(state.encoded.copy(), seed=budget.seed, deadline=first.deadline))
+        if len(crew.solvers) == 1 < budget.workers and now - state.started > HELP_AFTER_S:
+            crew.solvers += [_another(crew.solvers[0]) for _ in range(budget.workers - 1)]  # while it is idle
         for solver in crew.idle:
-            choice = region.next_zone(list(crew.busy.values()))
-            if choice is not None:
-                crew.start(solver, choice, partial(_minimise_in, solver, state.evaluator, *choice, state.hint))
-        (zone, axis), answer = crew.wait()
+            most = 1 if solver.is_hard else max(1, len(state.encoded.zones))
+            question = region.next_question(list(crew.busy.values()), most)
+            if question is not None:
+                crew.start(solver, question, partial(_minimise_in, solver, state.evaluator, *question, state.hint))
+        question, answer = crew.wait()
         if isinstance(answer, Unfinished):
             crew.stop()
-        state.take(zone, axis, answer)
+        state.take(question, answer)
         if watch.progress is not None:
             watch.progress(state.progress())
         if watch.checkpoint is not None and now - saved >= CHECKPOINT_S and region.open:
@@ -192,27 +205,43 @@ def _explore(state: _State, budget: Budget, watch: Watch) -> None:
             watch.checkpoint(state.snapshot())
     if region.open:
         crew.stop()
-    for (zone, axis), answer in crew.drain():
-        state.take(zone, axis, answer)
+    for question, answer in crew.drain():
+        state.take(question, answer)
+
+
+def _another(solver: Solver) -> Solver:
+    """A solver of the same model, as it stands, that shares what is known of its parts."""
+    return Solver(solver.encoded.copy(), seed=solver.seed, deadline=solver.deadline, parts=solver.parts)
 
 
 def _make_canonical(state: _State) -> None:
     """Replace each design by the canonical one of its point, unless the search was stopped."""
     if state.region.open:
         return
-    crew: Crew[Bound, tuple[Design, bool]] = Crew(state.crew.solvers)
+    crew: Crew[list[Bound], list[tuple[Design, bool]]] = Crew(state.crew.solvers)
     for solver in crew.solvers:
         solver.deadline = None  # the front is proved; what is left is short, and makes the result reproducible
-    waiting = sorted(state.designs, reverse=True)
-    while (waiting and not crew.stopped) or crew.busy:
+    points = sorted(state.designs)
+    waiting = [points[start : start + CHAIN] for start in range(0, len(points), CHAIN)][::-1]
+    while waiting or crew.busy:
         for solver in crew.idle:
-            if waiting and not crew.stopped:
-                point = waiting.pop()
-                known = Found(point, state.designs[point])
-                crew.start(solver, point, partial(_first_accepted, solver, state.evaluator, known))
-        point, (state.designs[point], is_first) = crew.wait()
-        if is_first:
-            state.first.add(point)
+            if waiting:
+                chain = waiting.pop()
+                known = [Found(point, state.designs[point]) for point in chain]
+                crew.start(solver, chain, partial(_canonical_designs, solver, state.evaluator, known))
+        chain, designs = crew.wait()
+        for point, (design, is_first) in zip(chain, designs, strict=True):
+            state.designs[point] = design
+            if is_first:
+                state.first.add(point)
+
+
+def _canonical_designs(solver: Solver, evaluator: Evaluator, chain: list[Found]) -> list[tuple[Design, bool]]:
+    """The canonical design of each point, and whether it is the first; each is looked for near the one before."""
+    designs: list[tuple[Design, bool]] = []
+    for known in chain:
+        designs.append(_first_accepted(solver, evaluator, known, designs[-1][0] if designs else None))
+    return designs
 
 
 def _restore(state: _State, earlier: FrontSearch) -> None:
@@ -229,7 +258,7 @@ def _restore(state: _State, earlier: FrontSearch) -> None:
         if not evaluation.is_feasible or evaluation.objectives != vector:
             raise UsageError(f"the search to go on with has a design with the figures {vector}; it has others")
         state.designs[_steps(objectives, _signed(state.evaluator, vector))] = evaluation.design
-    state.region.refuted = [_steps(objectives, box) for box in earlier.refuted]
+    state.region.refuted = RefutedBoxes(_steps(objectives, box) for box in earlier.refuted)
     state.region.open = [_steps(objectives, zone) for zone in earlier.unexplored]
     state.calls_before = earlier.calls
 
@@ -253,26 +282,27 @@ def _signed(evaluator: Evaluator, values: Bound) -> tuple[int, ...]:
     return tuple(-value if sense == "maximise" else value for value, sense in zip(values, senses, strict=True))
 
 
-def _minimise_in(solver: Solver, evaluator: Evaluator, zone: Bound, axis: int, hint: Design | None) -> Answer:
-    """The best point in a zone: the least of objective `axis`, then of the sum of the others.
+def _minimise_in(
+    solver: Solver, evaluator: Evaluator, zones: tuple[Bound, ...], axis: int, hint: Design | None
+) -> Answer:
+    """The best point in some zones: the least of objective `axis`, then of the sum of the others.
 
     A design that exact comparison refuses (see `Measure.rounded`) is excluded, and the question asked again. Where no
     limit is rounded there is none, and the referee sees each point once, with its canonical design.
     """
-    upper = [bound - 1 for bound in zone]
     is_rounded = _has_rounded_limits(evaluator)
     while True:
-        answer = _lexicographic(solver, upper, axis, hint)
-        if not isinstance(answer, Found) or not is_rounded or _is_accepted(evaluator, solver.encoded, answer, upper):
+        answer = _lexicographic(solver, zones, axis, hint)
+        if not isinstance(answer, Found) or not is_rounded or _is_accepted(evaluator, solver.encoded, answer, zones):
             return answer
-        exclude(solver.encoded, answer.design)
+        solver.exclude(answer.design)
 
 
 def _has_rounded_limits(evaluator: Evaluator) -> bool:
     return any(limit.measure.rounded for limit in evaluator.limits)
 
 
-def _first_accepted(solver: Solver, evaluator: Evaluator, known: Found) -> tuple[Design, bool]:
+def _first_accepted(solver: Solver, evaluator: Evaluator, known: Found, near: Design | None) -> tuple[Design, bool]:
     """The canonical design of a point among those that exact comparison accepts; the known one when stopped.
 
     And whether it is the first of them in the order of the file.
@@ -281,36 +311,32 @@ def _first_accepted(solver: Solver, evaluator: Evaluator, known: Found) -> tuple
     """
     strictly = _has_rounded_limits(evaluator) or bool(solver.encoded.open_terms)
     while True:
-        found = canonical_design(solver, known.point, known.design, strictly=strictly)
+        found = canonical_design(solver, known, near, strictly=strictly)
         if found is None:
             return known.design, False
-        if _is_accepted(evaluator, solver.encoded, Found(known.point, found[0]), known.point):
+        if _is_accepted(evaluator, solver.encoded, Found(known.point, found[0])):
             return found
-        exclude(solver.encoded, found[0])
+        solver.exclude(found[0])
 
 
-def _lexicographic(solver: Solver, upper: list[int], axis: int, hint: Design | None) -> Answer:
+def _lexicographic(solver: Solver, zones: tuple[Bound, ...], axis: int, hint: Design | None) -> Answer:
     """One call with a weight that puts `axis` first, or two calls where that weight would leave exact arithmetic."""
-    if not upper:
-        return solver.minimise([], [], hint=hint)
-    others = sum(high for position, high in enumerate(upper) if position != axis)
+    most = [max(bounds) - 1 for bounds in zip(*zones, strict=True)]
+    if not most:
+        return solver.minimise([], zones, hint=hint)
+    others = sum(most) - most[axis]
     weight = others + 1
-    weights = [weight if position == axis else 1 for position in range(len(upper))]
-    if weight * upper[axis] + others < EXACT_LIMIT:
-        return solver.minimise(weights, upper, hint=hint)
-    first = solver.minimise([int(position == axis) for position in range(len(upper))], upper, hint=hint)
+    if weight * most[axis] + others < EXACT_LIMIT:
+        return solver.minimise([weight if position == axis else 1 for position in range(len(most))], zones, hint=hint)
+    first = solver.minimise([int(position == axis) for position in range(len(most))], zones, hint=hint)
     if not isinstance(first, Found):
         return first
-    tightened = [first.point[axis] if position == axis else high for position, high in enumerate(upper)]
-    return solver.minimise([int(position != axis) for position in range(len(upper))], tightened, hint=first.design)
+    least = tuple(value + 1 for value in first.point)
+    tightened = [capped(zone, axis, least) for zone in zones]
+    return solver.minimise([int(position != axis) for position in range(len(most))], tightened, hint=first.design)
 
 
-def exclude(encoded: EncodedSpace, design: Design) -> None:
-    """Forbid one design: at least one decision differs."""
-    encoded.model.add_bool_or(encoded.differs_from(design))
-
-
-def _is_accepted(evaluator: Evaluator, encoded: EncodedSpace, found: Found, upper: Sequence[int]) -> bool:
+def _is_accepted(evaluator: Evaluator, encoded: EncodedSpace, found: Found, zones: Sequence[Bound] = ()) -> bool:
     """Whether the analysis accepts the solver's design; only a rounded measure's limit may be a reason not to.
 
     Raises
@@ -327,8 +353,8 @@ def _is_accepted(evaluator: Evaluator, encoded: EncodedSpace, found: Found, uppe
     claimed = _signed(evaluator, counted(encoded.objectives, found.point))
     if evaluation.objectives != claimed:
         raise RefereeError(f"the solver claims {claimed}, the analysis finds {evaluation}")
-    if any(value > high for value, high in zip(found.point, upper, strict=True)):
-        raise RefereeError(f"the solver's point {found.point} is not within {tuple(upper)}")
+    if zones and not any(strictly_inside(found.point, zone) for zone in zones):
+        raise RefereeError(f"the solver's point {found.point} is not within {' or '.join(map(str, zones))}")
     return not broken
 
 

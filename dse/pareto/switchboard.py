@@ -18,8 +18,9 @@ from dse.analysis.validity import canonical
 from dse.analysis.views import View
 from dse.encode.model import Demands
 from dse.errors import RefereeError
+from dse.pareto.answer import Found, Unfinished
 from dse.pareto.crew import heard
-from dse.pareto.subproblem import Found, Solver, Unfinished
+from dse.pareto.subproblem import Solver
 from dse.space.types import Design, Space
 
 
@@ -62,7 +63,6 @@ class Switchboard:
             when the analysis refuses the solver's design.
         """
         encoded = self.demands.with_objective(measure)
-        sizes = [objective.size for objective in encoded.objectives]
         more = [(limit, self.demands.add_limit(limit)) for limit in further]
         pairs = zip(self.evaluator.limits, self.demands.limits, strict=True)
         limits = [pair for number, pair in enumerate(pairs) if number in kept]
@@ -72,7 +72,7 @@ class Switchboard:
         solver = Solver(encoded, seed=seed, deadline=deadline)
         try:
             while True:
-                answer = heard(solver, lambda: solver.minimise([1] * len(sizes), sizes))
+                answer = heard(solver, lambda: solver.minimise([1] * len(encoded.objectives), [encoded.everywhere]))
                 if isinstance(answer, Unfinished):
                     raise OutOfTime
                 if not isinstance(answer, Found):
@@ -81,7 +81,7 @@ class Switchboard:
                 if not broken:
                     return canonical(self.space, answer.design)
                 for guard in broken:  # within what rounding admits, but not exactly
-                    self.model.add_bool_or([*encoded.differs_from(answer.design), guard.negated()])
+                    solver.exclude(answer.design, unless=[guard.negated()])
         finally:
             for _, guard in more:
                 self._bound(guard, 0, 0)

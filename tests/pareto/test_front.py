@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from dataclasses import replace
 from fractions import Fraction
 from itertools import count, pairwise
 from pathlib import Path
-from typing import Any
 
 import pytest
 from support import PROBLEMS, brute_front, counted_down, evaluated, load_space, space_of
@@ -19,9 +18,11 @@ from dse.encode.forms import EXACT_LIMIT
 from dse.encode.model import encode
 from dse.errors import RefereeError
 from dse.pareto import canonical, front
+from dse.pareto.answer import Answer, Found, NoSuchDesign, Unfinished
 from dse.pareto.canonical import canonical_design
 from dse.pareto.front import Budget, FrontSearch, Progress, Watch, search_front
-from dse.pareto.subproblem import Answer, Found, NoSuchDesign, Solver, Unfinished
+from dse.pareto.settings import Settings, thorough
+from dse.pareto.subproblem import Solver
 from dse.pareto.zones import dominates
 from dse.space.questions import read_requirements
 from dse.space.types import Space
@@ -103,8 +104,8 @@ def test_designs_that_only_rounding_admits_are_refused_one_by_one(monkeypatch: p
     """Two threads at 3 ms use 66.67 ppm: 66 when rounded down term by term, which the limit admits, but not exactly."""
     monkeypatch.setattr("dse.analysis.measures.SCALE_LIMIT", 1)
     excluded = []
-    exclude = front.exclude
-    monkeypatch.setattr(front, "exclude", lambda encoded, design: excluded.append(design) or exclude(encoded, design))
+    exclude = Solver.exclude
+    monkeypatch.setattr(Solver, "exclude", lambda self, design: excluded.append(design) or exclude(self, design))
     for objective in ("minimise latency of main", "minimise jitter of main, minimise power"):
         space = space_of(f"{COARSE}requirements: [utilisation of computer <= 66.5 ppm]\nobjectives: [{objective}]\n")
         assert_complete_and_proved(space, search_front(Evaluator(space)))
@@ -287,18 +288,19 @@ def test_canonical_designs_from_a_fresh_start_do_not_depend_on_the_way(
     expected = search_front(evaluator)
     assert expected.not_first == expected.points.keys()
     assert search_front(evaluator, Budget(workers=3)).points == expected.points
-    monkeypatch.setattr(Solver, "hint", lambda self, hint: self.encoded.model.clear_hints())
+    minimise = Solver.minimise
+    monkeypatch.setattr(Solver, "minimise", lambda self, weights, zones, hint: minimise(self, weights, zones))
     assert search_front(evaluator).points == expected.points
 
 
 def test_the_canonical_design_leaves_the_model_as_it_was() -> None:
     encoded = encode(Evaluator(load_space(BY_NAME["bindings"])))
     solver = Solver(encoded)
-    answer = solver.minimise([1, 0, 0], [item.size for item in encoded.objectives])
+    answer = solver.minimise([1, 0, 0], [encoded.everywhere])
     assert isinstance(answer, Found)
     options = {literal.index for literals in encoded.options for literal in literals}
     before = [list(encoded.model.proto.variables[index].domain) for index in sorted(options)]
-    assert canonical_design(solver, answer.point, answer.design) is not None
+    assert canonical_design(solver, answer) is not None
     assert [list(encoded.model.proto.variables[index].domain) for index in sorted(options)] == before
 
 
@@ -315,14 +317,14 @@ def test_progress_is_reported_after_every_call() -> None:
 
 def failing(monkeypatch: pytest.MonkeyPatch, first: int, calls: Iterator[int]) -> None:
     """Every solver run from the one with number `first` on is stopped before it can tell."""
-    solve = Solver._solve
+    solve = Solver._solve_whole
 
-    def stopped(self: Solver, level: int) -> Answer:
+    def stopped(self: Solver, configure: Settings) -> Answer:
         if next(calls) >= first:
             return Unfinished()
-        return solve(self, level)
+        return solve(self, configure)
 
-    monkeypatch.setattr(Solver, "_solve", stopped)
+    monkeypatch.setattr(Solver, "_solve_whole", stopped)
 
 
 @pytest.mark.parametrize("name", ["types", "bindings", "buses"])
@@ -373,8 +375,12 @@ def test_the_state_of_a_running_search_is_handed_out(monkeypatch: pytest.MonkeyP
 def test_a_run_that_only_the_light_settings_cannot_finish_is_tried_again(monkeypatch: pytest.MonkeyPatch) -> None:
     evaluator = Evaluator(load_space(BY_NAME["types"]))
     expected = search_front(evaluator)
-    solve = Solver._solve
-    monkeypatch.setattr(Solver, "_solve", lambda self, level: Unfinished() if level < 2 else solve(self, level))
+    solve = Solver._solve_whole
+
+    def only_thorough(self: Solver, configure: Settings) -> Answer:
+        return solve(self, configure) if configure is thorough else Unfinished()
+
+    monkeypatch.setattr(Solver, "_solve_whole", only_thorough)
     assert search_front(evaluator).points == expected.points
 
 
@@ -398,18 +404,17 @@ def test_stop_ends_the_search() -> None:
     encoded = encode(Evaluator(load_space(BY_NAME["types"])))
     solver = Solver(encoded)
     solver.stop()
-    assert isinstance(solver.minimise([1, 1, 1], [item.size for item in encoded.objectives]), Unfinished)
+    assert isinstance(solver.minimise([1, 1, 1], [encoded.everywhere]), Unfinished)
 
 
 def test_empty_regions_need_no_solver() -> None:
     encoded = encode(Evaluator(load_space(BY_NAME["types"])))
     solver = Solver(encoded)
-    sizes = [item.size for item in encoded.objectives]
-    assert isinstance(solver.minimise([1, 0, 0], [-1, *sizes[1:]]), NoSuchDesign)
-    assert isinstance(solver.minimise([1, 0, 0], [0, *sizes[1:]], lower=[1, 0, 0]), NoSuchDesign)
+    bounds = encoded.everywhere
+    assert isinstance(solver.minimise([1, 0, 0], [(0, *bounds[1:]), (*bounds[:2], -1)]), NoSuchDesign)
     assert solver.calls == 0
     with pytest.raises(AssertionError, match="exact arithmetic"):
-        solver.minimise([EXACT_LIMIT, 0, 0], [1, *sizes[1:]])
+        solver.minimise([EXACT_LIMIT, 0, 0], [(2, *bounds[1:])])
 
 
 @pytest.mark.parametrize("claim", ["objectives", "feasibility"])
@@ -417,7 +422,7 @@ def test_a_solver_that_lies_is_caught_by_the_referee(claim: str, monkeypatch: py
     evaluator = Evaluator(load_space(BY_NAME["types"]))
     run = Solver._run
 
-    def lie(self: Solver, configure: Callable[[Any], None]) -> Answer:
+    def lie(self: Solver, configure: Settings) -> Answer:
         answer = run(self, configure)
         if not isinstance(answer, Found):
             return answer

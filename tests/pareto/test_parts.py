@@ -1,25 +1,41 @@
-"""Calls that are solved part by part give what they give as a whole."""
+"""Questions answered part by part, with what earlier ones proved, have the answers that they have as a whole."""
 
 from __future__ import annotations
 
+from collections.abc import Callable, Sequence
+
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 from support import PROBLEMS, load_space
 
 from dse.analysis.evaluate import Evaluator
 from dse.encode import sums
-from dse.encode.model import encode
+from dse.encode.model import EncodedSpace, encode
+from dse.pareto.answer import Answer, Found, NoSuchDesign, Unfinished, weighted
 from dse.pareto.front import search_front
-from dse.pareto.subproblem import Answer, Found, Solver, Unfinished, parts_of
-from dse.space.types import Space
+from dse.pareto.parts import Part, Parts
+from dse.pareto.settings import Settings, bare, brief
+from dse.pareto.subproblem import Solver
+from dse.pareto.zones import Bound, strictly_inside
 
 BY_NAME = {path.stem: path for path in PROBLEMS}
+Point = tuple[int, ...]
 
 
-def with_parts(name: str, monkeypatch: pytest.MonkeyPatch) -> Space:
+def evaluator_with_parts(name: str, monkeypatch: pytest.MonkeyPatch) -> Evaluator:
     monkeypatch.setattr(sums, "SHARED_BY", 1)
-    space = load_space(BY_NAME[name])
-    assert len(list(parts_of(encode(Evaluator(space))))) > 1
-    return space
+    evaluator = Evaluator(load_space(BY_NAME[name]))
+    assert len(Parts(encode(evaluator))) > 1
+    return evaluator
+
+
+def too_hard_as_a_whole(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Bare settings never finish on a question to be minimised as a whole."""
+    solve = Solver._solve_whole
+    monkeypatch.setattr(
+        Solver, "_solve_whole", lambda self, settings: Unfinished() if settings is bare else solve(self, settings)
+    )
 
 
 @pytest.mark.parametrize("is_brief_too_short", [False, True])
@@ -27,22 +43,19 @@ def with_parts(name: str, monkeypatch: pytest.MonkeyPatch) -> Space:
 def test_the_front_is_the_same_part_by_part(
     name: str, is_brief_too_short: bool, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    evaluator = Evaluator(with_parts(name, monkeypatch))
+    evaluator = evaluator_with_parts(name, monkeypatch)
     expected = search_front(evaluator)
-    solve, solve_part, asked = Solver._solve, Solver._solve_part, []
+    within, asked = Solver._within, []
 
-    def part(self: Solver, *given: object) -> Answer:
-        asked.append(given)
-        answer = solve_part(self, *given)  # type: ignore[arg-type]
-        is_brief = given[1].__name__ == "_briefly"  # type: ignore[attr-defined]
-        return (
-            Unfinished(best=answer if isinstance(answer, Found) else None)
-            if is_brief_too_short and is_brief
-            else answer
-        )
+    def part(self: Solver, part: Part, configure: Settings) -> Answer:
+        asked.append(part)
+        answer = within(self, part, configure)
+        if is_brief_too_short and configure is brief:
+            return Unfinished(best=answer if isinstance(answer, Found) else None)
+        return answer
 
-    monkeypatch.setattr(Solver, "_solve", lambda self, level: Unfinished() if level == 0 else solve(self, level))
-    monkeypatch.setattr(Solver, "_solve_part", part)
+    too_hard_as_a_whole(monkeypatch)
+    monkeypatch.setattr(Solver, "_within", part)
     search = search_front(evaluator)
     assert asked
     assert search.points == expected.points
@@ -50,14 +63,162 @@ def test_the_front_is_the_same_part_by_part(
 
 
 def test_the_model_is_left_as_it_was(monkeypatch: pytest.MonkeyPatch) -> None:
-    encoded = encode(Evaluator(with_parts("types", monkeypatch)))
+    encoded = encode(evaluator_with_parts("types", monkeypatch))
     solver = Solver(encoded)
-    sizes = [item.size for item in encoded.objectives]
-    whole = solver.minimise([1] * len(sizes), sizes)
+    weights = [1] * len(encoded.objectives)
+    whole = solver.minimise(weights, [encoded.everywhere])
     before = encoded.model.clone()
-    monkeypatch.setattr(Solver, "_solve", lambda self, level: Unfinished())
-    apart = solver.minimise([1] * len(sizes), sizes)
+    too_hard_as_a_whole(monkeypatch)
+    apart = solver.minimise(weights, [encoded.everywhere])
     assert isinstance(whole, Found)
     assert isinstance(apart, Found)
     assert sum(apart.point) == sum(whole.point)
     assert str(encoded.model.proto) == str(before.proto)
+
+
+def test_what_is_known_of_the_parts_answers_without_the_solver(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The same question again; and one for a smaller region that still has the answer."""
+    encoded = encode(evaluator_with_parts("types", monkeypatch))
+    too_hard_as_a_whole(monkeypatch)
+    solver = Solver(encoded)
+    first = solver.minimise([1, 0, 0], [encoded.everywhere])
+    assert isinstance(first, Found)
+    runs = count_runs(monkeypatch)
+    assert solver.minimise([1, 0, 0], [encoded.everywhere]) == first
+    smaller = tuple(value + 1 for value in first.point)
+    assert solver.minimise([1, 0, 0], [smaller]) == first
+    assert not runs
+
+
+def test_an_excluded_design_is_not_an_answer(monkeypatch: pytest.MonkeyPatch) -> None:
+    encoded = encode(evaluator_with_parts("types", monkeypatch))
+    too_hard_as_a_whole(monkeypatch)
+    solver = Solver(encoded)
+    designs = []
+    while isinstance(answer := solver.minimise([1, 1, 1], [encoded.everywhere]), Found):
+        designs.append(answer.design)
+        solver.exclude(answer.design)
+    assert len(designs) == len(set(designs)) > 1
+
+
+def count_runs(monkeypatch: pytest.MonkeyPatch) -> list[Settings]:
+    runs: list[Settings] = []
+    run = Solver._run
+
+    def counted(self: Solver, configure: Settings) -> Answer:
+        runs.append(configure)
+        return run(self, configure)
+
+    monkeypatch.setattr(Solver, "_run", counted)
+    return runs
+
+
+# --- several zones in one question ---------------------------------------------------------------------------------
+
+
+def answers(encoded: EncodedSpace, zones: Sequence[Bound], weights: Sequence[int]) -> int | None:
+    """The least weighted sum in the zones by one question for each."""
+    solver = Solver(encoded)
+    found = [solver.minimise(weights, [zone]) for zone in zones]
+    return min((weighted(weights, item.point) for item in found if isinstance(item, Found)), default=None)
+
+
+@pytest.mark.parametrize("apart", [False, True])
+@pytest.mark.parametrize("name", ["types", "protocols", "bindings"])
+def test_a_question_about_several_zones_has_the_best_answer_of_any(
+    name: str, apart: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    evaluator = evaluator_with_parts(name, monkeypatch) if apart else Evaluator(load_space(BY_NAME[name]))
+    encoded = encode(evaluator)
+    if len(encoded.objectives) < 3:
+        pytest.skip("questions with few objectives are about one zone")
+    points = [item.point for item in all_points(encoded)]
+    zones = [tuple(value + 1 for value in point) for point in points[:3]] + [tuple(value for value in points[0])]
+    plain = encode(evaluator)
+    if apart:
+        too_hard_as_a_whole(monkeypatch)
+    solver = Solver(encoded)
+    for asked in ([encoded.everywhere] * 4, zones, zones[:2], zones[2:], zones[:1], [zones[3]]):
+        for weights in ([1, 1, 1], [1, 0, 0], [0, 1, 5]):
+            answer = solver.minimise(weights, asked)
+            assert not isinstance(answer, Unfinished)
+            least = weighted(weights, answer.point) if isinstance(answer, Found) else None
+            assert least == answers(plain, asked, weights)
+            if isinstance(answer, Found):
+                assert any(strictly_inside(answer.point, zone) for zone in asked)
+
+
+def all_points(encoded: EncodedSpace) -> list[Found]:
+    """Some designs with different points."""
+    solver, found = Solver(encoded.copy()), []
+    for weights in ([9, 1, 1], [1, 9, 1], [1, 1, 9]):
+        answer = solver.minimise(weights, [encoded.everywhere])
+        assert isinstance(answer, Found)
+        found.append(answer)
+    return found
+
+
+# --- what a part learns --------------------------------------------------------------------------------------------
+
+numbers = st.integers(0, 6)
+zones = st.lists(st.tuples(*[st.integers(1, 7)] * 3), min_size=1, max_size=3)
+
+
+def best(points: Sequence[Point], weights: Sequence[int], asked: Sequence[Bound]) -> Point | None:
+    inside = [point for point in points if any(strictly_inside(point, zone) for zone in asked)]
+    return min(inside, key=lambda point: (weighted(weights, point), point), default=None)
+
+
+def told(points: Sequence[Point], weights: Sequence[int], asked: Sequence[Bound], better_than: int | None) -> Answer:
+    """The answer of an exact solver to a question about a part with these points."""
+    point = best(points, weights, asked)
+    if point is None or (better_than is not None and weighted(weights, point) >= better_than):
+        return NoSuchDesign()
+    return Found(point, ())
+
+
+def stopped(answer: Answer, weights: Sequence[int]) -> Answer:
+    """The same answer, but the solver was stopped just before."""
+    return Unfinished(weighted(weights, answer.point), answer) if isinstance(answer, Found) else answer
+
+
+@given(
+    st.lists(st.tuples(numbers, numbers, numbers), max_size=8),
+    st.lists(
+        st.tuples(
+            st.tuples(*[st.integers(0, 20)] * 3),
+            zones,
+            st.one_of(st.none(), st.integers(0, 60)),
+            st.sampled_from([told, lambda *given: stopped(told(*given), given[1])]),
+        ),
+        max_size=5,
+    ),
+    zones,
+)
+def test_a_part_refutes_nothing_that_it_has(
+    points: list[Point],
+    questions: list[tuple[Point, list[Bound], int | None, Callable[..., Answer]]],
+    later: list[Bound],
+) -> None:
+    part = Part(())
+    for weights, asked, better_than, answer in questions:
+        part.learn(answer(points, weights, asked, better_than), weights, asked, better_than)
+    for point in points:
+        assert not any(strictly_inside(point, box) for box in part.refuted)
+    open_zones = part.open(later)
+    inside = [point for point in points if any(strictly_inside(point, zone) for zone in later)]
+    assert all(any(strictly_inside(point, zone) for zone in open_zones) for point in inside)
+    if open_zones:
+        floor = part.floor(open_zones)
+        assert all(low <= value for point in inside for low, value in zip(floor, point, strict=True))
+
+
+def test_a_part_learns_what_the_least_sum_leaves_no_room_for() -> None:
+    """Least 10 * a + b + c = 52 in the zone a < 9, b < 4, c < 4: no design has a <= 4, as 46 are not enough."""
+    part = Part(())
+    part.learn(Found((5, 1, 1), ()), (10, 1, 1), [(9, 4, 4)], None)
+    assert list(part.refuted) == [(5, 4, 4)]
+    assert part.open([(5, 4, 4), (6, 2, 2)]) == [(6, 2, 2)]
+    assert part.floor([(6, 2, 2)]) == (5, 0, 0)
+    part.learn(NoSuchDesign(), (10, 1, 1), [(6, 2, 2)], None)
+    assert part.open([(6, 2, 2)]) == []

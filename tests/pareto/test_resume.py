@@ -17,7 +17,9 @@ from support import PROBLEMS
 
 import dse
 from dse.errors import UsageError
-from dse.pareto.subproblem import Answer, Solver, Unfinished
+from dse.pareto.answer import Answer, Unfinished
+from dse.pareto.settings import Settings
+from dse.pareto.subproblem import Solver
 
 BY_NAME = {path.stem: path for path in PROBLEMS}
 INMARK = Path(__file__).parents[2] / "problems" / "inmark.yaml"
@@ -37,17 +39,17 @@ def test_a_search_stopped_at_any_call_goes_on_to_the_same_front(
     name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     expected = dse.solve(BY_NAME[name], workers=1)
-    solve = Solver._solve
+    solve = Solver._solve_whole
     for stop in range(1, 8):
         asked: list[bool] = []
 
-        def failing(self: Solver, level: int, asked: list[bool] = asked, stop: int = stop) -> Answer:
-            asked.append(bool(level))
-            return Unfinished() if len(asked) >= stop else solve(self, level)
+        def failing(self: Solver, configure: Settings, asked: list[bool] = asked, stop: int = stop) -> Answer:
+            asked.append(True)
+            return Unfinished() if len(asked) >= stop else solve(self, configure)
 
-        monkeypatch.setattr(Solver, "_solve", failing)
+        monkeypatch.setattr(Solver, "_solve_whole", failing)
         stopped = dse.solve(BY_NAME[name], workers=1)
-        monkeypatch.setattr(Solver, "_solve", solve)
+        monkeypatch.setattr(Solver, "_solve_whole", solve)
         if stopped.status == "complete":
             break
         assert stopped.status == "incomplete"
@@ -61,13 +63,13 @@ def test_a_search_stopped_at_any_call_goes_on_to_the_same_front(
 def test_potential_bounds_what_is_still_to_be_found(monkeypatch: pytest.MonkeyPatch) -> None:
     """No point of the whole front is better, in any objective, than what the stopped search says is still possible."""
     whole = dse.solve(INMARK, workers=1)
-    solve, asked = Solver._solve, []
+    solve, asked = Solver._solve_whole, []
 
-    def failing(self: Solver, level: int) -> Answer:
-        asked.append(bool(level))
-        return Unfinished() if len(asked) > 6 else solve(self, level)
+    def failing(self: Solver, configure: Settings) -> Answer:
+        asked.append(True)
+        return Unfinished() if len(asked) > 6 else solve(self, configure)
 
-    monkeypatch.setattr(Solver, "_solve", failing)
+    monkeypatch.setattr(Solver, "_solve_whole", failing)
     stopped = dse.solve(INMARK, workers=1)
     found = {tuple(point.objectives.values()) for point in stopped.front}
     for point in whole.front:

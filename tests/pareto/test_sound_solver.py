@@ -12,14 +12,14 @@ from typing import Any
 import pytest
 from ortools.sat.python import cp_model
 
-from dse.pareto import subproblem
+from dse.pareto import settings
 
 MODEL = Path(__file__).with_name("lost_solution.txt").read_text()
 SETTINGS = {
-    "as is": subproblem._as_is,
-    "bare": subproblem._bare,
-    "relaxed": subproblem._relaxed,
-    "in order": lambda p: subproblem._in_order(p, 1, 2),
+    "bare": settings.bare,
+    "relaxed": settings.relaxed,
+    "thorough": settings.thorough,
+    "in order": lambda p: settings.in_order(p, 1, 2),
 }
 
 
@@ -29,10 +29,10 @@ def solved(solver: cp_model.CpSolver) -> tuple[int, Any]:
     return solver.solve(model), solver.objective_value
 
 
-@pytest.mark.parametrize("settings", SETTINGS)
-def test_no_solution_is_lost(settings: str) -> None:
+@pytest.mark.parametrize("name", SETTINGS)
+def test_no_solution_is_lost(name: str) -> None:
     reference = cp_model.CpSolver()
     reference.parameters.cp_model_presolve = False
-    solver = subproblem.sound_solver()
-    SETTINGS[settings](solver.parameters)
+    solver = settings.sound_solver()
+    SETTINGS[name](solver.parameters)
     assert solved(solver) == solved(reference) == (cp_model.OPTIMAL, 0)

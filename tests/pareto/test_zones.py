@@ -2,13 +2,23 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from itertools import product
 
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from dse.pareto.zones import Bound, SearchRegion, dominates, inside, local_upper_bounds
+from dse.pareto.zones import (
+    Bound,
+    Question,
+    SearchRegion,
+    capped,
+    dominates,
+    inside,
+    local_upper_bounds,
+    strictly_inside,
+)
 
 Points = list[tuple[int, ...]]
 
@@ -23,28 +33,35 @@ any_points = st.integers(1, 5).flatmap(
 )
 
 
-def best_in(points: Points, zone: Bound, axis: int) -> tuple[int, ...] | None:
-    """What an exact solver answers: the least of one objective, then of the sum of the others, inside a zone."""
-    within = [point for point in points if all(value < bound for value, bound in zip(point, zone, strict=True))]
+def best_in(points: Points, zones: Sequence[Bound], axis: int) -> tuple[int, ...] | None:
+    """What an exact solver answers: the least of one objective, then of the sum of the others, inside the zones."""
+    within = [point for point in points if any(strictly_inside(point, zone) for zone in zones)]
     return min(within, key=lambda point: (point[axis], sum(point), point), default=None)
 
 
-def search(points: Points, start: Bound, stop_after: int | None = None) -> tuple[SearchRegion, list[tuple[int, ...]]]:
+def take(region: SearchRegion, question: Question, point: tuple[int, ...] | None) -> None:
+    """What the search does with an answer."""
+    zones, axis = question
+    for zone in zones:
+        region.refute(zone if point is None else capped(zone, axis, point))
+    if point is not None:
+        region.cut(point)
+
+
+def search(
+    points: Points, start: Bound, stop_after: int | None = None, most: int = 1
+) -> tuple[SearchRegion, list[tuple[int, ...]]]:
     """The loop of the search, with a list of points in place of a model."""
     region, found = SearchRegion(start), []
     calls = 0
     while region.open and calls != stop_after:
         calls += 1
-        choice = region.next_zone()
-        assert choice is not None
-        zone, axis = choice
-        point = best_in(points, zone, axis)
-        if point is None:
-            region.refute(zone)
-        else:
-            found.append(point)
-            region.refute((*zone[:axis], point[axis], *zone[axis + 1 :]))
-            region.cut(point)
+        question = region.next_question(most=most)
+        assert question is not None
+        assert len(set(question[0])) == len(question[0]) <= most
+        point = best_in(points, *question)
+        take(region, question, point)
+        found += [point] if point is not None else []
     return region, found
 
 
@@ -52,23 +69,19 @@ def non_dominated(points: Points) -> set[tuple[int, ...]]:
     return {point for point in points if not any(dominates(other, point) for other in points)}
 
 
-def strictly_inside(point: tuple[int, ...], zone: Bound) -> bool:
-    return all(value < bound for value, bound in zip(point, zone, strict=True))
-
-
-@given(any_points)
-def test_exactly_the_non_dominated_points_are_found_once(drawn: tuple[int, Points]) -> None:
+@given(any_points, st.integers(1, 4))
+def test_exactly_the_non_dominated_points_are_found_once(drawn: tuple[int, Points], most: int) -> None:
     dimension, points = drawn
-    _, found = search(points, (7,) * dimension)
+    _, found = search(points, (7,) * dimension, most=most)
     assert len(found) == len(set(found))
     assert set(found) == non_dominated(points)
 
 
-@given(any_points)
-def test_refuted_boxes_and_dominated_regions_cover_everything(drawn: tuple[int, Points]) -> None:
+@given(any_points, st.integers(1, 4))
+def test_refuted_boxes_and_dominated_regions_cover_everything(drawn: tuple[int, Points], most: int) -> None:
     dimension, points = drawn
     high = 4 if dimension > 3 else 7
-    region, found = search(points, (high,) * dimension)
+    region, found = search(points, (high,) * dimension, most=most)
     assert not any(strictly_inside(point, box) for box in region.refuted for point in points)
     for cell in product(range(high), repeat=dimension):
         covered = any(strictly_inside(cell, box) for box in region.refuted)
@@ -90,7 +103,9 @@ def test_nothing_lies_below_the_floor_of_an_open_zone(drawn: tuple[int, Points],
     region, _ = search(points, (7,) * dimension, stop_after=calls)
     for zone in region.open:
         within = [point for point in points if strictly_inside(point, zone)]
-        assert all(least <= value for point in within for least, value in zip(region.floor(zone), point, strict=True))
+        assert all(
+            least <= value for point in within for least, value in zip(region.refuted.floor(zone), point, strict=True)
+        )
 
 
 @given(any_points)
@@ -114,22 +129,18 @@ def test_a_certificate_that_grows_too_large_is_given_up() -> None:
     assert local_upper_bounds((9, 9, 9), points, 30) is not None
 
 
-@given(any_points, st.integers(2, 4))
-def test_several_searchers_at_a_time_find_the_same(drawn: tuple[int, Points], searchers: int) -> None:
+@given(any_points, st.integers(2, 4), st.integers(1, 4))
+def test_several_searchers_at_a_time_find_the_same(drawn: tuple[int, Points], searchers: int, most: int) -> None:
     """Each takes a choice that nobody has; answers come back in another order than they were asked."""
     dimension, points = drawn
     region, found, taken = SearchRegion((7,) * dimension), set(), []
     while region.open or taken:
-        while len(taken) < searchers and (choice := region.next_zone(taken)) is not None:
-            taken.append(choice)
-        zone, axis = taken.pop()
-        point = best_in(points, zone, axis)
-        if point is None:
-            region.refute(zone)
-        else:
-            found.add(point)
-            region.refute((*zone[:axis], point[axis], *zone[axis + 1 :]))
-            region.cut(point)
+        while len(taken) < searchers and (question := region.next_question(taken, most)) is not None:
+            taken.append(question)
+        question = taken.pop()
+        point = best_in(points, *question)
+        take(region, question, point)
+        found |= {point} if point is not None else set()
     assert found == non_dominated(points)
 
 
@@ -147,9 +158,18 @@ def test_no_open_zone_is_contained_in_another_or_in_a_refuted_box(drawn: tuple[i
 
 def test_the_largest_projection_is_searched_first() -> None:
     region = SearchRegion((4, 10, 3))
-    assert region.next_zone() == ((4, 10, 3), 2)
+    assert region.next_question() == (((4, 10, 3),), 2)
     region.open = [(4, 10, 3), (2, 2, 30)]
-    assert region.next_zone() == ((2, 2, 30), 0)
+    assert region.next_question() == (((2, 2, 30),), 0)
+
+
+def test_the_nearest_zones_join_a_question() -> None:
+    """Distances are shares of the range, without the objective that is minimised."""
+    region = SearchRegion((100, 10, 10))
+    region.open = [(100, 3, 3), (30, 9, 3), (60, 4, 4), (99, 3, 2)]
+    assert region.next_question(most=3) == (((100, 3, 3), (99, 3, 2), (60, 4, 4)), 1)
+    taken = [(((99, 3, 2),), 0)]
+    assert region.next_question(taken, most=3) == (((100, 3, 3), (60, 4, 4), (30, 9, 3)), 1)
 
 
 def test_cutting_where_nothing_is_open_changes_nothing() -> None:

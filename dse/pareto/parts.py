@@ -1,0 +1,114 @@
+"""The parts of a space: one for each combination of options of the decisions that most sums hang on.
+
+With these given, sums of execution times and loads are plain sums, whose linear relaxation is tight; and what is proved
+of a part stays true in later questions: many parts need not be asked again.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterable, Sequence
+from itertools import product
+from math import prod
+
+from dse.encode.model import EncodedSpace
+from dse.pareto.answer import Answer, Found, NoSuchDesign, Unfinished, weighted
+from dse.pareto.zones import Bound, RefutedBoxes, strictly_inside
+from dse.space.types import Design
+
+MOST_PARTS = 64
+
+
+class Part:
+    """One combination of shared options, and what is known of it.
+
+    `literals` are the variables that are true in it, `refuted` the boxes without a design of this part, `found` some of
+    its designs.
+    """
+
+    def __init__(self, literals: tuple[int, ...]) -> None:
+        self.literals = literals
+        self.refuted = RefutedBoxes()
+        self.found: list[Found] = []
+
+    def open(self, zones: Iterable[Bound]) -> list[Bound]:
+        """The zones in which the part may have a design."""
+        return [zone for zone in zones if not self.refuted.cover(zone)]
+
+    def floor(self, zones: Sequence[Bound]) -> Bound:
+        """For each objective the least value that a design of this part may have in one of the zones."""
+        return tuple(map(min, zip(*map(self.refuted.floor, zones), strict=True)))
+
+    def learn(self, answer: Answer, weights: Sequence[int], zones: Iterable[Bound], better_than: int | None) -> None:
+        """What the answer to a question tells about later ones.
+
+        The question was for the design in one of the `zones` with the least weighted sum, below `better_than`.
+        """
+        if isinstance(answer, Found):
+            least: int | None = weighted(weights, answer.point)
+            self.found.append(answer)
+        elif isinstance(answer, Unfinished):
+            least = answer.bound
+            self.found += [answer.best] if answer.best is not None else []
+        else:
+            least = better_than
+        for zone in zones:
+            if isinstance(answer, NoSuchDesign) and better_than is None:
+                self.refuted.add(zone)
+            elif least is not None:
+                for axis, bound in enumerate(_below(least, weights, zone)):
+                    if bound > 0:
+                        self.refuted.add((*zone[:axis], bound, *zone[axis + 1 :]))
+
+    def forget(self, design: Design) -> None:
+        """The design is not wanted any more."""
+        self.found = [known for known in self.found if known.design != design]
+
+
+def _below(least: int, weights: Sequence[int], zone: Bound) -> list[int]:
+    """For each axis a bound below which nothing in the zone has a weighted sum of `least` or more.
+
+    Whatever the other objectives are within the zone: weight[axis] * value + the most of the others < least.
+    """
+    most = weighted(weights, [bound - 1 for bound in zone])
+    bounds = []
+    for weight, bound in zip(weights, zone, strict=True):
+        others = most - weight * (bound - 1)
+        bounds.append(min(bound, max(0, -((others - least) // weight))) if weight else 0)
+    return bounds
+
+
+class Parts:
+    """All parts of a space, in the order of the file; one alone where nothing is shared."""
+
+    def __init__(self, encoded: EncodedSpace) -> None:
+        self.all = [Part(literals) for literals in _combinations(encoded)]
+
+    def __len__(self) -> int:
+        return len(self.all)
+
+    def forget(self, design: Design) -> None:
+        """The design is not wanted any more."""
+        for part in self.all:
+            part.forget(design)
+
+    def best(self, weights: Sequence[int], zones: Collection[Bound]) -> Found | None:
+        """The known design in one of the zones that has the least weighted sum."""
+        known = [
+            found
+            for part in self.all
+            for found in part.found
+            if any(strictly_inside(found.point, zone) for zone in zones)
+        ]
+        return min(known, key=lambda found: (weighted(weights, found.point), found.design), default=None)
+
+
+def _combinations(encoded: EncodedSpace) -> list[tuple[int, ...]]:
+    """The literals of each combination, of as many shared decisions as make no more than `MOST_PARTS`."""
+    choices = [
+        [literal.index for literal in encoded.options[decision]]
+        for decision in encoded.shared
+        if len(encoded.options[decision]) > 1
+    ]
+    while prod(map(len, choices)) > MOST_PARTS:
+        choices.pop()
+    return list(product(*choices))
