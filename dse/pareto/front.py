@@ -8,7 +8,7 @@ passes the referee (`Evaluator`), which computes its figures without the solver.
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from functools import partial
 
@@ -289,11 +289,20 @@ def _minimise_in(
 
     A design that exact comparison refuses (see `Measure.rounded`) is excluded, and the question asked again. Where no
     limit is rounded there is none, and the referee sees each point once, with its canonical design.
+
+    Raises
+    ------
+    RefereeError
+        when the solver's point lies in none of the zones, or the analysis refuses its design for another reason.
     """
     is_rounded = _has_rounded_limits(evaluator)
     while True:
         answer = _lexicographic(solver, zones, axis, hint)
-        if not isinstance(answer, Found) or not is_rounded or _is_accepted(evaluator, solver.encoded, answer, zones):
+        if not isinstance(answer, Found):
+            return answer
+        if not any(strictly_inside(answer.point, zone) for zone in zones):
+            raise RefereeError(f"the solver's point {answer.point} is not within {' or '.join(map(str, zones))}")
+        if not is_rounded or _is_accepted(evaluator, solver.encoded, answer):
             return answer
         solver.exclude(answer.design)
 
@@ -336,7 +345,7 @@ def _lexicographic(solver: Solver, zones: tuple[Bound, ...], axis: int, hint: De
     return solver.minimise([int(position != axis) for position in range(len(most))], tightened, hint=first.design)
 
 
-def _is_accepted(evaluator: Evaluator, encoded: EncodedSpace, found: Found, zones: Sequence[Bound] = ()) -> bool:
+def _is_accepted(evaluator: Evaluator, encoded: EncodedSpace, found: Found) -> bool:
     """Whether the analysis accepts the solver's design; only a rounded measure's limit may be a reason not to.
 
     Raises
@@ -353,8 +362,6 @@ def _is_accepted(evaluator: Evaluator, encoded: EncodedSpace, found: Found, zone
     claimed = _signed(evaluator, counted(encoded.objectives, found.point))
     if evaluation.objectives != claimed:
         raise RefereeError(f"the solver claims {claimed}, the analysis finds {evaluation}")
-    if zones and not any(strictly_inside(found.point, zone) for zone in zones):
-        raise RefereeError(f"the solver's point {found.point} is not within {' or '.join(map(str, zones))}")
     return not broken
 
 

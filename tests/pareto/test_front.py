@@ -417,7 +417,7 @@ def test_empty_regions_need_no_solver() -> None:
         solver.minimise([EXACT_LIMIT, 0, 0], [(2, *bounds[1:])])
 
 
-@pytest.mark.parametrize("claim", ["objectives", "feasibility"])
+@pytest.mark.parametrize("claim", ["objectives", "feasibility", "zone"])
 def test_a_solver_that_lies_is_caught_by_the_referee(claim: str, monkeypatch: pytest.MonkeyPatch) -> None:
     evaluator = Evaluator(load_space(BY_NAME["types"]))
     run = Solver._run
@@ -428,6 +428,8 @@ def test_a_solver_that_lies_is_caught_by_the_referee(claim: str, monkeypatch: py
             return answer
         if claim == "objectives":
             return Found((answer.point[0] + 1, *answer.point[1:]), answer.design)
+        if claim == "zone":
+            return Found(tuple(value + 10**6 for value in answer.point), answer.design)
         return Found(answer.point, tuple(0 for _ in answer.design))
 
     monkeypatch.setattr(Solver, "_run", lie)
