@@ -12,6 +12,7 @@ combination.
 from __future__ import annotations
 
 import csv
+import re
 from fractions import Fraction
 from functools import cache
 from itertools import product
@@ -95,6 +96,16 @@ def brute_force(name: str) -> tuple[tuple[Vector, tuple[Fraction, ...]], ...]:
 
 def test_every_problem_has_its_expected_front() -> None:
     assert {path.name for path in EXPECTED.glob("*")} == {f"{question_name(item)}.csv" for item in QUESTIONS}
+
+
+@pytest.mark.parametrize("path", SHIPPED, ids=lambda path: path.stem)
+def test_limits_and_offered_periods_are_called_assumptions(path: Path) -> None:
+    """What no source states is said to be ours, where the report prints it."""
+    problem = dse.load(path).space
+    said = " ".join(problem.assumptions).lower()
+    assert "limit" in said
+    offered = [name for name in (item.name for item in problem.decisions) if name.endswith(".period")]
+    assert not offered or re.search("period|timer", said)
 
 
 @pytest.mark.parametrize("question", QUESTIONS, ids=question_name)
