@@ -8,6 +8,7 @@ from rich.console import Console
 from rich.table import Table
 
 from dse.report.plain import plain, plain_table
+from dse.report.words import amount_words
 from dse.results.compare import DesignComparison, Line, PointComparison, ResultComparison
 from dse.results.result import Result
 from dse.results.values import counted
@@ -71,7 +72,7 @@ def _difference(line: Line, currency: str) -> str:
     change = line.difference
     if not change:
         return "" if change is not None else "-"
-    return f"{'+' if change > 0 else '-'}{counted(abs(change), line.unit, currency)}"
+    return f"{'+' if change > 0 else '-'}{amount_words(abs(change), line.unit, currency)}"
 
 
 def _figures(item: PointComparison, result: Result) -> list[str]:

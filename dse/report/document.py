@@ -11,16 +11,17 @@ from platform import python_version
 from typing import Any
 
 from dse.analysis.binding import bus_stack, message_bytes
-from dse.analysis.limits import Verdict
 from dse.analysis.rates import rate_hz
 from dse.analysis.views import View
 from dse.report.bars import usage_records, waterfall_records
 from dse.report.charts import front_records
 from dse.report.explanation import conflict_words
 from dse.report.words import (
+    EMPTY_SLOT,
     GAPS,
     REDUCED,
     Sentence,
+    amount_words,
     baseline_words,
     changes_words,
     dominated_words,
@@ -36,7 +37,7 @@ from dse.results.changes import changes_between
 from dse.results.reasons import Reasoner, Reasons
 from dse.results.result import Point, Result, decisions_of
 from dse.results.values import counted, display_unit, readable
-from dse.space.types import EMPTY, Space
+from dse.space.types import Space
 from dse.units.text import format_count
 
 NOTHING = "\N{EN DASH}"
@@ -279,18 +280,14 @@ class Document:
     def _requirements(self, analysis: Analysis) -> Table:
         rows: list[tuple[str, ...]] = []
         for verdict in analysis.verdicts:
-            if self._limits_empty_slot(verdict, analysis):
-                rows.append((verdict.requirement.text, NOTHING, NOTHING, NOTHING, "holds: nothing uses it"))
+            if analysis.limits_empty_slot(verdict):
+                rows.append((verdict.requirement.text, NOTHING, NOTHING, NOTHING, EMPTY_SLOT))
                 continue
             values = [
                 readable(v, verdict.unit, self.space.currency, 6) for v in (verdict.value, verdict.limit, verdict.slack)
             ]
             rows.append((verdict.requirement.text, *values, "holds" if verdict.holds else "BROKEN"))
         return Table("Requirements", ("requirement", "value", "limit", "slack", "verdict"), tuple(rows), (1, 2, 3))
-
-    def _limits_empty_slot(self, verdict: Verdict, analysis: Analysis) -> bool:
-        slots = {"utilisation": analysis.processors, "load": analysis.buses}.get(verdict.requirement.metric.kind)
-        return slots is not None and slots[verdict.requirement.metric.index or 0].type == EMPTY
 
     def _decisions(self, point: Point) -> Table:
         """Every open decision, today's beside this one's; what differs is marked."""
@@ -318,7 +315,7 @@ class Document:
                 continue
             change = value - base.metrics[name]
             sign = "+" if change > 0 else MINUS if change < 0 else "±"
-            said = f"{sign}{counted(abs(change), unit, self.space.currency)}"
+            said = f"{sign}{amount_words(abs(change), unit, self.space.currency)}"
             rows.append((name, readable(base.metrics[name], unit, self.space.currency), here, said))
         headings = ("metric", "value") if base is None else ("metric", "baseline", "here", "difference")
         return Table("Metrics", headings, tuple(rows), tuple(range(1, len(headings))))

@@ -13,6 +13,7 @@ from dse.report.plain import plain as _plain
 from dse.report.plain import plain_table as _table
 from dse.report.scheduling import response_table
 from dse.report.words import (
+    EMPTY_SLOT,
     REDUCED,
     baseline_words,
     changes_words,
@@ -290,6 +291,9 @@ def _print_verdicts(console: Console, analysis: Analysis) -> None:
         for heading in ("requirement", "value", "limit", "slack", "verdict"):
             table.add_column(heading, overflow="fold")
         for verdict in analysis.verdicts:
+            if analysis.limits_empty_slot(verdict):
+                table.add_row(_plain(verdict.requirement.text), "-", "-", "-", EMPTY_SLOT)
+                continue
             figures = [
                 readable(value, verdict.unit, analysis.space.currency, 6)
                 for value in (verdict.value, verdict.limit, verdict.slack)

@@ -144,6 +144,10 @@ def _delta(item: Delta, currency: str) -> str:
     return f"{item.name} {after} instead of {before} ({difference_words(item, currency)})"
 
 
+EMPTY_SLOT = "holds: the slot is empty"
+"""The verdict on a requirement that limits a processor or bus which the design leaves empty."""
+
+
 def difference_words(item: Delta, currency: str) -> str:
     """``15 EUR less``."""
     change = item.after - item.before

@@ -12,7 +12,7 @@ from dse.analysis.latency import Row
 from dse.analysis.limits import Verdict
 from dse.analysis.scheduling import Response
 from dse.results.result import exact
-from dse.space.types import Design, Space
+from dse.space.types import EMPTY, Design, Space
 
 if TYPE_CHECKING:
     import pandas
@@ -80,6 +80,12 @@ class Analysis:
     def is_feasible(self) -> bool:
         """Valid, and every requirement holds."""
         return not self.breaches and all(verdict.holds for verdict in self.verdicts)
+
+    def limits_empty_slot(self, verdict: Verdict) -> bool:
+        """Whether a requirement holds because the processor or bus that it limits is left empty."""
+        metric = verdict.requirement.metric
+        slots = {"utilisation": self.processors, "load": self.buses}.get(metric.kind)
+        return slots is not None and slots[metric.index or 0].type == EMPTY and verdict.holds
 
     def flow_frame(self, name: str) -> pandas.DataFrame:
         """A flow's contributor table, in order.

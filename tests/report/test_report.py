@@ -102,6 +102,22 @@ def test_markdown_has_every_alternative(robot: Result) -> None:
     assert "The other 36 alternatives are in the table above" in text
 
 
+def test_shares_differ_by_percentage_points(robot: Result) -> None:
+    rows = [row for item in Document(robot).alternatives for row in item.metrics.rows if row[1].endswith("%")]
+    assert {row[0] for row in rows} == {"utilisation of computer"}
+    assert all(row[3].endswith((" percentage points", " 1 percentage point")) for row in rows)
+
+
+def test_an_empty_slot_has_no_limit(robot: Result, capsys: pytest.CaptureFixture[str]) -> None:
+    requirement = "load of eth0 <= 50 %"
+    table = Document(robot).alternatives[0].requirements
+    row = next(row for row in table.rows if row[0] == requirement)
+    assert row[1:] == ("\N{EN DASH}", "\N{EN DASH}", "\N{EN DASH}", "holds: the slot is empty")
+    assert run(["analyse", str(example_path("inmark"))]) == 0
+    line = next(line for line in capsys.readouterr().out.splitlines() if requirement in line)
+    assert line.split(requirement)[1].split() == ["-", "-", "-", "holds:", "the", "slot", "is", "empty"]
+
+
 def test_json_has_every_alternative_and_its_reasons(robot: Result) -> None:
     files = dict(report_files(Document(robot)))
     data = json.loads(files["inmark.json"])

@@ -65,6 +65,14 @@ def test_money_in_two_currencies_is_not_compared(tmp_path: Path) -> None:
         compare(euros, str(other))
 
 
+def test_shares_differ_by_percentage_points(tmp_path: Path) -> None:
+    """10 % against 40 % of a core: 30 percentage points, not 30 %."""
+    printed = io.StringIO()
+    print_comparison(Console(file=printed, width=200), compare(written(tmp_path, "one", 300) + "#1", "baseline"))
+    row = next(line for line in printed.getvalue().splitlines() if "utilisation of cpu" in line)
+    assert row.split(maxsplit=3)[-1].split() == ["10", "%", "40", "%", "+30", "percentage", "points"]
+
+
 def test_two_results() -> None:
     dear, cheap = (
         dse.solve(dse.loads(CHEAP.replace("PRICE", price).replace("13 ms", "20 ms"))) for price in ("300", "200")
