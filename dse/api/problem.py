@@ -93,7 +93,7 @@ def _problem(read: Callable[[], LoadedSpec]) -> Problem:
 
 
 def changed(problem: Problem, changes: Changes) -> Problem:
-    """The problem with a caller's changes applied.
+    """The problem with a caller's changes applied; a requirement that is there in the same words is not listed again.
 
     Raises
     ------
@@ -108,19 +108,25 @@ def changed(problem: Problem, changes: Changes) -> Problem:
     requirements: list[Requirement] = list(space.requirements)
     rules: list[Rule] = list(space.rules)
     for metric, text in changes.limits:
-        requirements += _limit(space, metric, text)
+        _add_new(requirements, _limit(space, metric, text))
     for text in changes.require:
         found = _requirement_or_rule(space, text)
         if isinstance(found, Rule):
             rules.append(found)
         else:
-            requirements += found
+            _add_new(requirements, found)
     objectives = _objectives(space, changes.objectives) if changes.objectives else space.objectives
     fixed = dict(read_choices(space, changes.fix))
     return replace(
         problem,
         space=replace(space, requirements=tuple(requirements), rules=tuple(rules), objectives=objectives, fixed=fixed),
     )
+
+
+def _add_new(requirements: list[Requirement], found: Sequence[Requirement]) -> None:
+    """Those that are not asked for yet in the same words; another limit of the same metric is another requirement."""
+    asked = {(item.text, item.metric) for item in requirements}
+    requirements += [item for item in found if (item.text, item.metric) not in asked]
 
 
 def _limit(space: Space, metric: str, text: str) -> tuple[Requirement, ...]:

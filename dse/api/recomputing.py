@@ -10,7 +10,7 @@ from typing import Any
 from dse.analysis.evaluate import Evaluation, Evaluator
 from dse.api.problem import Problem, baseline_design
 from dse.results.changes import changes_between
-from dse.results.ranking import METHOD, rank, same_score
+from dse.results.ranking import FORMER_WORDS, rank, same_score
 from dse.results.result import decisions_of, ranked
 from dse.results.verification import Finding
 from dse.space.size import space_size
@@ -197,7 +197,7 @@ def _check_ranks(bench: Bench) -> None:
             sum(not change.follows for change in changes_between(bench.space, base, design)) for design in bench.designs
         ]
     ranking = rank(method, vectors, list(zip(bench.names, senses, strict=True)), changed)
-    if data["ranking"]["words"] not in (ranking.words, METHOD if method == "ideal" else ranking.words):
+    if data["ranking"]["words"] not in (ranking.words, FORMER_WORDS.get(method)):
         bench.find("ranking.words", f"do not describe the method {method!r}")
     rows = zip(ranking.ranks, ranking.scores, data["front"], strict=True)
     for at, (number, score, point) in enumerate(rows):

@@ -17,6 +17,11 @@ from dse.errors import UsageError
 
 METHOD = "distance to the ideal point, objectives scaled to their range on the front (equal weights)"
 METHODS = ("ideal", "topsis", "knee", "weights", "order", "baseline")
+FORMER_WORDS = {
+    "knee": "knee: how much worse, per unit of what gets better, the least painful move to another point is; "
+    "objectives scaled to their range on the front",
+}
+"""How methods were described once: results that say so are still right."""
 MOST_DIGITS = 6
 Vectors: TypeAlias = Sequence[Sequence[int]]
 Key: TypeAlias = tuple[Any, ...]
@@ -225,8 +230,8 @@ def _by_knee(method: str, losses: Vectors) -> Ranking:
         keys.append((0, Fraction(0)) if worth is None else (1, -worth))
         scores.append(None if worth is None else float(worth))
     words = (
-        "knee: how much worse, per unit of what gets better, the least painful move to another point is; "
-        "objectives scaled to their range on the front"
+        "knee: how much worse, per unit of what gets better, the least painful move to another point is "
+        "(more is better); objectives scaled to their range on the front"
     )
     return _ranking(method, words, keys, _score_texts(scores))
 

@@ -17,6 +17,8 @@ from dse.analysis.validity import canonical
 from dse.cli.main import run
 from dse.errors import UsageError
 from dse.examples import example_path
+from dse.results.order import ranked_by
+from dse.results.ranking import FORMER_WORDS
 from dse.verification.exhaustion import TooMany, exhaust
 from dse.verification.geometry import covers, inside, uncovered
 from dse.verification.model import SecondModel
@@ -32,6 +34,28 @@ def starter(**options: Any) -> dict[str, Any]:
 
 def places(data: dict[str, Any], **options: Any) -> list[str]:
     return [item.place for item in dse.verify(data, problem=STARTER, **options).findings]
+
+
+def test_the_words_of_a_ranking_are_checked_and_former_ones_are_right() -> None:
+    data: dict[str, Any] = json.loads(ranked_by(dse.solve(STARTER), "knee").to_json())
+    assert "more is better" in data["ranking"]["words"]
+    data["ranking"]["words"] = FORMER_WORDS["knee"]
+    assert places(data) == []
+    data["ranking"]["words"] = "knee: less is better"
+    assert places(data) == ["ranking.words"]
+
+
+def test_what_is_asked_twice_is_listed_once() -> None:
+    """In the same words, that is; a stricter limit stands beside the file's."""
+    limit = "jitter of sensor_to_actuator <="
+    data = starter(max_jitter=["60ms", "50 ms", "50 ms"], require=["load of can0 <= 40 %", "load <= 40 %"])
+    assert data["problem"]["effective"]["requirements"] == [
+        f"{limit} 60 ms",
+        "utilisation of computer <= 70 %",
+        "load of can0 <= 40 %",
+        f"{limit} 50 ms",
+    ]
+    assert places(data) == []
 
 
 @pytest.mark.parametrize("path", PROBLEMS, ids=lambda path: path.stem)
