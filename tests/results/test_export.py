@@ -219,6 +219,24 @@ def test_the_commands(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> Non
     assert run(["compare", result, f"{result}#1"]) == 2
 
 
+def test_what_an_export_is_made_from_is_not_overwritten(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    problem, result, link = tmp_path / "own.yaml", tmp_path / "own.json", tmp_path / "link.yaml"
+    shutil.copy(example_folder() / "starter.yaml", problem)
+    link.symlink_to(problem)
+    assert run(["solve", str(problem), "--json", str(result)]) == 0
+    before = problem.read_bytes(), result.read_bytes()
+    for output, what in (
+        (problem, "the problem file of the result"),
+        (link, "the problem file"),
+        (result, "the result"),
+    ):
+        assert run(["export", str(result), "--alternative", "1", "-o", str(output)]) == 2
+        assert f"{output}: is {what}" in capsys.readouterr().err
+    assert (problem.read_bytes(), result.read_bytes()) == before
+    for _ in range(2):  # other files are written over
+        assert run(["export", str(result), "--alternative", "1", "-o", str(tmp_path / "other.yaml")]) == 0
+
+
 def test_reopening_gives_the_result_back(tmp_path: Path) -> None:
     result = dse.solve(example_folder() / "inmark.yaml", max_jitter="20ms", fix="canbus0.type = can_250k")
     path = tmp_path / "result.json"
