@@ -7,6 +7,7 @@ from fractions import Fraction
 from typing import Any
 
 from dse.report.charts import Spec, whole_spec
+from dse.report.words import shortened
 from dse.results.analysis import FlowTable, Usage
 from dse.results.values import counted, readable
 
@@ -20,23 +21,38 @@ METHODS = (
     "deadline",
     "other",
 )
+TITLE_LENGTH = 50
+"""Letters of a bar's title: as many as a phone has room for. Names give way to figures."""
+SHORTEST_NAME = 9
 HUES = ("var(--c1)", "var(--c2)", "var(--c3)", "var(--c4)", "var(--c5)", "var(--c6)", "var(--accent)", "var(--soft)")
 
 
 def waterfall_records(table: FlowTable) -> list[dict[str, Any]]:
-    """The rows of a flow's contributor table that take time: ``row`` counts from 1, ``text`` is what a reader sees."""
-    return [
-        {
+    """The rows of a flow's contributor table that take time: ``row`` counts from 1, ``text`` has the figures.
+
+    ``short`` is the name where it is too long to stand beside them.
+    """
+    records = []
+    for number, row in enumerate(table.rows, start=1):
+        if not row.max_ns:
+            continue
+        text = f"{counted(row.min_ns, 'ns')} to {counted(row.max_ns, 'ns')}"
+        record = {
             "row": number,
             "label": row.contributor,
             "method": row.max_method if row.max_method in METHODS else "other",
             "min_ns": row.min_ns,
             "max_ns": row.max_ns,
-            "text": f"{counted(row.min_ns, 'ns')} to {counted(row.max_ns, 'ns')}",
+            "text": text,
         }
-        for number, row in enumerate(table.rows, start=1)
-        if row.max_ns
-    ]
+        short = _name_beside(row.contributor, text)
+        records.append(record if short == row.contributor else {**record, "short": short})
+    return records
+
+
+def _name_beside(name: str, figures: str) -> str:
+    """The name as far as it fits beside its figures."""
+    return shortened(name, max(SHORTEST_NAME, TITLE_LENGTH - len(f" · {figures}")))
 
 
 def stacked_rows(records: Sequence[Mapping[str, Any]]) -> list[dict[str, Any]]:
@@ -45,7 +61,7 @@ def stacked_rows(records: Sequence[Mapping[str, Any]]) -> list[dict[str, Any]]:
     start = 0
     for record in records:
         bar = {"start": start / 1e6, "best": (start + record["min_ns"]) / 1e6, "end": (start + record["max_ns"]) / 1e6}
-        found.append({**record, **bar, "title": f"{record['label']} · {record['text']}"})
+        found.append({**record, **bar, "title": f"{record.get('short', record['label'])} · {record['text']}"})
         start += record["max_ns"]
     return found
 
@@ -102,9 +118,8 @@ def usage_records(usages: Sequence[Usage], limits: Mapping[str, Fraction]) -> li
             continue
         total = readable(usage.total / usage.capacity * 10**6, "ppm", digits=2)
         limit = limits.get(usage.name)
-        said = f"{usage.name} ({usage.type}) · {total}"
-        if limit is not None:
-            said += f" of at most {readable(limit * 10**6, 'ppm')}"
+        figures = total if limit is None else f"{total} of at most {readable(limit * 10**6, 'ppm')}"
+        said = f"{_name_beside(f'{usage.name} ({usage.type})', figures)} · {figures}"
         for who, share in usage.shares.items():
             part = share / usage.capacity * 100
             records.append(

@@ -55,7 +55,7 @@ CONFIG: Spec = {
 def front_records(result: Result) -> list[dict[str, Any]]:
     """A record per point: ``id``, ``rank``; for objective k the readable value ``o<k>``, text ``t<k>``, class ``q<k>``.
 
-    ``n<k>`` is the place between the worst (0) and the best value (1) of the front.
+    ``n<k>`` is the place between the worst (0) and the best value (1) of the front; 1 where there is only one.
     """
     records: list[dict[str, Any]] = [{"id": point.id, "rank": point.rank} for point in result.front]
     for axis, info in enumerate(result.objectives):
@@ -64,7 +64,7 @@ def front_records(result: Result) -> list[dict[str, Any]]:
         low, high = min(values, default=0), max(values, default=0)
         classes = _classes(values, info, result.space.currency)
         for record, value in zip(records, values, strict=True):
-            place = Fraction(value - low, high - low) if high > low else Fraction(1, 2)
+            place = Fraction(value - low, high - low) if high > low else Fraction(info.sense == "maximise")
             record[f"o{axis}"] = float(value / factor)
             record[f"t{axis}"] = counted(value, info.unit, result.space.currency)
             record[f"n{axis}"] = float(place if info.sense == "maximise" else 1 - place)
@@ -102,8 +102,11 @@ def axis_title(result: Result, axis: int) -> list[str]:
 def scatter(
     result: Result, records: Sequence[Mapping[str, Any]], chosen: int | None, baseline: Mapping[str, Any] | None
 ) -> Spec:
-    """Two objectives against each other, the third as colour; the chosen point and today's design stand out."""
-    axes = [0, 1] if len(result.objectives) > 1 else [0, 0]
+    """Two objectives against each other, the third as colour; the chosen point and today's design stand out.
+
+    A single objective is a line of points.
+    """
+    axes = list(range(min(len(result.objectives), 2)))
     titles = [axis_title(result, axis) for axis in axes]
     tooltip = [{"field": "id", "title": "alternative"}] + [
         {"field": f"t{axis}", "title": info.name} for axis, info in enumerate(result.objectives)
@@ -116,11 +119,11 @@ def scatter(
             "scale": {"zero": False, "padding": 14},
             "axis": {"labelOverlap": True, "tickCount": 6},
         }
-        for name, axis, title in zip("xy", axes, titles, strict=True)
+        for name, axis, title in zip("xy", axes, titles, strict=False)
     }
     points: Spec = {
         "name": "points",
-        "params": [{"name": "brush", "select": {"type": "interval"}}],
+        "params": [{"name": "brush", "select": {"type": "interval", "encodings": list(position)}}],
         "mark": {"type": "point", "filled": True, "cursor": "pointer", "tooltip": True},
         "encoding": {
             **position,
@@ -155,9 +158,13 @@ def scatter(
         layers += [{"data": {"values": [dict(baseline)]}, **layer} for layer in readable_text(word, named)]
     layers += _chosen_point(position, tooltip)
     values = [{**record, "label": f"#{record['id']}"} for record in records]
+    height = 340 if len(axes) > 1 else 90
+    what = "Pareto scatter: " if len(axes) > 1 else ""
+    where = ", ".join(f"{' '.join(title)} {way}" for title, way in zip(titles, ("across", "up"), strict=False))
+    count = f"{len(records)} alternative{'s' if len(records) > 1 else ''}"
     return whole_spec(
-        {"params": _params(chosen), "data": {"name": "front", "values": values}, "layer": layers, "height": 340},
-        f"Pareto scatter: {' '.join(titles[0])} across, {' '.join(titles[1])} up; {len(records)} alternatives.",
+        {"params": _params(chosen), "data": {"name": "front", "values": values}, "layer": layers, "height": height},
+        f"{what}{where}; {count}.",
     )
 
 

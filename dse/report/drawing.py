@@ -16,6 +16,7 @@ from dse.analysis.rates import rate_hz
 from dse.analysis.views import View
 from dse.report.layout import Layout, layered
 from dse.report.theme import LIGHT, with_colours
+from dse.report.words import shortened
 from dse.space.trees import at
 from dse.space.types import EMPTY, Component, Design, Slot, Space
 from dse.units import format_duration, format_number, format_rate
@@ -35,10 +36,11 @@ STYLE = """
 .arch .edge { fill: none; stroke: var(--soft); stroke-width: 1.3; }
 .arch .flow { stroke-width: 3; }
 .arch .tip { fill: var(--soft); }
-.arch .p0 { fill: var(--c1); } .arch .p1 { fill: var(--c3); } .arch .p2 { fill: var(--c4); }
-.arch .p3 { fill: var(--c5); } .arch .p4 { fill: var(--c2); } .arch .p5 { fill: var(--c6); }
-.arch .b0 { stroke: var(--c2); } .arch .b1 { stroke: var(--c4); } .arch .b2 { stroke: var(--c3); }
-.arch .b3 { stroke: var(--c5); } .arch .b4 { stroke: var(--c1); } .arch .b5 { stroke: var(--c6); }
+.arch .p0 { fill: var(--c1); } .arch .p1 { fill: var(--c2); } .arch .p2 { fill: var(--c4); }
+.arch .p3 { fill: var(--c3); } .arch .p4 { fill: var(--c5); } .arch .p5 { fill: var(--c6); }
+.arch .b0 { stroke: var(--c1); } .arch .b1 { stroke: var(--c2); } .arch .b2 { stroke: var(--c4); }
+.arch .b3 { stroke: var(--c3); } .arch .b4 { stroke: var(--c5); } .arch .b5 { stroke: var(--c6); }
+.arch .again { stroke-dasharray: 9 3; }
 .arch .local { stroke: var(--line); stroke-dasharray: 2 3; }
 .arch .empty { opacity: 0.35; }
 """
@@ -93,11 +95,16 @@ class Drafter:
     def _edge(self, number: int, route: tuple[tuple[float, int], ...], view: View) -> str:
         connection = self.space.connections[number]
         stack = bus_stack(self.space, connection, view)
-        kind = f"b{stack[0] % HUES}" if stack else "local"
+        kind = self._bus_class(stack[0]) if stack else "local"
         names = " over ".join(self.space.buses[bus].name for bus in stack) or "no bus"
         text = escape(f"{connection.name}: {names}")
         flow = " flow" if number in self.in_flows else ""
         return f"<path class='edge {kind}{flow}' d='{_path(route)}'><title>{text}</title></path>"
+
+    def _bus_class(self, bus: int) -> str:
+        """Buses have the hues after those of the processors; where these begin again, lines are dashed."""
+        position = len(self.space.processors) + bus
+        return f"b{position % HUES}" + (" again" if position >= HUES else "")
 
     def _node(self, number: int, component: Component, view: View) -> Iterator[str]:
         column, layer = self.layout.place[number]
@@ -111,10 +118,10 @@ class Drafter:
             if processor is not None
             else "<!-- no processor -->"
         )
-        yield f"<text class='name' x='11' y='16'>{escape(_cut(component.name))}</text>"
+        yield f"<text class='name' x='11' y='16'>{escape(shortened(component.name, NAME_LENGTH))}</text>"
         yield f"<text class='small' x='11' y='30'>{escape(self._activation(number, component, view))}</text>"
         runs = f"on {self.space.processors[processor].name}" if processor is not None else component.category
-        yield f"<text class='small' x='11' y='43'>{escape(_cut(runs, 28))}</text></g>"
+        yield f"<text class='small' x='11' y='43'>{escape(shortened(runs, 28))}</text></g>"
 
     def _activation(self, number: int, component: Component, view: View) -> str:
         protocol, period = at(component.protocol, view), at(component.period_ns, view)
@@ -132,11 +139,11 @@ class Drafter:
         if position < processors:
             yield f"<rect class='p{position % HUES}' width='20' height='20' rx='3'/>"
         else:
-            yield f"<path class='edge flow b{(position - processors) % HUES}' d='M0 10 h20'/>"
-        yield f"<text class='name' x='27' y='9'>{escape(_cut(slot.name, 30))}</text>"
+            yield f"<path class='edge flow {self._bus_class(position - processors)}' d='M0 10 h20'/>"
+        yield f"<text class='name' x='27' y='9'>{escape(shortened(slot.name, 30))}</text>"
         kind = "processor" if position < processors else "virtual bus" if getattr(slot, "virtual", False) else "bus"
         said = "empty" if chosen == EMPTY else "" if chosen == slot.name else chosen
-        yield f"<text class='small' x='27' y='22'>{escape(_cut(f'{kind} {said}'.strip(), 34))}</text></g>"
+        yield f"<text class='small' x='27' y='22'>{escape(shortened(f'{kind} {said}'.strip(), 34))}</text></g>"
 
 
 def _rate(rate: Fraction) -> str:
@@ -147,12 +154,6 @@ def _rate(rate: Fraction) -> str:
         if rate < 1000
         else f"{format_number(round(rate))} Hz"
     )
-
-
-def _cut(text: str, length: int = NAME_LENGTH) -> str:
-    """Text that fits its box, without its middle if need be; the whole of it is in the element's title."""
-    head = length // 2 - 1
-    return text if len(text) <= length else f"{text[:head]}…{text[head + 1 - length :]}"
 
 
 def _path(route: tuple[tuple[float, int], ...]) -> str:

@@ -6,6 +6,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 
+from rich.cells import cell_len, set_cell_size
+
 from dse.results.changes import Change, Delta
 from dse.results.reasons import Comparison, Dominant, Improvement, Margin, Reasoner, Reasons
 from dse.results.result import Others, Result, Sibling
@@ -230,6 +232,18 @@ def rate_words(loss: Delta, gain: Delta, currency: str) -> str:
     loss_unit = "percentage points" if loss_unit == "%" else loss_unit
     gain_unit = "percentage point" if gain_unit == "%" else gain_unit
     return f"{float(rate):.4g} {loss_unit} per {gain_unit}"
+
+
+def shortened(text: str, room: int) -> str:
+    """Text that takes at most `room` columns (wide letters take two), without its middle if need be.
+
+    >>> shortened("implement_controller", 10), shortened("sprayer", 10)
+    ('impl…oller', 'sprayer')
+    """
+    head = room // 2 - 1
+    if cell_len(text) <= room:
+        return text
+    return f"{set_cell_size(text, head).rstrip()}…{set_cell_size(text[::-1], room - head - 1)[::-1].lstrip()}"
 
 
 def others_words(others: Others) -> str:

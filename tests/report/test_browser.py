@@ -316,3 +316,10 @@ def test_hostile_names_are_text(browser: Browser, tmp_path: Path) -> None:
     assert "<script>alert('x')</script>" in browser.run("document.querySelector('h1').textContent")
     assert browser.problems() == []
     assert [url for url in browser.requests() if "x.invalid" in url] == []
+
+
+def test_one_objective_is_a_line_of_points(browser: Browser, tmp_path: Path) -> None:
+    browser.open(page_of(dse.solve(example_path("starter"), minimise="price"), tmp_path))
+    assert browser.problems() == []
+    assert [row["t0"] for row in plotted(browser, "views.scatter", "front")] == ["60 EUR"]
+    assert browser.run("document.querySelector('.axes').offsetHeight") == 0

@@ -18,7 +18,10 @@ from rich.console import Console
 import dse
 from dse.cli.main import run
 from dse.examples import example_path
+from dse.report.bars import stacked_rows
+from dse.report.charts import scatter
 from dse.report.document import Document
+from dse.report.drawing import Drafter
 from dse.report.figures import figure_files
 from dse.report.html import html_report
 from dse.report.layout import layered
@@ -116,6 +119,55 @@ def test_an_empty_slot_has_no_limit(robot: Result, capsys: pytest.CaptureFixture
     assert run(["analyse", str(example_path("inmark"))]) == 0
     line = next(line for line in capsys.readouterr().out.splitlines() if requirement in line)
     assert line.split(requirement)[1].split() == ["-", "-", "-", "holds:", "the", "slot", "is", "empty"]
+
+
+LONG = "a_worker_with_a_name_that_no_plot_has_room_for_in_one_line"
+ONE_OBJECTIVE = f"""
+dse: 1
+name: One
+processor_types: {{slow: {{}}, fast: {{}}}}
+bus_types: {{wires: {{bandwidth: 1 Mbit/s}}}}
+processors: {{cpu: {{type: [slow, fast]}}, spare: {{type: slow}}}}
+buses: {{{", ".join(f"b{number}: {{type: wires}}" for number in range(5))}}}
+devices: {{source: {{period: 10 ms}}}}
+threads: {{{LONG}: {{processor: cpu, period: 10 ms, compute_execution_time: {{slow: 4 ms, fast: 1 ms}}}}}}
+connections: {{wire: {{from: source, to: {LONG}, data_size: 8 B, bus: b4}}}}
+flows: {{main: {{path: [source, {LONG}]}}}}
+objectives: [minimise latency of main]
+"""
+
+
+def test_one_objective_is_not_plotted_against_itself() -> None:
+    result = dse.solve(dse.loads(ONE_OBJECTIVE))
+    document = Document(result)
+    spec = scatter(result, document.records, 1, None)
+    assert all(set(layer["encoding"]) & {"x", "y"} == {"x"} for layer in spec["layer"])
+    assert spec["description"] == "latency of main [ms] across; 1 alternative."
+    assert [record["n0"] for record in document.records] == [1.0]  # the only value is the best one
+    page = html_report(document)
+    assert "Pareto scatter" not in page.partition('id="data"')[0]
+    assert any("scatter" in name for name, _ in figure_files(document, ["svg"]))
+
+
+def test_long_names_leave_room_for_their_figures() -> None:
+    flow = Document(dse.solve(dse.loads(ONE_OBJECTIVE))).alternatives[0].flows[0]
+    titles = [row["title"] for row in stacked_rows(flow.records)]
+    assert titles == [
+        "a_worker_with_a_…m_for_in_one_line · 0 ms to 10 ms",
+        "a_worker_with_a_…om_for_in_one_line · 1 ms to 1 ms",
+    ]
+    assert {row["label"] for row in flow.records} == {LONG}
+
+
+def test_processors_and_buses_are_told_apart() -> None:
+    """Two processors and five buses, six hues: the last line is dashed."""
+    result = dse.solve(dse.loads(ONE_OBJECTIVE))
+    drawing = Drafter(result.space).standalone(result.front[0].design)
+    colours = dict(re.findall(r"\.arch \.([pb]\d) \{ \w+: (#\w+); \}", drawing))
+    legend = re.findall(r"class='(?:edge flow )?([pb]\d)( again)?' (?:width='20'|d='M0 10)", drawing)
+    looks = [(colours[kind], again) for kind, again in legend]
+    assert len(set(looks)) == len(looks) == 7
+    assert looks[-1][1]
 
 
 def test_json_has_every_alternative_and_its_reasons(robot: Result) -> None:

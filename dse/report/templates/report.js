@@ -86,7 +86,7 @@
     return rows.map((row) => {
       const bar = { start: start / 1e6, best: (start + row.min_ns) / 1e6, end: (start + row.max_ns) / 1e6 };
       start += row.max_ns;
-      return { ...row, ...bar, title: `${row.label} · ${row.text}` };
+      return { ...row, ...bar, title: `${row.short || row.label} · ${row.text}` };
     });
   }
 
@@ -213,7 +213,8 @@
 
   async function plotScatter() {
     const spec = copy(data.specs.scatter);
-    const axes = { x: Number(element("across").value), y: Number(element("up").value) };
+    const axes = { x: Number(element("across").value) };
+    if (data.objectives.length > 1) axes.y = Number(element("up").value);
     for (const layer of spec.layer) {
       for (const [channel, axis] of Object.entries(axes)) {
         layer.encoding[channel].field = "o" + axis;
