@@ -7,6 +7,7 @@ from fractions import Fraction
 
 from rich.console import Console
 
+from dse.report.words import amount_words
 from dse.results.explanation import Decisions, Demand, Explanation, GiveUp, Offer, Relaxation
 from dse.results.result import Clash, Result
 from dse.results.values import readable
@@ -139,7 +140,7 @@ def _moved(say: _Printer, item: Relaxation, currency: str) -> str:
     if item.text.startswith(f"{item.demand.text} + "):
         return f"feasible when it may end {closest} after its deadline, e.g. {say.design(item.design)}"
     where = f"beyond {closest}" if item.beyond else f"from {closest} on"
-    miss = readable(abs(item.closest - item.limit), item.unit, currency, DIGITS)
+    miss = amount_words(abs(item.closest - item.limit), item.unit, currency, DIGITS)
     by_thread = f"; {item.thread} alone needs so much of one core" if item.thread else ""
     return f"feasible {where} ({miss} more{by_thread}), i.e. `{item.text}`, e.g. {say.design(item.design)}"
 
@@ -194,6 +195,6 @@ def _clash(clash: Clash, currency: str) -> str:
     closest = readable(clash.closest, clash.unit, currency, DIGITS)
     if clash.text.endswith("<= its deadline"):
         return f"{text}: at best {closest} after it"
-    miss = readable(clash.miss, clash.unit, currency, DIGITS)
+    miss = amount_words(clash.miss, clash.unit, currency, DIGITS)
     by_thread = f"; {clash.thread} alone needs so much of one core" if clash.thread else ""
     return f"{text}: the closest is {closest}, {miss} beyond the limit{by_thread}"

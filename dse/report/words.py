@@ -156,13 +156,13 @@ def difference_words(item: Delta, currency: str) -> str:
     return f"{amount_words(abs(change), item.unit, currency)} {'more' if change > 0 else 'less'}"
 
 
-def amount_words(value: Fraction | int, unit: str, currency: str) -> str:
+def amount_words(value: Fraction | int, unit: str, currency: str, digits: int = 3) -> str:
     """A difference; between shares in percentage points, so that nobody takes it for a share of the value.
 
     >>> amount_words(39_900, "ppm", "EUR"), amount_words(1500, "ct", "EUR")
     ('3.99 percentage points', '15 EUR')
     """
-    text = counted(value, unit, currency)
+    text = counted(value, unit, currency, digits)
     return text.removesuffix("%") + _points(text) if text.endswith("%") else text
 
 

@@ -165,3 +165,10 @@ def test_a_deadline_says_how_late_and_a_share_that_is_to_be_met_says_the_nearest
     assert given["response time of slow <= its deadline"].closest == 1_000_000
     assert given["utilisation of one == 95 %"].closest == 900_000
     assert given["response time of slow <= its deadline"].text == "response time of slow <= its deadline + 1 ms"
+
+
+def test_a_miss_of_a_share_is_in_percentage_points(capsys: pytest.CaptureFixture[str]) -> None:
+    """1.5 % against 1 % is half a percentage point more, and 50 % more."""
+    for command in ("explain", "solve"):
+        assert run([command, str(example_path("starter")), "--max-utilisation", "1%"]) in (0, 4)
+        assert "0.5 percentage points" in capsys.readouterr().out.replace("\n", " ")
