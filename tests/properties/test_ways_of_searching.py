@@ -1,0 +1,64 @@
+"""The same front and designs whatever way it is searched: parts, zones at a time, settings, workers, two-stage calls.
+
+``DSE_RANDOM_PROBLEMS=5000`` looks at a tenth as many problems instead of the default; ``DSE_FIRST_SEED=100000`` at
+others than usual.
+"""
+
+from __future__ import annotations
+
+import os
+import random
+
+import pytest
+
+from dse.encode import model, sums
+from dse.pareto import front
+from dse.pareto.answer import Answer, Found, Unfinished
+from dse.pareto.front import Budget, FrontSearch, search_front
+from dse.pareto.parts import Part
+from dse.pareto.settings import Settings, bare, brief
+from dse.pareto.subproblem import Solver
+from tests.oracle.generator import random_problem
+from tests.properties.pair import Pair
+from tests.support import brute_front
+
+COUNT = int(os.environ.get("DSE_RANDOM_PROBLEMS", "500")) // 10
+FIRST = int(os.environ.get("DSE_FIRST_SEED", "0"))
+WAYS = 3
+MOST_COMBINATIONS = 1500
+
+
+@pytest.mark.parametrize("seed", range(FIRST, FIRST + COUNT))
+def test_every_way_finds_the_same(seed: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    pair = Pair(random_problem(seed, "tiny"))
+    expected = brute_front(pair.evaluator) if pair.combinations <= MOST_COMBINATIONS else None
+    for way in range(WAYS):
+        with monkeypatch.context() as changed:
+            found = searched(pair, random.Random(1000 * seed + way), changed)
+        assert found.is_complete
+        expected = expected if expected is not None else dict(found.points)
+        assert found.points == expected
+
+
+def searched(pair: Pair, draw: random.Random, changed: pytest.MonkeyPatch) -> FrontSearch:
+    """A search with drawn limits; what is too hard for some settings is drawn too."""
+    changed.setattr(sums, "SHARED_BY", draw.choice([1, 2, sums.SHARED_BY]))
+    changed.setattr(model, "MOST_ZONES", draw.randint(1, 6))
+    changed.setattr(model, "FEWEST_OBJECTIVES", draw.choice([1, 2, 3]))
+    changed.setattr(front, "HELP_AFTER_S", draw.choice([0.0, front.HELP_AFTER_S]))
+    changed.setattr(front, "EXACT_LIMIT", draw.choice([1, front.EXACT_LIMIT, front.EXACT_LIMIT]))
+    changed.setattr(Solver, "is_hard", draw.random() < 0.3)
+    often = draw.choice([0.0, 0.5, 1.0])
+    whole, within = Solver._solve_whole, Solver._within
+
+    def solve_whole(self: Solver, configure: Settings) -> Answer:
+        return Unfinished() if configure is bare and draw.random() < often else whole(self, configure)
+
+    def solve_within(self: Solver, part: Part, configure: Settings) -> Answer:
+        answer = within(self, part, configure)
+        is_stopped = configure is brief and draw.random() < often
+        return Unfinished(best=answer if isinstance(answer, Found) else None) if is_stopped else answer
+
+    changed.setattr(Solver, "_solve_whole", solve_whole)
+    changed.setattr(Solver, "_within", solve_within)
+    return search_front(pair.evaluator, Budget(workers=draw.randint(1, 3), seed=draw.randint(0, 9)))
