@@ -17,11 +17,11 @@ TRY_AGAIN = 8
 
 
 def sound_solver(seed: int = 0) -> cp_model.CpSolver:
-    """A solver with one worker that leaves Ctrl-C to us, without presolve.
+    """A solver with one worker that leaves Ctrl-C to us, without the steps of OR-tools 9.15 that are wrong.
 
-    The presolve of OR-tools 9.15 is not to be trusted with a proof: a step that combines linear with at-most-one
-    constraints loses solutions (google/or-tools issue 5293), and with that step switched off by its work limit others
-    call feasible models infeasible (decision record 9).
+    Presolve loses solutions where it combines linear with at-most-one constraints (google/or-tools issue 5293). The
+    detection of variables above at least one of several conditional bounds refutes models that have solutions, when a
+    bound has two conditions. Both are off (decision record 9).
     """
     solver = cp_model.CpSolver()
     solver.parameters.num_workers = 1
@@ -29,6 +29,7 @@ def sound_solver(seed: int = 0) -> cp_model.CpSolver:
     solver.parameters.catch_sigint_signal = False
     solver.parameters.cp_model_presolve = False
     solver.parameters.symmetry_level = 0
+    solver.parameters.auto_detect_greater_than_at_least_one_of = False
     return solver
 
 

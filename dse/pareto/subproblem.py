@@ -199,7 +199,8 @@ class Solver:
     def first_in_order(self, *, to_the_end: bool = False) -> Answer:
         """The first solution in the order of the model's decision strategy; unfinished when that takes too long.
 
-        The strategy is followed strictly (fixed search); linear relaxation only refutes branches. `to_the_end` tries longer.
+        The strategy is followed strictly (fixed search), linear relaxation only refutes branches; `to_the_end` tries
+        longer.
         """
         self.calls += 1
         is_large = len(self.encoded.model.proto.variables) > FEW_VARIABLES

@@ -144,24 +144,31 @@ class SecondModel:
 
     def _solve(self, model: cp_model.CpModel) -> tuple[Any, Design | None]:
         self.calls += 1
-        solver = cp_model.CpSolver()
-        parameters: Any = solver.parameters
-        parameters.num_workers = 1
-        parameters.random_seed = SEED
-        parameters.catch_sigint_signal = False
-        parameters.cp_model_presolve = False
-        parameters.linearization_level = 1
-        parameters.search_branching = cp_model.PORTFOLIO_WITH_QUICK_RESTART_SEARCH
+        solver = other_solver()
         if self.deadline is not None:
             left = self.deadline - time.monotonic()
             if left <= 0:
                 return cp_model.UNKNOWN, None
-            parameters.max_time_in_seconds = left
+            solver.parameters.max_time_in_seconds = left
         status = _in_a_thread(solver, model)
         assert status != cp_model.MODEL_INVALID, "the model is invalid"
         if status in (cp_model.OPTIMAL, cp_model.FEASIBLE):
             return status, tuple(solver.value(self._in(model, variable)) for variable in self.chosen)
         return status, None
+
+
+def other_solver() -> cp_model.CpSolver:
+    """A solver with settings of its own, without the steps of OR-tools 9.15 that are wrong (decision record 9)."""
+    solver = cp_model.CpSolver()
+    parameters: Any = solver.parameters
+    parameters.num_workers = 1
+    parameters.random_seed = SEED
+    parameters.catch_sigint_signal = False
+    parameters.cp_model_presolve = False
+    parameters.auto_detect_greater_than_at_least_one_of = False
+    parameters.linearization_level = 1
+    parameters.search_branching = cp_model.PORTFOLIO_WITH_QUICK_RESTART_SEARCH
+    return solver
 
 
 def _in_a_thread(solver: cp_model.CpSolver, model: cp_model.CpModel) -> Any:
