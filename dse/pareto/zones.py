@@ -11,6 +11,7 @@ from __future__ import annotations
 from collections.abc import Collection, Iterable, Iterator, Sequence
 from heapq import nsmallest
 from math import prod
+from operator import le, lt
 from typing import TypeAlias
 
 Bound: TypeAlias = tuple[int, ...]
@@ -20,12 +21,12 @@ Question: TypeAlias = tuple[tuple[Bound, ...], int]
 
 def inside(inner: Bound, outer: Bound) -> bool:
     """Whether the zone of `inner` is contained in that of `outer`."""
-    return all(one <= other for one, other in zip(inner, outer, strict=True))
+    return all(map(le, inner, outer))
 
 
 def strictly_inside(point: Bound, zone: Bound) -> bool:
     """Whether a point lies in a zone."""
-    return all(value < bound for value, bound in zip(point, zone, strict=True))
+    return all(map(lt, point, zone))
 
 
 def capped(zone: Bound, axis: int, point: Bound) -> Bound:
