@@ -61,9 +61,10 @@ def fronts(*, quick: bool, seed: int) -> list[Case]:
     if quick:
         return [INMARK, *small[:2], generated("event-driven", 30, 2, seed)]
     middle = [generated(family, 30, objectives, seed) for family in FAMILIES for objectives in (2, 3)]
-    large = [generated("many-buses", 100, 3, seed), generated("two-computers", 100, 3, seed)]
+    many = [generated(family, 10, 4, seed) for family in ("automotive", "many-buses")]
+    large = [generated(family, 100, 3, seed) for family in ("many-buses", "automotive", "two-computers")]
     largest = [generated(family, 300, 2, seed) for family in ("event-driven", "two-computers", "robot")]
-    return [INMARK, *small, *middle, *large, *largest, generated("event-driven", 1000, 2, seed)]
+    return [INMARK, *small, *middle, *many, *large, *largest, generated("event-driven", 1000, 2, seed)]
 
 
 def curves(*, quick: bool, seed: int) -> dict[str, list[tuple[float, Case]]]:
