@@ -1,8 +1,9 @@
 """The textbook loops: CP-SAT with its default parameters, no hints, no tightened domains, on a plain model or on ours.
 
 The plain model is what a textbook would write for the same problem: a literal for every case of a table and for every
-pair of a coefficient and a rate (our encoder with the reductions of decision record 8 off). Only the presolve step that
-loses solutions is off for the peer too, or its fronts would be wrong.
+pair of a coefficient and a rate (our encoder with the reductions of decision record 8 off). Neither model has the
+switches for several regions (decision record 9). Only the presolve step that loses solutions is off for the peer too,
+or its fronts would be wrong.
 
 * One objective: minimise it.
 * Two: the lexicographic epsilon-constraint method (Chankong and Haimes 1983; Mavrotas 2009 for why lexicographic):
@@ -15,7 +16,7 @@ loses solutions is off for the peer too, or its fronts would be wrong.
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager, nullcontext
 from typing import Any
 from unittest.mock import patch
@@ -23,14 +24,24 @@ from unittest.mock import patch
 from ortools.sat.python import cp_model
 
 from dse.analysis.evaluate import Evaluator
+from dse.encode import model as encoding
 from dse.encode import separation, sums
 from dse.encode.model import encode
 
 Vector = tuple[int, ...]
+Ask = Callable[[Any, Sequence[Any], float], Vector | None]
+"""Minimises a model within so many seconds: the values of the variables, None where it has no solution."""
 
 
 class OutOfTime(Exception):
     """The time limit is reached."""
+
+
+@contextmanager
+def peers_model() -> Iterator[None]:
+    """Within it, the encoder leaves out the switches with which our search asks about several regions at once."""
+    with patch.object(encoding, "FEWEST_OBJECTIVES", 10**9):
+        yield
 
 
 @contextmanager
@@ -40,10 +51,28 @@ def plain_model() -> Iterator[None]:
         yield
 
 
-def textbook_front(evaluator: Evaluator, limit_s: float, workers: int, model: str = "our") -> dict[str, Any]:
+def by_cp_sat(workers: int) -> Ask:
+    """CP-SAT with its default parameters."""
+
+    def ask(model: Any, variables: Sequence[Any], left_s: float) -> Vector | None:
+        solver = cp_model.CpSolver()
+        solver.parameters.num_workers = workers
+        solver.parameters.presolve_inclusion_work_limit = 0
+        solver.parameters.max_time_in_seconds = left_s
+        status = solver.solve(model)
+        if status == cp_model.INFEASIBLE:
+            return None
+        if status != cp_model.OPTIMAL:
+            raise OutOfTime
+        return tuple(solver.value(variable) for variable in variables)
+
+    return ask
+
+
+def textbook_front(evaluator: Evaluator, limit_s: float, ask: Ask, model: str = "our") -> dict[str, Any]:
     """The front as minimised values, whether it is proved, the number of calls, and the seconds with encoding."""
     started = time.perf_counter()
-    with plain_model() if model == "plain" else nullcontext():
+    with peers_model(), plain_model() if model == "plain" else nullcontext():
         encoded = encode(evaluator)
     variables = [objective.variable for objective in encoded.objectives]
     points: list[Vector] = []
@@ -56,16 +85,7 @@ def textbook_front(evaluator: Evaluator, limit_s: float, workers: int, model: st
         if left <= 0:
             raise OutOfTime
         encoded.model.minimize(objective)
-        solver = cp_model.CpSolver()
-        solver.parameters.num_workers = workers
-        solver.parameters.presolve_inclusion_work_limit = 0
-        solver.parameters.max_time_in_seconds = left
-        status = solver.solve(encoded.model)
-        if status == cp_model.INFEASIBLE:
-            return None
-        if status != cp_model.OPTIMAL:
-            raise OutOfTime
-        return tuple(solver.value(variable) for variable in variables)
+        return ask(encoded.model, variables, left)
 
     loop = _by_two if len(variables) == 2 else _by_sum
     try:

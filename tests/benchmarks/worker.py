@@ -87,9 +87,10 @@ def _ours(case: Case, task: dict[str, Any]) -> dict[str, Any]:
 def _textbook(case: Case, task: dict[str, Any]) -> dict[str, Any]:
     from dse.analysis.evaluate import Evaluator
 
-    from .textbook import textbook_front
+    from .textbook import by_cp_sat, textbook_front
 
-    return textbook_front(Evaluator(_load(case)[0].space), task["limit_s"], task["workers"], task["model"])
+    evaluator = Evaluator(_load(case)[0].space)
+    return textbook_front(evaluator, task["limit_s"], by_cp_sat(task["workers"]), task["model"])
 
 
 def _genetic(case: Case, task: dict[str, Any]) -> dict[str, Any]:
