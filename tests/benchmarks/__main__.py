@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import Any
 
 from .cases import ROOT
+from .minizinc import installed
 from .run import run_analysis, run_curves, run_fronts, run_startup, write
 from .tables import markdown
 
@@ -29,6 +30,7 @@ def main() -> None:
     parser.add_argument("--repeats", type=int, default=0, help="of every measurement (5; 1 when quick)")
     parser.add_argument("--limit", type=float, default=0.0, help="seconds for a search (300; 20 when quick)")
     parser.add_argument("--no-genetic", dest="genetic", action="store_false", help="leave the genetic algorithms out")
+    parser.add_argument("--no-minizinc", dest="minizinc", action="store_false", help="leave MiniZinc out")
     parser.add_argument("--long", action="store_true", help="curves with 60 s and, where that was not enough, 600 s")
     parser.add_argument("--name", default="", help="of the report's files")
     parser.add_argument("--output", type=Path, default=ROOT / "reports" / "benchmarks", help="folder of the report")
@@ -84,6 +86,8 @@ def _versions() -> dict[str, str]:
             found[package] = version(package)
         except PackageNotFoundError:
             found[package] = "not installed"
+    solver = installed()
+    found["minizinc"] = f"{solver.minizinc} with {solver.text}" if solver else "not installed"
     return found
 
 

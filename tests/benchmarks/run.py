@@ -10,24 +10,29 @@ import sys
 import time
 from collections.abc import Callable
 from dataclasses import asdict
+from functools import partial
 from pathlib import Path
 from typing import Any
 
 from . import cases
 from .cases import ROOT, Case
 from .fronts import hypervolume
+from .minizinc import installed
 
 Say = Callable[[str], None]
 Save = Callable[[Any], None]
 """Takes what a part has measured so far: a run that is stopped keeps it."""
 GRACE_S = 120.0
 MOST_DESIGNS = 5 * 10**7
+MINIZINC_THREADS = 30
+"""Larger problems are not given to MiniZinc."""
 LOOPS: dict[str, dict[str, Any]] = {
     "plain model, 1 worker": {"model": "plain", "workers": 1},
     "plain model, all cores": {"model": "plain", "workers": 0},
     "our model, 1 worker": {"model": "our", "workers": 1},
 }
 """How the textbook loop is run."""
+MINIZINC = "MiniZinc"
 
 
 def measure(task: str, case: Case, **options: Any) -> dict[str, Any]:
@@ -60,7 +65,7 @@ def spread(values: list[float]) -> dict[str, float]:
 
 
 def run_fronts(options: Any, say: Say, save: Save) -> list[dict[str, Any]]:
-    """Ours against the textbook loop and brute force, then the genetic algorithms with our time and ten times that."""
+    """Ours against the other exact ones, then the genetic algorithms with our time and ten times that."""
     rows: list[dict[str, Any]] = []
     for case in cases.fronts(quick=options.quick, seed=options.seed):
         if options.match not in case.name:
@@ -74,13 +79,17 @@ def run_fronts(options: Any, say: Say, save: Save) -> list[dict[str, Any]]:
 
 def _one_front(case: Case, options: Any) -> dict[str, Any]:
     ours: list[dict[str, Any]] = []
-    loops: dict[str, list[dict[str, Any]]] = {name: [] for name in LOOPS}
+    peers = {name: partial(measure, "textbook", case, limit_s=options.limit, **loop) for name, loop in LOOPS.items()}
+    left_out = _why_not_minizinc(case, options)
+    if not left_out:
+        peers[MINIZINC] = partial(measure, "minizinc", case, limit_s=options.limit)
+    loops: dict[str, list[dict[str, Any]]] = {name: [] for name in peers}
     for _ in range(options.repeats):
         for workers in (1, 2):
             ours.append({**measure("ours", case, limit_s=options.limit, workers=workers), "workers": workers})
         for name, runs in loops.items():
             if not runs or runs[-1].get("is_complete"):  # what has not ended once is not asked again
-                runs.append(measure("textbook", case, limit_s=options.limit, **LOOPS[name]))
+                runs.append(peers[name]())
     full = measure("exhaustive", case, limit_s=options.limit, most_designs=MOST_DESIGNS)
     good = [run for run in ours if "failed" not in run]
     row: dict[str, Any] = {"case": case.name, "failed": [run["failed"] for run in ours if "failed" in run]}
@@ -94,7 +103,8 @@ def _one_front(case: Case, options: Any) -> dict[str, Any]:
         keys = ("build_s", "import_s", "encode_s", "proof_s", "enumerate_s", "report_s", "peak_mb")
         row[f"ours_{workers}"] = {key: spread([run[key] for run in mine]) for key in keys}
     row["same_every_time"] = all(run["front"] == good[0]["front"] for run in good if run["is_complete"])
-    row["textbook"] = {name: _loop(runs, good) for name, runs in loops.items()}
+    row["textbook"] = {name: _loop(runs, good) for name, runs in loops.items() if name in LOOPS}
+    row["minizinc"] = {"left_out": left_out} if left_out else _minizinc(loops[MINIZINC], good)
     row["exhaustive"] = {key: full.get(key) for key in ("is_complete", "designs", "seconds", "combinations", "failed")}
     row["checked_by"] = _checks(front, row, loops, full)
     if row["is_complete"] and options.genetic:
@@ -119,6 +129,26 @@ def _loop(runs: list[dict[str, Any]], good: list[dict[str, Any]]) -> dict[str, A
     }
 
 
+def _minizinc(runs: list[dict[str, Any]], good: list[dict[str, Any]]) -> dict[str, Any]:
+    """As a textbook loop, and which solver, and its seconds without starting MiniZinc and flattening for every call."""
+    made = _loop(runs, good)
+    if "seconds" in made:
+        fine = [run["solver_s"] for run in runs if "failed" not in run]
+        ours = [run["proof_s"] for run in good if run["workers"] == 1]
+        made["solver"] = runs[0]["solver"]
+        made["solver_s"] = spread(fine)
+        made["solver_times_ours"] = spread([one / other for one, other in zip(fine, ours, strict=False) if other > 0])
+    return made
+
+
+def _why_not_minizinc(case: Case, options: Any) -> str:
+    if not options.minizinc:
+        return "left out"
+    if installed() is None:
+        return "not installed"
+    return "" if case.threads <= MINIZINC_THREADS else "not asked"
+
+
 def _checks(front: list[Any], row: dict[str, Any], loops: dict[str, list[dict[str, Any]]], full: dict[str, Any]) -> str:
     """Who confirms the front; a front that anybody contradicts is reported in capitals."""
     known = set(front)
@@ -128,16 +158,16 @@ def _checks(front: list[Any], row: dict[str, Any], loops: dict[str, list[dict[st
     if full.get("is_complete"):
         same = known == {tuple(point) for point in full["front"]}
         said.append("brute force" if same else "BRUTE FORCE DISAGREES")
-    for runs in loops.values():
+    for name, runs in loops.items():
+        peer = "textbook loop" if name in LOOPS else name
         for run in runs:
             found = {tuple(point) for point in run.get("front", ())}
             if "failed" in run or not found:
                 continue
             if run["is_complete"] and row["is_complete"]:
-                said.append("textbook loop" if found == known else "TEXTBOOK LOOP DISAGREES")
+                said.append(peer if found == known else f"{peer.upper()} DISAGREES")
             elif row["is_complete"]:
-                agrees = found <= known
-                said.append(f"{len(found)} points of the textbook loop" if agrees else "TEXTBOOK LOOP DISAGREES")
+                said.append(f"{len(found)} points of {peer}" if found <= known else f"{peer.upper()} DISAGREES")
     return ", ".join(dict.fromkeys(said)) or "nobody"
 
 

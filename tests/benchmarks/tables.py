@@ -6,7 +6,7 @@ from collections.abc import Iterator, Sequence
 from math import exp, log
 from typing import Any
 
-from .run import LOOPS
+from .run import LOOPS, MINIZINC_THREADS
 
 
 def markdown(record: dict[str, Any]) -> str:
@@ -69,7 +69,7 @@ def _fronts(rows: list[dict[str, Any]]) -> Iterator[str]:
         body.append([row["case"], f"{row['points']}{state}", *stages, *cost, _show(mine["peak_mb"], 0)])
     yield from _table(head, body)
     yield ""
-    yield "## Against the textbook loop and brute force"
+    yield "## Against the textbook loop, MiniZinc and brute force"
     yield ""
     yield "CP-SAT's default parameters, no hints: lexicographic epsilon-constraint for two objectives, minimise a sum"
     yield "and cut off what is dominated for three and more. Once on a plain model (a literal for every pair of a"
@@ -77,18 +77,20 @@ def _fronts(rows: list[dict[str, Any]]) -> Iterator[str]:
     yield "repeat by repeat. `+`: not ended at the time limit, the ratio is a lower bound. Brute force: all"
     yield "combinations through the vectorised analysis, if at most 5e7."
     yield ""
+    yield "MiniZinc: the same loops on the plain model with a free solver, a process for each call. After the"
+    yield "semicolon: the seconds that the solver itself reports, and their ratio to ours; the rest is encoding,"
+    yield f"translating, starting and flattening. Asked up to {MINIZINC_THREADS} threads."
+    yield ""
+    minizinc = {row.get("minizinc", {}).get("solver"): None for row in done}
+    solvers = " / ".join(filter(None, minizinc)) or "MiniZinc"
     loops = [cell for name in LOOPS for cell in (f"loop, {name} s", "times ours")]
+    loops += [f"{solvers} s", "times ours"]
     head = ("problem", "ours s", "ours, 2 workers s", *loops, "brute force", "front confirmed by")
     body = []
     for row in done:
         cells = [row["case"], _show(row["ours_1"]["proof_s"]), _show(row["ours_2"]["proof_s"])]
-        for loop in row["textbook"].values():
-            if "seconds" not in loop:
-                cells += ["failed", "-"]
-                continue
-            more = "" if loop["is_complete"] else "+"
-            points = "" if loop["is_complete"] else f", {loop['points']} points"
-            cells += [_show(loop["seconds"]) + more + points, _show(loop["times_ours"], 1) + more]
+        for loop in (*row["textbook"].values(), row.get("minizinc", {})):
+            cells += _loop(loop)
         full = row["exhaustive"]
         cells.append(f"{full['designs']:.1e} in {full['seconds']:.1f} s" if full.get("is_complete") else "-")
         body.append([*cells, row["checked_by"]])
@@ -116,6 +118,25 @@ def _fronts(rows: list[dict[str, Any]]) -> Iterator[str]:
         yield ""
         yield "Runs that failed:"
         yield from failed
+
+
+def _loop(loop: dict[str, Any]) -> tuple[str, str]:
+    """Seconds, or how far it came, and the ratio to ours."""
+    if "seconds" not in loop:
+        return _why(loop), "-"
+    ratio = _show(loop["times_ours"], 1)
+    if not loop["is_complete"]:
+        return f"not ended at {_show(loop['seconds'])}, {loop['points']} points", f"{ratio}+"
+    if "solver_s" in loop:
+        return f"{_show(loop['seconds'])}; {_show(loop['solver_s'])}", f"{ratio}; {_show(loop['solver_times_ours'], 1)}"
+    return _show(loop["seconds"]), ratio
+
+
+def _why(loop: dict[str, Any]) -> str:
+    """Why there are no seconds."""
+    if "failed" in loop:
+        return f"failed: {loop['failed'][0]}".replace("|", "/")
+    return loop.get("left_out", "not asked")
 
 
 def _share(value: dict[str, float] | None) -> str:

@@ -1,5 +1,7 @@
 """The textbook loops: CP-SAT with its default parameters, no hints, no tightened domains, on a plain model or on ours.
 
+MiniZinc's solvers run the same loops on the plain model (`minizinc.py`).
+
 The plain model is what a textbook would write for the same problem: a literal for every case of a table and for every
 pair of a coefficient and a rate (our encoder with the reductions of decision record 8 off). Neither model has the
 switches for several regions (decision record 9). Only the presolve step that loses solutions is off for the peer too,
