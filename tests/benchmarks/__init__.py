@@ -1,1 +1,1 @@
-"""Benchmarks: ``python -m tests.benchmarks``. Their peers' own tests are here too; see `reports/benchmarks/README.md`."""
+"""Benchmarks: ``python -m tests.benchmarks``. Described in `reports/benchmarks/README.md`, with peers' tests."""

@@ -159,7 +159,7 @@ def _checks(front: list[Any], row: dict[str, Any], loops: dict[str, list[dict[st
         same = known == {tuple(point) for point in full["front"]}
         said.append("brute force" if same else "BRUTE FORCE DISAGREES")
     for name, runs in loops.items():
-        peer = "textbook loop" if name in LOOPS else name
+        peer, whose = ("textbook loop", "the textbook loop") if name in LOOPS else (name, name)
         for run in runs:
             found = {tuple(point) for point in run.get("front", ())}
             if "failed" in run or not found:
@@ -167,7 +167,7 @@ def _checks(front: list[Any], row: dict[str, Any], loops: dict[str, list[dict[st
             if run["is_complete"] and row["is_complete"]:
                 said.append(peer if found == known else f"{peer.upper()} DISAGREES")
             elif row["is_complete"]:
-                said.append(f"{len(found)} points of {peer}" if found <= known else f"{peer.upper()} DISAGREES")
+                said.append(f"{len(found)} points of {whose}" if found <= known else f"{peer.upper()} DISAGREES")
     return ", ".join(dict.fromkeys(said)) or "nobody"
 
 
