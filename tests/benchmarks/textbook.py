@@ -4,8 +4,8 @@ MiniZinc's solvers run the same loops on the plain model (`minizinc.py`).
 
 The plain model is what a textbook would write for the same problem: a literal for every case of a table and for every
 pair of a coefficient and a rate (our encoder with the reductions of decision record 8 off). Neither model has the
-switches for several regions (decision record 9). Only the presolve step that loses solutions is off for the peer too,
-or its fronts would be wrong.
+switches for several regions (decision record 9). Only the two steps that lose solutions are off for the peer too, or
+its fronts would be wrong.
 
 * One objective: minimise it.
 * Two: the lexicographic epsilon-constraint method (Chankong and Haimes 1983; Mavrotas 2009 for why lexicographic):
@@ -60,6 +60,7 @@ def by_cp_sat(workers: int) -> Ask:
         solver = cp_model.CpSolver()
         solver.parameters.num_workers = workers
         solver.parameters.presolve_inclusion_work_limit = 0
+        solver.parameters.auto_detect_greater_than_at_least_one_of = False
         solver.parameters.max_time_in_seconds = left_s
         status = solver.solve(model)
         if status == cp_model.INFEASIBLE:
