@@ -1,8 +1,8 @@
 """CP-SAT loses solutions: the models here show it, and that our solvers do not.
 
 Random problems, reduced. OR-tools 9.15 with its default parameters solves `lost_solution.txt` to 5260 and calls that
-optimal, where 0 is possible (google/or-tools issue 5293, a presolve step). It calls `infeasible_with.txt` infeasible with
-presolve, and `infeasible_without.txt` without: detection of bounds that have two conditions.
+optimal, where 0 is possible (google/or-tools issue 5293, a presolve step). It calls `infeasible_with.txt` infeasible
+with presolve, and `infeasible_without.txt` without: detection of bounds that have two conditions.
 """
 
 from __future__ import annotations
