@@ -29,6 +29,8 @@ from dse.report.words import proof_words
 
 MOST_ON_PAPER = 8
 """Decisions that the table of the front shows on paper: more would not fit."""
+MOST_UNPACKED = 100
+"""Alternatives with which the plots' library is in the page as it is; packed it halves the page and starts later."""
 POLICY = "default-src 'none'; style-src 'unsafe-inline'; img-src data:"
 
 
@@ -46,6 +48,7 @@ def html_report(document: Document, chosen: int | None = None, studies: Sequence
     script = asset("report.js")
     specs = study_specs(studies)
     bundle = libraries() if result.front or specs else ""
+    is_long = len(result.front) > MOST_UNPACKED
     data = _data(document, fragments, opened)
     data["specs"]["studies"] = specs
     return templates.get_template("report.html.j2").render(
@@ -60,7 +63,8 @@ def html_report(document: Document, chosen: int | None = None, studies: Sequence
         dark=css_variables(DARK),
         data=packed_json(data),
         studies=numbered(studies),
-        library=packed(bundle) if bundle else "",
+        bundle="" if is_long else bundle,
+        library=packed(bundle) if is_long else "",
         script=script,
         policy=f"{POLICY}; script-src {hashes([bundle, script])}",
     )

@@ -8,7 +8,7 @@ from typing import Any
 
 from dse.report.drawing import STYLE
 from dse.report.figures import png_of, svg_of
-from dse.report.html import POLICY, asset, environment, hashes, libraries, packed, packed_json
+from dse.report.html import POLICY, asset, environment, hashes, libraries, packed_json
 from dse.report.markdown import escaped, section_lines
 from dse.report.parts import numbered, study_specs
 from dse.report.sections import sections_of
@@ -67,7 +67,7 @@ def study_page(data: Mapping[str, Any]) -> str:
             light=css_variables(LIGHT),
             dark=css_variables(DARK),
             data=packed_json({**nothing, "specs": {"studies": specs}}),
-            library=packed(bundle) if bundle else "",
+            bundle=bundle,
             script=script,
             policy=f"{POLICY}; script-src {hashes([bundle, script])}",
         )

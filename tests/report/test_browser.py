@@ -14,6 +14,7 @@ from results.hostile import hostile_result
 
 import dse
 from dse.examples import example_path
+from dse.report import html
 from dse.report.document import Document
 from dse.report.writing import report_files
 
@@ -310,7 +311,7 @@ def test_hostile_names_are_text(browser: Browser, tmp_path: Path) -> None:
     browser.open(page_of(result, tmp_path))
     for point in result.front:
         browser.run(f"dseReport.choose({point.id})")
-        assert browser.run("document.querySelectorAll('script').length") == 4
+        assert browser.run("document.querySelectorAll('script').length") == 3
         assert browser.run("document.querySelectorAll('img, b:not(p > b):not(li > b), iframe').length") == 0
         assert browser.run("[...document.querySelectorAll('*')].every((e) => !e.onerror && !e.onclick)")
     assert "<script>alert('x')</script>" in browser.run("document.querySelector('h1').textContent")
@@ -323,3 +324,14 @@ def test_one_objective_is_a_line_of_points(browser: Browser, tmp_path: Path) -> 
     assert browser.problems() == []
     assert [row["t0"] for row in plotted(browser, "views.scatter", "front")] == ["60 EUR"]
     assert browser.run("document.querySelector('.axes').offsetHeight") == 0
+
+
+def test_a_page_with_a_packed_library_draws_its_plots(
+    browser: Browser, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """As a page with a long front is."""
+    monkeypatch.setattr(html, "MOST_UNPACKED", 0)
+    result = dse.solve(example_path("starter"))
+    browser.open(page_of(result, tmp_path))
+    assert {row["id"] for row in plotted(browser, "views.scatter", "front")} == {point.id for point in result.front}
+    assert browser.problems() == []
