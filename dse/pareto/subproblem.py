@@ -20,9 +20,9 @@ from dse.pareto.settings import APART, WHOLE, Ladder, Settings, brief, in_order,
 from dse.pareto.zones import Bound
 from dse.space.types import Design
 
-ORDERED_SEARCH = ((0.01, 0), (0.05, 1))
+ORDERED_SEARCH = ((0.01, 0), (0.05, 2))
 """Deterministic time, and linearisation level, of the attempts to find a canonical design."""
-ORDERED_TO_THE_END = ((0.01, 0), (0.1, 1), (2.0, 2))
+ORDERED_TO_THE_END = ((0.01, 0), (2.0, 2))
 """The same where nothing else tells one design from the others."""
 FEW_VARIABLES = 1_000
 """In larger models the linear relaxation costs more than it helps a depth-first search."""
@@ -102,6 +102,7 @@ class Solver:
     def _restrict(self, zones: Sequence[Bound], floor: Bound | None = None) -> None:
         """Only designs in one of the zones, with objectives of at least `floor`."""
         encoded = self.encoded
+        assert len(zones) <= max(1, len(encoded.zones)), "more zones than the model has switches"
         proto = encoded.model.proto
         for number, objective in enumerate(encoded.objectives):
             high = min(max(zone[number] for zone in zones) - 1, objective.size)
