@@ -188,8 +188,12 @@ def _upstream(space: Space, key: TaskKey, view: View, seen: frozenset[int]) -> l
     return found
 
 
-def _cores(space: Space, processor: int, view: View) -> list[list[TaskKey]]:
-    """The tasks of each core, by priority."""
+def core_of_each(space: Space, processor: int, view: View) -> dict[int, int]:
+    """The core, from 1, of each thread that runs on a processor, by the thread's number in `Space.components`.
+
+    Threads whose core is stated run there; each of the others, those that use most first, on the first core that it
+    does not overload, else on the one that is used least (first-fit by decreasing utilisation).
+    """
     count = max(1, at(space.processors[processor].cores, view))
     loads = [Fraction(0)] * count
     placed: dict[int, int] = {}
@@ -203,11 +207,17 @@ def _cores(space: Space, processor: int, view: View) -> list[list[TaskKey]]:
             index = fitting[0] if fitting else loads.index(min(loads))
         else:
             index = min(core, count) - 1
-        placed[number] = index
+        placed[number] = index + 1
         loads[index] += share
+    return {number: placed[number] for number in members}
+
+
+def _cores(space: Space, processor: int, view: View) -> list[list[TaskKey]]:
+    """The tasks of each core, by priority."""
+    placed = core_of_each(space, processor, view)
     cores: list[list[TaskKey]] = []
-    for index in range(count):
-        here = [number for number in members if placed[number] == index]
+    for core in range(1, max(1, at(space.processors[processor].cores, view)) + 1):
+        here = [number for number, found in placed.items() if found == core]
         ranked = sorted(here, key=lambda number: _urgency(space, number, view))
         cores.append([key for number in ranked for key in _keys(space, number, view)])
     return cores
