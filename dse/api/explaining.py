@@ -225,7 +225,7 @@ class Explainer:
             unit=unit,
             limit=limit,
             closest=closest.limit * _factor(self.space, member),
-            beyond=member.operator in ("<", ">"),
+            operator=member.operator,
             thread=closest.thread,
             text=_rewritten(member, closest.limit),
         )

@@ -13,6 +13,8 @@ from dse.results.result import Clash, Result
 from dse.results.values import readable
 
 DIGITS = 6
+REACHED = {"<=": "from {} on", "<": "beyond {}", ">=": "up to {}", ">": "below {}", "==": "at {}"}
+"""Where a requirement leaves a design, by its operator: at the closest limit and on which side of it."""
 
 
 def print_explanation(console: Console, explanation: Explanation) -> None:
@@ -139,10 +141,15 @@ def _moved(say: _Printer, item: Relaxation, currency: str) -> str:
     closest = readable(item.closest, item.unit, currency, DIGITS)
     if item.text.startswith(f"{item.demand.text} + "):
         return f"feasible when it may end {closest} after its deadline, e.g. {say.design(item.design)}"
-    where = f"beyond {closest}" if item.beyond else f"from {closest} on"
-    miss = amount_words(abs(item.closest - item.limit), item.unit, currency, DIGITS)
-    by_thread = f"; {item.thread} alone needs so much of one core" if item.thread else ""
-    return f"feasible {where} ({miss} more{by_thread}), i.e. `{item.text}`, e.g. {say.design(item.design)}"
+    where = REACHED[item.operator].format(closest)
+    said = []
+    if item.closest != item.limit:
+        miss = amount_words(abs(item.closest - item.limit), item.unit, currency, DIGITS)
+        said.append(f"{miss} {'more' if item.closest > item.limit else 'less'}")
+    if item.thread:
+        said.append(f"{item.thread} alone needs so much of one core")
+    aside = f" ({'; '.join(said)})" if said else ""
+    return f"feasible {where}{aside}, i.e. `{item.text}`, e.g. {say.design(item.design)}"
 
 
 def _print_offers(say: _Printer, explanation: Explanation) -> None:
@@ -197,4 +204,7 @@ def _clash(clash: Clash, currency: str) -> str:
         return f"{text}: at best {closest} after it"
     miss = amount_words(clash.miss, clash.unit, currency, DIGITS)
     by_thread = f"; {clash.thread} alone needs so much of one core" if clash.thread else ""
-    return f"{text}: the closest is {closest}, {miss} beyond the limit{by_thread}"
+    if not clash.miss:
+        return f"{text}: the closest is {closest}, which is the limit itself{by_thread}"
+    side = "above" if clash.closest > clash.limit else "below"
+    return f"{text}: the closest is {closest}, {miss} {side} the limit{by_thread}"

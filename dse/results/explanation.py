@@ -45,9 +45,9 @@ class Relaxation:
     """What happens when one demand alone gives, and all others hold.
 
     `helps` says whether that leaves a design; `design` is one. For a requirement `limit` is its own and `closest` the
-    exact one from which on there is a design (beyond it, where `beyond` is set), both in `unit`; a share of a
-    processor or a bandwidth counts in ppm. `thread` names the thread that alone needs so much of one core. `text` is
-    the requirement as it may be written then.
+    exact one nearest to it at which there is a design (beyond it, where the `operator` is strict), both in `unit`; a
+    share of a processor or a bandwidth counts in ppm. `thread` names the thread that alone needs so much of one core.
+    `text` is the requirement as it may be written then.
     """
 
     demand: Demand
@@ -56,9 +56,14 @@ class Relaxation:
     unit: str = ""
     limit: Fraction | None = None
     closest: Fraction | None = None
-    beyond: bool = False
+    operator: str = ""
     thread: str = ""
     text: str = ""
+
+    @property
+    def beyond(self) -> bool:
+        """Whether the requirement, which is strict, holds beyond the closest limit only."""
+        return self.operator in ("<", ">")
 
     def to_dict(self) -> dict[str, Any]:
         """For JSON: exact numbers, as text where they are no integers."""

@@ -172,3 +172,24 @@ def test_a_miss_of_a_share_is_in_percentage_points(capsys: pytest.CaptureFixture
     for command in ("explain", "solve"):
         assert run([command, str(example_path("starter")), "--max-utilisation", "1%"]) in (0, 4)
         assert "0.5 percentage points" in capsys.readouterr().out.replace("\n", " ")
+
+
+@pytest.mark.parametrize(
+    ("requirement", "moved", "missed"),
+    [("price >= 400 EUR", "feasible up to 300 EUR (100 EUR less), i.e. `price >= 300 EUR`", "100 EUR below the limit"),
+     ("price > 300 EUR", "feasible below 300 EUR, i.e. `price >= 300 EUR`", "which is the limit itself"),
+     ("price == 400 EUR", "feasible at 300 EUR (100 EUR less), i.e. `price == 300 EUR`", "100 EUR below the limit"),
+     ("price == 70 EUR", "feasible at 100 EUR (30 EUR more), i.e. `price == 100 EUR`", "30 EUR above the limit"),
+     ("price <= 70 EUR", "feasible from 100 EUR on (30 EUR more), i.e. `price <= 100 EUR`", "30 EUR above the limit"),
+     ("price < 100 EUR", "feasible beyond 100 EUR, i.e. `price <= 100 EUR`", "which is the limit itself")],
+)  # fmt: skip
+def test_which_way_a_limit_must_move(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], requirement: str, moved: str, missed: str
+) -> None:
+    path = tmp_path / "two.yaml"
+    path.write_text(TWO_WAYS[: TWO_WAYS.index("requirements:")] + "objectives: [minimise price]\n")
+    assert run(["explain", str(path), "--require", requirement]) == 4
+    assert f"{requirement} (command line): {moved}" in " ".join(capsys.readouterr().out.split())
+    assert run(["solve", str(path), "--require", requirement]) == 4
+    assert f"{requirement} (command line): the closest is " in (said := " ".join(capsys.readouterr().out.split()))
+    assert missed in said
