@@ -2,7 +2,9 @@
 
 Threads are partitioned to the cores of their processor: as the user states, the others first-fit by decreasing
 utilisation. On a core stated priorities go first (a larger number is more urgent), then the threads without one,
-rate-monotonically; file order breaks ties. A hybrid thread is two tasks of one priority, its callback before its timer.
+rate-monotonically; file order breaks ties. Nothing says which of several threads with the same stated priority goes
+first, so each counts as interference to each of the others: the response time holds whatever the order, first come
+first served and round-robin included. A hybrid thread is two tasks of one priority, its callback before its timer.
 
 Event-triggered threads inherit the streams of what triggers them, with the jitter that processing and transmission add
 on the way (K. Tindell and J. Clark, "Holistic schedulability analysis for distributed hard real-time systems",
@@ -35,7 +37,8 @@ TaskKey: TypeAlias = tuple[int, Part]
 class Response:
     """The response time of a thread or a hybrid thread's callback; None where it has no bound.
 
-    `rank` counts the tasks of the core by priority, from 1; `deadline_ns` is the thread's, else its period, else None.
+    `rank` is 1 more than the number of the core's tasks that always go first, the same for threads of the same stated
+    priority; `deadline_ns` is the thread's, else its period, else None.
     """
 
     component: int
@@ -79,7 +82,7 @@ def response_of(space: Space, component: int, part: Part, view: View) -> Respons
 
 def _responses_on(space: Space, processor: int, view: View) -> tuple[Response, ...]:
     schedule = _Schedule(space, view)
-    keys = [key for core in schedule.cores(processor) for key in core]
+    keys = [turn.key for core in schedule.cores(processor) for turn in core]
     return _responses(schedule, keys)
 
 
@@ -135,40 +138,57 @@ def _keys(space: Space, number: int, view: View) -> Iterator[TaskKey]:
         yield number, "thread"
 
 
+@dataclass(frozen=True, slots=True)
+class _Turn:
+    """A task in the order of its core: `rank` of the tasks before it always go first, up to `reach` of all may."""
+
+    key: TaskKey
+    rank: int
+    reach: int
+
+    def rivals(self, order: Sequence[_Turn]) -> Iterator[int]:
+        """The positions of what may delay the task on its core, which is not a callback's own timer."""
+        number, part = self.key
+        for position, turn in enumerate(order[: self.reach]):
+            if turn.key != self.key and not (part == "callback" and turn.key[0] == number):
+                yield position
+
+
 class _Schedule:
     """The cores of a design's processors, each planned when it is asked for."""
 
     def __init__(self, space: Space, view: View) -> None:
         self.space, self.view = space, view
-        self._planned: dict[int, list[list[TaskKey]]] = {}
+        self._planned: dict[int, list[list[_Turn]]] = {}
 
-    def cores(self, processor: int) -> list[list[TaskKey]]:
+    def cores(self, processor: int) -> list[list[_Turn]]:
         """The tasks of each core, by priority."""
         if processor not in self._planned:
             self._planned[processor] = _cores(self.space, processor, self.view)
         return self._planned[processor]
 
-    def place(self, key: TaskKey) -> tuple[int, int, int] | None:
-        """Processor, core and position of a task; None where it runs on none."""
+    def place(self, key: TaskKey) -> tuple[int, int, _Turn] | None:
+        """Processor, core and turn of a task; None where it runs on none."""
         processor = at(self.space.components[key[0]].processor, self.view)
-        for core, keys in enumerate(self.cores(processor) if processor is not None else ()):
-            if key in keys:
-                return processor, core, keys.index(key)
+        for core, turns in enumerate(self.cores(processor) if processor is not None else ()):
+            for turn in turns:
+                if turn.key == key:
+                    return processor, core, turn
         return None
 
-    def needed(self, wanted: Sequence[TaskKey]) -> list[list[TaskKey]]:
-        """What decides the response times of `wanted`: whatever goes before them, and what releases any of these."""
+    def needed(self, wanted: Sequence[TaskKey]) -> list[list[_Turn]]:
+        """What decides the response times of `wanted`: whatever may delay them, and what releases any of these."""
         depth: dict[tuple[int, int], int] = {}
         todo = list(wanted)
         while todo:
             place = self.place(todo.pop())
             if place is None:
                 continue
-            processor, core, position = place
+            processor, core, turn = place
             known = depth.get((processor, core), 0)
-            for key in self.cores(processor)[core][known : position + 1]:
-                todo += _upstream(self.space, key, self.view, frozenset())
-            depth[processor, core] = max(known, position + 1)
+            for other in self.cores(processor)[core][known : turn.reach]:
+                todo += _upstream(self.space, other.key, self.view, frozenset())
+            depth[processor, core] = max(known, turn.reach)
         return [self.cores(processor)[core][:count] for (processor, core), count in depth.items()]
 
 
@@ -212,22 +232,31 @@ def core_of_each(space: Space, processor: int, view: View) -> dict[int, int]:
     return {number: placed[number] for number in members}
 
 
-def _cores(space: Space, processor: int, view: View) -> list[list[TaskKey]]:
+def _cores(space: Space, processor: int, view: View) -> list[list[_Turn]]:
     """The tasks of each core, by priority."""
     placed = core_of_each(space, processor, view)
-    cores: list[list[TaskKey]] = []
-    for core in range(1, max(1, at(space.processors[processor].cores, view)) + 1):
-        here = [number for number, found in placed.items() if found == core]
-        ranked = sorted(here, key=lambda number: _urgency(space, number, view))
-        cores.append([key for number in ranked for key in _keys(space, number, view)])
-    return cores
+    cores = range(1, max(1, at(space.processors[processor].cores, view)) + 1)
+    return [_turns(space, [number for number, found in placed.items() if found == core], view) for core in cores]
 
 
-def _urgency(space: Space, number: int, view: View) -> tuple[bool, int, bool, Fraction, int]:
-    """Sorts a core's threads: stated priorities first, then by rate, then as in the file."""
-    priority = at(space.components[number].priority, view)
-    rate = rate_hz(space, ("activation", number), view)
-    return priority is None, -(priority or 0), rate == 0, -rate, number
+def _turns(space: Space, numbers: Sequence[int], view: View) -> list[_Turn]:
+    """The tasks of one core in their order: stated priorities first, then by rate, then as in the file."""
+    priorities = {number: at(space.components[number].priority, view) for number in numbers}
+    stated = {number: priority for number, priority in priorities.items() if priority is not None}
+    levels = [
+        [number for number in numbers if stated.get(number) == level]
+        for level in sorted(set(stated.values()), reverse=True)
+    ]
+    rates = {number: rate_hz(space, ("activation", number), view) for number in numbers if number not in stated}
+    levels += ([number] for number in sorted(rates, key=lambda number: (rates[number] == 0, -rates[number], number)))
+    turns: list[_Turn] = []
+    for level in levels:
+        parts = [list(_keys(space, number, view)) for number in level]
+        before, reach = len(turns), len(turns) + sum(map(len, parts))
+        for keys in parts:
+            ends = [reach] * len(keys) if len(level) > 1 else range(before + 1, reach + 1)
+            turns += (_Turn(key, before + own, end) for own, (key, end) in enumerate(zip(keys, ends, strict=True)))
+    return turns
 
 
 def _utilisation(space: Space, number: int, view: View) -> Fraction:
@@ -238,18 +267,19 @@ def _utilisation(space: Space, number: int, view: View) -> Fraction:
     return share
 
 
-def _fixed_point(space: Space, cores: Sequence[Sequence[TaskKey]], view: View) -> dict[TaskKey, int | None]:
+def _fixed_point(space: Space, cores: Sequence[Sequence[_Turn]], view: View) -> dict[TaskKey, int | None]:
     """Response times and inherited jitter, raised together until both stand still; what keeps growing has no bound."""
     known: dict[TaskKey, int | None] = {
-        key: _alone_ns(space.components[key[0]], key[1], view)[1] for keys in cores for key in keys
+        turn.key: _alone_ns(space.components[turn.key[0]], turn.key[1], view)[1] for turns in cores for turn in turns
     }
     rounds, changed, horizon = 0, True, _horizon_ns(space)
     while changed:
         rounds, changed = rounds + 1, False
-        for keys in cores:
-            tasks = [_task(space, key, known, view) for key in keys]
-            for position, key in enumerate(keys):
-                found = _respond(tasks[: position + 1])
+        for turns in cores:
+            tasks = [_task(space, turn.key, known, view) for turn in turns]
+            for turn, task in zip(turns, tasks, strict=True):
+                key = turn.key
+                found = _respond(task, [tasks[position] for position in turn.rivals(turns)])
                 if found is not None and rounds > 1 and (found > horizon or rounds > MOST_ROUNDS):
                     found = found if found == known[key] else None
                 if known[key] is not None and found != known[key]:
@@ -263,12 +293,12 @@ def _horizon_ns(space: Space) -> int:
     return 10 * max(periods, default=NS_PER_S)
 
 
-def _respond(tasks: Sequence[Task | None]) -> int | None:
-    """The response time of the last task under the others."""
-    given = [task for task in tasks if task is not None]
-    if len(given) < len(tasks):
+def _respond(task: Task | None, rivals: Sequence[Task | None]) -> int | None:
+    """The response time of a task under those that may delay it."""
+    given = [rival for rival in rivals if rival is not None]
+    if task is None or len(given) < len(rivals):
         return None
-    return response_time_ns(given[-1], given[:-1])
+    return response_time_ns(task, given)
 
 
 def _task(space: Space, key: TaskKey, known: Mapping[TaskKey, int | None], view: View) -> Task | None:
@@ -339,7 +369,7 @@ def _responses(schedule: _Schedule, wanted: Sequence[TaskKey]) -> tuple[Response
         best, worst = _alone_ns(component, key[1], view)
         deadline = deadline_ns(component, view) if key[1] == "thread" else None
         lost = Task(_task_name(component, key[1]), worst, ())
-        found.append(Response(*key, place[1] + 1, place[2] + 1, task or lost, best, known[key], deadline))
+        found.append(Response(*key, place[1] + 1, place[2].rank + 1, task or lost, best, known[key], deadline))
     return tuple(found)
 
 

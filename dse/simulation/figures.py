@@ -206,7 +206,10 @@ class _Reader:
 def _placed(
     space: Space, design: Design, components: Sequence[ComponentFigures]
 ) -> dict[int, tuple[tuple[int, int], int]]:
-    """Core and rank of each thread: stated cores, then first-fit by decreasing use; ranked by priority and rate."""
+    """Core and rank of each thread: stated cores, then first-fit by decreasing use; ranked by priority and rate.
+
+    Threads of one stated priority have one rank.
+    """
     result: dict[int, tuple[tuple[int, int], int]] = {}
     for number, slot in enumerate(space.processors):
         here = [index for index, item in enumerate(space.components) if at(item.processor, design) == number]
@@ -222,8 +225,9 @@ def _placed(
             room[where[index]] -= use[index]
         for core in range(len(room)):
             queue = [index for index in here if where[index] == core]
-            queue.sort(key=lambda index: _rank(space.components[index], components[index], design, index))
-            result |= {index: ((number, core), rank) for rank, index in enumerate(queue)}
+            ranks = {index: _rank(space.components[index], components[index], design, index) for index in queue}
+            order = sorted(set(ranks.values()))
+            result |= {index: ((number, core), order.index(rank)) for index, rank in ranks.items()}
     return result
 
 
@@ -234,4 +238,4 @@ def _use(figures: ComponentFigures) -> Fraction:
 
 def _rank(component: Component, figures: ComponentFigures, design: Design, index: int) -> tuple[Any, ...]:
     priority = at(component.priority, design)
-    return (0, -priority, -figures.rate_hz, index) if priority is not None else (1, 0, -figures.rate_hz, index)
+    return (0, -priority) if priority is not None else (1, -figures.rate_hz, index)

@@ -80,13 +80,14 @@ def test_periodic_threads_have_their_response_time_at_the_critical_instant(seed:
     rng = random.Random(seed)
     lines, load = [], 0.0
     cores = rng.randint(1, 2)
+    priorities = rng.sample(range(9), 6)
     for number in range(rng.randint(2, 6)):
         period = rng.choice([4, 5, 6, 8, 10, 12, 15, 20, 30])
         work = rng.randint(1, period)
         if load + work / period > cores:
             continue
         load += work / period
-        priority = f", priority: {rng.randint(0, 3)}" if rng.random() < 0.4 else ""
+        priority = f", priority: {priorities[number]}" if rng.random() < 0.4 else ""
         lines.append(f"  t{number}: {{processor: p, period: {period} ms, compute_execution_time: {work} ms{priority}}}")
     space = space_of(ONE_CORE.replace("{cpu: {}}", f"{{cpu: {{cores: {cores}}}}}") + "\n".join(lines) + "\n")
     responses = processor_responses(space, 0, view_of(space))
@@ -95,6 +96,61 @@ def test_periodic_threads_have_their_response_time_at_the_critical_instant(seed:
     for item in responses:
         if item.core not in overloaded:
             assert seen[item.name] == item.response_ns, (item, lines)
+
+
+EQUALS = """
+  a: {processor: p, priority: 3, period: 10 ms, compute_execution_time: 2 ms}
+  b: {processor: p, priority: 3, period: 15 ms, compute_execution_time: 4 ms}
+  c: {processor: p, priority: 7, period: 30 ms, compute_execution_time: 3 ms}
+  d: {processor: p, period: 60 ms, compute_execution_time: 1 ms}
+"""
+
+
+def test_threads_of_one_stated_priority_delay_each_other() -> None:
+    """a: 2 + 4 + 3; b: 4 + 2 + 3; only c goes before both, whichever has the shorter period or stands first."""
+    found = processor_responses(space := space_of(ONE_CORE + EQUALS), 0, view_of(space))
+    assert [(item.name, item.rank, item.response_ns) for item in found] == [
+        ("c", 1, 3 * MS), ("a", 2, 9 * MS), ("b", 2, 9 * MS), ("d", 4, 10 * MS),
+    ]  # fmt: skip
+
+
+def threads_of_two_levels(seed: int, last: int | None = None, *, chained: bool = False) -> tuple[str, int]:
+    """Two to five threads of two priorities, thread `last` just behind those of its own; and how many they are."""
+    rng = random.Random(seed)
+    count = rng.randint(2, 5)
+    lines = []
+    for number in range(count):
+        kind = rng.choice(("periodic", "hybrid", "sporadic")) if chained and number else "periodic"
+        fields = f"processor: p, dispatch_protocol: {kind}, period: {rng.choice((20, 24, 30, 40))} ms, queue_size: 3"
+        fields += f", priority: {2 * rng.randint(1, 2) - (number == last)}"
+        fields += f", compute_execution_time: 1 ms .. {rng.randint(1, 5)} ms"
+        fields += ", callback_execution_time: 1 ms" if kind == "hybrid" else ""
+        lines.append(f"  t{number}: {{{fields}}}\n")
+    wires = [f"  w{number}: {{from: t{number - 1}, to: t{number}}}\n" for number in range(1, count)]
+    return ONE_CORE + "".join(lines) + ("connections:\n" + "".join(wires) if chained else ""), count
+
+
+@pytest.mark.parametrize("seed", range(40))
+def test_a_thread_among_equals_is_as_late_as_the_last_of_them(seed: int) -> None:
+    text, count = threads_of_two_levels(seed)
+    found = {item.component: item.response_ns for item in processor_responses(space_of(text), 0, View([]))}
+    for number in range(count):
+        moved = processor_responses(space_of(threads_of_two_levels(seed, number)[0]), 0, View([]))
+        assert found[number] == next(item.response_ns for item in moved if item.component == number)
+
+
+@pytest.mark.parametrize("seed", range(20))
+def test_equals_in_the_order_of_their_release_stay_within_the_response_time(seed: int) -> None:
+    """As under SCHED_FIFO, with hybrid and triggered threads among them and any offsets."""
+    space = space_of(threads_of_two_levels(seed, chained=True)[0])
+    bounds = {item.name: item.response_ns for item in processor_responses(space, 0, View([]))}
+    plan, rng = build_plan(space, (), contention=True), random.Random(seed)
+    for run in range(10):
+        offsets = {name: rng.randrange(40) * MS * (run > 0) for name in plan.timers}
+        seen = simulate_once(plan, Setting(1000 * MS, 1000 * MS, offsets, execution="max"))
+        for name, observed_ns in seen.responses.items():
+            bound = bounds[name]
+            assert bound is None or observed_ns <= bound, (name, offsets)
 
 
 def brute_releases(task: Task, most: int) -> list[int]:
