@@ -30,6 +30,11 @@ class Row:
     max_method: str
 
 
+def counts_responses(space: Space) -> bool:
+    """Whether latencies count response times; OSATE of 2014 looks at none."""
+    return space.processing == "response_time" and space.profile != "osate-2.2"
+
+
 def flow_rows(space: Space, flow: Flow, view: View) -> tuple[Row, ...]:
     """The contributor table of `flow`; its totals are the sums of its columns."""
     return tuple(row for step in flow.steps for row in step_rows(space, step, view))
@@ -49,7 +54,7 @@ def step_rows(space: Space, step: Step, view: View) -> tuple[Row, ...]:
         if callback is not None:
             method = "processing time"
             worst, worst_method = callback[1], method
-            if space.processing == "response_time" and at(component.processor, view) is not None:
+            if counts_responses(space) and at(component.processor, view) is not None:
                 worst, worst_method = _scheduled_ns(space, component, "callback", view)
             rows.append(Row(component.category, component.name, callback[0], method, worst, worst_method))
     for row in (_sampling_row(space, step, component, view), _queuing_row(space, step, component, view)):
@@ -156,7 +161,7 @@ def _worst_ns(space: Space, component: Component, view: View) -> tuple[int, str]
     ranges = [at(tree, view) for tree in trees]
     methods = ("response time", "processing time", "specified")
     response, execution, latency = ((given and given[1], method) for given, method in zip(ranges, methods, strict=True))
-    computed = space.processing == "response_time" and at(component.processor, view) is not None
+    computed = counts_responses(space) and at(component.processor, view) is not None
     if computed and response[0] is None and execution[0] is not None:
         response = _scheduled_ns(space, component, "thread", view)
     if space.profile == "dse":

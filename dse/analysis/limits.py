@@ -90,15 +90,18 @@ def build_limit(space: Space, requirement: Requirement) -> Limit:
         return Limit(requirement, measure, lambda view: share * (at(bus.bandwidth_bps, view) or 8))
     if metric.key == "deadline":
         thread = space.components[metric.index or 0]
-        return Limit(requirement, measure, lambda view: Fraction(0) + _deadline_ns(thread, view))
+        return Limit(requirement, measure, lambda view: Fraction(0) + _deadline_ns(space, thread, view))
     dimension = metric_dimension(space, metric)
     bound = quantity.value * (display_unit(dimension)[1] if dimension is not None else 1)
     return Limit(requirement, measure, lambda view: bound)
 
 
-def _deadline_ns(thread: Component, view: View) -> int:
-    """The deadline of a thread as the designs have it; one without (aperiodic, no stated one) is never late."""
-    found = deadline_ns(thread, view)
+def _deadline_ns(space: Space, thread: Component, view: View) -> int:
+    """The deadline of a thread as the designs have it; one without is never late.
+
+    Where only stated deadlines count a thread without one has none, else its period.
+    """
+    found = at(thread.deadline_ns, view) if space.deadlines == "stated" else deadline_ns(thread, view)
     return UNBOUNDED_NS if found is None else found
 
 

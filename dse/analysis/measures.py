@@ -12,7 +12,7 @@ from fractions import Fraction
 from math import ceil, lcm
 
 from dse.analysis.binding import bus_stack, message_bytes
-from dse.analysis.latency import step_rows
+from dse.analysis.latency import counts_responses, step_rows
 from dse.analysis.rates import RateKey, rate_hz, source_rates_hz
 from dse.analysis.scheduling import UNBOUNDED_NS, bounded_response_ns, longest_alone_ns
 from dse.analysis.views import View
@@ -140,7 +140,7 @@ def _latency_terms(space: Space, flow: Flow, kind: str) -> Iterator[Term]:
             least = value(view, step, alone)
             return least, least + (2 + _queue_size(space, step, view)) * UNBOUNDED_NS
 
-        is_scheduled = step.kind == "component" and space.processing == "response_time" and kind != "min latency"
+        is_scheduled = step.kind == "component" and counts_responses(space) and kind != "min latency"
         yield Term(names[step.index].name, value, ends=ends if is_scheduled else None)
 
 

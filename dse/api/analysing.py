@@ -17,6 +17,8 @@ def analyse(
     *,
     profile: str | None = None,
     worst_case: str | None = None,
+    processing: str | None = None,
+    deadlines: str | None = None,
     response_times: bool = False,
     changes: Changes | None = None,
 ) -> Analysis:
@@ -28,8 +30,9 @@ def analyse(
         a loaded problem, or the path of a problem file.
     design
         decisions by name (or texts ``name = option``), on top of the baseline; the baseline alone when left out.
-    profile, worst_case
-        replace those of the file: ``dse``, ``osate-2.2``, ``osate-2.19``; ``execution_time``, ``deadline``.
+    profile, worst_case, processing, deadlines
+        replace those of the file: ``dse``, ``osate-2.2``, ``osate-2.19``; ``execution_time``, ``deadline``;
+        ``execution_time``, ``response_time``; ``stated``, ``all``, ``none``.
     response_times
         whether to add the response time of every thread on a processor.
     changes
@@ -43,7 +46,8 @@ def analyse(
         when a decision or option does not exist, or decisions are left open.
     """
     loaded = problem if isinstance(problem, Problem) else load(problem)
-    asked = changed(loaded, changes or Changes(profile=profile, worst_case=worst_case))
+    settings = {"profile": profile, "worst_case": worst_case, "processing": processing, "deadlines": deadlines}
+    asked = changed(loaded, (changes or Changes()).with_settings(**settings))
     space = asked.space
     texts = [f"'{name}' = {option}" for name, option in design.items()] if isinstance(design, Mapping) else design or ()
     choices = {**space.baseline, **space.fixed, **read_choices(space, texts)}

@@ -7,7 +7,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from dse.api.problem import Problem, load
+from dse.api.problem import Changes, Problem, changed, load
+from dse.space.settings import settings_of
 from dse.space.size import space_size
 from dse.space.trees import leaves
 from dse.space.types import Decision, Space
@@ -29,7 +30,7 @@ class Description:
             "format": "dse-check/1",
             "problem": space.name,
             "valid": True,
-            "profile": space.profile,
+            **settings_of(space),
             "space_size": self.size,
             "decisions": {decision.name: list(decision.options) for decision in self.decisions},
             "flows": [flow.name for flow in space.flows],
@@ -40,15 +41,34 @@ class Description:
         }
 
 
-def check(problem: Problem | str | Path) -> Description:
+def check(
+    problem: Problem | str | Path,
+    changes: Changes | None = None,
+    *,
+    processing: str | None = None,
+    deadlines: str | None = None,
+) -> Description:
     """Validate a problem and describe its space.
+
+    Parameters
+    ----------
+    problem
+        a loaded problem, or the path of a problem file.
+    changes
+        what the question adds to that of the file.
+    processing, deadlines
+        a shorthand for settings among them.
 
     Raises
     ------
     ProblemError
         with every mistake in the file.
+    UsageError
+        when a change does not fit the problem.
     """
-    space = (problem if isinstance(problem, Problem) else load(problem)).space
+    loaded = problem if isinstance(problem, Problem) else load(problem)
+    asked = (changes or Changes()).with_settings(processing=processing, deadlines=deadlines)
+    space = changed(loaded, asked).space
     decisions = tuple(item for item in space.decisions if item.is_open)
     return Description(space, decisions, space_size(space), tuple(_remarks(space)))
 

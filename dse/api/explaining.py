@@ -48,6 +48,8 @@ def explain(
     *,
     require: str | Sequence[str] = (),
     fix: str | Sequence[str] = (),
+    processing: str | None = None,
+    deadlines: str | None = None,
     every: bool = False,
     limit: int = MOST_CONFLICTS,
     offer: str | Sequence[str] = (),
@@ -62,7 +64,7 @@ def explain(
         a loaded problem, or the path of a problem file.
     changes
         limits, requirements, rules, fixed decisions and profile beyond the file.
-    require, fix
+    require, fix, processing, deadlines
         a shorthand for the most frequent of them.
     every, limit
         list all minimal conflicts, at most `limit`; else those that proving the smallest set to give up came across.
@@ -82,14 +84,8 @@ def explain(
     """
     loaded = problem if isinstance(problem, Problem) else load(problem)
     given = changes or Changes()
-    asked = Changes(
-        given.limits,
-        (*given.require, *_texts(require)),
-        given.objectives,
-        (*given.fix, *_texts(fix)),
-        given.profile,
-        given.worst_case,
-    )
+    asked = replace(given, require=(*given.require, *_texts(require)), fix=(*given.fix, *_texts(fix)))
+    asked = asked.with_settings(processing=processing, deadlines=deadlines)
     return explain_changed(loaded, asked, Wishes(every, limit, _texts(offer), time_limit_s, seed))
 
 

@@ -6,6 +6,7 @@ from typing import Any
 
 from dse.api.problem import Problem
 from dse.results.result import Origin
+from dse.space.settings import settings_of
 
 
 def origin_of(problem: Problem) -> Origin:
@@ -19,8 +20,7 @@ def origin_of(problem: Problem) -> Origin:
             space.decisions[decision].name: space.decisions[decision].options[option]
             for decision, option in space.fixed.items()
         },
-        "profile": space.profile,
-        "worst_case": space.worst_case,
+        **settings_of(space),
     }
     loaded = problem.loaded
     return Origin(space.name, str(loaded.path), loaded.sha256, loaded.includes, effective)

@@ -9,6 +9,7 @@ import re
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import Any
 
 from dse.errors import UsageError
 from dse.space.build import build_space, every_mistake
@@ -19,6 +20,7 @@ from dse.space.questions import (
     read_requirements,
     read_rule,
 )
+from dse.space.settings import SETTINGS, with_settings
 from dse.space.trees import NotOffered
 from dse.space.types import EMPTY, Design, Objective, Requirement, Rule, Space
 from dse.spec.grammar import ExpressionError, parse_assignment, parse_limit
@@ -47,7 +49,7 @@ class Changes:
 
     `limits` are (metric, text) pairs such as ("jitter", "20 ms") or ("jitter", "my_flow=20 ms"); `require` holds
     requirements and rules; `objectives`, where given, replace those of the file; `fix` holds ``decision = option``
-    texts.
+    texts. The others are settings, each with the values that the problem file has for it.
     """
 
     limits: Sequence[tuple[str, str]] = ()
@@ -56,11 +58,23 @@ class Changes:
     fix: Sequence[str] = ()
     profile: str | None = None
     worst_case: str | None = None
+    processing: str | None = None
+    deadlines: str | None = None
+
+    @property
+    def settings(self) -> dict[str, str | None]:
+        """The settings by name (`dse.space.settings`); None where the file's holds."""
+        return {name: getattr(self, name) for name in SETTINGS}
 
     @property
     def is_anything(self) -> bool:
         """Whether there is any change."""
-        return any((self.limits, self.require, self.objectives, self.fix, self.profile, self.worst_case))
+        return any((self.limits, self.require, self.objectives, self.fix, *self.settings.values()))
+
+    def with_settings(self, **given: str | None) -> Changes:
+        """The same with further settings; those given as None stay."""
+        kept: dict[str, Any] = {name: value for name, value in given.items() if value is not None}
+        return replace(self, **kept)
 
 
 def load(path: str | Path) -> Problem:
@@ -100,11 +114,7 @@ def changed(problem: Problem, changes: Changes) -> Problem:
     UsageError
         for texts that do not parse or name what is not there.
     """
-    space = problem.space
-    if changes.profile is not None:
-        space = replace(space, profile=changes.profile)
-    if changes.worst_case is not None:
-        space = replace(space, worst_case=changes.worst_case)
+    space = set_up(problem, changes.settings)
     requirements: list[Requirement] = list(space.requirements)
     rules: list[Rule] = list(space.rules)
     for metric, text in changes.limits:
@@ -121,6 +131,22 @@ def changed(problem: Problem, changes: Changes) -> Problem:
         problem,
         space=replace(space, requirements=tuple(requirements), rules=tuple(rules), objectives=objectives, fixed=fixed),
     )
+
+
+def set_up(problem: Problem, given: Mapping[str, str | None]) -> Space:
+    """The problem's space under the settings given; those that are None stay.
+
+    Raises
+    ------
+    UsageError
+        when there is no such setting, or it has no such value.
+    """
+    for name, value in given.items():
+        if name not in SETTINGS:
+            raise UsageError(f"there is no setting {name!r}: there are {', '.join(SETTINGS)}")
+        if value is not None and value not in SETTINGS[name]:
+            raise UsageError(f"{name} is {', '.join(SETTINGS[name][:-1])} or {SETTINGS[name][-1]}, never {value!r}")
+    return with_settings(problem.space, given, states_deadlines=problem.loaded.spec.deadlines is not None)
 
 
 def _add_new(requirements: list[Requirement], found: Sequence[Requirement]) -> None:

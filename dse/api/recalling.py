@@ -4,16 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import replace
-from typing import Any, get_args
+from typing import Any
 
 from dse.analysis.measures import all_metrics
-from dse.api.problem import ORIGIN, Problem, complete_design
+from dse.api.problem import ORIGIN, Problem, complete_design, set_up
 from dse.errors import UsageError
 from dse.space.metrics import check_limit
 from dse.space.questions import QuestionError, read_objective, read_requirements, read_rule
+from dse.space.settings import SETTINGS
 from dse.space.types import Design, Objective, Requirement, Rule, Space
 from dse.spec.grammar import ExpressionError, parse_requirement
-from dse.spec.model import Spec
 
 
 def restated(problem: Problem, effective: Mapping[str, Any]) -> Problem:
@@ -26,11 +26,7 @@ def restated(problem: Problem, effective: Mapping[str, Any]) -> Problem:
     """
     space = problem.space
     try:
-        for key in ("profile", "worst_case"):
-            allowed = get_args(Spec.model_fields[key].annotation)
-            if effective[key] not in allowed:
-                raise UsageError(f"the result states the {key} {effective[key]!r}: it is one of {', '.join(allowed)}")
-        space = replace(space, profile=effective["profile"], worst_case=effective["worst_case"])
+        space = set_up(problem, _settings(effective))
         requirements = [
             item for text in dict.fromkeys(effective["requirements"]) for item in _requirements(space, text)
         ]
@@ -41,6 +37,21 @@ def restated(problem: Problem, effective: Mapping[str, Any]) -> Problem:
         raise UsageError(f"the result does not state a question that fits the problem: {error}") from error
     space = replace(space, requirements=tuple(requirements), rules=tuple(rules), objectives=objectives, fixed=fixed)
     return replace(problem, space=space)
+
+
+def _settings(effective: Mapping[str, Any]) -> dict[str, str]:
+    """All settings of a result; one that does not state them all is of an older meaning."""
+    found = {}
+    for name, allowed in SETTINGS.items():
+        if name not in effective:
+            raise UsageError(
+                f"the result does not state {name!r}: a version of dse wrote it that answered another question "
+                "(solve the problem again)"
+            )
+        if effective[name] not in allowed:
+            raise UsageError(f"the result states the {name} {effective[name]!r}: it is one of {', '.join(allowed)}")
+        found[name] = effective[name]
+    return found
 
 
 def named_choices(space: Space, decisions: Mapping[str, str]) -> dict[int, int]:

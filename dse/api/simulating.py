@@ -43,6 +43,7 @@ def simulate(
     contention: bool = True,
     bus_contention: bool = False,
     endless_queues: bool = False,
+    processing: str | None = None,
     changes: Changes | None = None,
 ) -> Simulation:
     """Simulate one design and compare what is observed with the analysis.
@@ -73,6 +74,8 @@ def simulate(
         a physical bus carries one message at a time, first come, first served.
     endless_queues
         whatever arrives at a busy thread waits, instead of being lost where no queue size is stated.
+    processing
+        what the bounds count for a thread, ``execution_time`` or ``response_time``, instead of what the file says.
     changes
         further changes to the question, as for `dse.solve`.
 
@@ -84,7 +87,7 @@ def simulate(
         when a decision or option does not exist, decisions are left open, or the design is not valid.
     """
     loaded = problem if isinstance(problem, Problem) else load(problem)
-    space = changed(loaded, changes or Changes()).space
+    space = changed(loaded, (changes or Changes()).with_settings(processing=processing)).space
     texts = [f"'{name}' = {option}" for name, option in design.items()] if isinstance(design, Mapping) else design or ()
     chosen = complete_design(space, {**space.baseline, **space.fixed, **read_choices(space, texts)})
     evaluation = Evaluator(space).evaluate(chosen)

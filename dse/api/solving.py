@@ -38,6 +38,8 @@ def solve(
     fix: str | Sequence[str] = (),
     profile: str | None = None,
     worst_case: str | None = None,
+    processing: str | None = None,
+    deadlines: str | None = None,
     time_limit_s: float | None = None,
     seed: int = 0,
     workers: int = 2,
@@ -57,7 +59,7 @@ def solve(
         metrics; where any is given, they replace the objectives of the file.
     fix
         decisions, such as ``"gnss_provider.period = 20 ms"``.
-    profile, worst_case
+    profile, worst_case, processing, deadlines
         replace those of the file.
     time_limit_s
         seconds of wall time for the search; then the front so far is returned as ``incomplete``.
@@ -94,6 +96,8 @@ def solve(
         fix=_texts(fix),
         profile=profile,
         worst_case=worst_case,
+        processing=processing,
+        deadlines=deadlines,
     )
     loaded = problem if isinstance(problem, Problem) else load(problem)
     return solve_changed(loaded, changes, Budget(time_limit_s, seed, workers), Watcher(progress))

@@ -10,13 +10,14 @@ from typing import Any
 from dse.api.claims import check_claims
 from dse.api.clashes import check_conflicts
 from dse.api.origins import origin_of
-from dse.api.problem import Problem, load
+from dse.api.problem import Problem, load, set_up
 from dse.api.recalling import restated
 from dse.api.recomputing import Bench, check_front, check_others, check_statements
 from dse.errors import UsageError
 from dse.results.reading import read_result
 from dse.results.result import Result
 from dse.results.verification import Verification
+from dse.space.settings import settings_of
 from dse.verification.prover import Method
 
 
@@ -139,7 +140,7 @@ def _check_question(bench: Bench, asked: Problem) -> None:
     rebuilt = dict(origin_of(asked).effective)
     once = {**stated, "requirements": list(dict.fromkeys(stated["requirements"]))}  # one may be asked for twice
     bench.compare("problem.effective", {**rebuilt, "requirements": list(dict.fromkeys(rebuilt["requirements"]))}, once)
-    space = bench.problem.space
+    space = set_up(bench.problem, settings_of(asked.space))
     for key, own in (("requirements", space.requirements), ("rules", space.rules)):
         texts = [item.text for item in own]
         for position, text in enumerate(texts):
@@ -152,9 +153,9 @@ def _check_question(bench: Bench, asked: Problem) -> None:
 
 
 def _remark(bench: Bench, stated: Mapping[str, Any], objectives: Sequence[str]) -> None:
-    space = bench.problem.space
     if stated["objectives"] != list(objectives):
         bench.remarks.append(f"asked for other objectives than the file: {', '.join(stated['objectives'])}")
     bench.remarks += [f"fixed beyond the file: {name} = {option}" for name, option in stated["fixed"].items()]
-    if (stated["profile"], stated["worst_case"]) != (space.profile, space.worst_case):
-        bench.remarks.append(f"profile {stated['profile']}, worst case {stated['worst_case']}: not those of the file")
+    for name, own in settings_of(bench.problem.space).items():
+        if stated[name] != own:
+            bench.remarks.append(f"{name.replace('_', ' ')} {stated[name]}: the file says {own}")

@@ -3,21 +3,34 @@
 from __future__ import annotations
 
 import json
+from typing import Any
 
 import click
 
-from dse.cli.common import check_writable, console, json_option, problem_argument, write_text
+from dse.cli.common import (
+    changes_of,
+    check_writable,
+    console,
+    json_option,
+    problem_argument,
+    question_options,
+    write_text,
+)
 
 
 @click.command("check")
 @problem_argument
+@question_options
 @json_option
-def command(file: str, json_path: str | None) -> int:
-    """Validate a problem file; describe its decisions, its size, and what a careful reader would remark."""
+def command(file: str, json_path: str | None, **options: Any) -> int:
+    """Validate a problem file; describe its decisions, its size, and what a careful reader would remark.
+
+    With the options of `dse solve` the question is the one that they ask.
+    """
     check_writable(json_path)
     from dse.api.checking import check
 
-    description = check(file)
+    description = check(file, changes_of(options))
     if json_path != "-":
         from dse.report.description import print_description
 

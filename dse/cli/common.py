@@ -24,13 +24,21 @@ EXAMPLES = {"utilisation": "70%", "load": "50%", "price": "500EUR", "power": "10
 OF = {"jitter": "flow", "latency": "flow", "utilisation": "processor", "load": "bus"}
 
 
+class Words(click.Choice[str]):
+    """One of some words, also in the spelling of the problem file: ``response-time`` or ``response_time``."""
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> str:
+        """The word as the problem file has it."""
+        return super().convert(str(value).replace("_", "-"), param, ctx).replace("-", "_")
+
+
 def problem_argument(command: F) -> F:
     """The problem file."""
     return click.argument("file", type=click.Path(exists=True, dir_okay=False))(command)
 
 
 def question_options(command: F) -> F:
-    """Options that change the question: limits, requirements, rules, fixed decisions, profile."""
+    """Options that change the question: limits, requirements, rules, fixed decisions, settings."""
     for metric in reversed(LIMITS):
         example = EXAMPLES.get(metric, "20ms")
         what = f"of every {OF[metric]}, or of one (NAME={example})" if metric in OF else "of the system"
@@ -45,8 +53,18 @@ def question_options(command: F) -> F:
         ),
         click.option(
             "--worst-case",
-            type=click.Choice(["execution-time", "deadline"]),
+            type=Words(["execution-time", "deadline"]),
             help="OSATE's worst-case setting (ET or DL); the dse profile does not look at it.",
+        ),
+        click.option(
+            "--processing",
+            type=Words(["execution-time", "response-time"]),
+            help="What a flow counts for a thread: its execution time, or its response time under contention.",
+        ),
+        click.option(
+            "--deadlines",
+            type=Words(["stated", "all", "none"]),
+            help="Which deadlines count: those stated (told of each design), all (required; else the period), or none.",
         ),
     )
     for option in more:
@@ -124,14 +142,15 @@ def changes_of(options: dict[str, Any], objectives: tuple[str, ...] = ()) -> Cha
     """The changes that the options ask for."""
     from dse.api.problem import Changes
 
-    worst_case = options["worst_case"]
     return Changes(
         limits=[(metric, text) for metric in LIMITS for text in options[f"max_{metric}"]],
         require=options["require"],
         objectives=objectives,
         fix=options["fix"],
         profile=options["profile"],
-        worst_case=worst_case.replace("-", "_") if worst_case else None,
+        worst_case=options["worst_case"],
+        processing=options["processing"],
+        deadlines=options["deadlines"],
     )
 
 

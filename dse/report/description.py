@@ -5,14 +5,15 @@ from __future__ import annotations
 from rich.console import Console
 
 from dse.api.checking import Description
-from dse.report.plain import plain, plain_table
+from dse.report.plain import basis_words, plain, plain_table
+from dse.space.settings import settings_of
 from dse.units.text import format_count
 
 
 def print_description(console: Console, description: Description) -> None:
     """The decisions of a problem, the size of its space, and remarks."""
     space = description.space
-    console.print(f"{space.name}: valid (profile {space.profile})", style="bold", markup=False)
+    console.print(f"{space.name}: valid ({basis_words(settings_of(space))})", style="bold", markup=False)
     table = plain_table(console)
     table.add_column("decision", overflow="fold")
     table.add_column("options", overflow="fold")

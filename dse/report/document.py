@@ -16,6 +16,7 @@ from dse.analysis.views import View
 from dse.report.bars import usage_records, waterfall_records
 from dse.report.charts import front_records
 from dse.report.explanation import conflict_words
+from dse.report.plain import basis_words
 from dse.report.words import (
     EMPTY_SLOT,
     GAPS,
@@ -27,6 +28,7 @@ from dse.report.words import (
     dominated_words,
     figures_words,
     others_words,
+    processing_words,
     proof_words,
     rank_text,
     sentences,
@@ -190,11 +192,8 @@ class Document:
     def provenance(self) -> list[tuple[str, str]]:
         """Where the figures come from: question, proof, versions, seed."""
         result, search, asked = self.result, self.result.search, self.result.problem.effective
-        profile = result.space.profile
-        if profile != "dse":
-            profile += f", worst case by {result.space.worst_case.replace('_', ' ')}"
         found = [
-            ("Latency rules", f"profile {profile}"),
+            ("Latency rules", basis_words(asked)),
             ("Objectives", "; ".join(asked["objectives"])),
             ("Requirements", "; ".join(asked["requirements"]) or "none"),
             ("Rules", "; ".join(asked["rules"]) or "none"),
@@ -214,7 +213,7 @@ class Document:
     @property
     def gaps(self) -> tuple[str, ...]:
         """What the model does not see."""
-        return (REDUCED, *GAPS)
+        return (REDUCED, processing_words(self.result.problem.effective), *GAPS)
 
     # --- one alternative ------------------------------------------------------------------------------------------
 

@@ -7,6 +7,7 @@ from fractions import Fraction
 
 from rich.console import Console
 
+from dse.report.plain import basis_words
 from dse.report.words import amount_words
 from dse.results.explanation import Decisions, Demand, Explanation, GiveUp, Offer, Relaxation
 from dse.results.result import Clash, Result
@@ -21,7 +22,7 @@ def print_explanation(console: Console, explanation: Explanation) -> None:
     """Conflicts, each with the designs that show it minimal; then what would mend the problem."""
     say = _Printer(console, _differing(explanation))
     effective = explanation.problem.effective
-    say.strongly(f"{explanation.problem.name} (profile {effective['profile']})")
+    say.strongly(f"{explanation.problem.name} ({basis_words(effective)})")
     if explanation.status == "feasible":
         say.strongly("Feasible: there is a design that meets every requirement and rule; nothing to explain.")
         say.line(f"For example: {say.design(explanation.design)}")

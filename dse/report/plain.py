@@ -2,15 +2,34 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
 from rich import box
 from rich.console import Console
 from rich.table import Table
+
+from dse.space.settings import default_deadlines
 
 
 def plain_table(console: Console, title: str = "") -> Table:
     """An empty table that stays readable without UTF-8; the title is markup."""
     ascii_only = (console.encoding or "utf-8").lower().replace("-", "") not in ("utf8", "utf8mb4", "utf16")
     return Table(title=title or None, title_justify="left", box=box.ASCII2 if ascii_only else box.SIMPLE_HEAD)
+
+
+def basis_words(settings: Mapping[str, str]) -> str:
+    """By which rules the figures count, from settings by name (`dse.space.settings`), in a few words.
+
+    >>> basis_words({"profile": "dse", "worst_case": "deadline", "processing": "response_time", "deadlines": "all"})
+    'profile dse, processing by response time, deadlines: all'
+    """
+    found = [f"profile {settings['profile']}"]
+    if settings["profile"] != "dse":
+        found.append(f"worst case by {settings['worst_case'].replace('_', ' ')}")
+    found.append(f"processing by {settings['processing'].replace('_', ' ')}")
+    if settings["deadlines"] != default_deadlines(settings["profile"]):
+        found.append(f"deadlines: {settings['deadlines']}")
+    return ", ".join(found)
 
 
 def plain(text: str) -> str:

@@ -5,10 +5,12 @@ from __future__ import annotations
 from rich.console import Console, JustifyMethod
 from rich.table import Table
 
+from dse.report.plain import basis_words
 from dse.report.plain import plain as _plain
 from dse.report.plain import plain_table as _table
 from dse.results.simulation import LATENCY, FlowObservation, Simulation
 from dse.results.values import readable
+from dse.space.settings import settings_of
 
 BAR = 40
 
@@ -20,7 +22,7 @@ def _ms(value_ns: int) -> str:
 def print_simulation(console: Console, simulation: Simulation) -> None:
     """Contradictions first, then each flow against its bounds, its histogram, response times, losses, notes."""
     console.print(
-        f"{simulation.space.name}: simulated (profile {simulation.space.profile})", style="bold", markup=False
+        f"{simulation.space.name}: simulated ({basis_words(settings_of(simulation.space))})", style="bold", markup=False
     )
     for text in simulation.contradictions:
         console.print(f"CONTRADICTION: {text}", style="bold red", markup=False)

@@ -10,6 +10,7 @@ from rich import box
 from rich.console import Console
 from rich.table import Table
 
+from dse.report.plain import basis_words
 from dse.report.sensitivitysection import scaling_words, weakest
 from dse.results.robust import RobustResult
 from dse.results.sensitivity import Break, Margin, SensitivityResult, UncertainResult
@@ -27,7 +28,7 @@ READABLE = {"ns", "ct", "ppm", "mW", "B/s", "nm"}
 
 def print_sweep(console: Console, sweep: SweepResult) -> None:
     """Break-points with the architecture on each side, or the front for each value with what is won and lost."""
-    console.print(str(sweep.problem["name"]), style="bold", markup=False)
+    console.print(f"{sweep.problem['name']} ({basis_words(sweep.problem)})", style="bold", markup=False)
     currency = str(sweep.problem["currency"])
     for run, change in zip(sweep.runs, sweep.changes, strict=True):
         where = ", ".join(f"{axis.name} {value}" for axis, value in zip(sweep.grid_axes, run.values, strict=True))
@@ -190,7 +191,7 @@ def _plain(text: str) -> str:
 
 def print_sensitivity(console: Console, result: SensitivityResult, *, show_all: bool = False) -> None:
     """Margins, the scaling of all execution times, tornado bars, and what uncertain inputs do."""
-    console.print(str(result.problem["name"]), style="bold", markup=False)
+    console.print(f"{result.problem['name']} ({basis_words(result.problem)})", style="bold", markup=False)
     chosen = ", ".join(f"{name.removesuffix('.type')} {value}" for name, value in result.decisions.items())
     console.print(f"Design: {chosen or 'the only one'}", markup=False)
     for text in result.broken:

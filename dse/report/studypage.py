@@ -11,9 +11,11 @@ from dse.report.figures import png_of, svg_of
 from dse.report.html import POLICY, asset, environment, hashes, libraries, packed_json
 from dse.report.markdown import escaped, section_lines
 from dse.report.parts import numbered, study_specs
+from dse.report.plain import basis_words
 from dse.report.sections import sections_of
 from dse.report.theme import DARK, LIGHT, css_variables
-from dse.report.words import GAPS, REDUCED
+from dse.report.words import GAPS, REDUCED, processing_words
+from dse.space.settings import SETTINGS
 
 
 def study_files(data: Mapping[str, Any], csv: str | None, json: str | None) -> Iterator[tuple[str, str]]:
@@ -62,7 +64,7 @@ def study_page(data: Mapping[str, Any]) -> str:
             title=_title(data),
             sections=numbered(sections),
             basis=_basis(data),
-            gaps=(REDUCED, *GAPS),
+            gaps=_gaps(data),
             style=asset("report.css") + STYLE,
             light=css_variables(LIGHT),
             dark=css_variables(DARK),
@@ -89,13 +91,25 @@ def _title(data: Mapping[str, Any]) -> str:
     return f"{data['problem']['name']}: {kind}"
 
 
+def _settings(data: Mapping[str, Any]) -> Mapping[str, str]:
+    """The settings of the question that a study asked; nothing where an older one does not state them."""
+    settings: Mapping[str, str] = data["problem"].get("effective", data["problem"])
+    return settings if set(SETTINGS) <= set(settings) else {}
+
+
+def _gaps(data: Mapping[str, Any]) -> tuple[str, ...]:
+    """What the model does not see."""
+    settings = _settings(data)
+    return (REDUCED, *((processing_words(settings),) if settings else ()), *GAPS)
+
+
 def _basis(data: Mapping[str, Any]) -> list[tuple[str, str]]:
     problem = data["problem"]
     found = [("Problem", f"{problem['name']}, SHA-256 {problem['sha256']}")]
-    for name in ("profile", "semantics"):
-        value = problem.get(name, data.get(name))
-        if value is not None:
-            found.append((name.capitalize(), str(value)))
+    if settings := _settings(data):
+        found.append(("Latency rules", basis_words(settings)))
+    if "semantics" in data:
+        found.append(("Semantics", str(data["semantics"])))
     if problem.get("changes"):
         found.append(
             ("Changes by the caller", "; ".join(f"{name}: {value}" for name, value in problem["changes"].items()))

@@ -9,17 +9,20 @@ from rich.console import Console
 from rich.table import Table
 
 from dse.report.explanation import print_conflicts
+from dse.report.plain import basis_words
 from dse.report.plain import plain as _plain
 from dse.report.plain import plain_table as _table
 from dse.report.scheduling import response_table
 from dse.report.words import (
     EMPTY_SLOT,
+    GAPS,
     REDUCED,
     baseline_words,
     changes_words,
     dominated_words,
     figures_words,
     others_words,
+    processing_words,
     proof_words,
     rank_text,
     rounding_words,
@@ -32,6 +35,7 @@ from dse.results.changes import changes_between
 from dse.results.reasons import Reasoner
 from dse.results.result import Point, Result
 from dse.results.values import counted, readable
+from dse.space.settings import settings_of
 from dse.units.text import format_count
 
 TOP = 10
@@ -41,10 +45,6 @@ MANY_DECISIONS = 8
 ANY_WIDTH = 10_000
 ROOM_FOR_DECISIONS = 44
 """Columns of a terminal that the decisions need beside the figures; with fewer they come below them."""
-ADDITIVE = (
-    "Worst execution times are not response times: CPU contention is not in the latency. "
-    "Sums of periods over-estimate harmonic, synchronised threads."
-)
 
 
 def print_result(console: Console, result: Result, top: int | None = TOP) -> None:
@@ -52,7 +52,7 @@ def print_result(console: Console, result: Result, top: int | None = TOP) -> Non
 
     `top` is how many alternatives are shown (None: all); how many are not is said.
     """
-    console.print(f"{result.problem.name} (profile {result.space.profile})", style="bold", markup=False)
+    console.print(f"{result.problem.name} ({basis_words(settings_of(result.space))})", style="bold", markup=False)
     if result.status == "infeasible":
         _print_infeasible(console, result)
         return
@@ -198,10 +198,7 @@ def _print_infeasible(console: Console, result: Result) -> None:
 
 def print_analysis(console: Console, analysis: Analysis) -> None:
     """Contributor tables, processor and bus tables, verdicts of one design."""
-    setting = (
-        "" if analysis.space.profile == "dse" else f", worst case by {analysis.space.worst_case.replace('_', ' ')}"
-    )
-    console.print(f"{analysis.space.name} (profile {analysis.space.profile}{setting})", style="bold", markup=False)
+    console.print(f"{analysis.space.name} ({basis_words(settings_of(analysis.space))})", style="bold", markup=False)
     if analysis.decisions:
         chosen = ", ".join(f"{name.removesuffix('.type')} {value}" for name, value in analysis.decisions.items())
         console.print(f"Design: {chosen}", markup=False)
@@ -212,7 +209,8 @@ def print_analysis(console: Console, analysis: Analysis) -> None:
     for table in analysis.flows:
         console.print(_flow_table(console, table))
     console.print(REDUCED, markup=False)
-    console.print(ADDITIVE, markup=False)
+    console.print(processing_words(settings_of(analysis.space)), markup=False)
+    console.print(GAPS[0], markup=False)
     for usage in analysis.processors:
         console.print(_processor_table(console, usage))
     for name, responses in analysis.responses.items():

@@ -18,11 +18,25 @@ REDUCED = (
     "Latencies are reduced reaction times: a flow starts at its first component, without that component's own period."
 )
 PPM = 10**6
+PROCESSING = {
+    "execution_time": "CPU contention is not in the latencies: each thread counts its execution time, as if alone on "
+    "its core (--processing response-time counts what it waits for).",
+    "response_time": "CPU contention is in the latencies: each thread counts its response time under fixed priorities, "
+    "on the core that is stated, else on the one that first-fit gives.",
+}
+"""What the processing of a thread counts in a latency, by the setting `processing`."""
+UNCOUNTED = (
+    "CPU contention is not in the latencies: this profile counts no response times, but execution times and deadlines."
+)
 GAPS = (
-    "Worst execution time is not response time: without computed response times, CPU contention is not in the latency.",
     "The sum of periods over-estimates when sender and receiver are harmonic and synchronised.",
     "A measured maximum is a sample maximum, not a bound.",
 )
+
+
+def processing_words(settings: Mapping[str, str]) -> str:
+    """Whether contention for the CPU is in the latencies, from the settings by name."""
+    return UNCOUNTED if settings["profile"] == "osate-2.2" else PROCESSING[settings["processing"]]
 
 
 @dataclass(frozen=True)

@@ -12,6 +12,7 @@ from dse.analysis.latency import Row
 from dse.analysis.limits import Verdict
 from dse.analysis.scheduling import Response
 from dse.results.result import exact
+from dse.space.settings import settings_of
 from dse.space.types import EMPTY, Design, Space
 
 if TYPE_CHECKING:
@@ -102,8 +103,7 @@ class Analysis:
         return {
             "format": FORMAT,
             "problem": self.space.name,
-            "profile": self.space.profile,
-            "worst_case": self.space.worst_case,
+            **settings_of(self.space),
             "feasible": self.is_feasible,
             "breaches": list(self.breaches),
             "decisions": dict(self.decisions),

@@ -9,6 +9,7 @@ from typing import Any
 
 from dse.results.analysis import Analysis
 from dse.results.result import ObjectiveInfo, Point, Result, exact
+from dse.space.settings import SETTINGS
 
 FORMAT = "dse-comparison/1"
 
@@ -151,7 +152,7 @@ def _facts(result: Result) -> dict[str, str]:
     return {
         "problem": result.problem.name,
         "problem SHA-256": result.problem.sha256[:12],
-        "profile": str(asked["profile"]),
+        **{name.replace("_", " "): str(asked[name]) for name in SETTINGS},
         "requirements": "; ".join(asked["requirements"]),
         "rules": "; ".join(asked["rules"]),
         "fixed": "; ".join(f"{name} = {value}" for name, value in asked["fixed"].items()),

@@ -14,6 +14,7 @@ from dse.errors import ProblemError
 from dse.results.editing import Draft, flow_mapping, yaml_text
 from dse.results.result import Result
 from dse.space.questions import QuestionError, read_value
+from dse.space.settings import SETTINGS, default_deadlines
 from dse.space.types import EMPTY, Decision, Design, Metric, Requirement, Space
 from dse.units import UnitError
 
@@ -132,12 +133,16 @@ def _question(draft: Draft, result: Result) -> None:
     """The question as it was asked, where that is not what the file says."""
     asked = result.problem.effective
     reason = "as in the original file; this result was asked otherwise, see the end:"
-    for key, default in (("profile", "dse"), ("worst_case", "execution_time")):
+    defaults = {name: values[0] for name, values in SETTINGS.items()}
+    defaults["deadlines"] = default_deadlines(asked["profile"])
+    for key, default in defaults.items():
         node = draft.find([key])
-        stated = node.value if node is not None else default
+        stated = {"true": "all", "false": "none"}.get(node.value, node.value) if node is not None else default
         if stated != asked[key]:
             draft.set_section(key, [f"{key}: {asked[key]}"], str(asked[key]), reason)
-    added = [item for item in result.space.requirements if item.origin == COMMAND_LINE]
+    added = [
+        item for item in result.space.requirements if item.origin == COMMAND_LINE and item.metric.key != "deadline"
+    ]
     if added:
         draft.append_items("requirements", [yaml_text(_requirement_text(item)) for item in added])
     node = draft.find(["objectives"])

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from fractions import Fraction
 from typing import TYPE_CHECKING, Any
 
+from dse.space.settings import settings_of
 from dse.space.types import Design, Space
 
 if TYPE_CHECKING:
@@ -181,8 +182,7 @@ class Simulation:
         return {
             "format": FORMAT,
             "problem": self.space.name,
-            "profile": self.space.profile,
-            "processing": self.space.processing,
+            **settings_of(self.space),
             "decisions": dict(self.decisions),
             "offsets": self.offsets,
             "contention": self.contention,

@@ -19,6 +19,7 @@ from dse.space.figures import Ledger, Path, closest
 from dse.space.flows import build_flows, check_flow_sizes
 from dse.space.metrics import RESERVED
 from dse.space.questions import with_questions
+from dse.space.settings import default_deadlines
 from dse.space.slots import build_buses, build_processor, check_bus_types
 from dse.space.types import Space
 from dse.spec.load import LoadedSpec, UnreadableError
@@ -69,6 +70,7 @@ def build_space(loaded: LoadedSpec) -> Space:
         baseline={},
         assumptions=spec.assumptions,
         processing=spec.processing,
+        deadlines=spec.deadlines or default_deadlines(spec.profile),
     )
     check_activation(ledger, space)
     check_flow_sizes(ledger, space)

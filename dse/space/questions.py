@@ -25,10 +25,12 @@ from dse.space.metrics import (
     resolve_metrics,
     states_bandwidth,
 )
+from dse.space.settings import with_deadlines
 from dse.space.trees import Tree, leaves
 from dse.space.types import (
     EMPTY,
     Atom,
+    Component,
     Metric,
     MultipleTest,
     Objective,
@@ -93,7 +95,8 @@ T = TypeVar("T")
 def with_questions(ledger: Ledger, space: Space, spec: Spec) -> Space:
     """The space with everything that the problem file asks; mistakes go to the ledger."""
     space = _with_derived(ledger, space, spec)
-    requirements = _required_latencies(ledger, space) + _deadlines(ledger, space, spec)
+    space = replace(space, requirements=tuple(_required_latencies(ledger, space)))
+    requirements = list(with_deadlines(space, partial(_deadline_origin, ledger, spec)).requirements)
     for number, text in enumerate(spec.requirements):
         path: Path = ("requirements", number)
         origin = ledger.origin(path)
@@ -171,18 +174,9 @@ def _required_latencies(ledger: Ledger, space: Space) -> list[Requirement]:
     return found
 
 
-def _deadlines(ledger: Ledger, space: Space, spec: Spec) -> list[Requirement]:
-    """With ``deadlines: true`` each thread on a processor meets its deadline: the stated one, else its period."""
-    found = []
-    for number, component in enumerate(space.components) if spec.deadlines else ():
-        stated = [leaf for tree in (component.deadline_ns, component.period_ns) for leaf in leaves(tree)]
-        times = [leaf for leaf in stated if leaf is not None]
-        if component.processor is not None and times:
-            metric = Metric(f"response time of {component.name}", "response time", number, "deadline")
-            limit = Quantity(Fraction(max(times), 10**9), TIME, "s")
-            text = f"response time of {component.name} <= its deadline"
-            found.append(Requirement(text, metric, "<=", limit, ledger.origin(("deadlines",))))
-    return found
+def _deadline_origin(ledger: Ledger, spec: Spec, component: Component) -> str:
+    """Where a deadline is asked for: the setting, where the file has it, else the thread."""
+    return ledger.origin(("deadlines",) if spec.deadlines is not None else (component.section, component.name))
 
 
 def _objectives(ledger: Ledger, space: Space, spec: Spec) -> list[Objective]:

@@ -289,6 +289,8 @@ class Space:
     assumptions: tuple[str, ...] = ()
     processing: str = "execution_time"
     """What a flow counts as the longest processing of a thread: ``execution_time`` or ``response_time``."""
+    deadlines: str = "none"
+    """Which deadlines of threads count: ``stated``, ``all`` (a thread without one ends by its period) or ``none``."""
 
     def decision_index(self, name: str) -> int | None:
         """The index of the decision called `name`, or None."""

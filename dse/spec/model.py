@@ -234,6 +234,18 @@ class Uncertainty(Model):
     source: Line | None = None
 
 
+def _deadlines(value: Any) -> Any:
+    """``true`` and ``false``, as the file had it once, for ``all`` and ``none``."""
+    return ("all" if value else "none") if isinstance(value, bool) else value
+
+
+Deadlines: TypeAlias = Annotated[
+    Literal["stated", "all", "none"],
+    BeforeValidator(_deadlines),
+    WithJsonSchema({"anyOf": [{"enum": ["stated", "all", "none"], "type": "string"}, {"type": "boolean"}]}),
+]
+
+
 class Catalogue(Model):
     """What an included file may hold."""
 
@@ -264,7 +276,7 @@ class Spec(Catalogue):
     profile: Literal["dse", "osate-2.2", "osate-2.19"] = "dse"
     worst_case: Literal["execution_time", "deadline"] = "execution_time"
     processing: Literal["execution_time", "response_time"] = "execution_time"
-    deadlines: bool = False
+    deadlines: Deadlines | None = None
     requirements: Items[Line] = ()
     rules: Items[RuleText] = ()
     objectives: Items[Line] = ()

@@ -12,6 +12,7 @@ from dse.api.problem import Changes, Problem, complete_design, load, read_choice
 from dse.errors import UsageError
 from dse.results.result import decisions_of
 from dse.results.sensitivity import SensitivityResult, UncertainResult
+from dse.space.settings import settings_of
 from dse.space.types import Design, Space
 from dse.study.fronts import search_space
 from dse.study.functions import DesignFunction, InputSpace
@@ -40,6 +41,7 @@ def sensitivity(
     problem: Problem | str | Path,
     design: Mapping[str, str] | Sequence[str] | None = None,
     *,
+    processing: str | None = None,
     changes: Changes | None = None,
     swing: Fraction | float = SWING,
     samples: int = SAMPLES,
@@ -54,6 +56,8 @@ def sensitivity(
         a loaded problem, or the path of a problem file.
     design
         decisions by name (or texts ``name = option``), on top of the baseline; the baseline alone when left out.
+    processing
+        what a flow counts for a thread, ``execution_time`` or ``response_time``, instead of what the file says.
     changes
         further changes to the question, as for `dse.solve`.
     swing
@@ -77,7 +81,7 @@ def sensitivity(
         else list(design or ())
     )
     settings = Settings(Fraction(swing).limit_denominator(10**9), samples, seed, front)
-    return sensitivity_of(loaded, texts, changes or Changes(), settings)
+    return sensitivity_of(loaded, texts, (changes or Changes()).with_settings(processing=processing), settings)
 
 
 def sensitivity_of(
@@ -104,7 +108,7 @@ def sensitivity_of(
         problem={
             "name": problem.name,
             "sha256": problem.loaded.sha256,
-            "profile": space.profile,
+            **settings_of(space),
             "currency": space.currency,
         },
         decisions=decisions_of(space, design),

@@ -12,6 +12,7 @@ from pathlib import Path
 from dse.api.problem import Changes, Problem, changed, load
 from dse.errors import DseError, UsageError
 from dse.results.sweep import SweepResult, SweepRun, VariedAxis
+from dse.space.settings import settings_of
 from dse.study.axes import Axis, InputAxis, LimitAxis, grid_points, read_axis
 from dse.study.cluster import run_on_cluster
 from dse.study.fronts import check_objectives
@@ -53,6 +54,7 @@ def sweep(
     problem: Problem | str | Path,
     vary: str | Sequence[str],
     *,
+    processing: str | None = None,
     changes: Changes | None = None,
     seed: int = 0,
     workers: int = 1,
@@ -70,6 +72,8 @@ def sweep(
         what varies: ``"PATH=1ms,2ms"``, ``"PATH=1ms..5ms step 1ms"``, ``"PATH=*0.5..2 step 0.1"`` (a factor) for an
         input; ``"METRIC of NAME=a,b,c"`` for a limit, and ``"METRIC of NAME=5ms..100ms"`` for every break-point in an
         interval (one such at most).
+    processing
+        what a flow counts for a thread, ``execution_time`` or ``response_time``, instead of what the file says.
     changes
         further changes to the question, as for `dse.solve`.
     seed
@@ -99,7 +103,7 @@ def sweep(
     loaded = problem if isinstance(problem, Problem) else load(problem)
     texts = [vary] if isinstance(vary, str) else list(vary)
     means = Means(workers, scheduler, Path(store) if store is not None else None)
-    return sweep_with(loaded, texts, changes or Changes(), seed, means, progress)
+    return sweep_with(loaded, texts, (changes or Changes()).with_settings(processing=processing), seed, means, progress)
 
 
 def sweep_with(
@@ -122,7 +126,7 @@ def sweep_with(
         problem={
             "name": problem.name,
             "sha256": problem.loaded.sha256,
-            "profile": asked.space.profile,
+            **settings_of(asked.space),
             "currency": asked.space.currency,
             "changes": _shown(changes),
         },
@@ -233,7 +237,6 @@ def _shown(changes: Changes) -> dict[str, object]:
         "require": list(changes.require),
         "objectives": list(changes.objectives),
         "fix": list(changes.fix),
-        "profile": changes.profile,
-        "worst_case": changes.worst_case,
+        **changes.settings,
     }
     return {name: value for name, value in shown.items() if value}

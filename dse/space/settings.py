@@ -1,0 +1,81 @@
+"""How a question is to be read: settings that go by one name in the file, in `Space`, in `Changes` and in results.
+
+Which deadlines the search requires, and which are only told of each design, is decided here (`REQUIRED`).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import replace
+from fractions import Fraction
+from typing import Any
+
+from dse.space.trees import leaves
+from dse.space.types import Component, Metric, Requirement, Space
+from dse.units import TIME, Quantity
+
+SETTINGS: Mapping[str, tuple[str, ...]] = {
+    "profile": ("dse", "osate-2.2", "osate-2.19"),
+    "worst_case": ("execution_time", "deadline"),
+    "processing": ("execution_time", "response_time"),
+    "deadlines": ("stated", "all", "none"),
+}
+"""Every setting with its values: they change the answer, so that results state all of them."""
+REQUIRED = ("all",)
+"""The values of `deadlines` whose deadlines the search requires; others are told of each design, not searched for."""
+ORIGIN = "command line"
+
+
+def default_deadlines(profile: str) -> str:
+    """Which deadlines count where the file does not say: for OSATE a deadline is an input of latency, no limit."""
+    return "stated" if profile == "dse" else "none"
+
+
+def settings_of(space: Space) -> dict[str, str]:
+    """The settings of a question, by name."""
+    return {name: getattr(space, name) for name in SETTINGS}
+
+
+def with_settings(space: Space, given: Mapping[str, str | None], *, states_deadlines: bool) -> Space:
+    """The space under other settings, its deadlines required as these say.
+
+    `states_deadlines` tells whether the file says which deadlines count; else they follow the profile.
+    """
+    chosen: dict[str, Any] = {name: value for name, value in given.items() if value is not None}
+    if "profile" in chosen and not states_deadlines:
+        chosen.setdefault("deadlines", default_deadlines(chosen["profile"]))
+    changed = replace(space, **chosen)
+    return changed if changed.deadlines == space.deadlines else with_deadlines(changed, lambda _: ORIGIN)
+
+
+def with_deadlines(space: Space, origin: Callable[[Component], str]) -> Space:
+    """The space with the deadlines that its settings require among its requirements, after the flows' own latencies.
+
+    They take the place of those that were there; `origin` says where each comes from.
+    """
+    found = deadline_requirements(space, origin) if space.deadlines in REQUIRED else []
+    others = [item for item in space.requirements if item.metric.key != "deadline"]
+    first = sum(flow.required_ns is not None for flow in space.flows)
+    return replace(space, requirements=(*others[:first], *found, *others[first:]))
+
+
+def told_deadlines(space: Space) -> list[Requirement]:
+    """The deadlines that are told of each design, and that the search does not require."""
+    return [] if space.deadlines in REQUIRED else deadline_requirements(space, lambda _: "")
+
+
+def deadline_requirements(space: Space, origin: Callable[[Component], str]) -> list[Requirement]:
+    """That each thread on a processor ends by its deadline, as far as `Space.deadlines` says.
+
+    With ``all`` one without a deadline ends by its period. `dse.analysis.limits` reads the limit itself.
+    """
+    found = []
+    for number, component in enumerate(space.components) if space.deadlines != "none" else ():
+        trees = (component.deadline_ns, component.period_ns)[: 2 if space.deadlines == "all" else 1]
+        times = [leaf for tree in trees for leaf in leaves(tree) if leaf is not None]
+        if component.processor is not None and times:
+            metric = Metric(f"response time of {component.name}", "response time", number, "deadline")
+            limit = Quantity(Fraction(max(times), 10**9), TIME, "s")
+            text = f"response time of {component.name} <= its deadline"
+            found.append(Requirement(text, metric, "<=", limit, origin(component)))
+    return found

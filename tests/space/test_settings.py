@@ -1,0 +1,152 @@
+"""The settings of a question: one table for the file, the command line, results and what is made of them."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import fields, replace
+from pathlib import Path
+from typing import Any
+
+import pytest
+from click.testing import CliRunner
+
+import dse
+from dse.api.problem import Changes, changed, loads
+from dse.api.recalling import restated
+from dse.cli.main import cli
+from dse.errors import ProblemError, UsageError
+from dse.space.settings import SETTINGS, settings_of
+from dse.space.types import Space
+from dse.spec.schema import json_schema
+
+PROBLEM = """
+dse: 1
+name: settings
+processor_types: {cpu: {price: 5 EUR}}
+processors: {p: {type: cpu}}
+threads:
+  a: {processor: p, period: [10 ms, 20 ms], compute_execution_time: 1 ms .. 3 ms}
+  b: {processor: p, period: 20 ms, compute_execution_time: 2 ms .. 4 ms, deadline: 5 ms}
+connections: {ab: {from: a, to: b}}
+flows: {f: {path: [a, b]}}
+requirements: [utilisation of p <= 100 %]
+objectives: [minimise latency of f, minimise price]
+"""
+EVERY = [(name, value) for name, values in SETTINGS.items() for value in values]
+DEADLINES = ["response time of a <= its deadline", "response time of b <= its deadline"]
+
+
+def test_each_setting_has_one_name_everywhere() -> None:
+    assert set(SETTINGS) <= {item.name for item in fields(Space)}
+    assert set(SETTINGS) <= {item.name for item in fields(Changes)}
+    described = json_schema()
+    for name, values in SETTINGS.items():
+        stated = described["properties"][name]
+        while "enum" not in stated:
+            stated = described["$defs"][stated["$ref"].rpartition("/")[2]] if "$ref" in stated else stated["anyOf"][0]
+        assert tuple(stated["enum"]) == values
+
+
+@pytest.mark.parametrize(("name", "value"), EVERY)
+def test_a_result_states_what_it_was_asked_and_every_command_takes_it(name: str, value: str, tmp_path: Path) -> None:
+    """By option, by keyword and in the file it is one question: verified, resumed, exported and compared as such."""
+    file, stated = tmp_path / "p.yaml", tmp_path / "stated.yaml"
+    file.write_text(PROBLEM.lstrip(), encoding="utf-8")
+    stated.write_text(f"{PROBLEM.lstrip()}{name}: {value}\n", encoding="utf-8")
+    option = f"--{name.replace('_', '-')}"
+    out = tmp_path / "r.json"
+    done = CliRunner().invoke(cli, ["solve", str(file), option, value, "--json", str(out), "-q"])
+    assert done.exit_code in (0, 4), done.output
+    data = json.loads(out.read_text())
+    by_keyword = dse.solve(file, **{name: value}).to_dict()  # type: ignore[arg-type]
+    in_the_file = dse.solve(stated).to_dict()
+    assert data["problem"]["effective"][name] == value
+    for other in (by_keyword, in_the_file):
+        assert {**other["problem"]["effective"]} == data["problem"]["effective"]
+        assert other["front"] == data["front"]
+    assert dse.verify(out).status == "verified"
+    if data["front"]:
+        text = dse.export(dse.solve(file, **{name: value}), 1, folder=tmp_path)  # type: ignore[arg-type]
+        assert settings_of(loads(text).space) == settings_of(dse.load(stated).space)
+    for command in (["check"], ["analyse", "--design", "a.period = 20 ms"], ["explain"]):
+        found = CliRunner().invoke(cli, [*command, str(file), option, value, "--json", "-"])
+        written = json.loads(found.stdout)
+        asked = written["problem"]["effective"] if command == ["explain"] else written
+        assert asked[name] == value
+
+
+def test_both_spellings_are_taken() -> None:
+    for word in ("response-time", "response_time"):
+        assert dse.cli.common.Words(["response-time"]).convert(word, None, None) == "response_time"
+
+
+def test_a_result_of_an_older_meaning_is_refused_by_name() -> None:
+    problem = loads(PROBLEM)
+    effective = dict(dse.solve(problem).problem.effective)
+    for name in SETTINGS:
+        older = {key: value for key, value in effective.items() if key != name}
+        with pytest.raises(UsageError, match=f"does not state '{name}'.*solve the problem again"):
+            restated(problem, older)
+        with pytest.raises(UsageError, match="it is one of"):
+            restated(problem, {**effective, name: "otherwise"})
+
+
+def test_unknown_values_are_usage_errors() -> None:
+    with pytest.raises(UsageError, match="processing is execution_time or response_time, never 'busy'"):
+        changed(loads(PROBLEM), Changes(processing="busy"))
+    with pytest.raises(ProblemError, match="expected one of stated, all, none"):
+        loads(PROBLEM + "deadlines: some\n")
+
+
+def texts(problem: dse.Problem) -> list[str]:
+    return [item.text for item in problem.space.requirements if "deadline" in item.text]
+
+
+@pytest.mark.parametrize(
+    ("said", "means", "required"),
+    [
+        ("", "stated", []),
+        ("deadlines: all\n", "all", DEADLINES),
+        ("deadlines: true\n", "all", DEADLINES),
+        ("deadlines: none\n", "none", []),
+        ("deadlines: false\n", "none", []),
+        ("profile: osate-2.2\n", "none", []),
+        ("profile: osate-2.19\ndeadlines: all\n", "all", DEADLINES),
+    ],
+)
+def test_which_deadlines_count(said: str, means: str, required: list[str]) -> None:
+    problem = loads(PROBLEM + said)
+    assert (problem.space.deadlines, texts(problem)) == (means, required)
+
+
+def test_deadlines_follow_the_profile_unless_they_are_said() -> None:
+    unsaid, said = loads(PROBLEM), loads(PROBLEM + "deadlines: all\n")
+    assert changed(unsaid, Changes(profile="osate-2.2")).space.deadlines == "none"
+    assert changed(said, Changes(profile="osate-2.2")).space.deadlines == "all"
+    assert changed(unsaid, Changes(profile="osate-2.2", deadlines="stated")).space.deadlines == "stated"
+    assert texts(changed(unsaid, Changes(deadlines="all"))) == texts(said) == DEADLINES
+    assert texts(changed(said, Changes(deadlines="none"))) == []
+
+
+def test_stated_deadlines_are_those_of_the_threads_that_have_one() -> None:
+    """Under `stated` a thread without a deadline is never late; under `all` it ends by its period."""
+    from dse.analysis.limits import build_limit
+    from dse.analysis.scheduling import UNBOUNDED_NS
+    from dse.analysis.views import View
+    from dse.space.settings import deadline_requirements
+
+    bounds: dict[str, list[Any]] = {}
+    for word in ("stated", "all"):
+        space = replace(loads(PROBLEM).space, deadlines=word)
+        limits = [build_limit(space, item) for item in deadline_requirements(space, lambda _: "")]
+        bounds[word] = [limit.bound(View((0,) * len(space.decisions))) for limit in limits]
+    assert bounds == {"stated": [5_000_000], "all": [10_000_000, 5_000_000]}
+    mixed = PROBLEM.replace(
+        "deadline: 5 ms}", "type: [quick, slow]}\nthread_types: {quick: {deadline: 5 ms}, slow: {}}"
+    )
+    space = loads(mixed).space
+    [limit] = [build_limit(space, item) for item in deadline_requirements(space, lambda _: "")]
+    kind = space.decision_index("b.type")
+    assert kind is not None
+    views = [View(tuple(option * (at == kind) for at in range(len(space.decisions)))) for option in (0, 1)]
+    assert [limit.bound(view) for view in views] == [5_000_000, UNBOUNDED_NS]
