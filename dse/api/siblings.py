@@ -10,6 +10,7 @@ from fractions import Fraction
 from dse.analysis.evaluate import Evaluator
 from dse.errors import UsageError
 from dse.pareto.alternatives import Finder, Neighbourhood
+from dse.pareto.crew import stop_on_interrupt
 from dse.results.changes import changes_between
 from dse.results.result import Others, Point, Result, Sibling, decisions_of
 from dse.units import DIMENSIONLESS, UnitError, parse_quantity
@@ -26,12 +27,12 @@ def with_others(
     seed: int = 0,
     time_limit_s: float | None = None,
 ) -> Result:
-    """The result with other designs of its first points.
+    """The result with other designs of its first points; Ctrl-C keeps those that were found until then.
 
     Parameters
     ----------
     result
-        from `dse.solve`.
+        from `dse.solve`; one whose search was ended by Ctrl-C comes back as it is.
     count
         how many designs to look for at each point.
     within
@@ -46,20 +47,23 @@ def with_others(
     UsageError
         when `within` is no share.
     """
+    if result.interrupted:
+        return result
     share = None if within is None else read_share(within)
     deadline = None if time_limit_s is None else time.monotonic() + time_limit_s
     evaluator = Evaluator(result.space)
     finder = Finder(evaluator, seed=seed, deadline=deadline)
     front = [point.design for point in result.front]
     found: list[Others] = []
-    for point in result.front[:top]:
-        objectives = [point.objectives[info.name] for info in result.objectives]
-        ties = finder.near(objectives, point.design, count)
-        found.append(_others(result, evaluator, point, ties, Fraction(0), 1))
-        if share is not None:
-            known = [*front, *(design for design, _ in ties.designs)]
-            near = finder.near(objectives, point.design, count, share, known)
-            found.append(_others(result, evaluator, point, near, share, len(ties.designs) + 1))
+    with stop_on_interrupt(finder.stop):
+        for point in result.front[:top]:
+            objectives = [point.objectives[info.name] for info in result.objectives]
+            ties = finder.near(objectives, point.design, count)
+            found.append(_others(result, evaluator, point, ties, Fraction(0), 1))
+            if share is not None:
+                known = [*front, *(design for design, _ in ties.designs)]
+                near = finder.near(objectives, point.design, count, share, known)
+                found.append(_others(result, evaluator, point, near, share, len(ties.designs) + 1))
     return replace(result, others=tuple(found))
 
 

@@ -194,6 +194,7 @@ def result_of(asked: Problem, evaluator: Evaluator, search: FrontSearch, budget:
         refuted=tuple(_region(evaluator, bound) for bound in search.refuted),
         potential=_potential(evaluator, search),
         conflicts=(),
+        interrupted=search.interrupted,
         baseline=baseline_design(space),
         search=Search(
             solver_calls=search.calls,

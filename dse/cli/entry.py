@@ -5,6 +5,8 @@ from __future__ import annotations
 import os
 import signal
 import sys
+import threading
+from contextlib import suppress
 from types import FrameType
 from typing import TextIO
 
@@ -34,6 +36,16 @@ def main() -> None:
         signal.signal(signal.SIGINT, signal.SIG_IGN)  # what is left is to leave
     except KeyboardInterrupt:
         signal.signal(signal.SIGINT, signal.SIG_IGN)
+    _leave(code)
+
+
+def _leave(code: int) -> None:
+    """End the process; Python, tidying up, ends threads that are inside the solver in the midst of C++: an abort."""
+    if threading.active_count() > 1:
+        for stream in (sys.stdout, sys.stderr):
+            with suppress(OSError, ValueError):
+                stream.flush()
+        os._exit(code)
     sys.exit(code)
 
 

@@ -20,6 +20,7 @@ from dse.analysis.evaluate import Evaluator
 from dse.encode.model import EncodedSpace, encode
 from dse.errors import RefereeError
 from dse.pareto.answer import Found, NoSuchDesign
+from dse.pareto.crew import heard
 from dse.pareto.subproblem import Solver
 from dse.space.types import Design
 
@@ -33,13 +34,24 @@ class Neighbourhood:
 
 
 class Finder:
-    """Looks for further designs of one space; encodes it once, and copies the model for each point."""
+    """Looks for further designs of one space; encodes it once, and copies the model for each point.
+
+    `stop` ends the running question, and leaves all further ones unanswered.
+    """
 
     def __init__(self, evaluator: Evaluator, *, seed: int = 0, deadline: float | None = None) -> None:
         self.evaluator = evaluator
         self.encoded = encode(evaluator)
         self.seed = seed
         self.deadline = deadline
+        self.stopped = False
+        self._running: Solver | None = None
+
+    def stop(self) -> None:
+        """End the running question soon; it and all that follow answer that they were stopped."""
+        self.stopped = True
+        if self._running is not None:
+            self._running.stop()
 
     def near(
         self,
@@ -66,7 +78,9 @@ class Finder:
         encoded = self.encoded.copy()
         upper = self._upper(objectives, within)
         lower = upper if not within else [0] * len(upper)
-        solver = Solver(encoded, seed=self.seed, deadline=self.deadline)
+        self._running = solver = Solver(encoded, seed=self.seed, deadline=self.deadline)
+        if self.stopped:
+            solver.stop()
         for known in (design, *besides):
             solver.exclude(known)
         spread = _Spread(encoded, [design])
@@ -75,7 +89,7 @@ class Finder:
             _bound(encoded, lower, upper)
             encoded.model.clear_objective()
             encoded.model.maximize(spread.goal())
-            answer = solver.ask()
+            answer = heard(solver, solver.ask)
             if isinstance(answer, NoSuchDesign):
                 return Neighbourhood(tuple(found), more=False)
             if not isinstance(answer, Found):

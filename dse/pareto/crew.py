@@ -5,6 +5,7 @@ from __future__ import annotations
 import queue
 import signal
 import threading
+import time
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from typing import Any, Generic, TypeVar
@@ -13,6 +14,10 @@ from dse.pareto.subproblem import Solver
 
 Tag = TypeVar("Tag")
 Outcome = TypeVar("Outcome")
+
+END_S = 5.0
+"""So long a call that was told to stop is waited for; it takes milliseconds."""
+STEP_S = 0.2
 
 
 class Crew(Generic[Tag, Outcome]):
@@ -24,6 +29,7 @@ class Crew(Generic[Tag, Outcome]):
     def __init__(self, solvers: Sequence[Solver] = ()) -> None:
         self.solvers = list(solvers)
         self.busy: dict[Solver, Tag] = {}
+        self._threads: list[threading.Thread] = []
         self._answers: queue.Queue[tuple[Solver, Outcome | BaseException]] = queue.Queue()
 
     @property
@@ -51,13 +57,15 @@ class Crew(Generic[Tag, Outcome]):
                 self._answers.put((solver, error))
 
         self.busy[solver] = tag
-        threading.Thread(target=work, daemon=True).start()
+        thread = threading.Thread(target=work, daemon=True)
+        self._threads = [*(other for other in self._threads if other.is_alive()), thread]
+        thread.start()
 
     def wait(self) -> tuple[Tag, Outcome]:
         """The next finished job; raises what it raised."""
         while True:
             try:
-                solver, answer = self._answers.get(timeout=0.2)
+                solver, answer = self._answers.get(timeout=STEP_S)
             except queue.Empty:
                 if self.stopped:
                     self.stop()  # again, for a call that was about to begin the first time
@@ -73,6 +81,13 @@ class Crew(Generic[Tag, Outcome]):
         for solver in self.solvers:
             solver.stop()
 
+    def end(self) -> None:
+        """Stop, and wait until no job is inside the solver any more: Python, leaving, would end it there by abort."""
+        until = time.monotonic() + END_S
+        while any(thread.is_alive() for thread in self._threads) and time.monotonic() < until:
+            self.stop()  # again, for a call that was about to begin the first time
+            time.sleep(0.01)
+
     def drain(self) -> Iterator[tuple[Tag, Outcome]]:
         """Let the running jobs end."""
         while self.busy:
@@ -82,11 +97,11 @@ class Crew(Generic[Tag, Outcome]):
 def heard(solver: Solver, question: Callable[[], Outcome]) -> Outcome:
     """The answer to one question of a solver, in a thread of its own: Ctrl-C is heard at once and ends it."""
     crew: Crew[None, Outcome] = Crew([solver])
-    crew.start(solver, None, question)
     try:
+        crew.start(solver, None, question)
         return crew.wait()[1]
     except KeyboardInterrupt:
-        crew.stop()
+        crew.end()
         raise
 
 

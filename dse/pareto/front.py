@@ -59,7 +59,7 @@ class FrontSearch:
     still open and `refuted` those proved empty: exclusive upper bounds in the same units, minimised objectives
     (maximised ones negated). `floors` has for each open region the least value that each objective may still have
     there. `not_first` are the points whose design is not proved to be the first, in the order of the file, of those
-    that have them.
+    that have them. `interrupted`: it was Ctrl-C that ended the search.
     """
 
     points: Mapping[tuple[int, ...], Design]
@@ -69,6 +69,7 @@ class FrontSearch:
     elapsed_s: float
     floors: tuple[Bound, ...] = ()
     not_first: frozenset[tuple[int, ...]] = frozenset()
+    interrupted: bool = False
 
     @property
     def is_complete(self) -> bool:
@@ -106,6 +107,12 @@ class _State:
     first: set[Bound] = field(default_factory=set)
     hint: Design | None = None
     calls_before: int = 0
+    interrupted: bool = False
+
+    def interrupt(self) -> None:
+        """What Ctrl-C does: the running calls end, and no others begin."""
+        self.interrupted = True
+        self.crew.stop()
 
     def take(self, question: Question, answer: Answer) -> None:
         """What an answer tells about the region."""
@@ -143,6 +150,7 @@ class _State:
             not_first=frozenset(
                 _signed(self.evaluator, counted(objectives, point)) for point in self.designs.keys() - self.first
             ),
+            interrupted=self.interrupted,
         )
 
 
@@ -172,7 +180,7 @@ def search_front(
     if earlier is not None:
         _restore(state, earlier)
     state.crew.solvers.append(Solver(encoded, seed=budget.seed, deadline=deadline))
-    with stop_on_interrupt(state.crew.stop):
+    with stop_on_interrupt(state.interrupt):
         _explore(state, budget, watch)
         _make_canonical(state)
     if not state.region.open:

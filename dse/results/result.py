@@ -163,7 +163,7 @@ class Result:
     where they were asked for; `give_up`, where no single member of the conflicts mends the problem, are the fewest that
     do together, each with its closest limit when the others are given up; `rounded` names the figures that are rounded
     up to a 10^7th of their unit. Regions are exclusive bounds by objective; `potential` is the best value of each
-    objective that may still be unexplored.
+    objective that may still be unexplored. `interrupted` says that Ctrl-C ended the search: nothing is added then.
     """
 
     problem: Origin
@@ -183,6 +183,7 @@ class Result:
     others: tuple[Others, ...] = ()
     give_up: tuple[Clash, ...] = ()
     rounded: tuple[str, ...] = ()
+    interrupted: bool = False
 
     @property
     def exit_code(self) -> int:

@@ -19,6 +19,8 @@ from dse.verification.diagrams import Diagram, Node, TooLarge, leaves
 from dse.verification.tables import EXACT, Tables
 
 SEED = 982_451_653
+MOST_STOPS = 500
+"""So often a call is told to stop, each 10 ms."""
 
 
 @dataclass(frozen=True)
@@ -182,11 +184,15 @@ def _in_a_thread(solver: cp_model.CpSolver, model: cp_model.CpModel) -> Any:
         finally:
             done.set()
 
-    threading.Thread(target=work, daemon=True).start()
+    thread = threading.Thread(target=work, daemon=True)
     try:
+        thread.start()
         while not done.wait(0.2):
             pass
     except KeyboardInterrupt:
-        solver.stop_search()
+        for _ in range(MOST_STOPS):
+            solver.stop_search()  # again, for a call that was about to begin
+            if done.wait(0.01):
+                break
         raise
     return found[0]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from fractions import Fraction
 
 import pytest
@@ -54,6 +55,10 @@ def test_ties_are_all_found_and_nothing_else(result: Result) -> None:
         designs = {design for design, _ in found.designs}
         assert len(designs) == len(found.designs) == 5
         assert point.design not in designs
+
+
+def test_nothing_is_added_to_a_search_that_ctrl_c_ended(result: Result) -> None:
+    assert with_others(replace(result, interrupted=True), 1).others == ()
 
 
 def test_the_first_differs_most_and_the_rest_is_admitted(result: Result) -> None:
