@@ -59,7 +59,7 @@ def transmission_ns(space: Space, connection: Connection, view: View) -> tuple[i
     """Least and most time of the connection, and the method: ``transmission time``, ``specified``, ``no latency``.
 
     Over every carrier, fixed + per byte * size (Transmission_Time); a bus's latency only without one; the connection's
-    own latency only where nothing that carries it gives one (semantics, section 3).
+    own latency only where nothing that carries it gives one (docs/semantics.md, section 3.3).
     """
     stack = bus_stack(space, connection, view)
     size = message_bytes(space, connection, stack, view)

@@ -1,6 +1,7 @@
-"""End-to-end flow latency: the contributor table, row by row (semantics, section 3).
+"""End-to-end flow latency: the contributor table, row by row (docs/semantics.md, section 3.1).
 
-Minimum and maximum of a flow are sums of contributions; the rules in which the profiles differ stand side by side here.
+Minimum and maximum of a flow are sums of contributions; the rules in which the profiles differ stand side by side here
+(docs/semantics.md, section 3.4).
 """
 
 from __future__ import annotations
@@ -150,7 +151,7 @@ def _best_ns(space: Space, component: Component, view: View) -> tuple[int, str]:
 
 
 def _worst_ns(space: Space, component: Component, view: View) -> tuple[int, str]:
-    """Worst processing, by profile and by the worst-case setting (semantics, section 3, table of profiles).
+    """Worst processing, by profile and by the worst-case setting (docs/semantics.md, section 3.2).
 
     An assigned deadline counts in OSATE under either setting where nothing before it gives a time.
     """

@@ -1,7 +1,8 @@
 """Requirements as comparisons of exact sums: metric against limit, with the capacity of what is limited.
 
 A ratio limits the utilisation of a processor by limit * cores, and each thread alone by the limit of one core
-(semantics, section 4); it limits the load of a bus by limit * bandwidth (section 5).
+(docs/semantics.md, section 4.2); it limits the load of a bus by limit * bandwidth
+(docs/semantics.md, section 5.1).
 """
 
 from __future__ import annotations

@@ -179,7 +179,7 @@ def _response_term(space: Space, number: int) -> Term:
 def utilisation_terms(space: Space, processor: int) -> tuple[Term, ...]:
     """Utilisation of a processor in ppm of one core: worst execution time on its type * activation rate, per thread.
 
-    A hybrid thread's callback works at its input rate, its timer at 1 / period (semantics, section 4).
+    A hybrid thread's callback works at its input rate, its timer at 1 / period (docs/semantics.md, section 4.1).
     """
     terms = []
     for number, component in enumerate(space.components):
@@ -283,7 +283,10 @@ def _coefficients(space: Space, term: Term) -> set[Fraction]:
 
 
 def _figure_trees(space: Space, metric: Metric) -> Iterator[tuple[Slot | Component, Tree]]:
-    """The figures that a price, power or total sums: of every slot and component, or of the one that `of` names."""
+    """The figures that a price, power or total sums: of every slot and component, or of the one that `of` names.
+
+    Source: docs/semantics.md, section 6.
+    """
     items: Sequence[Slot | Component] = (*space.processors, *space.buses, *space.components)
     for item in items:
         figures = item.figures

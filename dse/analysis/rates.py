@@ -1,4 +1,4 @@
-"""Activation rates: how often threads and devices run, and messages leave (semantics, section 2)."""
+"""Activation rates: how often threads and devices run, and messages leave (docs/semantics.md, section 2)."""
 
 from __future__ import annotations
 

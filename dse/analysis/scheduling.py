@@ -8,7 +8,8 @@ first served and round-robin included. A hybrid thread is two tasks of one prior
 
 Event-triggered threads inherit the streams of what triggers them, with the jitter that processing and transmission add
 on the way (K. Tindell and J. Clark, "Holistic schedulability analysis for distributed hard real-time systems",
-Microprocessing and Microprogramming 40, 1994). Offsets between threads are never used to advantage.
+Microprocessing and Microprogramming 40, 1994). Offsets between threads are never used to advantage
+(docs/semantics.md, section 4.3).
 """
 
 from __future__ import annotations

@@ -185,7 +185,10 @@ def _shared_processes(space: Space) -> Iterator[Predicate]:
 
 
 def truth(condition: ResolvedCondition, view: View) -> bool | None:
-    """Kleene's three-valued truth: None is unknown, because a figure is inactive in the design."""
+    """Kleene's three-valued truth: None is unknown, because a figure is inactive in the design.
+
+    Source: docs/semantics.md, section 7.
+    """
     if isinstance(condition, Not):
         value = truth(condition.operand, view)
         return None if value is None else not value

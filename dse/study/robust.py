@@ -166,7 +166,7 @@ def _own(view: View, key: object) -> View:
 
 
 def _moves_rates(space: Space, variable: Variable) -> bool:
-    """Whether an input has a part in how often something runs or is sent (semantics, section 2)."""
+    """Whether an input has a part in how often something runs or is sent (docs/semantics.md, section 2)."""
     if variable.kind is SIZE:
         return any(
             item.data_rate is not None and variable.path.startswith(f"connections.{item.name}.")

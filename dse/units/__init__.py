@@ -1,7 +1,8 @@
 """Text with a unit to exact numbers, once, and back: a closed table of units and `Fraction` arithmetic.
 
 Coherent units are s, m, B (byte), ct (cent) and W. Every reader names its rounding: demand rounds up, supply rounds
-down, a period must convert exactly. Every formatter gives canonical text that reads back as the same value.
+down, a period must convert exactly (docs/semantics.md, section 1). Every formatter gives canonical text that reads back
+as the same value.
 """
 
 from dse.units.parse import (

@@ -1,0 +1,28 @@
+"""The documentation site: `python -m sphinx -W --keep-going docs build/site`, from these files and the docstrings."""
+
+from __future__ import annotations
+
+from importlib.metadata import version as installed
+
+project = "dse"
+author = "the authors of dse"
+project_copyright = "the authors of dse"
+release = version = installed("dse")
+
+extensions = ["myst_parser", "sphinx.ext.autodoc", "sphinx.ext.napoleon"]
+source_suffix = {".md": "markdown"}
+exclude_patterns: list[str] = []
+nitpicky = False
+
+autodoc_typehints = "description"
+autodoc_member_order = "bysource"
+napoleon_google_docstring = False
+default_role = "code"
+
+myst_enable_extensions = ["colon_fence", "deflist"]
+myst_heading_anchors = 3
+
+html_theme = "furo"
+html_title = "dse"
+html_copy_source = False
+html_show_sphinx = False
