@@ -9,7 +9,7 @@ from typing import Any
 from dse.analysis.measures import all_metrics
 from dse.api.problem import ORIGIN, Problem, complete_design, set_up
 from dse.errors import UsageError
-from dse.space.metrics import check_limit
+from dse.space.metrics import own_limit
 from dse.space.questions import QuestionError, read_objective, read_requirements, read_rule
 from dse.space.settings import SETTINGS
 from dse.space.types import Design, Objective, Requirement, Rule, Space
@@ -85,8 +85,8 @@ def _requirements(space: Space, text: str) -> list[Requirement]:
         rest = text.removeprefix(metric.name).lstrip()
         if text.startswith(metric.name) and rest[:1] in ("<", ">", "="):
             stated = parse_requirement(f"price {rest}")
-            check_limit(space, metric, stated.limit)
-            return [Requirement(text, metric, stated.operator, stated.limit, ORIGIN)]
+            limit = own_limit(space, metric, stated.limit)
+            return [Requirement(text, metric, stated.operator, limit, ORIGIN)]
     return [replace(item, text=text) for item in read_requirements(space, text, ORIGIN)]
 
 

@@ -12,7 +12,7 @@ from dse.space.trees import Choice
 from dse.space.types import EMPTY, UNKNOWN_TYPE, Bus, Derived, Metric, Space
 from dse.spec.expressions import DerivedExpr, MetricRef
 from dse.spec.grammar import parse_derived
-from dse.units import DATA_RATE, DIMENSIONLESS, MONEY, POWER, TIME, Dimension, Quantity, shown, unit_hint
+from dse.units import DATA_RATE, DIMENSIONLESS, MONEY, POWER, TIME, Dimension, Quantity, as_written, shown, unit_hint
 
 SYSTEM_METRICS = {"price": MONEY, "power": POWER}
 FLOW_METRICS = ("latency", "min latency", "jitter")
@@ -157,8 +157,10 @@ def total_unit(space: Space, metric: Metric) -> str:
     return space.totals[metric.key]
 
 
-def check_limit(space: Space, metric: Metric, limit: Quantity) -> None:
-    """A limit must be of its metric's kind; a load may also be limited by a share of the bandwidth.
+def own_limit(space: Space, metric: Metric, limit: Quantity) -> Quantity:
+    """A limit as its metric counts: in coherent units, or for a declared total the number as written.
+
+    It must be of the metric's kind; a load may also be limited by a share of the bandwidth.
 
     Raises
     ------
@@ -171,7 +173,7 @@ def check_limit(space: Space, metric: Metric, limit: Quantity) -> None:
         if limit.unit != unit:
             got = shown(limit.unit) if limit.unit else "a bare number"
             raise QuestionError(f"expected a limit in {unit} for {metric.name}, got {got}")
-        return
+        return as_written(limit)
     of_bandwidth = is_share(metric, limit)
     if limit.unit == "" and (wanted != DIMENSIONLESS or metric.kind == "utilisation"):
         hint = f"such as {EXAMPLES[wanted]}" if wanted in EXAMPLES else _units(space, wanted)
@@ -182,6 +184,7 @@ def check_limit(space: Space, metric: Metric, limit: Quantity) -> None:
         raise QuestionError(f"prices are in {space.currency}, got {limit.unit}")
     if of_bandwidth:
         _check_bandwidth(space.buses[metric.index or 0])
+    return limit
 
 
 def is_share(metric: Metric, limit: Quantity) -> bool:

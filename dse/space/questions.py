@@ -17,10 +17,10 @@ from dse.space.figures import Ledger, Path, closest
 from dse.space.metrics import (
     RESERVED,
     QuestionError,
-    check_limit,
     is_share,
     metric_dimension,
     one_metric,
+    own_limit,
     read_derived,
     resolve_metrics,
     states_bandwidth,
@@ -274,12 +274,12 @@ def read_requirements(space: Space, text: str, origin: str = "") -> tuple[Requir
     metrics = resolve_metrics(space, expression.metric)
     result = []
     for metric in _with_bandwidth(space, metrics, expression.limit):
-        check_limit(space, metric, expression.limit)
+        own = own_limit(space, metric, expression.limit)
         shown = expression.text
         if len(metrics) > 1:
             limit = expression.text.split(expression.operator, 1)[-1].strip()
             shown = f"{metric.name} {expression.operator} {limit}"
-        result.append(Requirement(shown, metric, expression.operator, expression.limit, origin))
+        result.append(Requirement(shown, metric, expression.operator, own, origin))
     return tuple(result)
 
 

@@ -33,6 +33,7 @@ from dse.units import (
     Kind,
     Quantity,
     UnitError,
+    as_written,
     expectation,
     format_number,
     parse_quantity,
@@ -315,7 +316,7 @@ def read_value(text: str, kind: Kind, path: str) -> Quantity:
             raise UsageError(f"{path}: expected {expectation(kind)}, got {shown(text)}")
         return quantity
     if kind is TOTAL:
-        return quantity
+        return as_written(quantity)
     if quantity.dimension != kind.dimension or not quantity.unit:
         hint = unit_hint(quantity.unit, kind.dimension)
         raise UsageError(f"{path}: expected {expectation(kind)}, got {shown(text)} ({hint})")

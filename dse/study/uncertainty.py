@@ -23,8 +23,8 @@ from dse.api.problem import Problem
 from dse.errors import Diagnostic, ProblemError, UsageError
 from dse.spec.model import Uncertainty
 from dse.study.functions import InputSpace, Variable
-from dse.study.quantities import BASE, COUNT, read_value
-from dse.units import POWER_DRAW, TIME_RANGE, UNITS, Kind, UnitError, parse_quantity
+from dse.study.quantities import BASE, COUNT, TOTAL, read_value
+from dse.units import POWER_DRAW, TIME_RANGE, UNITS, Kind, UnitError, parse_quantity, shown
 
 MOST_SAMPLES = 1_000_000
 PLAIN = Kind("a factor", "1.1", parse_quantity("1").dimension or UNITS["%"][1])
@@ -162,12 +162,21 @@ class _Reader:
 
     def _number(self, field: str, text: str) -> Fraction:
         try:
-            value = read_value(text, self.kind, field).value if self.kind is not PLAIN else _plain(text)
+            value = self._value(field, text)
         except (UsageError, UnitError) as error:
             raise _Mistake(field, str(error).removeprefix(f"{field}: ")) from error
         if value < 0:
             raise _Mistake(field, "it must not be negative")
         return in_base(value, self.kind)
+
+    def _value(self, field: str, text: str) -> Fraction:
+        """A value in coherent units; a factor, a count or a total as it is."""
+        if self.kind is PLAIN:
+            return _plain(text)
+        quantity = read_value(text, self.kind, field)
+        if self.kind is TOTAL and quantity.unit != self.variables[0].unit:
+            raise UnitError(f"expected a figure in {self.variables[0].unit}, got {shown(quantity.unit)}")
+        return quantity.value
 
     def _ends(self, field: str) -> tuple[Fraction, Fraction]:
         low, separator, high = (part.strip() for part in getattr(self.stated, field).partition(".."))

@@ -9,6 +9,7 @@ from dse.units.parse import (
     MAX_DIGITS,
     MAX_EXPONENT,
     NS_PER_S,
+    as_written,
     convert,
     parse_bandwidth_bps,
     parse_data_rate,

@@ -77,6 +77,16 @@ def convert(quantity: Quantity, unit: str) -> Fraction:
     return quantity.value / scale
 
 
+def as_written(quantity: Quantity) -> Quantity:
+    """The quantity as a declared total counts it: the number as written, in its own unit, whatever that is.
+
+    >>> as_written(parse_quantity("70 %"))
+    Quantity(value=Fraction(70, 1), dimension=None, unit='%')
+    """
+    scale, _ = UNITS.get(canonical_unit(quantity.unit), (Fraction(1), None))
+    return Quantity(quantity.value / scale, None, quantity.unit)
+
+
 def round_to_int(value: Fraction, rounding: Rounding) -> int:
     """An integer, in the named direction; `Rounding.EXACT` raises `UnitError` when there is none."""
     if rounding is Rounding.EXACT and value.denominator != 1:
@@ -202,5 +212,4 @@ def parse_total(text: str) -> Total:
     quantity = parse_quantity(text)
     if not quantity.unit:
         raise UnitError(f'expected a number with its unit such as "90 g", got {shown(text)}')
-    scale, _ = UNITS.get(canonical_unit(quantity.unit), (Fraction(1), None))
-    return Total(quantity.value / scale, quantity.unit)
+    return Total(as_written(quantity).value, quantity.unit)
