@@ -53,7 +53,7 @@ class Architecture:
         self.totals, self.limited = self.chance(0.3), self.chance(0.3)
         self.document: dict[str, Any] = {"dse": "1", "name": ""}
         if self.totals:
-            self.document["totals"] = {"mass": "g"}
+            self.document["totals"] = {"mass": random.Random(rng.getstate()[1][0]).choice(["g", "%"])}
         self._add_processor_types()
         self._add_bus_types()
         self._add_processors()
@@ -111,7 +111,7 @@ class Architecture:
         if self.chance(probability):
             body["power"] = self.rng.choice(["250 mW", "1.5 W", "5 W", "0.035 kW"])
         if self.totals and self.chance(probability):
-            body["totals"] = {"mass": f"{self.rng.randint(1, 500)} g"}
+            body["totals"] = {"mass": f"{self.rng.randint(1, 500)} {self.document['totals']['mass']}"}
 
     # Catalogues
 

@@ -266,7 +266,7 @@ def _limit(rng: random.Random, document: dict[str, Any], metric: str, value: Fra
     if kind == "power":
         return f"{whole(value)} mW"
     if kind == "mass":
-        return f"{whole(value)} g"
+        return f"{whole(value)} {document['totals']['mass']}"
     if kind in ("line_variation", "mean_distance"):
         return rng.choice([f"{whole(value)} nm", f"{whole(value) / 10**6:.6f} mm"])
     ns = whole(value) + (rng.choice([0, 0, 0, 1, -1]) if sign != "==" else 0)

@@ -69,12 +69,23 @@ def _shuffled_items(value: dict[str, Any], rng: random.Random) -> dict[str, Any]
 
 
 def in_other_units(document: Document, rng: random.Random) -> Document:
-    """Every quantity in some other unit of its kind, to the last digit the same."""
+    """Every quantity in some other unit of its kind, to the last digit the same; totals have only their own."""
+    totals = tuple(f"{name} " for name in document.get("totals") or {})
 
     def rewrite(text: str) -> str:
+        if text.startswith(totals):
+            return text
         return _QUANTITY.sub(lambda match: _converted(Fraction(match[1]), match[2], rng), text)
 
-    return _mapped(document, rewrite, keys=False)
+    changed = _mapped({key: value for key, value in document.items() if key != "totals"}, rewrite, keys=False)
+    return _with_own_totals(changed, document)
+
+
+def _with_own_totals(changed: Any, document: Any) -> Any:
+    """The figures of totals as they were."""
+    if not isinstance(document, dict):
+        return changed
+    return {key: value if key == "totals" else _with_own_totals(changed[key], value) for key, value in document.items()}
 
 
 def _converted(number: Fraction, unit: str, rng: random.Random) -> str:

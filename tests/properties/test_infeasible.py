@@ -18,7 +18,7 @@ from tests.properties.pair import PER_UNIT, Pair
 from tests.properties.rewriting import Document, decimal, document_of, text_of
 
 SEEDS = range(2_000, 2_060)
-LIMITABLE = ("ns", "mW", "ct", "B/s", "ppm", "g")
+LIMITABLE = ("ns", "mW", "ct", "B/s", "ppm", "g", "%")
 
 
 def made_infeasible(seed: int) -> Document | None:
