@@ -110,6 +110,7 @@ __all__ = [
     "Total",
     "UNITS",
     "UnitError",
+    "as_written",
     "canonical_unit",
     "convert",
     "expectation",
