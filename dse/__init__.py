@@ -9,6 +9,8 @@ from __future__ import annotations
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
+from dse.version import __version__
+
 if TYPE_CHECKING:
     from dse.api.analysing import analyse as analyse
     from dse.api.checking import Description as Description
@@ -80,7 +82,7 @@ _HOMES = {
     "Verification": "dse.results.verification",
 }
 
-__all__ = [*_HOMES]
+__all__ = ["__version__", *_HOMES]
 
 
 def __getattr__(name: str) -> Any:

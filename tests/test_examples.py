@@ -1,13 +1,16 @@
-"""The examples are found from a checkout and from an installed wheel, and the wheel carries all of them."""
+"""The examples are found from a checkout and from an installed wheel, which carries all; the name and version of it."""
 
 from __future__ import annotations
 
+import re
+import tomllib
 import zipfile
 from pathlib import Path
 
 import pytest
 from hatchling.build import build_wheel
 
+import dse
 from dse import examples
 from dse.api.problem import load
 from dse.cli.main import run
@@ -67,4 +70,28 @@ def test_the_wheel_carries_every_problem_and_module(tmp_path: Path, monkeypatch:
     modules = {path.relative_to(ROOT).as_posix() for path in (ROOT / "dse").rglob("*.py")}
     assert modules <= names
     assert "dse/py.typed" in names
-    assert not [name for name in names if not name.startswith(("dse/", "dse-"))]
+    assert not [name for name in names if not name.startswith(("dse/", "dse_pareto-"))]
+
+
+def test_the_package_index_name_is_ours_everywhere() -> None:
+    """`dse` on the index is another project: nothing that we say may install it."""
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
+    assert project["project"]["name"] == "dse-pareto"
+    ours = [
+        path for folder in ("dse", "docs", "problems", ".ci") for path in (ROOT / folder).rglob("*") if path.is_file()
+    ]
+    ours += [ROOT / "README.md", ROOT / "pyproject.toml"]
+    texts = {path: path.read_bytes().decode(errors="ignore") for path in ours if path.suffix != ".pyc"}
+    assert len(texts) > 200
+    wrong = re.compile(r"(?<![\w-])dse\[|pip install ['\"]?dse\b(?!-)|version\(['\"]dse['\"]\)")
+    assert [path for path, text in texts.items() if wrong.search(text)] == []
+    assert any("dse-pareto[cluster]" in text for text in texts.values())
+
+
+def test_the_version_does_not_depend_on_how_it_is_installed(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(ROOT)
+    assert build_wheel(str(tmp_path)).split("-")[:2] == ["dse_pareto", dse.__version__]
+    assert run(["--version"]) == 0
+    assert capsys.readouterr().out == f"dse {dse.__version__}\n"

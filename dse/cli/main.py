@@ -12,6 +12,7 @@ import click
 from dse.cli.common import discard_output
 from dse.cli.entry import Interrupts
 from dse.errors import EXIT_BUG, EXIT_INCOMPLETE, EXIT_USAGE, DseError, ProblemError
+from dse.version import __version__
 
 COMMANDS = {
     "solve": "The proven Pareto front of a problem, ranked.",
@@ -59,12 +60,7 @@ class LazyGroup(click.Group):
 
 def _version(ctx: click.Context, param: click.Parameter, value: bool) -> None:
     if value:
-        from importlib.metadata import PackageNotFoundError, version
-
-        try:
-            click.echo(f"dse {version('dse')}")
-        except PackageNotFoundError:
-            click.echo("dse, from a folder that is not installed")
+        click.echo(f"dse {__version__}")
         ctx.exit()
 
 

@@ -53,7 +53,7 @@ PLAIN_STEP_S = 5.0
     "--workers", type=click.IntRange(1, 1024), help="Processes on this machine; its cores unless told otherwise."
 )
 @click.option(
-    "--scheduler", metavar="ADDRESS", help="Solve on a Dask cluster, such as tcp://host:8786 (needs dse[cluster])."
+    "--scheduler", metavar="ADDRESS", help="Solve on a Dask cluster, such as tcp://host:8786 (docs/cluster.md)."
 )
 @click.option(
     "--store",

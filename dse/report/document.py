@@ -6,7 +6,6 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import cached_property
-from importlib.metadata import PackageNotFoundError, version
 from platform import python_version
 from typing import Any
 
@@ -41,6 +40,7 @@ from dse.results.result import Point, Result, decisions_of
 from dse.results.values import counted, display_unit, readable
 from dse.space.types import Space
 from dse.units.text import format_count
+from dse.version import __version__
 
 NOTHING = "\N{EN DASH}"
 MINUS = "\N{MINUS SIGN}"
@@ -205,7 +205,7 @@ class Document:
             ("Referee", "every point was recomputed by the analysis, without the solver"),
             ("Space", f"{format_count(search.space_size)} combinations of options"),
             ("Search", f"{search.solver}, {search.solver_calls} calls, {search.workers} workers, seed {search.seed}"),
-            ("Versions", f"dse {_own_version()}, Python {python_version()}"),
+            ("Versions", f"dse {__version__}, Python {python_version()}"),
             ("Problem file", f"{result.problem.file.rpartition('/')[2]}, SHA-256 {result.problem.sha256}"),
         ]
         return found + [("Included file", f"{file}, SHA-256 {digest}") for file, digest in result.problem.includes]
@@ -331,13 +331,6 @@ class Document:
                 designs.append((sibling.id, f"{changes}: {figures}{dominated_words(sibling, self.result)}."))
             parts.append(OthersPart(others_words(others), tuple(designs)))
         return parts
-
-
-def _own_version() -> str:
-    try:
-        return version("dse")
-    except PackageNotFoundError:
-        return "from a source tree that is not installed"
 
 
 def _flow_table(table: FlowTable) -> Table:

@@ -35,7 +35,7 @@ def run_on_cluster(task: Task, payloads: Sequence[str], address: str) -> Generat
     Raises
     ------
     UsageError
-        when there is no scheduler at the address, it has no workers, or ``dse[cluster]`` is not installed.
+        when there is no scheduler at the address, it has no workers, or the extra ``cluster`` is not installed.
     ClusterError
         when the scheduler goes away, or a run has cost several workers.
     """
@@ -51,7 +51,10 @@ def _connected(address: str) -> Client:
     try:
         import distributed
     except ImportError as error:
-        raise UsageError("--scheduler needs the extra `cluster`: pip install 'dse[cluster]'") from error
+        raise UsageError(
+            "--scheduler needs Dask, the extra `cluster`: pip install 'dse-pareto[cluster]', "
+            "or in a checkout pip install '.[cluster]'"
+        ) from error
     _check_reachable(address)
     logging.getLogger("distributed").setLevel(logging.CRITICAL)
     logging.getLogger("tornado").setLevel(logging.CRITICAL)
