@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from importlib.metadata import version as installed
+from dse.version import __version__
 
 project = "dse"
 author = "the authors of dse"
 project_copyright = "the authors of dse"
-release = version = installed("dse")
+release = version = __version__
 
 extensions = ["myst_parser", "sphinx.ext.autodoc", "sphinx.ext.napoleon"]
 source_suffix = {".md": "markdown"}
