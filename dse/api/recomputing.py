@@ -12,6 +12,7 @@ from dse.api.problem import Problem, baseline_design
 from dse.results.changes import changes_between
 from dse.results.ranking import FORMER_WORDS, rank, same_score
 from dse.results.result import decisions_of, ranked
+from dse.results.variants import find_variants
 from dse.results.verification import Finding
 from dse.space.size import space_size
 from dse.space.types import Design, Space
@@ -204,10 +205,14 @@ def _check_ranks(bench: Bench) -> None:
         bench.compare(f"front[{at}].rank", number, point["rank"])
         if point["score"] != "" and not same_score(point["score"], score):
             bench.find(f"front[{at}].score", f"is stated as {point['score']!r}; it is {score!r}")
+    leaders = find_variants(vectors, [point["decisions"] for point in data["front"]])
+    for at, (leader, point) in enumerate(zip(leaders, data["front"], strict=True)):
+        expected = None if leader is None else data["front"][leader]["id"]
+        bench.compare(f"front[{at}].variant_of", expected, point.get("variant_of"))
     stated = [(point["rank"], point["id"]) for point in data["front"]]
     if stated != sorted(stated):
         bench.find("front", "is not in the order of rank")
-    bench.checked.append(f"ids and ranks ({method})")
+    bench.checked.append(f"ids, ranks and variants ({method})")
 
 
 def check_others(bench: Bench) -> None:

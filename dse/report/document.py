@@ -130,6 +130,11 @@ class Document:
         return tuple(self._alternative(self.reasoner.reasons(at)) for at in range(len(self.result.front)))
 
     @property
+    def leading(self) -> list[Alternative]:
+        """The alternatives that are no variants of better-ranked ones, in the order of rank."""
+        return [item for item in self.alternatives if item.point.id not in self.result.variants]
+
+    @property
     def summary(self) -> list[str]:
         """What was asked and what was found, in sentences."""
         found = [proof_words(self.result)]
@@ -155,11 +160,12 @@ class Document:
     @cached_property
     def front_table(self) -> Table:
         """Every point with its objectives and the decisions in which the front differs."""
-        infos = self.result.objectives
+        infos, variants = self.result.objectives, self.result.variants
         varying = self.varying
         headings = (
             "rank",
             "#",
+            *(["like"] if variants else []),
             *(("max " if i.sense == "maximise" else "") + i.name for i in infos),
             "score",
             *varying,
@@ -168,8 +174,9 @@ class Document:
         for point in self.result.front:
             values = [value for _, value in self._figures(point.objectives)]
             chosen = [point.decisions.get(name, NOTHING) for name in varying]
-            rows.append((rank_text(self.result, point.rank), str(point.id), *values, point.score, *chosen))
-        numbers = tuple(range(3 + len(infos)))
+            like = [f"#{variants[point.id]}" if point.id in variants else ""] if variants else []
+            rows.append((rank_text(self.result, point.rank), str(point.id), *like, *values, point.score, *chosen))
+        numbers = tuple(range(3 + len(infos) + bool(variants)))
         return Table(f"The front, ranked by {self.result.ranking_words}", headings, tuple(rows), numbers)
 
     @cached_property

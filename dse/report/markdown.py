@@ -14,7 +14,7 @@ DETAILED = 3
 def markdown_report(document: Document, top: int | None = None, studies: Sequence[Section] = ()) -> str:
     """Summary, the whole ranked table, the first three alternatives (or `top`, if fewer) in detail, the foundations.
 
-    `studies` come before the foundations.
+    Near-identical alternatives do not count among the three. `studies` come before the foundations.
     """
     return "\n".join(_lines(document, min(top or DETAILED, DETAILED), studies)) + "\n"
 
@@ -62,9 +62,10 @@ def _lines(document: Document, detailed: int, studies: Sequence[Section]) -> Ite
             shared = "; ".join(f"{name} {value}" for name, value in document.common)
             yield escaped(f"In all of them: {shared}.")
             yield ""
-    for alternative in document.alternatives[:detailed]:
+    leading = document.leading[:detailed]
+    for alternative in leading:
         yield from _alternative(alternative)
-    hidden = len(document.alternatives) - detailed
+    hidden = len(document.alternatives) - len(leading)
     if hidden > 0:
         yield f"The other {hidden} alternatives are in the table above, and in full in the HTML report."
         yield ""

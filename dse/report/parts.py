@@ -60,12 +60,6 @@ def decisions_text(chosen: Mapping[str, str], names: Sequence[str]) -> str:
     return ", ".join(f"{name.removesuffix('.type')} {chosen[name]}" for name in names if name in chosen)
 
 
-def varying(designs: Sequence[Mapping[str, str]]) -> list[str]:
-    """The decisions in which designs differ."""
-    names = dict.fromkeys(name for design in designs for name in design)
-    return [name for name in names if len({design.get(name) for design in designs}) > 1]
-
-
 def number_of(value: Any, unit: str, currency: str) -> float:
     """A figure as a number of the unit that engineers read."""
     return float(Fraction(value) / display_unit(unit, currency)[0])

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from textwrap import wrap
 
 from rich import box
 from rich.console import Console
@@ -35,3 +36,9 @@ def basis_words(settings: Mapping[str, str]) -> str:
 def plain(text: str) -> str:
     """Text in which square brackets are no markup."""
     return text.replace("[", r"\[")
+
+
+def print_hanging(console: Console, text: str, indent: str = "  ") -> None:
+    """A paragraph whose further lines are indented more than its first."""
+    lines = wrap(text, console.width, initial_indent=indent, subsequent_indent=indent + "    ", break_on_hyphens=False)
+    console.print("\n".join(lines), markup=False)

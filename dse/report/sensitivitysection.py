@@ -6,9 +6,10 @@ from collections.abc import Iterator, Mapping, Sequence
 from fractions import Fraction
 
 from dse.report.document import NOTHING, Table
-from dse.report.parts import Data, Plot, Section, decisions_text, figure_text, limited, number_of, varying
+from dse.report.parts import Data, Plot, Section, decisions_text, figure_text, limited, number_of
 from dse.report.studyplots import shares, tornado
 from dse.results.values import display_unit, readable
+from dse.results.variants import varying
 
 SHOWN_BARS = 12
 

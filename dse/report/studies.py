@@ -6,16 +6,16 @@ from collections.abc import Mapping, Sequence
 from fractions import Fraction
 from typing import Any
 
-from rich import box
 from rich.console import Console
-from rich.table import Table
 
-from dse.report.plain import basis_words
+from dse.report.parts import decisions_text
+from dse.report.plain import basis_words, plain, plain_table, print_hanging
 from dse.report.sensitivitysection import scaling_words, weakest
 from dse.results.robust import RobustResult
 from dse.results.sensitivity import Break, Margin, SensitivityResult, UncertainResult
 from dse.results.sweep import Change, SweepResult, SweepRun
 from dse.results.values import readable
+from dse.results.variants import find_variants, varying
 
 SHOWN_DESIGNS = 3
 SHOWN_MARGINS = 15
@@ -35,7 +35,7 @@ def print_sweep(console: Console, sweep: SweepResult) -> None:
         if run.outcome is not None and run.outcome["kind"] == "breaks":
             _print_breaks(console, run, where, currency)
         else:
-            _print_front(console, run, where, change, currency)
+            _print_front(console, sweep, run, where, change)
     counts = {status: sum(run.status == status for run in sweep.runs) for status in ("invalid", "open", "incomplete")}
     for status, words in (
         ("invalid", "made no valid problem"),
@@ -60,8 +60,8 @@ def _print_breaks(console: Console, run: SweepRun, where: str, currency: str) ->
         word = "below" if outcome["operator"] == "<=" else "above"
         console.print(f"No design {word} {value} (proved).", markup=False)
     known = {item["id"]: item for item in outcome["alternatives"]}
-    varying = _varying(list(known.values()))
-    table = _table(console, "Best choice under the limit")
+    names = varying([item["decisions"] for item in known.values()])
+    table = plain_table(console, "Best choice under the limit")
     wide = console.width >= ROOM_FOR_DECISIONS
     for heading in ("from limit", "to", *_headings(outcome), "on the front", "decisions" if wide else "design"):
         table.add_column(heading, overflow="fold", justify="left" if heading == "decisions" else "right")
@@ -69,11 +69,11 @@ def _print_breaks(console: Console, run: SweepRun, where: str, currency: str) ->
     for stretch in merged:
         best = known[stretch["best"]]
         ends = [readable(Fraction(stretch[end]), unit, currency, 6) for end in ("from", "to")]
-        chosen = _decisions(best, varying) if wide else f"#{best['id']}"
+        chosen = plain(decisions_text(best["decisions"], names)) if wide else f"#{best['id']}"
         table.add_row(*ends, *_values(outcome, best, currency), stretch["sizes"], chosen)
     console.print(table)
     for number in () if wide else dict.fromkeys(stretch["best"] for stretch in merged):
-        console.print(f"#{number}: {_decisions(known[number], varying)}")
+        print_hanging(console, f"#{number}: {decisions_text(known[number]['decisions'], names)}", "")
     for info in outcome["objectives"]:
         console.print(_best_by_limit(outcome, known, info, currency), markup=False)
     words = "proved" if outcome["status"] == "complete" else "NOT proved: stopped early"
@@ -122,7 +122,8 @@ def _merged(stretches: Sequence[Mapping[str, Any]]) -> list[dict[str, Any]]:
     return merged
 
 
-def _print_front(console: Console, run: SweepRun, where: str, change: Change | None, currency: str) -> None:
+def _print_front(console: Console, sweep: SweepResult, run: SweepRun, where: str, change: Change | None) -> None:
+    currency = str(sweep.problem["currency"])
     console.print(where, style="bold", markup=False)
     outcome = run.outcome
     if outcome is None:
@@ -133,16 +134,27 @@ def _print_front(console: Console, run: SweepRun, where: str, change: Change | N
         return
     if outcome["status"] == "infeasible":
         console.print("  infeasible, proved", markup=False)
-    for item in run.front[:SHOWN_DESIGNS]:
-        figures = ", ".join(
-            f"{name} {value}" for name, value in zip(_headings(outcome), _values(outcome, item, currency), strict=True)
-        )
-        console.print(f"  {item['rank']:>3}. {figures}", markup=False)
-    more = len(run.front) - SHOWN_DESIGNS
+    leaders = _leaders(sweep, run)
+    names = varying([item["decisions"] for other in sweep.runs for item in other.front])
+    for item in leaders[:SHOWN_DESIGNS]:
+        pairs = zip(_headings(outcome), _values(outcome, item, currency), strict=True)
+        figures = ", ".join(f"{name} {value}" for name, value in pairs)
+        chosen = decisions_text(item["decisions"], names)
+        print_hanging(console, f"{item['rank']:>3}. {figures}{f'; {chosen}' if chosen else ''}")
+    more = len(run.front) - len(leaders[:SHOWN_DESIGNS])
     if more > 0:
-        console.print(f"       and {more} more", markup=False)
+        like = " (near-identical ones count once)" if len(leaders) < len(run.front) else ""
+        console.print(f"       and {more} more{like}", markup=False)
     if change is not None:
         _print_change(console, outcome, change, currency)
+
+
+def _leaders(sweep: SweepResult, run: SweepRun) -> list[Mapping[str, Any]]:
+    """The designs of a front without variants of better-ranked ones, on the scale of the sweep."""
+    vectors = [tuple(Fraction(item["metrics"][info.name]) for info in sweep.scale) for item in run.front]
+    ranges = [abs(info.best - info.worst) for info in sweep.scale]
+    variants = find_variants(vectors, [item["decisions"] for item in run.front], ranges)
+    return [item for item, leader in zip(run.front, variants, strict=True) if leader is None]
 
 
 def _print_change(console: Console, outcome: Mapping[str, Any], change: Change, currency: str) -> None:
@@ -163,27 +175,6 @@ def _headings(outcome: Mapping[str, Any]) -> list[str]:
 
 def _values(outcome: Mapping[str, Any], item: Mapping[str, Any], currency: str) -> list[str]:
     return [readable(Fraction(item["metrics"][info["name"]]), info["unit"], currency) for info in outcome["objectives"]]
-
-
-def _varying(items: Sequence[Mapping[str, Any]]) -> list[str]:
-    """The decisions in which designs differ."""
-    names = dict.fromkeys(name for item in items for name in item["decisions"])
-    return [name for name in names if len({item["decisions"].get(name) for item in items}) > 1]
-
-
-def _decisions(item: Mapping[str, Any], names: Sequence[str]) -> str:
-    chosen = item["decisions"]
-    return _plain(", ".join(f"{name.removesuffix('.type')} {chosen[name]}" for name in names if name in chosen))
-
-
-def _table(console: Console, title: str = "") -> Table:
-    ascii_only = (console.encoding or "utf-8").lower().replace("-", "") not in ("utf8", "utf8mb4", "utf16")
-    return Table(title=title or None, title_justify="left", box=box.ASCII2 if ascii_only else box.SIMPLE_HEAD)
-
-
-def _plain(text: str) -> str:
-    """Text in which square brackets are no markup."""
-    return text.replace("[", r"\[")
 
 
 # --- sensitivity ---------------------------------------------------------------------------------------------------
@@ -208,7 +199,7 @@ def _print_margins(console: Console, result: SensitivityResult, show_all: bool) 
     breaking = [item for item in result.margins if item.below is not None or item.above is not None]
     ordered = sorted(breaking, key=lambda item: (item.relative is None, item.relative or 0))
     shown = ordered if show_all else ordered[:SHOWN_MARGINS]
-    table = _table(console, "Margins: each input alone, the values up to which every requirement holds")
+    table = plain_table(console, "Margins: each input alone, the values up to which every requirement holds")
     for heading, justify in (
         ("input", "left"),
         ("value", "right"),
@@ -223,7 +214,7 @@ def _print_margins(console: Console, result: SensitivityResult, show_all: bool) 
             for side in (item.below, item.above)
         ]
         table.add_row(
-            _plain(item.path), _figure(item.nominal, item.unit, result.currency), *ends, _plain(_breaking(item))
+            plain(item.path), _figure(item.nominal, item.unit, result.currency), *ends, plain(_breaking(item))
         )
     console.print(table)
     more = len(ordered) - len(shown)
@@ -251,14 +242,14 @@ def _print_tornado(console: Console, result: SensitivityResult, metric: str, sho
     bars = result.of_metric(metric)
     shown = bars if show_all else bars[:SHOWN_BARS]
     longest = max(bar.swing for bar in bars) or Fraction(1)
-    table = _table(
-        console, _plain(f"{metric}: {_figure(bars[0].nominal, bars[0].unit, result.currency)} ({result.swing})")
+    table = plain_table(
+        console, plain(f"{metric}: {_figure(bars[0].nominal, bars[0].unit, result.currency)} ({result.swing})")
     )
     for heading in ("input", "from", "to", ""):
         table.add_column(heading, justify="right" if heading in ("from", "to") else "left", overflow="fold")
     for bar in shown:
         ends = [_figure(value, bar.unit, result.currency) for value in sorted(bar.values)]
-        table.add_row(_plain(bar.path), *ends, "#" * max(1, round(BAR_WIDTH * bar.swing / longest)))
+        table.add_row(plain(bar.path), *ends, "#" * max(1, round(BAR_WIDTH * bar.swing / longest)))
     console.print(table)
     if len(bars) > len(shown):
         console.print(f"and {len(bars) - len(shown)} shorter bars", markup=False)
@@ -276,25 +267,25 @@ def _print_uncertain(console: Console, found: UncertainResult, show_all: bool) -
         if share < 1:
             console.print(f"  {text}: {share:.2%}", markup=False)
     if found.chances:
-        varying = _varying([{"decisions": item.decisions} for item in found.chances])
-        table = _table(console, "Alternatives of the front, the surest first")
+        names = varying([item.decisions for item in found.chances])
+        table = plain_table(console, "Alternatives of the front, the surest first")
         for heading in ("chance", "weakest requirement", "decisions"):
             table.add_column(heading, overflow="fold")
         shown = found.chances if show_all else found.chances[:SHOWN_MARGINS]
         for item in shown:
-            chosen = _decisions({"decisions": item.decisions}, varying)
-            table.add_row(f"{item.all_met:.2%}", _plain(weakest(item.to_dict())), chosen)
+            chosen = plain(decisions_text(item.decisions, names))
+            table.add_row(f"{item.all_met:.2%}", plain(weakest(item.to_dict())), chosen)
         console.print(table)
         if len(found.chances) > len(shown):
             console.print(f"and {len(found.chances) - len(shown)} less sure ones (--all shows them)", markup=False)
     for index in found.indices:
         title = f"What moves {index.output}: share of its variance (Sobol), effect of the whole range (Morris)"
-        table = _table(console, _plain(title))
+        table = plain_table(console, plain(title))
         for heading in ("input", "alone", "with interactions", "effect"):
             table.add_column(heading, justify="left" if heading == "input" else "right", overflow="fold")
         for path in sorted(index.total, key=lambda name: -index.total[name]):
             effect = _figure(Fraction(index.effect[path]), index.unit, "")
-            table.add_row(_plain(path), f"{index.first[path]:.3f}", f"{index.total[path]:.3f}", effect)
+            table.add_row(plain(path), f"{index.first[path]:.3f}", f"{index.total[path]:.3f}", effect)
         console.print(table)
 
 

@@ -7,9 +7,10 @@ from fractions import Fraction
 from typing import Any
 
 from dse.report.document import Table
-from dse.report.parts import Data, Plot, Section, decisions_text, limited, number_of, varying
+from dse.report.parts import Data, Plot, Section, decisions_text, limited, number_of
 from dse.report.studyplots import lines_chart
 from dse.results.values import counted, display_unit, readable
+from dse.results.variants import varying
 from dse.units import UnitError, parse_quantity
 
 

@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from textwrap import wrap
 
 from rich.console import Console
 from rich.table import Table
 
 from dse.report.explanation import print_conflicts
-from dse.report.plain import basis_words
+from dse.report.plain import basis_words, print_hanging
 from dse.report.plain import plain as _plain
 from dse.report.plain import plain_table as _table
 from dse.report.scheduling import response_table
@@ -21,6 +20,7 @@ from dse.report.words import (
     changes_words,
     dominated_words,
     figures_words,
+    hidden_words,
     others_words,
     processing_words,
     proof_words,
@@ -35,6 +35,7 @@ from dse.results.changes import changes_between
 from dse.results.reasons import Reasoner
 from dse.results.result import Point, Result
 from dse.results.values import counted, readable
+from dse.results.variants import varying
 from dse.space.settings import settings_of
 from dse.units.text import format_count
 
@@ -50,18 +51,18 @@ ROOM_FOR_DECISIONS = 44
 def print_result(console: Console, result: Result, top: int | None = TOP) -> None:
     """The front, ranked, with reasons for the first; what was proved; or why there is no design.
 
-    `top` is how many alternatives are shown (None: all); how many are not is said.
+    `top` is how many alternatives are shown (None: all); which are not is said.
     """
     console.print(f"{result.problem.name} ({basis_words(settings_of(result.space))})", style="bold", markup=False)
     if result.status == "infeasible":
         _print_infeasible(console, result)
         return
     if result.front:
-        shown = result.front[:top]
+        shown = listed_points(result, top)
         _print_front(console, result, shown)
-        _print_ranking(console, result, len(shown))
+        _print_ranking(console, result, shown)
         _print_common(console, result)
-        _print_reasons(console, result, len(shown))
+        _print_reasons(console, result, shown)
         _print_others(console, result, shown)
     console.print(proof_words(result), markup=False, style="bold")
     search = result.search
@@ -75,28 +76,30 @@ def print_result(console: Console, result: Result, top: int | None = TOP) -> Non
     console.print(REDUCED, markup=False)
 
 
-def _print_ranking(console: Console, result: Result, shown: int) -> None:
+def listed_points(result: Result, top: int | None) -> tuple[Point, ...]:
+    """The whole front where it has `top` points at most; else the first of those that are no variants."""
+    return result.front if top is None or len(result.front) <= top else result.leaders[:top]
+
+
+def _print_ranking(console: Console, result: Result, shown: Sequence[Point]) -> None:
     """The method with its parameters, ties, and what is not shown."""
     console.print(f"Ranked by {result.ranking_words}.", markup=False)
     ties = tie_words(result)
     if ties:
         console.print(ties, markup=False)
-    hidden = len(result.front) - shown
-    if hidden:
-        console.print(
-            f"Not shown here: {hidden} more of {len(result.front)}, ranked lower (--top all shows them).", markup=False
-        )
+    for text in hidden_words(result, shown):
+        console.print(text, markup=False)
 
 
-def _print_reasons(console: Console, result: Result, shown: int) -> None:
+def _print_reasons(console: Console, result: Result, shown: Sequence[Point]) -> None:
     reasoner = Reasoner(result)
     console.print(baseline_words(reasoner), markup=False)
-    for position in range(min(shown, EXPLAINED)):
-        reasons = reasoner.reasons(position)
+    for point in [point for point in shown if point.id not in result.variants][:EXPLAINED]:
+        reasons = reasoner.reasons(result.front.index(point))
         figures = figures_words(result, reasons.point.objectives)
         console.print(f"#{reasons.point.id}: {figures}", style="bold", markup=False)
         for sentence in sentences(result, reasons):
-            _print_hanging(console, f"{sentence.label}: {sentence.text}")
+            print_hanging(console, f"{sentence.label}: {sentence.text}")
 
 
 def _print_others(console: Console, result: Result, shown: Sequence[Point]) -> None:
@@ -109,19 +112,13 @@ def _print_others(console: Console, result: Result, shown: Sequence[Point]) -> N
             changes = changes_between(result.space, points[others.of].design, sibling.design)
             figures = f" {figures_words(result, sibling.objectives)};" if others.within else ""
             said = dominated_words(sibling, result)
-            _print_hanging(console, f"{sibling.id}:{figures} {changes_words(changes)}{said}.")
-
-
-def _print_hanging(console: Console, text: str) -> None:
-    """A paragraph whose further lines are indented."""
-    lines = wrap(text, console.width, initial_indent="  ", subsequent_indent="      ", break_on_hyphens=False)
-    console.print("\n".join(lines), markup=False)
+            print_hanging(console, f"{sibling.id}:{figures} {changes_words(changes)}{said}.")
 
 
 def _print_front(console: Console, result: Result, shown: Sequence[Point]) -> None:
     """The ranked points as a table; where that is too wide with their decisions below it, or as a list."""
-    varying = _varying(result)
-    decisions = [_decisions(point, varying, shown[0]) for point in shown]
+    names = _varying(result)
+    decisions = [_decisions(point, names, shown[0]) for point in shown]
     bare = _front_table(console, result, shown)
     width = console.measure(bare, options=console.options.update(width=ANY_WIDTH))
     room = console.width - width.minimum
@@ -133,11 +130,12 @@ def _print_front(console: Console, result: Result, shown: Sequence[Point]) -> No
         console.print(bare)
     for point, text in zip(shown, decisions, strict=True):
         if room >= 0:
-            _print_hanging(console, f"#{point.id}: {text}")
+            print_hanging(console, f"#{point.id}: {text}")
             continue
         score = f"; score {point.score}" if point.score else ""
         figures = figures_words(result, point.objectives)
-        _print_hanging(console, f"rank {rank_text(result, point.rank)}, #{point.id}: {figures}{score}; {text}")
+        like = f", like #{result.variants[point.id]}" if point.id in result.variants else ""
+        print_hanging(console, f"rank {rank_text(result, point.rank)}, #{point.id}{like}: {figures}{score}; {text}")
 
 
 def _front_table(
@@ -148,6 +146,9 @@ def _front_table(
     for heading in ("rank", "#"):
         table.add_column(heading, justify="right", no_wrap=True)
     columns = []
+    if any(point.id in result.variants for point in shown):
+        table.add_column("like", no_wrap=True)
+        columns.append([f"#{result.variants[point.id]}" if point.id in result.variants else "" for point in shown])
     for info in result.objectives:
         values = [counted(point.objectives[info.name], info.unit, result.space.currency) for point in shown]
         heading = _plain(f"{'' if info.sense == 'minimise' else 'max '}{info.name}")
@@ -168,8 +169,8 @@ def _front_table(
 
 
 def _varying(result: Result) -> list[str]:
-    """The decisions in which the points of the front differ."""
-    return [name for name in result.open_decisions if len({point.decisions.get(name) for point in result.front}) > 1]
+    """The decisions that tell the points of the front apart; those of a single point are all shown."""
+    return varying([point.decisions for point in result.front], result.open_decisions)
 
 
 def _decisions(point: Point, names: Sequence[str], first: Point) -> str:
@@ -184,8 +185,8 @@ def _decisions(point: Point, names: Sequence[str], first: Point) -> str:
 
 
 def _print_common(console: Console, result: Result) -> None:
-    varying = set(_varying(result))
-    common = [name for name in result.open_decisions if name not in varying and name in result.front[0].decisions]
+    told = set(_varying(result))
+    common = [name for name in result.open_decisions if name not in told and name in result.front[0].decisions]
     if common:
         text = ", ".join(f"{name.removesuffix('.type')} {result.front[0].decisions[name]}" for name in common)
         console.print(f"In all of them: {text}.", markup=False)

@@ -10,8 +10,9 @@ from rich.cells import cell_len, set_cell_size
 
 from dse.results.changes import Change, Delta
 from dse.results.reasons import Comparison, Dominant, Improvement, Margin, Reasoner, Reasons
-from dse.results.result import Others, Result, Sibling
+from dse.results.result import Others, Point, Result, Sibling
 from dse.results.values import counted, display_unit, readable
+from dse.results.variants import NEAR
 from dse.units.text import format_count
 
 REDUCED = (
@@ -28,6 +29,9 @@ PROCESSING = {
 UNCOUNTED = (
     "CPU contention is not in the latencies: this profile counts no response times, but execution times and deadlines."
 )
+MOST_VARIANTS = 6
+"""Maximum number of near-identical designs that are told one by one."""
+NEARNESS = f"no objective more than {readable(NEAR * PPM, 'ppm')} of its range away"
 GAPS = (
     "The sum of periods over-estimates when sender and receiver are harmonic and synchronised.",
     "A measured maximum is a sample maximum, not a bound.",
@@ -58,6 +62,8 @@ def sentences(result: Result, reasons: Reasons) -> list[Sentence]:
         same = near is not None and near.with_ == above.with_
         label = f"Against #{above.with_}, ranked above" + (" and its neighbour on the front" if same else "")
         found.append(Sentence(label, comparison_words(above, currency)))
+    if reasons.variants:
+        found.append(Sentence("Near-identical", variants_words(reasons.variants, currency)))
     if near is not None and (above is None or near.with_ != above.with_):
         found.append(Sentence(f"Against #{near.with_}, its neighbour on the front", comparison_words(near, currency)))
     if reasons.margins:
@@ -123,6 +129,39 @@ def changes_words(changes: Sequence[Change]) -> str:
     follow = [_following(change) for change in changes if change.follows]
     tail = f" (with it: {', '.join(follow)})" if follow else ""
     return f"Changes {'; '.join(chosen)}{tail}" if chosen else f"Changes: {', '.join(follow)}"
+
+
+def variants_words(variants: Sequence[Comparison], currency: str) -> str:
+    """``#2 with can0 can_500k (jitter of main 0.144 ms less, price 5 EUR more); #3 with …``; of many the first ones."""
+    said = []
+    for item in variants[:MOST_VARIANTS]:
+        chosen = [change for change in item.changes if not change.follows] or item.changes
+        changed = ", ".join(f"{short_name(change.name)} {change.after or 'unused'}" for change in chosen)
+        moved = [f"{delta.name} {difference_words(delta, currency)}" for delta in item.deltas if delta.gain]
+        said.append(f"#{item.with_} with {changed} ({', '.join(moved)})")
+    more = len(variants) - MOST_VARIANTS
+    return "; ".join(said) + (f"; and {more} more." if more > 0 else ".")
+
+
+def hidden_words(result: Result, shown: Sequence[Point]) -> list[str]:
+    """Which points are not in a list of the front, and why."""
+    there = {point.id for point in shown}
+    groups: dict[int, list[int]] = {}
+    for variant, leader in result.variants.items():
+        if variant not in there and leader in there:
+            groups.setdefault(leader, []).append(variant)
+    said = []
+    if groups:
+        listed = "; ".join(
+            f"{', '.join(f'#{number}' for number in numbers)} (like #{leader})" for leader, numbers in groups.items()
+        )
+        said.append(f"Near-identical to one above (one decision at a time, {NEARNESS}): {listed}.")
+    count = len(result.front) - len(there) - sum(map(len, groups.values()))
+    if count:
+        said.append(f"Not shown here: {count} more of {len(result.front)}, ranked lower (--top all shows them).")
+    elif groups:
+        said.append("--top all shows them, too.")
+    return said
 
 
 def short_name(name: str) -> str:

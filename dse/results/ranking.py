@@ -23,7 +23,9 @@ FORMER_WORDS = {
 }
 """How methods were described once: results that say so are still right."""
 MOST_DIGITS = 6
-Vectors: TypeAlias = Sequence[Sequence[int]]
+Vectors: TypeAlias = Sequence[Sequence[int | Fraction]]
+Range: TypeAlias = tuple[int | Fraction, int | Fraction]
+"""The best and the worst value of an objective."""
 Key: TypeAlias = tuple[Any, ...]
 
 
@@ -94,28 +96,47 @@ def rank(
     if name == "weights":
         sums = [sum((w * x for w, x in zip(weights, row, strict=True)), Fraction(0)) for row in _by_range(losses)]
         words = f"weighted sum of the objectives, each scaled to its range on the front ({said})"
-        return _ranking(method, words, [(value,) for value in sums], _score_texts([float(value) for value in sums]))
+        return _ranking(method, words, [(value,) for value in sums], score_texts([float(value) for value in sums]))
     if name == "ideal":
         squared = ideal_distances(points, [sense for _, sense in objectives], weights)
         words = f"distance to the ideal point, objectives scaled to their range on the front ({said})"
-        return _ranking(
-            method, words, [(value,) for value in squared], _score_texts([sqrt(value) for value in squared])
-        )
+        return _ranking(method, words, [(value,) for value in squared], score_texts([sqrt(value) for value in squared]))
     return _by_topsis(method, points, [sense for _, sense in objectives], weights, said)
 
 
 def ideal_distances(
-    points: Vectors, senses: Sequence[str], weights: Sequence[Fraction] | None = None
+    points: Vectors,
+    senses: Sequence[str],
+    weights: Sequence[Fraction] | None = None,
+    scale: Sequence[Range] | None = None,
 ) -> list[Fraction]:
     """The squared distance of each point to the ideal point (the best value of every objective on the front).
 
+    `scale` has the best and the worst value of each objective where others than those of `points` are meant.
+
     >>> ideal_distances([(0, 10), (4, 0)], ["minimise", "minimise"])
     [Fraction(1, 1), Fraction(1, 1)]
+    >>> ideal_distances([(0, 10), (4, 0)], ["minimise", "minimise"], scale=[(0, 8), (0, 10)])
+    [Fraction(1, 1), Fraction(1, 4)]
     """
     factors = weights or [Fraction(1)] * len(senses)
+    signs = [1 if sense == "minimise" else -1 for sense in senses]
+    columns = [(sign * best, sign * worst) for sign, (best, worst) in zip(signs, scale or (), strict=bool(scale))]
     return [
         sum(((factor * value) ** 2 for factor, value in zip(factors, row, strict=True)), Fraction(0))
-        for row in _by_range(_losses(points, senses))
+        for row in _by_range(_losses(points, senses), columns)
+    ]
+
+
+def range_of(points: Vectors, senses: Sequence[str]) -> list[Range]:
+    """The best and the worst value of each objective: the ideal and the nadir point of a front.
+
+    >>> range_of([(0, 10), (4, 0)], ["minimise", "maximise"])
+    [(0, 4), (10, 0)]
+    """
+    columns = zip(zip(*points, strict=True), senses, strict=bool(points))
+    return [
+        (min(column), max(column)) if sense == "minimise" else (max(column), min(column)) for column, sense in columns
     ]
 
 
@@ -142,10 +163,10 @@ def _ranking(method: str, words: str, keys: Sequence[Key], scores: Sequence[str]
     return Ranking(method, words, tuple(competition_ranks(keys)), tuple(scores))
 
 
-def _score_texts(scores: Sequence[float | None]) -> list[str]:
+def score_texts(scores: Sequence[float | None]) -> list[str]:
     """Scores with as many decimals as tell different ones apart: 3 to 6; a dash where there is none.
 
-    >>> _score_texts([0.41783, 0.41796, None]), _score_texts([0.5, 1.0])
+    >>> score_texts([0.41783, 0.41796, None]), score_texts([0.5, 1.0])
     (['0.4178', '0.4180', '-'], ['0.500', '1.000'])
     """
     different = len({score for score in scores if score is not None})
@@ -171,20 +192,18 @@ def same_score(one: str, other: str) -> bool:
     return abs(Fraction(one) - Fraction(other)) <= sum(Fraction(1, 10**count) for count in places) / 2
 
 
-def _losses(points: Vectors, senses: Sequence[str]) -> list[tuple[int, ...]]:
+def _losses(points: Vectors, senses: Sequence[str]) -> list[tuple[int | Fraction, ...]]:
     """The points with every objective to be minimised."""
     signs = [1 if sense == "minimise" else -1 for sense in senses]
     return [tuple(sign * value for sign, value in zip(signs, point, strict=True)) for point in points]
 
 
-def _by_range(losses: Vectors) -> list[tuple[Fraction, ...]]:
-    """Each objective from 0 (best on the front) to 1 (worst); 0 where all points agree."""
-    if not losses:
-        return []
-    columns = [(min(column), max(column)) for column in zip(*losses, strict=True)]
+def _by_range(losses: Vectors, scale: Sequence[Range] = ()) -> list[tuple[Fraction, ...]]:
+    """Each objective from 0 (best of `scale`, else of the front) to 1 (worst); 0 where these are the same."""
+    columns = scale or [(min(column), max(column)) for column in zip(*losses, strict=True)]
     return [
         tuple(
-            Fraction(value - low, high - low) if high > low else Fraction(0)
+            Fraction(value - low) / (high - low) if high > low else Fraction(0)
             for value, (low, high) in zip(row, columns, strict=True)
         )
         for row in losses
@@ -200,9 +219,9 @@ def _by_topsis(method: str, points: Vectors, senses: Sequence[str], weights: Seq
     losses = _losses(points, senses)
     columns = list(zip(*losses, strict=True))
 
-    def squared(row: Sequence[int], target: Sequence[int]) -> Fraction:
+    def squared(row: Sequence[int | Fraction], target: Sequence[int | Fraction]) -> Fraction:
         parts = (
-            weight**2 * Fraction((value - to) ** 2, norm)
+            weight**2 * Fraction((value - to) ** 2) / norm
             for value, to, norm, weight in zip(row, target, norms, weights, strict=True)
             if norm
         )
@@ -216,7 +235,7 @@ def _by_topsis(method: str, points: Vectors, senses: Sequence[str], weights: Seq
         keys.append((1, Fraction(0)) if near and not far else (0, near / far if far else Fraction(0)))
         scores.append(sqrt(far) / (sqrt(near) + sqrt(far)) if near or far else 1.0)
     words = f"TOPSIS: relative closeness to the ideal against the worst point, objectives vector-normalised ({said})"
-    return _ranking(method, words, keys, _score_texts(scores))
+    return _ranking(method, words, keys, score_texts(scores))
 
 
 def _by_knee(method: str, losses: Vectors) -> Ranking:
@@ -233,7 +252,7 @@ def _by_knee(method: str, losses: Vectors) -> Ranking:
         "knee: how much worse, per unit of what gets better, the least painful move to another point is "
         "(more is better); objectives scaled to their range on the front"
     )
-    return _ranking(method, words, keys, _score_texts(scores))
+    return _ranking(method, words, keys, score_texts(scores))
 
 
 def _by_order(method: str, losses: Vectors, names: Sequence[str], text: str) -> Ranking:

@@ -23,7 +23,7 @@ from dse.units import DIMENSIONLESS
 
 @dataclass(frozen=True)
 class Comparison:
-    """An alternative against another design: `with_` is a point's id, or None for the baseline."""
+    """An alternative against another design: `with_` is that one's id on the front, or None for the baseline."""
 
     with_: int | None
     changes: tuple[Change, ...]
@@ -78,13 +78,14 @@ class Improvement:
 
 @dataclass(frozen=True)
 class Reasons:
-    """Everything that is said about one alternative."""
+    """Everything that is said about one alternative; `variants` are near-identical points, compared with it."""
 
     point: Point
     analysis: Analysis
     baseline: Comparison | None
     above: Comparison | None
     neighbour: Comparison | None
+    variants: tuple[Comparison, ...]
     margins: tuple[Margin, ...]
     dominants: tuple[Dominant, ...]
     improvements: tuple[Improvement, ...]
@@ -115,14 +116,14 @@ class Reasoner:
         """The reasons for the point at `position` of the front."""
         point = self.result.front[position]
         analysis = analyse_design(self.evaluator, point.design)
-        above = self.result.front[position - 1] if position else None
-        neighbour = self.neighbour(position)
+        above, neighbour = self.above(position), self.neighbour(position)
         return Reasons(
             point=point,
             analysis=analysis,
             baseline=self._against_baseline(point),
             above=None if above is None else self.against(point, above),
             neighbour=None if neighbour is None else self.against(point, neighbour),
+            variants=tuple(self._variants(point)),
             margins=tuple(self._margins(point)),
             dominants=tuple(dominants(analysis)),
             improvements=tuple(self._improvements(position)),
@@ -139,13 +140,28 @@ class Reasoner:
         changes = changes_between(self.result.space, self.result.baseline, point.design)
         return Comparison(None, changes, deltas(self.result.objectives, self.baseline[1], point.objectives))
 
+    def _variants(self, point: Point) -> Iterator[Comparison]:
+        """The points that `point` stands for, with what they change, gain and give up against it."""
+        for other in self.result.front:
+            if self.result.variants.get(other.id) == point.id:
+                yield replace(self.against(other, point), with_=other.id)
+
+    def above(self, position: int) -> Point | None:
+        """The point ranked before this one; variants are passed over by what is none itself."""
+        front, variants = self.result.front, self.result.variants
+        before = reversed(front[:position])
+        return next((p for p in before if front[position].id in variants or p.id not in variants), None)
+
     def neighbour(self, position: int) -> Point | None:
-        """The nearest other point, objectives scaled to their range on the front; the first ranked of several."""
-        here = self._losses[position]
+        """The nearest other point, objectives scaled to their range on the front; the first ranked of several.
+
+        Variants are passed over by what is none itself.
+        """
+        here, front, variants = self._losses[position], self.result.front, self.result.variants
         others = [
             (sum(((a - b) ** 2 for a, b in zip(here, row, strict=True)), Fraction(0)), other)
             for other, row in enumerate(self._losses)
-            if other != position
+            if other != position and (front[position].id in variants or front[other].id not in variants)
         ]
         return self.result.front[min(others)[1]] if others else None
 

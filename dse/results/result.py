@@ -8,10 +8,12 @@ import json
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
+from functools import cached_property
 from typing import TYPE_CHECKING, Any, Literal
 
 from dse.errors import EXIT_COMPLETE, EXIT_INCOMPLETE, EXIT_INFEASIBLE
 from dse.results.ranking import METHOD, competition_ranks, ideal_distances
+from dse.results.variants import find_variants
 from dse.space.types import Design, Space
 
 if TYPE_CHECKING:
@@ -190,6 +192,19 @@ class Result:
         """What the command line answers with."""
         return {"complete": EXIT_COMPLETE, "incomplete": EXIT_INCOMPLETE, "infeasible": EXIT_INFEASIBLE}[self.status]
 
+    @cached_property
+    def variants(self) -> Mapping[int, int]:
+        """Near-identical points by id: the better-ranked point that each is a variant of (`dse.results.variants`)."""
+        vectors = [tuple(point.objectives[item.name] for item in self.objectives) for point in self.front]
+        leaders = find_variants(vectors, [point.decisions for point in self.front])
+        pairs = zip(self.front, leaders, strict=True)
+        return {point.id: self.front[leader].id for point, leader in pairs if leader is not None}
+
+    @property
+    def leaders(self) -> tuple[Point, ...]:
+        """The points that are no variants of better-ranked ones, in the order of rank."""
+        return tuple(point for point in self.front if point.id not in self.variants)
+
     def to_dict(self) -> dict[str, Any]:
         """The result in the form ``dse-result/1``."""
         return {
@@ -215,6 +230,7 @@ class Result:
                     "metrics": dict(point.metrics),
                     "decisions": dict(point.decisions),
                     **({} if point.is_first else {"is_first": False}),
+                    **({"variant_of": self.variants[point.id]} if point.id in self.variants else {}),
                 }
                 for point in self.front
             ],

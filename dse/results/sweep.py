@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     import pandas
 
 FORMAT = "dse-sweep/1"
+RANKING = "distance to the ideal point, objectives scaled to their range on all fronts of the sweep (equal weights)"
 
 
 @dataclass(frozen=True)
@@ -56,10 +57,10 @@ class Change:
 class SweepRun:
     """One run: the value of each axis that has values, and what was found there.
 
-    `outcome` is plain data. Its ``kind`` is ``front`` (``front``: alternatives with ``rank``, ``decisions``,
-    ``metrics``), ``breaks`` (``stretches`` of limits with the front in each, ``alternatives`` by ``id``) or
-    ``error``; figures are exact in the ``units`` beside them, fractions as text. None when the sweep was stopped
-    before.
+    `outcome` is plain data. Its ``kind`` is ``front`` (``front``: alternatives with ``rank``, ``score``,
+    ``decisions``, ``metrics``), ``breaks`` (``stretches`` of limits with the front in each and its ``best``,
+    ``alternatives`` by ``id``) or ``error``; figures are exact in the ``units`` beside them, fractions as text. None
+    when the sweep was stopped before.
     """
 
     values: tuple[str, ...]
@@ -85,7 +86,22 @@ class SweepRun:
         """The alternatives of one stretch of limits, each with its rank there."""
         assert self.outcome is not None
         known = {item["id"]: item for item in self.outcome["alternatives"]}
-        return [{**known[entry["id"]], "rank": entry["rank"]} for entry in stretch["front"]]
+        return [{**known[entry["id"]], **entry} for entry in stretch["front"]]
+
+
+@dataclass(frozen=True)
+class ScaledObjective:
+    """An objective with its best and worst value on all fronts of a sweep, in `unit`."""
+
+    name: str
+    sense: str
+    unit: str
+    best: Fraction
+    worst: Fraction
+
+    def to_dict(self) -> dict[str, Any]:
+        """For JSON: exact numbers, fractions as text."""
+        return {**vars(self), "best": _plain(self.best), "worst": _plain(self.worst)}
 
 
 @dataclass(frozen=True)
@@ -93,7 +109,8 @@ class SweepResult:
     """Everything that a sweep found, in the order of the values, the last axis fastest.
 
     The same problem, changes and seed give the same text, however often the sweep was stopped and wherever its runs
-    were solved; `solved` and `found` (in the store) tell what this sitting did and are no part of it.
+    were solved; `solved` and `found` (in the store) tell what this sitting did and are no part of it. `scale` has for
+    each objective its best and worst value on all fronts together: ranks and scores of every run rest on it.
     """
 
     problem: Mapping[str, Any]
@@ -101,6 +118,7 @@ class SweepResult:
     axes: tuple[VariedAxis, ...]
     runs: tuple[SweepRun, ...]
     seed: int = 0
+    scale: tuple[ScaledObjective, ...] = ()
     solved: int = field(default=0, compare=False)
     found: int = field(default=0, compare=False)
 
@@ -149,6 +167,7 @@ class SweepResult:
             "semantics": self.semantics,
             "seed": self.seed,
             "status": self.status,
+            "ranking": {"words": RANKING, "scale": [item.to_dict() for item in self.scale]},
             "vary": [_axis(axis) for axis in self.axes],
             "runs": [
                 {

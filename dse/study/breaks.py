@@ -10,7 +10,7 @@ between two break-points is proved to have the same front.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
 from math import lcm
@@ -20,7 +20,7 @@ from dse.analysis.evaluate import Evaluator
 from dse.analysis.limits import MANY_CASES, build_limit, thread_loads
 from dse.analysis.measures import PPM, SCALE_LIMIT, Measure, Term, build_measure, display_unit
 from dse.analysis.views import View, tabulate
-from dse.results.result import exact, ranked
+from dse.results.result import exact
 from dse.space.metrics import metric_dimension
 from dse.space.types import Design, Objective, Space
 from dse.study.axes import LimitAxis, limit_requirement, limited
@@ -29,8 +29,8 @@ from dse.units import DIMENSIONLESS, Quantity
 
 DEFINITION = (
     "the best choice under a limit is the first of the front of the remaining objectives "
-    "(those other than the limited metric), "
-    "ranked by distance to their ideal point; between two break-points that front does not change"
+    "(those other than the limited metric), ranked by distance to the ideal point of all fronts of the sweep, "
+    "objectives scaled to their range on these; between two break-points that front does not change"
 )
 Row: TypeAlias = tuple[tuple[int, ...], Design]
 
@@ -80,16 +80,15 @@ def _described(question: _Question, figures: Figures, stretches: list[Stretch]) 
     shown = []
     tight, loose = question.ends if question.sign > 0 else question.ends[::-1]
     for position, stretch in enumerate(stretches):
-        order = ranked(list(stretch.rows), senses(question.space))
-        for _, _, design in order:
+        designs = [design for _, design in sorted(stretch.rows)]
+        for design in designs:
             numbers.setdefault(design, len(numbers) + 1)
         until = stretches[position + 1].value if position + 1 < len(stretches) else loose
         shown.append(
             {
                 "from": exact(_within(stretch.value, tight, question.sign)),
                 "to": exact(until),
-                "best": numbers[order[0][2]],
-                "front": [{"rank": rank, "id": numbers[design]} for rank, _, design in order],
+                "front": [{"id": numbers[design]} for design in designs],
             }
         )
     needed = stretches[0].value if stretches else None
@@ -138,6 +137,15 @@ def _over(term: Term, bound: Callable[[View], Fraction]) -> Term:
     return replace(term, value=value, coefficient=scaled if coefficient is not None else None)
 
 
+def _settled(stretches: Sequence[Stretch]) -> list[Stretch]:
+    """The stretches with one design for each vector: that of the tightest limit, which every looser one admits."""
+    designs: dict[tuple[int, ...], Design] = {}
+    return [
+        replace(stretch, rows=tuple((vector, designs.setdefault(vector, design)) for vector, design in stretch.rows))
+        for stretch in stretches
+    ]
+
+
 class _Question:
     """A limit over an interval: `sign` is 1 where larger limits are looser (``<=``), -1 for ``>=``."""
 
@@ -183,7 +191,7 @@ class _Question:
                 found[-1] = stretch  # the same front, by designs that need less
             else:
                 found.append(stretch)
-        return found[::-1], proved
+        return _settled(found[::-1]), proved
 
     def _front(self, limit: Fraction, operator: str, objective: Objective) -> list[Row] | None:
         """Vector of the rest and design of each point of the front of (rest, metric); None when it was stopped."""

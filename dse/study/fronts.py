@@ -11,7 +11,7 @@ from dse.analysis.evaluate import Evaluator
 from dse.analysis.views import View
 from dse.errors import UsageError
 from dse.pareto.front import Budget, FrontSearch, search_front
-from dse.results.result import decisions_of, exact, ranked
+from dse.results.result import decisions_of, exact
 from dse.space.types import Design, Space
 
 Vector = tuple[int, ...]
@@ -65,7 +65,7 @@ def senses(space: Space) -> list[str]:
 
 
 def front_outcome(space: Space, seed: int) -> dict[str, Any]:
-    """The proved, ranked front of a space as data.
+    """The proved front of a space as data, in the order of objectives.
 
     ``status`` is ``complete``, ``infeasible``, or ``incomplete`` when the search was stopped.
     """
@@ -74,13 +74,12 @@ def front_outcome(space: Space, seed: int) -> dict[str, Any]:
     search = search_space(evaluator, seed)
     figures = Figures(evaluator)
     status = "incomplete" if not search.is_complete else "complete" if search.points else "infeasible"
-    rows = ranked(list(search.points.items()), senses(space))
     return {
         "kind": "front",
         "status": status,
         "objectives": objective_infos(evaluator),
         "units": figures.units,
-        "front": [{"rank": rank, **figures.alternative(design)} for rank, _, design in rows],
+        "front": [figures.alternative(design) for _, design in sorted(search.points.items())],
     }
 
 

@@ -12,6 +12,7 @@ from pathlib import Path
 from dse.api.problem import Changes, Problem, changed, load
 from dse.errors import DseError, UsageError
 from dse.results.sweep import SweepResult, SweepRun, VariedAxis
+from dse.results.sweepranking import rank_together
 from dse.space.settings import settings_of
 from dse.study.axes import Axis, InputAxis, LimitAxis, grid_points, read_axis
 from dse.study.cluster import run_on_cluster
@@ -122,6 +123,8 @@ def sweep_with(
     axes = read_axes(asked, inputs, vary)
     runs = plan(axes, inputs, changes, seed)
     done, found = _solved(runs, means, progress)
+    limits = [(axis.metric.name, axis.operator) for axis in axes if isinstance(axis, LimitAxis)]
+    outcomes, scale = rank_together([done.get(number) for number in range(len(runs))], limits)
     return SweepResult(
         problem={
             "name": problem.name,
@@ -132,8 +135,9 @@ def sweep_with(
         },
         semantics=semantics_version(),
         axes=tuple(_varied(axis) for axis in axes),
-        runs=tuple(SweepRun(_labels(axes, run), done.get(number)) for number, run in enumerate(runs)),
+        runs=tuple(SweepRun(_labels(axes, run), outcome) for run, outcome in zip(runs, outcomes, strict=True)),
         seed=seed,
+        scale=scale,
         solved=len(done) - found,
         found=found,
     )
