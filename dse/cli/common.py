@@ -4,14 +4,15 @@ from __future__ import annotations
 
 import os
 import sys
-import tempfile
-from collections.abc import Callable, Iterable
+from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
 
 import click
 
 from dse.errors import UsageError
+from dse.files import writing as files
+from dse.files.guard import PathLike, claim
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -128,16 +129,6 @@ def report_folder(path: str) -> Path:
     return folder
 
 
-def write_files(folder: Path, files: Iterable[tuple[str, str | bytes]]) -> list[Path]:
-    """Write files into a folder, each whole or not at all; returns their paths."""
-    written = []
-    for name, content in files:
-        path = folder / name
-        _replace(path, content.encode() if isinstance(content, str) else content)
-        written.append(path)
-    return written
-
-
 def changes_of(options: dict[str, Any], objectives: tuple[str, ...] = ()) -> Changes:
     """The changes that the options ask for."""
     from dse.api.problem import Changes
@@ -171,24 +162,18 @@ def console(*, quiet: bool = False, err: bool = False) -> Console:
     return PipedConsole(file=stream, quiet=quiet, width=width, highlight=False, soft_wrap=False, emoji=False)
 
 
-def check_writable(*paths: str | None) -> None:
-    """Fail before the work rather than after it when a result could not be written.
+def check_writable(*paths: PathLike | None, renews: PathLike | None = None) -> None:
+    """Claim the outputs of a command, before its work: nothing that it reads may be among them, nor one of them twice.
+
+    `renews` is an input that an output may take the place of, because all that was there is in it.
 
     Raises
     ------
     UsageError
-        naming the path.
+        naming the path; also from whatever reads such a file later.
     """
-    for path in paths:
-        if path is None or path == "-":
-            continue
-        folder = Path(path).parent
-        if not folder.is_dir():
-            raise UsageError(f"{path}: there is no folder {str(folder)!r}")
-        if Path(path).is_dir():
-            raise UsageError(f"{path}: is a folder")
-        if not os.access(folder, os.W_OK):
-            raise UsageError(f"{path}: the folder cannot be written to")
+    files.check_writable(*paths)
+    claim(*paths, renews=renews)
 
 
 def write_text(path: str, text: str) -> None:
@@ -200,11 +185,7 @@ def write_text(path: str, text: str) -> None:
         except BrokenPipeError:
             discard_output()
         return
-    target = Path(path)
-    if target.exists() and not target.is_file():  # a pipe or device: there is nothing to replace
-        target.write_text(text, encoding="utf-8")
-        return
-    _replace(target, text.encode())
+    files.write_file(path, text)
 
 
 def save(*files: tuple[str | None, Callable[[], str]]) -> OSError | None:
@@ -230,18 +211,3 @@ def discard_output() -> None:
     devnull = os.open(os.devnull, os.O_WRONLY)
     os.dup2(devnull, sys.stdout.fileno())
     os.close(devnull)
-
-
-def _replace(target: Path, content: bytes) -> None:
-    """Put a file in place of another in one step, so that a reader finds the old one or the new one."""
-    handle, name = tempfile.mkstemp(dir=target.parent, prefix=f".{target.name}.")
-    try:
-        with os.fdopen(handle, "wb") as file:
-            file.write(content)
-        umask = os.umask(0)
-        os.umask(umask)
-        Path(name).chmod(0o666 & ~umask)
-        Path(name).replace(target)
-    except BaseException:
-        Path(name).unlink(missing_ok=True)
-        raise

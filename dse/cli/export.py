@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import click
 
 from dse.cli.common import check_writable, write_text
-from dse.errors import UsageError
 
 if TYPE_CHECKING:
     from dse.api.exporting import Format
@@ -40,16 +38,6 @@ def command(result: str, alternative: str, form: Format, output: str, problem: s
     from dse.api.reopening import reopen
 
     opened = reopen(result, problem)
-    _check_apart(output, {result: "the result itself", opened.problem.file: "the problem file of the result"})
     folder = Path() if output == "-" else Path(output).parent
     write_text(output, export(opened, alternative, form, folder))
     return 0
-
-
-def _check_apart(output: str, sources: Mapping[str, str]) -> None:
-    """A result without its problem file says nothing any more: neither is written over."""
-    if output == "-" or not Path(output).exists():
-        return
-    for source, what in sources.items():
-        if Path(output).samefile(source):
-            raise UsageError(f"{output}: is {what}, and is not overwritten; give -o another name")

@@ -12,6 +12,7 @@ import click
 from dse.cli.common import discard_output
 from dse.cli.entry import Interrupts
 from dse.errors import EXIT_BUG, EXIT_INCOMPLETE, EXIT_USAGE, DseError, ProblemError
+from dse.files.guard import guarding
 from dse.version import __version__
 
 COMMANDS = {
@@ -84,7 +85,8 @@ def main() -> None:
 def run(arguments: list[str]) -> int:
     """Run one command; every error becomes a message and an exit code."""
     try:
-        code = int(cli.main(arguments, prog_name="dse", standalone_mode=False) or 0)
+        with guarding():
+            code = int(cli.main(arguments, prog_name="dse", standalone_mode=False) or 0)
         try:
             sys.stdout.flush()
         except BrokenPipeError:

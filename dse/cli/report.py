@@ -8,8 +8,9 @@ from typing import Any
 
 import click
 
-from dse.cli.common import console, ranking_options, report_folder, write_files
+from dse.cli.common import console, ranking_options, report_folder
 from dse.cli.studies import is_study, read_json, readable_study, sections_in
+from dse.files.writing import write_files
 
 
 @click.command("report")

@@ -9,7 +9,8 @@ from typing import TYPE_CHECKING
 
 import click
 
-from dse.cli.common import console, write_files, write_text
+from dse.cli.common import console, save
+from dse.files.writing import write_files
 
 if TYPE_CHECKING:
     from dse.api.problem import Changes
@@ -45,12 +46,11 @@ def show_robust(
 
         print_result(console(), study.robust, top)
         print_robust(console(), study)
-    if json_path is not None:
-        write_text(json_path, study.to_json())
-    if csv_path is not None:
-        write_text(csv_path, study.robust.to_csv())
+    failure = save((json_path, study.to_json), (csv_path, study.robust.to_csv))
     if folder is not None:
         _write_report(study, folder, top, quiet=quiet)
+    if failure is not None:
+        raise failure
     return study.exit_code
 
 

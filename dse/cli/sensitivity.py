@@ -15,9 +15,9 @@ from dse.cli.common import (
     json_option,
     problem_argument,
     question_options,
-    write_text,
+    save,
 )
-from dse.cli.studies import folder_of, study_report_options, write_study
+from dse.cli.studies import claim_study, folder_of, study_report_options, write_study
 
 
 class Share(click.ParamType[Any]):
@@ -115,17 +115,18 @@ def command(
             click.echo(f"\r\033[K{what}", err=True, nl=False)
 
     settings = Settings(swing, samples, seed, front)
-    result = sensitivity_of(load(file), choices_of(design), changes_of(options, tuple(texts)), settings, say)
+    problem = load(file)
+    claim_study(target, problem.name, "sensitivity")
+    result = sensitivity_of(problem, choices_of(design), changes_of(options, tuple(texts)), settings, say)
     if live:
         click.echo("\r\033[K", err=True, nl=False)
     if "-" not in (json_path, csv_path):
         from dse.report.studies import print_sensitivity
 
         print_sensitivity(console(), result, show_all=show_all)
-    if json_path is not None:
-        write_text(json_path, result.to_json())
-    if csv_path is not None:
-        write_text(csv_path, result.to_csv())
+    failure = save((json_path, result.to_json), (csv_path, result.to_csv))
     if target is not None:
         write_study(result, target)
+    if failure is not None:
+        raise failure
     return result.exit_code

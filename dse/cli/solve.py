@@ -18,8 +18,8 @@ from dse.cli.common import (
     ranking_options,
     report_folder,
     save,
-    write_files,
 )
+from dse.files.writing import is_stream, write_files
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -131,7 +131,7 @@ def command(
     """
     if json_path == "-" and csv_path == "-":
         raise click.UsageError("only one of --json and --csv can go to standard output")
-    check_writable(json_path, csv_path)
+    check_writable(json_path, csv_path, renews=resume)
     target = report_folder(folder) if report else None
     from dse.api.problem import baseline_design
     from dse.api.siblings import DEFAULT_COUNT, read_share, with_others
@@ -142,6 +142,8 @@ def command(
     texts = [f"minimise {text}" for text in minimise] + [f"maximise {text}" for text in maximise]
     changes = changes_of(options, tuple(texts))
     asked, earlier = _question(file, resume, changes)
+    if target is not None:
+        _claim_report(target, asked)
     if within is not None:
         read_share(within)
     check_ranking(rank_by or "ideal", asked.space, has_baseline=baseline_design(asked.space) is not None)
@@ -189,7 +191,7 @@ def _question(file: str | None, resume: str | None, changes: Changes) -> tuple[P
 
 def _checkpoint(json_path: str | None) -> Callable[[Result], None] | None:
     """What writes the result so far; where that fails the search goes on, and the user hears of it once."""
-    if json_path is None or json_path == "-":
+    if json_path is None or json_path == "-" or is_stream(json_path):
         return None
     told = False
 
@@ -201,6 +203,12 @@ def _checkpoint(json_path: str | None) -> Callable[[Result], None] | None:
             click.echo(f"dse: the result so far cannot be written: {json_path}: {failure.strerror}", err=True)
 
     return write
+
+
+def _claim_report(folder: Path, asked: Problem) -> None:
+    from dse.report.writing import report_names
+
+    check_writable(*(folder / name for name in report_names(str(asked.loaded.path), asked.name)))
 
 
 def _write_report(result: Result, folder: Path, *, quiet: bool) -> None:

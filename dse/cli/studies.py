@@ -10,8 +10,10 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 import click
 
-from dse.cli.common import report_folder, write_files
+from dse.cli.common import check_writable, report_folder
 from dse.errors import UsageError
+from dse.files.reading import UnreadableFileError, read_text
+from dse.files.writing import write_files
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -51,10 +53,28 @@ def folder_of(report: bool, folder: str) -> Path | None:
     return report_folder(folder) if report else None
 
 
+def claim_study(folder: Path | None, problem: str, kind: str) -> None:
+    """The files of a study's report are claimed before the work, as soon as the problem's name is known."""
+    if folder is not None:
+        from dse.report.studypage import study_names
+
+        check_writable(*(folder / name for name in study_names(problem, kind)))
+
+
 def read_json(path: str) -> Any:
-    """The content of a JSON file, None where it is none."""
+    """The content of a JSON file, None where it is none.
+
+    Raises
+    ------
+    UsageError
+        when it cannot be read at all.
+    """
     try:
-        return json.loads(Path(path).read_text(encoding="utf-8"))
+        return json.loads(read_text(path, what="a study"))
+    except UnreadableFileError as error:
+        if error.is_other_content:
+            return None
+        raise
     except (ValueError, RecursionError):  # also a number of 5000 digits
         return None
 

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import os
 import sys
 import time
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -16,9 +18,11 @@ from dse.cli.common import (
     json_option,
     problem_argument,
     question_options,
-    write_text,
+    save,
 )
-from dse.cli.studies import folder_of, study_report_options, write_study
+from dse.cli.studies import claim_study, folder_of, study_report_options, write_study
+from dse.files.guard import claim
+from dse.files.writing import is_stream
 
 if TYPE_CHECKING:
     from dse.study.sweep import SweepProgress
@@ -58,7 +62,8 @@ PLAIN_STEP_S = 5.0
 @click.option(
     "--store",
     metavar="PATH",
-    help="Where finished runs are kept; NAME.runs.sqlite in this folder unless told otherwise.",
+    help="Where finished runs are kept; NAME.runs.sqlite beside the result (--json, --csv, --report), else in this "
+    "folder.",
 )
 @click.option("--no-store", is_flag=True, help="Keep nothing; a stopped sweep begins anew.")
 @study_report_options
@@ -100,10 +105,12 @@ def command(
     from dse.study.workers import usable_cores
 
     problem = load(file)
+    claim_study(target, problem.name, "sweep")
     texts = [f"minimise {text}" for text in minimise] + [f"maximise {text}" for text in maximise]
-    path = None if no_store else Path(store or f"{Path(file).stem}.runs.sqlite")
+    path = None if no_store else Path(store) if store is not None else _beside(file, (json_path, csv_path), target)
     if path is not None:
-        check_writable(str(path))
+        check_writable(path)
+        claim(*(f"{os.path.realpath(path)}{ending}" for ending in ("-wal", "-shm", "-journal")))
     means = Means(workers or usable_cores(), scheduler, path)
     with Estimate(quiet=quiet) as progress:
         result = sweep_with(problem, vary, changes_of(options, tuple(texts)), seed, means, progress)
@@ -115,15 +122,21 @@ def command(
         count = f"{len(result.runs)} {'run' if len(result.runs) == 1 else 'runs'}"
         told = f"{count}: {result.solved} solved now, {result.found} from the store{kept}."
         console().print(told, markup=False)
-    if json_path is not None:
-        write_text(json_path, result.to_json())
-    if csv_path is not None:
-        write_text(csv_path, result.to_csv())
+    failure = save((json_path, result.to_json), (csv_path, result.to_csv))
     if target is not None:
         write_study(result, target, quiet=quiet)
+    if failure is not None:
+        raise failure
     if result.status == "incomplete" and path is not None and not quiet:
         click.echo("dse: stopped early; the same command goes on from here", err=True)
     return result.exit_code
+
+
+def _beside(file: str, results: Sequence[str | None], report: Path | None) -> Path:
+    """The store of a sweep that names none: beside the first result that is written, else in the current folder."""
+    written = [Path(path).parent for path in results if path is not None and path != "-" and not is_stream(path)]
+    folders = [*written, *([report] if report is not None else []), Path()]
+    return folders[0] / f"{Path(file).stem}.runs.sqlite"
 
 
 class Estimate:

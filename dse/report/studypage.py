@@ -15,18 +15,28 @@ from dse.report.plain import basis_words
 from dse.report.sections import sections_of
 from dse.report.theme import DARK, LIGHT, css_variables
 from dse.report.words import GAPS, REDUCED, processing_words
+from dse.report.writing import SUFFIXES
 from dse.space.settings import SETTINGS
 
 
 def study_files(data: Mapping[str, Any], csv: str | None, json: str | None) -> Iterator[tuple[str, str]]:
     """(file name, content) of each file of a study's report: HTML, Markdown, and CSV and JSON where they are given."""
-    stem = study_name(data)
-    yield f"{stem}.html", study_page(data)
-    yield f"{stem}.md", study_markdown(data)
+    page, words, table, whole = study_names(data["problem"]["name"], _kind(data))
+    yield page, study_page(data)
+    yield words, study_markdown(data)
     if csv is not None:
-        yield f"{stem}.csv", csv
+        yield table, csv
     if json is not None:
-        yield f"{stem}.json", json
+        yield whole, json
+
+
+def study_names(problem: str, kind: str) -> list[str]:
+    """The files of the report of a ``sweep`` or ``sensitivity``: HTML, Markdown, CSV and JSON.
+
+    >>> study_names("My <robot>", "sweep")[0]
+    'My-robot-sweep.html'
+    """
+    return [f"{_stem(problem)}-{kind}{suffix}" for suffix in SUFFIXES]
 
 
 def study_figures(data: Mapping[str, Any], formats: Sequence[str]) -> Iterator[tuple[str, str | bytes]]:
@@ -44,7 +54,11 @@ def study_name(data: Mapping[str, Any]) -> str:
     >>> study_name({"format": "dse-sweep/1", "problem": {"name": "My <robot>"}})
     'My-robot-sweep'
     """
-    return f"{_stem(data['problem']['name'])}-{data['format'].removeprefix('dse-').partition('/')[0]}"
+    return f"{_stem(data['problem']['name'])}-{_kind(data)}"
+
+
+def _kind(data: Mapping[str, Any]) -> str:
+    return str(data["format"]).removeprefix("dse-").partition("/")[0]
 
 
 def _stem(text: str) -> str:

@@ -8,11 +8,15 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
+from dse.files.guard import guarding
+from dse.files.writing import write_files
 from dse.report.document import Document
 from dse.report.html import html_report
 from dse.report.markdown import markdown_report
 from dse.report.parts import Section
 from dse.results.result import Result
+
+SUFFIXES = (".html", ".md", ".csv", ".json")
 
 
 def report_name(result: Result) -> str:
@@ -21,7 +25,20 @@ def report_name(result: Result) -> str:
     >>> re.sub(r"[^\w.-]+", "-", "my <robot>").strip("-.")
     'my-robot'
     """
-    stem = Path(result.problem.file).stem or result.problem.name
+    return _stem_of(result.problem.file, result.problem.name)
+
+
+def report_names(file: str, name: str) -> list[str]:
+    """The files of the report of a problem with this file and name: HTML, Markdown, CSV and JSON.
+
+    >>> report_names("problems/my robot.yaml", "Robot")
+    ['my-robot.html', 'my-robot.md', 'my-robot.csv', 'my-robot.json']
+    """
+    return [f"{_stem_of(file, name)}{suffix}" for suffix in SUFFIXES]
+
+
+def _stem_of(file: str, name: str) -> str:
+    stem = Path(file).stem or name
     return re.sub(r"[^\w.-]+", "-", stem).strip("-.")[:100] or "report"
 
 
@@ -32,11 +49,12 @@ def report_files(
 
     `studies` are further sections of the page and the Markdown.
     """
-    stem = report_name(document.result)
-    yield f"{stem}.html", html_report(document, chosen, studies)
-    yield f"{stem}.md", markdown_report(document, top, studies)
-    yield f"{stem}.csv", document.result.to_csv()
-    yield f"{stem}.json", report_json(document)
+    origin = document.result.problem
+    page, words, table, whole = report_names(origin.file, origin.name)
+    yield page, html_report(document, chosen, studies)
+    yield words, markdown_report(document, top, studies)
+    yield table, document.result.to_csv()
+    yield whole, report_json(document)
 
 
 def report_json(document: Document) -> str:
@@ -48,11 +66,24 @@ def report_json(document: Document) -> str:
 
 
 def write_report(result: Result, folder: str | Path = "reports") -> list[Path]:
-    """Write a report into a folder, which is made if need be: HTML, Markdown, CSV, JSON; their paths."""
+    """Write a report into a folder, which is made if need be: HTML, Markdown, CSV, JSON; their paths.
+
+    Each file is written whole or not at all, in place of one of that name.
+
+    Raises
+    ------
+    UsageError
+        when one of them would take the place of the problem file, or of one that it includes.
+    OSError
+        when one cannot be written.
+    """
     target = Path(folder)
     target.mkdir(parents=True, exist_ok=True)
-    paths = []
-    for name, content in report_files(Document(result)):
-        (target / name).write_text(content, encoding="utf-8")
-        paths.append(target / name)
-    return paths
+    with guarding(*problem_files(result)):
+        return write_files(target, report_files(Document(result)))
+
+
+def problem_files(result: Result) -> list[Path]:
+    """The files that the problem of a result was read from."""
+    main = Path(result.problem.file)
+    return [main, *(main.parent / name for name, _ in result.problem.includes)]

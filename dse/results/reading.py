@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from dse.errors import UsageError
+from dse.files.reading import UnreadableFileError, read_text
 from dse.results.result import FORMAT
 
 
@@ -20,10 +21,11 @@ def read_result(path: str | Path) -> dict[str, Any]:
         when it cannot be read or is something else.
     """
     try:
-        data = json.loads(Path(path).read_text(encoding="utf-8"))
-    except (OSError, ValueError, RecursionError) as error:  # a number of 5000 digits is a ValueError too
-        why = error.strerror if isinstance(error, OSError) and error.strerror else f"not JSON: {error}"
-        raise UsageError(f"{path}: cannot be read as a result: {why}") from error
+        data = json.loads(read_text(path, what="the result"))
+    except UnreadableFileError as error:
+        raise UsageError(f"{path}: cannot be read as a result: {error.reason}") from error
+    except (ValueError, RecursionError) as error:  # a number of 5000 digits is a ValueError too
+        raise UsageError(f"{path}: cannot be read as a result: not JSON: {error}") from error
     if not isinstance(data, dict) or data.get("format") != FORMAT or not isinstance(data.get("front"), list):
         raise UsageError(f"{path}: is no result of `dse solve --json` ({FORMAT})")
     return data

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+import os
 import re
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field, replace
@@ -14,6 +15,7 @@ from pydantic import ValidationError
 from pydantic_core import ErrorDetails
 
 from dse.errors import Diagnostic, ProblemError
+from dse.files.reading import obstacle
 from dse.spec.fields import describe
 from dse.spec.model import Catalogue, Model, Spec, TransmissionTime
 from dse.spec.reader import Node, PathPart, RepeatedKeysError, decode_text, dotted, read_bytes, read_yaml
@@ -128,6 +130,14 @@ class _Part:
     lost: tuple[Place, ...] = ()
 
 
+def _real(path: Path) -> Path:
+    """The path without links and dots; as it is where that cannot be told."""
+    try:
+        return Path(os.path.realpath(path))
+    except (OSError, ValueError):
+        return path
+
+
 class _Loader:
     """Collects the files of one problem and the findings about them."""
 
@@ -141,10 +151,10 @@ class _Loader:
 
     def read(self, path: Path, file: str, model: type[Catalogue], including: tuple[Path, ...]) -> None:
         """Read one file and what it includes; `including` are the files on the way here."""
-        self._seen.add(path.resolve())
+        self._seen.add(_real(path))
         self._files.append(file)
         try:
-            data = read_bytes(path, file)
+            data = read_bytes(path, file, "an included file" if including else "the problem file")
             text = decode_text(data, file)
         except ProblemError as error:
             self._is_complete = False
@@ -153,7 +163,7 @@ class _Loader:
         source = self.take(text, file, model, hashlib.sha256(data).hexdigest())
         if source is not None:
             for place, target in _includes(source.node):
-                self._include(source, place, path.parent / target, (*including, path.resolve()))
+                self._include(source, place, path.parent / target, (*including, _real(path)))
 
     def take(self, text: str, file: str, model: type[Catalogue], sha256: str) -> Source | None:
         """Validate one text; its tree, or None when it has no tree."""
@@ -188,15 +198,12 @@ class _Loader:
             self.findings.append(Diagnostic(message, file=source.file))
 
     def _include(self, source: Source, place: Sequence[PathPart], target: Path, including: tuple[Path, ...]) -> None:
-        try:
-            resolved, there = target.resolve(), target.is_file()
-        except (OSError, ValueError):
-            resolved, there = target, False
+        missing, resolved = obstacle(target), _real(target)
         if resolved in including:
             self.miss(source.diagnostic(place, f'"{target.name}" includes itself'))
-        elif not there:
+        elif missing is not None:
             hint = "the path is relative to this file"
-            self.miss(source.diagnostic(place, f"no such file: {str(target)!r}"[:300], hint))
+            self.miss(source.diagnostic(place, f"{missing}: {str(target)!r}"[:300], hint))
         elif len(self._seen) >= MAX_FILES:
             self.miss(source.diagnostic(place, f"more than {MAX_FILES} files"))
         elif resolved not in self._seen:

@@ -16,6 +16,7 @@ from typing import Any, Literal, TypeAlias
 import yaml
 
 from dse.errors import Diagnostic, ProblemError
+from dse.files import reading
 from dse.units import shown
 
 MAX_BYTES = 8_000_000
@@ -116,20 +117,12 @@ class RepeatedKeysError(ProblemError):
         self.root, self.paths = root, tuple(paths)
 
 
-def read_bytes(path: Path, file: str) -> bytes:
+def read_bytes(path: Path, file: str, what: str = "a problem file") -> bytes:
     """The content of a file, at most `MAX_BYTES`; `file` is its name in diagnostics."""
     try:
-        if path.is_dir():
-            raise ProblemError([Diagnostic("expected a file, this is a directory", file=file)])
-        with path.open("rb") as stream:
-            data = stream.read(MAX_BYTES + 1) if path.stat().st_size <= MAX_BYTES else None
-    except (OSError, ValueError) as error:
-        reason = error.strerror if isinstance(error, OSError) else None
-        message = "no such file" if isinstance(error, FileNotFoundError) else f"cannot be read: {reason or error}"
-        raise ProblemError([Diagnostic(message, file=file)]) from None
-    if data is None or len(data) > MAX_BYTES:
-        raise ProblemError([Diagnostic(f"the file is larger than {MAX_BYTES // 10**6} MB", file=file)])
-    return data
+        return reading.read_bytes(path, MAX_BYTES, what)
+    except reading.UnreadableFileError as error:
+        raise ProblemError([Diagnostic(error.reason, file=file)]) from None
 
 
 def decode_text(data: bytes, file: str) -> str:

@@ -15,6 +15,7 @@ from pathlib import Path
 from types import TracebackType
 
 from dse.errors import UsageError
+from dse.files.reading import MOST_BYTES, obstacle
 
 APPLICATION_ID = 0x64736531
 """``dse1`` in the header of the file."""
@@ -57,8 +58,11 @@ class Store:
             when the file is no store of this form, damaged, or cannot be written.
         """
         self.path = path
+        if path.exists() and (reason := obstacle(path)) is not None:
+            raise UsageError(f"{path}: cannot be used as a store: {reason}")
         try:
             self._connection = sqlite3.connect(path, timeout=WAIT_S, isolation_level=None)
+            self._connection.setlimit(sqlite3.SQLITE_LIMIT_LENGTH, MOST_BYTES)
             self._prepare()
         except sqlite3.DatabaseError as error:
             raise UsageError(
@@ -86,6 +90,8 @@ class Store:
                 raise self._refused("it is a database of another program")
             if self._number("PRAGMA user_version") != FORM:
                 raise self._refused("it was written by another version of dse")
+            if self._connection.execute("SELECT 1 FROM sqlite_master WHERE type NOT IN ('table', 'index')").fetchone():
+                raise self._refused("it holds more than runs")
             damage = self._connection.execute("PRAGMA quick_check").fetchone()[0]
             if damage != "ok" or not {"runs", "solves"} <= set(found):
                 raise self._refused(f"it is damaged: {damage}")

@@ -10,6 +10,7 @@ connections.position.data_size: {samples: sizes.csv, column: bytes, unit: B}
 from __future__ import annotations
 
 import csv
+import io
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from difflib import get_close_matches
@@ -21,12 +22,14 @@ import numpy
 
 from dse.api.problem import Problem
 from dse.errors import Diagnostic, ProblemError, UsageError
+from dse.files.reading import UnreadableFileError, read_text
 from dse.spec.model import Uncertainty
 from dse.study.functions import InputSpace, Variable
 from dse.study.quantities import BASE, COUNT, TOTAL, read_value
 from dse.units import POWER_DRAW, TIME_RANGE, UNITS, Kind, UnitError, parse_quantity, shown
 
 MOST_SAMPLES = 1_000_000
+MOST_SAMPLE_BYTES = 64_000_000
 PLAIN = Kind("a factor", "1.1", parse_quantity("1").dimension or UNITS["%"][1])
 Quantile = Callable[[Any], Any]
 
@@ -265,20 +268,23 @@ def _plain(text: str) -> Fraction:
 def _column(path: Path, name: str | None) -> list[str]:
     """The texts of a column of a CSV file with a header; of the only one when no name is given."""
     try:
-        with path.open(encoding="utf-8", newline="") as stream:
-            reader = csv.DictReader(stream)
-            columns = list(reader.fieldnames or [])
-            if name is None and len(columns) != 1:
-                raise _Mistake(
-                    "samples",
-                    f"{path.name} has {len(columns)} columns",
-                    f"say which with `column`: {', '.join(columns)}",
-                )
-            chosen = name if name is not None else columns[0]
-            if chosen not in columns:
-                raise _Mistake("column", f"{path.name} has no such column", f"columns: {', '.join(columns)}")
-            texts = [str(row[chosen]).strip() for row in reader if row[chosen]]
-    except (OSError, UnicodeDecodeError, csv.Error) as error:
+        reader = csv.DictReader(io.StringIO(read_text(path, MOST_SAMPLE_BYTES, "a file of samples"), newline=""))
+        columns = list(reader.fieldnames or [])
+        if name is None and len(columns) != 1:
+            raise _Mistake(
+                "samples",
+                f"{path.name} has {len(columns)} columns",
+                f"say which with `column`: {', '.join(columns)}",
+            )
+        chosen = name if name is not None else columns[0]
+        if chosen not in columns:
+            raise _Mistake("column", f"{path.name} has no such column", f"columns: {', '.join(columns)}")
+        texts = [str(row[chosen]).strip() for row in reader if row[chosen]]
+    except UnreadableFileError as error:
+        raise _Mistake(
+            "samples", f"{path.name} cannot be read: {error.reason.removeprefix('cannot be read: ')}"
+        ) from error
+    except csv.Error as error:
         raise _Mistake("samples", f"{path.name} cannot be read: {error}") from error
     if not texts or len(texts) > MOST_SAMPLES:
         raise _Mistake("samples", f"{path.name}: {len(texts)} samples", f"from 1 to {MOST_SAMPLES}")

@@ -226,7 +226,7 @@ def test_what_an_export_is_made_from_is_not_overwritten(tmp_path: Path, capsys: 
     assert run(["solve", str(problem), "--json", str(result)]) == 0
     before = problem.read_bytes(), result.read_bytes()
     for output, what in (
-        (problem, "the problem file of the result"),
+        (problem, "the problem file"),
         (link, "the problem file"),
         (result, "the result"),
     ):

@@ -1,0 +1,110 @@
+"""Files that are read: regular ones, of a bounded size, each noted as an input of the run."""
+
+from __future__ import annotations
+
+import errno
+import os
+import stat
+from pathlib import Path
+
+from dse.errors import UsageError
+from dse.files.guard import PathLike, current
+
+MOST_BYTES = 256_000_000
+"""The largest result, study or store entry that is read."""
+_KINDS = (
+    (stat.S_ISDIR, "a directory"),
+    (stat.S_ISFIFO, "a pipe"),
+    (stat.S_ISCHR, "a device"),
+    (stat.S_ISBLK, "a device"),
+    (stat.S_ISSOCK, "a socket"),
+)
+
+
+class UnreadableFileError(UsageError):
+    """A file that cannot be read; `reason` says why, without its name.
+
+    `is_other_content`: it was read, but is no text.
+    """
+
+    def __init__(self, path: PathLike, reason: str, *, is_other_content: bool = False) -> None:
+        self.reason = reason
+        self.is_other_content = is_other_content
+        super().__init__(f"{os.fspath(path)}: {reason}")
+
+
+def read_bytes(path: PathLike, most: int = MOST_BYTES, what: str = "a file") -> bytes:
+    """The content of a regular file of at most `most` bytes; `what` it is, for a message that it is not overwritten.
+
+    Pipes and devices have no end that one could wait for, so they are refused, without being opened for long.
+
+    Raises
+    ------
+    UnreadableFileError
+        when there is no such file, it is none, it is too large, or it cannot be read.
+    UsageError
+        when an output of the same run is to take its place.
+    """
+    try:
+        handle = os.open(path, os.O_RDONLY | getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_BINARY", 0))
+    except (OSError, ValueError) as error:
+        raise UnreadableFileError(path, _why(path, error)) from None
+    found = os.fstat(handle)
+    if not stat.S_ISREG(found.st_mode):
+        os.close(handle)
+        raise UnreadableFileError(path, _other_kind(found.st_mode))
+    with os.fdopen(handle, "rb") as stream:
+        guard = current()
+        if guard is not None:
+            guard.note(path, what)
+        try:
+            data = stream.read(most + 1) if found.st_size <= most else None
+        except OSError as error:
+            raise UnreadableFileError(path, _why(path, error)) from None
+    if data is None or len(data) > most:
+        raise UnreadableFileError(path, f"the file is larger than {_size(most)}")
+    return data
+
+
+def read_text(path: PathLike, most: int = MOST_BYTES, what: str = "a file") -> str:
+    """The same as UTF-8 text.
+
+    Raises
+    ------
+    UnreadableFileError
+        as `read_bytes`, and when it is no such text.
+    """
+    try:
+        return read_bytes(path, most, what).decode("utf-8-sig")
+    except UnicodeDecodeError:
+        raise UnreadableFileError(path, "the file is not UTF-8 text", is_other_content=True) from None
+
+
+def obstacle(path: PathLike) -> str | None:
+    """Why there is nothing to read at a path: no such file, or no regular one; None where there is."""
+    try:
+        mode = Path(path).stat().st_mode
+    except (OSError, ValueError) as error:
+        return _why(path, error)
+    return None if stat.S_ISREG(mode) else _other_kind(mode)
+
+
+def _other_kind(mode: int) -> str:
+    kind = next((words for is_kind, words in _KINDS if is_kind(mode)), "something else")
+    return f"expected a file, this is {kind}"
+
+
+def _why(path: PathLike, error: OSError | ValueError) -> str:
+    if isinstance(error, FileNotFoundError | NotADirectoryError | ValueError):  # no name has a NUL
+        return "no such file"
+    if error.errno == errno.ELOOP:
+        return "cannot be read: its symbolic links lead in a circle"
+    try:
+        mode = Path(path).stat().st_mode
+    except OSError:
+        mode = stat.S_IFREG
+    return f"cannot be read: {error.strerror}" if stat.S_ISREG(mode) else _other_kind(mode)
+
+
+def _size(count: int) -> str:
+    return f"{count // 10**6} MB" if count >= 10**6 else f"{count} B"

@@ -1,0 +1,127 @@
+"""Every file is read as what it may be: regular, of a bounded size; whatever else stands there is a message at once."""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import socket
+from pathlib import Path
+
+import pytest
+
+import dse
+from dse.cli.main import run
+from dse.errors import UsageError
+from dse.files.reading import UnreadableFileError, obstacle, read_bytes, read_text
+
+PUMP = (Path(__file__).parents[1] / "fuzz" / "pump.yaml").read_text(encoding="utf-8")
+BASELINE = """
+baseline:
+  computer: {type: large}
+  can0: {type: can_500k}
+  filter: {dispatch_protocol: periodic, period: 5 ms}
+  control: {period: 5 ms}
+"""
+pytestmark = pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="pipes and devices of POSIX")
+KINDS = {
+    "pipe": "this is a pipe",
+    "device": "this is a device",
+    "directory": "this is a directory",
+    "socket": "this is a socket",
+    "circle": "links lead in a circle",
+    "huge": "larger than",
+}
+
+
+def placed(path: Path, kind: str) -> Path:
+    """Something of a kind at a path."""
+    if kind == "pipe":
+        os.mkfifo(path)
+    elif kind == "device":
+        path.symlink_to("/dev/zero")
+    elif kind == "directory":
+        path.mkdir()
+    elif kind == "socket":
+        with contextlib.chdir(path.parent), socket.socket(socket.AF_UNIX) as there:
+            there.bind(path.name)
+    elif kind == "circle":
+        path.symlink_to(path.name)
+    else:
+        with path.open("wb") as stream:
+            stream.truncate(10**9)
+    return path
+
+
+@pytest.fixture
+def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "pump.yaml").write_text(PUMP + BASELINE, encoding="utf-8")
+    return tmp_path
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_files_of_any_kind(kind: str, folder: Path) -> None:
+    path = placed(folder / "x", kind)
+    for read in (read_bytes, read_text):
+        with pytest.raises(UnreadableFileError, match=KINDS[kind]):
+            read(path)
+    if kind != "huge":
+        assert KINDS[kind] in str(obstacle(path))
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_no_command_waits_for_a_file_without_an_end(
+    kind: str, folder: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """As problem, included file, samples, result, study, store; by every command that reads one."""
+    name = placed(folder / "x.json", kind).name
+    (folder / "includes.yaml").write_text(f"include: [{name}]\n{PUMP}", encoding="utf-8")
+    stated = f"uncertainty: {{connections.reading.data_size: {{samples: {name}, column: bytes, unit: B}}}}"
+    (folder / "samples.yaml").write_text(f"{PUMP}{BASELINE}{stated}\n", encoding="utf-8")
+    assert run(["solve", "pump.yaml", "-q", "--json", "result.json"]) == 0
+    vary = ["--vary", "jitter of sensor_to_valve=5ms..20ms", "--workers", "1"]
+    told_by_click = ("directory", "circle")
+    capsys.readouterr()
+    for arguments, code in [
+        (["check", name], 3),
+        (["solve", name], 3),
+        (["check", "includes.yaml"], 3),
+        (["sensitivity", "samples.yaml", "--no-front"], 3),
+        (["solve", "samples.yaml", "--robust"], 3),
+        (["verify", name], 2),
+        (["report", name], 2),
+        (["report", "result.json", "--study", name], 2),
+        (["compare", f"{name}#1", "baseline"], 2),
+        (["export", name, "--alternative", "1"], 2),
+        (["solve", "--resume", name], 2),
+        (["analyse", "pump.yaml", "--design", f"{name}#1"], 2),
+        (["verify", "result.json", "--problem", name], 3),
+        *([(["sweep", "pump.yaml", *vary, "--store", name], 2)] if kind != "huge" else []),
+    ]:
+        by_click = (
+            kind in told_by_click and name in arguments and "--design" not in arguments and "--store" not in arguments
+        )
+        found = run(arguments)
+        said = capsys.readouterr().err
+        assert found == (2 if by_click and arguments[0] != "compare" else code), (arguments, said)
+        assert KINDS[kind] in said or by_click or "--store" in arguments, (arguments, said)
+
+
+def test_the_api_reads_the_same(folder: Path) -> None:
+    os.mkfifo(folder / "pipe")
+    (folder / "circle").symlink_to("circle")
+    for name, words in (("pipe", "this is a pipe"), ("circle", "links lead in a circle")):
+        with pytest.raises(dse.ProblemError, match=words):
+            dse.load(folder / name)
+        with pytest.raises(UsageError, match=words):
+            dse.verify(folder / name)
+        with pytest.raises(UsageError, match=words if name == "pipe" else "store|circle"):
+            dse.sweep(folder / "pump.yaml", "price=100 EUR..500 EUR", store=folder / name)
+
+
+def test_a_result_that_is_larger_than_any(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    path = folder / "x"
+    path.write_bytes(b"12345")
+    assert read_bytes(path, 5) == b"12345"
+    with pytest.raises(UnreadableFileError, match="larger than 4 B"):
+        read_bytes(path, 4)
