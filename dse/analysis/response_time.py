@@ -16,6 +16,10 @@ from functools import partial
 from heapq import merge
 from itertools import count
 
+from dse.analysis.patience import look_at_the_clock
+
+STEPS_A_LOOK = 256
+"""So many steps, about a millisecond, go by between two looks at the clock."""
 MOST_STEPS = 100_000
 """A busy period that takes more steps than this is reported as unbounded, which is safe."""
 
@@ -107,29 +111,36 @@ def response_time_ns(task: Task, higher: Sequence[Task]) -> int | None:
     rivals = [other for other in higher if other.worst_ns]
     if task.utilisation + sum(other.utilisation for other in rivals) > 1:
         return None
-    steps, jobs, worst = 0, 1, 0
+    steps, worst = 0, 0
     releases = densest_releases_ns(task)
     released = next(releases)
-    busy = task.worst_ns + sum(other.worst_ns for other in rivals)
-    plain = [(stream, other.worst_ns) for other in rivals if other.separation_ns is None for stream in other.streams]
-    terms = [(stream.period_ns, stream.jitter_ns, worst_ns) for stream, worst_ns in plain]
+    busy = task.worst_ns
+    streams = [(stream, other.worst_ns) for other in rivals if other.separation_ns is None for stream in other.streams]
+    terms = [(stream.period_ns, worst_ns) for stream, worst_ns in streams]
+    following = [-stream.jitter_ns for stream, _ in streams]  # the first release of each that `busy` has no work of
     others = [other for other in rivals if other.separation_ns is not None or not other.streams]
+    counted = 0
     while True:
-        while True:
-            steps += 1
+        grows = True
+        while (
+            grows
+        ):  # to the least window that holds all work released in it; each addition counts for the next at once
+            steps, grows = steps + 1, False
             if steps > MOST_STEPS:
                 return None
-            work = jobs * task.worst_ns
-            for period_ns, jitter_ns, worst_ns in terms:  # as `most_jobs`, spelled out: most of the time goes here
-                work += -(-(busy + jitter_ns) // period_ns) * worst_ns
-            for other in others:
-                work += most_jobs(other, busy) * other.worst_ns
-            if work <= busy:
-                break
-            busy = work
+            if not steps % STEPS_A_LOOK:
+                look_at_the_clock()
+            for index, (period_ns, worst_ns) in enumerate(terms):
+                if following[index] < busy:
+                    more = -((following[index] - busy) // period_ns)
+                    following[index] += more * period_ns
+                    busy += more * worst_ns
+                    grows = True
+            if others:
+                work = sum(most_jobs(other, busy) * other.worst_ns for other in others)
+                busy, counted, grows = busy + work - counted, work, grows or work > counted
         worst = max(worst, busy - released)
         released = next(releases, busy)
         if busy <= released:
             return worst
-        jobs += 1
         busy += task.worst_ns

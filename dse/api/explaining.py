@@ -13,6 +13,7 @@ from pathlib import Path
 from dse.analysis.evaluate import Evaluator
 from dse.analysis.limits import build_limit
 from dse.analysis.measures import PPM, build_measure
+from dse.analysis.patience import OutOfTime
 from dse.analysis.rates import NS_PER_S
 from dse.analysis.views import View
 from dse.api.offering import with_offers
@@ -21,7 +22,6 @@ from dse.api.problem import Changes, Problem, changed, load
 from dse.pareto.conflicts import Conflicts, Correction, find_conflicts
 from dse.pareto.feasibility import Fixed, Member, Oracle, find_design
 from dse.pareto.relaxations import Closest, closest_limit
-from dse.pareto.switchboard import OutOfTime
 from dse.results.explanation import Demand, Explanation, GiveUp, MinimalConflict, Offer, Relaxation
 from dse.results.result import Clash, Conflict, decisions_of
 from dse.space.types import Design, Metric, Requirement, Rule, Space

@@ -14,6 +14,7 @@ from typing import TypeAlias
 from dse.analysis.evaluate import Evaluator
 from dse.analysis.limits import Limit, judge
 from dse.analysis.measures import Measure
+from dse.analysis.patience import OutOfTime
 from dse.analysis.validity import is_broken
 from dse.analysis.views import View
 from dse.encode.model import encode
@@ -21,7 +22,7 @@ from dse.errors import RefereeError
 from dse.pareto.answer import Found, Unfinished
 from dse.pareto.crew import heard
 from dse.pareto.subproblem import Solver
-from dse.pareto.switchboard import OutOfTime, Switchboard
+from dse.pareto.switchboard import Switchboard
 from dse.space.types import INACTIVE, Design, Objective, Requirement, Rule, Space
 
 

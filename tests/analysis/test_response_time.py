@@ -175,6 +175,36 @@ def test_releases_fit_the_count_of_jobs(seed: int) -> None:
         assert sum(1 for _ in takewhile(lambda time: time < window, releases)) <= most_jobs(task, window)  # noqa: B023
 
 
+def literal_response_ns(task: Task, rivals: list[Task]) -> int | None:
+    """For each job of the busy period the least window that holds all work released in it, looked for one by one."""
+    if task.worst_ns == 0:
+        return 0
+    if sum(item.utilisation for item in [task, *(rival for rival in rivals if rival.worst_ns)]) > 1:
+        return None
+    worst, window = 0, 1
+    for jobs, released in enumerate(densest_releases_ns(task), start=1):
+        if window <= released:
+            break
+        while window < jobs * task.worst_ns + sum(most_jobs(item, window) * item.worst_ns for item in rivals):
+            window += 1
+        worst = max(worst, window - released)
+    return worst
+
+
+@pytest.mark.parametrize("seed", range(300))
+def test_response_times_are_those_of_the_literal_recurrence(seed: int) -> None:
+    """Several streams, jitter beyond the period, separations and tasks without a stream included."""
+    rng = random.Random(seed)
+    tasks = []
+    for name in range(rng.randint(1, 5)):
+        streams = [
+            Stream(rng.randint(3, 40), rng.choice((0, rng.randint(0, 60)))) for _ in range(rng.choice((0, 1, 1, 2)))
+        ]
+        separation = rng.choice((None, None, rng.randint(3, 40)))
+        tasks.append(Task(str(name), rng.randint(0, 8), tuple(streams), separation))
+    assert response_time_ns(tasks[0], tasks[1:]) == literal_response_ns(tasks[0], tasks[1:])
+
+
 def test_release_jitter() -> None:
     """Audsley et al. 1993: w = C + sum ceil((w + J) / T) C; 3 + ceil((w + 6) / 10) * 4 has its fixed point at 11."""
     assert response_time_ns(periodic("low", 3, 100), [periodic("high", 4, 10, 6)]) == 11
