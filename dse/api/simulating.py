@@ -73,7 +73,7 @@ def simulate(
     bus_contention
         a physical bus carries one message at a time, first come, first served.
     endless_queues
-        whatever arrives at a busy thread waits, instead of being lost where no queue size is stated.
+        every queue holds whatever arrives, also where its size is stated: nothing is lost for want of room.
     processing
         what the bounds count for a thread, ``execution_time`` or ``response_time``, instead of what the file says.
     changes

@@ -56,7 +56,7 @@ from dse.errors import EXIT_COMPLETE, EXIT_INFEASIBLE
     "--bus-contention", is_flag=True, help="A physical bus carries one message at a time, in order of arrival."
 )
 @click.option(
-    "--endless-queues", is_flag=True, help="Arrivals wait where no queue size is stated, instead of being lost."
+    "--endless-queues", is_flag=True, help="Every queue holds whatever arrives, also where its size is stated."
 )
 @question_options
 @json_option

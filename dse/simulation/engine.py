@@ -1,7 +1,7 @@
 """The simulation itself: events in integer nanoseconds.
 
-At one instant jobs end first, then messages arrive, then timers dispatch: what arrives at the very moment of a
-dispatch is read by it. A timer's job reads the latest value of everything at its dispatch; an arrival dispatches an
+At one instant jobs end and separations run out first, then messages arrive, then timers dispatch: what arrives at the
+very moment of a timer's dispatch is read by it. A timer's job reads the latest value of everything at its dispatch; an arrival dispatches an
 event-triggered thread, or waits in its queue while there is room, or is lost. Output leaves when a job ends.
 
 *The latency of a datum* runs from the dispatch of the job that produces it in the first component of a flow (from its
@@ -313,12 +313,12 @@ class _Run:
         if entry.busy or not entry.waiting:
             return
         if self.now < entry.not_before:
-            self.at(entry.not_before, DISPATCH, "wake", task)
+            self.at(entry.not_before, END, "wake", task)
             return
         arrival, births = entry.waiting.popleft()
-        release = arrival
+        # a response counts from when on only the thread itself and its core keep the message waiting
+        release = max(arrival, entry.not_before)
         if task.separation_ns is not None:
-            release = max(arrival, entry.not_before)
-            entry.not_before = release + task.separation_ns
+            entry.not_before = self.now + task.separation_ns
         entry.busy = task.serial
         self._release(task, release, births)

@@ -116,7 +116,7 @@ def build_plan(space: Space, design: Design, *, contention: bool = False, endles
     contention
         threads share the cores of their processors; otherwise each task has a core of its own.
     endless_queues
-        whatever arrives waits; otherwise as many as `queue_size` says, none where it says nothing.
+        every queue holds whatever arrives; otherwise as many as `queue_size` says, none where it says nothing.
     """
     figures = read_figures(space, design)
     links = _links(space, figures, endless=endless_queues)

@@ -135,9 +135,17 @@ def test_queues_hold_what_they_have_room_for(size: int | None, worst: int, lost:
     assert flows[0].bounds_ns[1] >= worst * MS
 
 
-def test_endless_queues_are_beyond_the_bounds_and_say_so() -> None:
-    text = QUEUE.replace("path: [fast, sink]", "path: [faster, sink]")
-    [flow] = run_text(text, offsets="zero", contention=False, endless_queues=True).flows
+@pytest.mark.parametrize("size", ["", ", queue_size: 1"])
+def test_endless_queues_are_beyond_the_bounds_and_say_so(size: str) -> None:
+    """Three arrivals at once: the third waits for two jobs, more than the sizes admit, whether one is stated or not."""
+    text = QUEUE.replace("4 ms}", f"3 ms{size}}}").replace("path: [fast, sink]", "path: [fastest, sink]")
+    text = text.replace("threads:", "  fastest: {period: 10 ms, latency: 1 ms}\nthreads:")
+    text = text.replace("b: {from: faster, to: sink}", "b: {from: faster, to: sink}, c: {from: fastest, to: sink}")
+    lost = run_text(text, offsets="zero", execution="max", contention=False)
+    assert lost.lost and not lost.flows[0].outside
+    endless = run_text(text, offsets="zero", execution="max", contention=False, endless_queues=True)
+    [flow] = endless.flows
+    assert not endless.lost and set(flow.latencies) == {10 * MS}
     assert flow.outside and not flow.is_contradiction and "queue" in flow.excuse
 
 
@@ -147,6 +155,48 @@ def test_a_sporadic_thread_keeps_its_separation() -> None:
     [flow] = result.flows
     assert flow.count <= 1000 // 25 and not flow.outside
     assert any("sooner than its minimum separation" in name or "no room" in name for name in result.lost)
+
+
+LATE = """
+dse: 1
+name: late
+processor_types: {cpu: {}}
+processors: {p: {type: cpu}}
+devices: {source: {period: 10 ms, latency: 0 ms}}
+threads:
+  hog: {processor: p, priority: 9, period: 1 s, compute_execution_time: 9 ms}
+  sink: {processor: p, dispatch_protocol: sporadic, period: 10 ms, queue_size: 1, compute_execution_time: 2 ms}
+connections: {a: {from: source, to: sink}}
+flows: {main: {path: [source, sink]}}
+"""
+
+
+def test_separation_counts_from_the_dispatch() -> None:
+    """The first job waits for its core until 9 ms and ends at 11 ms, when the second is dispatched; the third follows
+    at 21 ms, though its message came at 20 ms, and so on: 11 ms for the first datum, 3 ms for each of the others."""
+    result = run_text(LATE, offsets="zero", execution="max", duration="300 ms")
+    assert set(result.flows[0].latencies) == {11 * MS, 3 * MS}
+    assert result.flows[0].latencies[11 * MS] == 1 and not result.lost
+
+
+INSTANT = """
+dse: 1
+name: instant
+devices:
+  steady: {period: 10 ms, latency: 1 ms}
+  once: {period: 1 s, latency: 6 ms}
+threads:
+  sink: {dispatch_protocol: sporadic, period: 10 ms, queue_size: 1, compute_execution_time: 2 ms}
+connections: {a: {from: steady, to: sink}, b: {from: once, to: sink}}
+flows: {main: {path: [steady, sink]}}
+"""
+
+
+def test_what_is_released_leaves_its_place_to_what_arrives_then() -> None:
+    """The message of 6 ms is dispatched at 11 ms, when the next one arrives and takes its place in the queue."""
+    result = run_text(INSTANT, offsets="zero", execution="max", contention=False, duration="900 ms")
+    assert not result.lost
+    assert set(result.flows[0].latencies) == {3 * MS, 13 * MS}
 
 
 HYBRID = """
