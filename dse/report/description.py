@@ -21,7 +21,8 @@ def print_description(console: Console, description: Description) -> None:
         table.add_row(plain(decision.name), plain(", ".join(decision.options)))
     console.print(table)
     console.print(
-        f"{format_count(description.size)} combinations of options, before rules, bindings and requirements.",
+        f"At most {format_count(description.size)} designs: combinations of options, before rules, bindings and "
+        "requirements (a decision that is not in use counts once where one other decides on that, else in full).",
         markup=False,
     )
     console.print(f"Flows: {', '.join(flow.name for flow in space.flows) or 'none'}", markup=False)

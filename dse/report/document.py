@@ -210,7 +210,7 @@ class Document:
             ),
             ("Proved", proof_words(result)),
             ("Referee", "every point was recomputed by the analysis, without the solver"),
-            ("Space", f"{format_count(search.space_size)} combinations of options"),
+            ("Space", f"at most {format_count(search.space_size)} designs, by their options alone"),
             ("Search", f"{search.solver}, {search.solver_calls} calls, {search.workers} workers, seed {search.seed}"),
             ("Versions", f"dse {__version__}, Python {python_version()}"),
             ("Problem file", f"{result.problem.file.rpartition('/')[2]}, SHA-256 {result.problem.sha256}"),

@@ -12,6 +12,10 @@ from dse.results.values import display_unit, readable
 from dse.results.variants import varying
 
 SHOWN_BARS = 12
+INDICES = (
+    "share of its variance (Sobol); effect: mean change from one end of the input's range to the other "
+    "(where it has no bounds, of the middle 95 % of its values)"
+)
 
 
 def sensitivity_sections(data: Data) -> Iterator[Section]:
@@ -139,7 +143,7 @@ def _uncertain_section(found: Data, currency: str) -> Section:
             )
             for path in paths
         ]
-        caption = f"{index['output']}: share of its variance (Sobol), effect of the whole range (Morris)"
+        caption = f"{index['output']}: {INDICES}"
         tables.append(Table(caption, ("input", "alone", "with interactions", "effect"), tuple(rows), (1, 2, 3)))
         records = [
             {

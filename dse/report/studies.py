@@ -10,7 +10,7 @@ from rich.console import Console
 
 from dse.report.parts import decisions_text
 from dse.report.plain import basis_words, plain, plain_table, print_hanging
-from dse.report.sensitivitysection import scaling_words, weakest
+from dse.report.sensitivitysection import INDICES, scaling_words, weakest
 from dse.results.robust import RobustResult
 from dse.results.sensitivity import Break, Margin, SensitivityResult, UncertainResult
 from dse.results.sweep import Change, SweepResult, SweepRun
@@ -279,7 +279,7 @@ def _print_uncertain(console: Console, found: UncertainResult, show_all: bool) -
         if len(found.chances) > len(shown):
             console.print(f"and {len(found.chances) - len(shown)} less sure ones (--all shows them)", markup=False)
     for index in found.indices:
-        title = f"What moves {index.output}: share of its variance (Sobol), effect of the whole range (Morris)"
+        title = f"What moves {index.output}: {INDICES}"
         table = plain_table(console, plain(title))
         for heading in ("input", "alone", "with interactions", "effect"):
             table.add_column(heading, justify="left" if heading == "input" else "right", overflow="fold")

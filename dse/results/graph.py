@@ -13,27 +13,35 @@ if TYPE_CHECKING:
     import networkx
 
 
+SHOWN = ("type", "dispatch_protocol", "period", "process", "processor", "bus", "data_size")
+"""Fields that nodes and edges show in a form of their own."""
+
+
 def architecture_graph(space: Space, design: Design) -> networkx.MultiDiGraph[str]:
     """Threads, devices, processors and buses as nodes; connections and bindings as edges.
 
     Nodes have `kind` (``thread``, ``device``, ``abstract``, ``processor``, ``bus``) and, where they apply, `type`,
     `dispatch_protocol`, `period_ns`, `process`. Edges have `kind`: ``connection`` (key: its name; `buses`,
-    `size_bytes`), ``runs on`` (thread to processor), ``carried by`` (virtual bus to bus). Empty slots are left out.
+    `size_bytes`), ``runs on`` (thread to processor), ``carried by`` (virtual bus to bus). What else was decided of a
+    component, slot or connection stands there by the name of its field, as text. Empty slots are left out.
     """
     import networkx
 
     graph: networkx.MultiDiGraph[str] = networkx.MultiDiGraph(name=space.name)
     view = View(design)
+    decided = _decided(space, view)
     for kind, slots in (("processor", space.processors), ("bus", space.buses)):
         for slot in slots:
             chosen = slot.types[view[slot.type_decision]]
             if chosen != EMPTY:
-                graph.add_node(slot.name, kind=kind, type=chosen)
+                graph.add_node(slot.name, kind=kind, type=chosen, **decided.get(slot.name, {}))
     for component in space.components:
         facts = {
             "dispatch_protocol": at(component.protocol, view),
             "period_ns": at(component.period_ns, view),
             "process": at(component.process, view),
+            "type": _type(space, component.name, view),
+            **decided.get(component.name, {}),
         }
         graph.add_node(component.name, kind=component.category, **{k: v for k, v in facts.items() if v is not None})
         processor = at(component.processor, view)
@@ -47,6 +55,7 @@ def architecture_graph(space: Space, design: Design) -> networkx.MultiDiGraph[st
             continue
         buses = [space.buses[number].name for number in bus_stack(space, connection, view)]
         facts = {"buses": buses, "size_bytes": at(connection.size_bytes, view)}
+        facts |= decided.get(connection.name, {})
         graph.add_edge(ends[0], ends[1], key=connection.name, kind="connection", **facts)
     for bus in space.buses:
         if bus.name in graph:
@@ -54,3 +63,18 @@ def architecture_graph(space: Space, design: Design) -> networkx.MultiDiGraph[st
             if carrier is not None:
                 graph.add_edge(bus.name, space.buses[carrier].name, key="carried by", kind="carried by")
     return graph
+
+
+def _decided(space: Space, view: View) -> dict[str, dict[str, str]]:
+    """The options that a design takes in its other open decisions, by component and field."""
+    found: dict[str, dict[str, str]] = {}
+    for decision, option in zip(space.decisions, view.design, strict=True):
+        if decision.is_open and option >= 0 and decision.field not in SHOWN:
+            found.setdefault(decision.component, {})[decision.field] = decision.options[option]
+    return found
+
+
+def _type(space: Space, name: str, view: View) -> str | None:
+    """The type that a thread or device takes its fields from, decided or not."""
+    reference = space.references.get(f"{name}.type")
+    return None if reference is None else reference.texts.get(at(reference.tree, view))

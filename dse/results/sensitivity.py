@@ -160,8 +160,10 @@ class Chance:
 class Indices:
     """What of an output's variation each uncertain input explains.
 
-    Sobol: `first` alone, `total` with its interactions; Morris: `effect`, the mean absolute change over the input's
-    whole range (in `unit`), and `spread`, its standard deviation. `output` is a metric.
+    Sobol: `first` alone, `total` with its interactions. `effect` is the mean absolute change (in `unit`) when the input
+    goes from one end of its range to the other and the others are as drawn, `spread` the change's standard deviation;
+    `over` has both ends in the input's unit (or factors): its bounds, or where it has none the middle 95 % of its
+    values. `output` is a metric.
     """
 
     output: str
@@ -170,6 +172,7 @@ class Indices:
     total: Mapping[str, float]
     effect: Mapping[str, float]
     spread: Mapping[str, float]
+    over: Mapping[str, tuple[float, float]]
 
     def to_dict(self) -> dict[str, Any]:
         """For JSON."""

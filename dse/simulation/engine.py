@@ -1,8 +1,9 @@
 """The simulation itself: events in integer nanoseconds.
 
 At one instant jobs end and separations run out first, then messages arrive, then timers dispatch: what arrives at the
-very moment of a timer's dispatch is read by it. A timer's job reads the latest value of everything at its dispatch; an arrival dispatches an
-event-triggered thread, or waits in its queue while there is room, or is lost. Output leaves when a job ends.
+very moment of a timer's dispatch is read by it. A timer's job reads the latest value of everything at its dispatch; an
+arrival dispatches an event-triggered thread, or waits in its queue while there is room, or is lost. Output leaves when
+a job ends.
 
 *The latency of a datum* runs from the dispatch of the job that produces it in the first component of a flow (from its
 sending where a flow begins with a connection) to the first moment at which the last element of the flow has processed

@@ -1,4 +1,4 @@
-"""How many designs a space has."""
+"""How many designs a space has at most."""
 
 from __future__ import annotations
 
@@ -9,12 +9,11 @@ from dse.space.types import EMPTY, Space
 
 
 def space_size(space: Space) -> int:
-    """The number of combinations of options, an option that a design does not use counted once.
+    """The number of combinations of options: an upper bound on the number of designs.
 
-    An optional slot counts its types: whether it is empty follows from what is bound to it.
-
-    Rules, bindings and requirements are not considered; where the use of a decision depends on several others, its
-    options are counted everywhere.
+    A decision that one other decision leaves unused counts once there; where several decide on its use, its options
+    count everywhere. An optional slot counts its types: whether it is empty follows from what is bound to it. Rules,
+    bindings and requirements are not considered.
     """
     owners: dict[int, list[int]] = {}
     alone: list[int] = []

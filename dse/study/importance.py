@@ -1,4 +1,4 @@
-"""What uncertain inputs do to designs: the chance that requirements hold, and which inputs matter (Sobol, Morris)."""
+"""What uncertain inputs do to designs: the chance that requirements hold, and which inputs matter (Sobol, effects)."""
 
 from __future__ import annotations
 
@@ -17,9 +17,8 @@ from dse.study.uncertainty import Uncertain, columns_of, ordered_columns
 SAMPLES = 100_000
 SOBOL_SAMPLES = 2**12
 """Base samples of the Sobol indices; the function is evaluated (inputs + 2) times as often."""
-TRAJECTORIES = 256
-LEVELS = 4
-"""Morris' trajectories walk on a grid with so many values of each input, in the middle of as many equal shares."""
+EFFECT_SAMPLES = 256
+"""How often the other inputs are drawn where one goes from one end of its range to the other."""
 SLACK = 1e-12
 """Samples are floating-point numbers: a value that meets its limit to this relative difference holds."""
 
@@ -66,7 +65,7 @@ def _holds(operator: str, value: Any, limit: Any) -> Any:
 def indices(
     function: DesignFunction, uncertain: Sequence[Uncertain], metrics: Sequence[str], seed: int
 ) -> tuple[Indices, ...]:
-    """Sobol indices (Saltelli 2010, by SciPy) and Morris' elementary effects (by SALib) of each metric that varies."""
+    """Sobol indices (Saltelli 2010, by SciPy) and effects over the whole range, of each metric that varies."""
     names = [name for name in metrics if name in function.outputs.names]
     numbers = [function.outputs.names.index(name) for name in names]
 
@@ -76,7 +75,8 @@ def indices(
             [numpy.broadcast_to(numpy.asarray(found[number], dtype=float), values.shape[1]) for number in numbers]
         )
 
-    effects, spreads = _morris(outputs, uncertain, seed)
+    ranges = [item.main_range() for item in uncertain]
+    effects, spreads = _effects(outputs, uncertain, ranges, seed)
     nominal = function.exact(function.inputs.nominal)
     sizes = [max(abs(float(nominal[number])), 1e-300) for number in numbers]
     varying = [position for position in range(len(names)) if effects[position].any()]
@@ -92,6 +92,7 @@ def indices(
             total=_by_path(paths, total[row]),
             effect=_by_path(paths, effects[position]),
             spread=_by_path(paths, spreads[position]),
+            over=dict(zip(paths, ranges, strict=True)),
         )
         for row, position in enumerate(varying)
     )
@@ -121,23 +122,23 @@ def _sobol(
     return numpy.reshape(result.first_order, shape), numpy.reshape(result.total_order, shape)
 
 
-def _morris(outputs: Callable[[Any], Any], uncertain: Sequence[Uncertain], seed: int) -> tuple[Any, Any]:
-    """Mean absolute elementary effect and its standard deviation, per whole range (Morris 1991, by SALib).
+def _effects(
+    outputs: Callable[[Any], Any], uncertain: Sequence[Uncertain], ranges: Sequence[tuple[float, float]], seed: int
+) -> tuple[Any, Any]:
+    """How much each output changes when one input goes from one end of its range to the other, the others as drawn.
 
-    A row for each output, a column for each input.
+    Mean absolute change, and the standard deviation of the change: 0 where the others have no part in it. This is the
+    elementary effect of Morris (Technometrics 33, 1991) for a step as long as the range. A row for each output, a
+    column for each input.
     """
-    from SALib.analyze import morris as effects_of
-    from SALib.sample import morris as trajectories
-
-    names = [item.path for item in uncertain]
-    problem = {"num_vars": len(names), "names": names, "bounds": [[0.0, 1.0]] * len(names)}
-    shares = trajectories.sample(problem, TRAJECTORIES, num_levels=LEVELS, seed=seed)
-    inside = (shares * (LEVELS - 1) + 0.5) / LEVELS  # a distribution without ends has no value at 0 and 1
-    whole = LEVELS / (LEVELS - 1)
-    values = numpy.array([item.ppf(column) for item, column in zip(uncertain, inside.T, strict=True)])
-    found = [
-        effects_of.analyze(problem, shares, row, num_levels=LEVELS, num_resamples=2, seed=seed)
-        for row in outputs(values)
-    ]
-    effects, spreads = ([item[name] for item in found] for name in ("mu_star", "sigma"))
-    return numpy.array(effects) * whole, numpy.array(spreads) * whole
+    shares = random_shares(len(uncertain), EFFECT_SAMPLES, seed)
+    values = numpy.array([item.ppf(row) for item, row in zip(uncertain, shares, strict=True)])
+    means, spreads = [], []
+    for number, (low, high) in enumerate(ranges):
+        moved = numpy.concatenate([values, values], axis=1)
+        moved[number] = numpy.repeat([low, high], EFFECT_SAMPLES)
+        found = outputs(moved)
+        change = found[:, EFFECT_SAMPLES:] - found[:, :EFFECT_SAMPLES]
+        means.append(numpy.abs(change).mean(axis=1))
+        spreads.append(change.std(axis=1))
+    return numpy.array(means).T, numpy.array(spreads).T

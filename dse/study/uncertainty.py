@@ -29,6 +29,8 @@ from dse.study.quantities import BASE, COUNT, TOTAL, read_value
 from dse.units import POWER_DRAW, TIME_RANGE, UNITS, Kind, UnitError, parse_quantity, shown
 
 MOST_SAMPLES = 1_000_000
+MIDDLE = 0.95
+"""The share of its values over which an input without bounds is said to have its effect."""
 MOST_SAMPLE_BYTES = 64_000_000
 PLAIN = Kind("a factor", "1.1", parse_quantity("1").dimension or UNITS["%"][1])
 Quantile = Callable[[Any], Any]
@@ -70,6 +72,13 @@ class Uncertain:
         if self.low is None or self.high is None:
             raise UsageError(f"{self.path}: a normal distribution has no bounds: state a `range` beside it")
         return self.low, self.high
+
+    def main_range(self) -> tuple[float, float]:
+        """The bounds; where there are none, the middle `MIDDLE` of all values."""
+        if self.low is not None and self.high is not None:
+            return float(self.low), float(self.high)
+        low, high = self.ppf([(1 - MIDDLE) / 2, (1 + MIDDLE) / 2])
+        return float(low), float(high)
 
     def set(self, values: list[Fraction], place: Fraction) -> None:
         """Put a value of the input into a list of all variables' values."""

@@ -173,6 +173,36 @@ def test_hostile_names_survive_every_format(tmp_path: Path) -> None:
         assert re.fullmatch(r'digraph "" \{\n(?:  [^"<]*(?:"")?[^"<]*;\n)+\}\n', outside.replace("; node", ", node"))
 
 
+TYPES = """
+dse: 1
+name: types
+device_types:
+  cheap: {period: 50 ms, price: 10 EUR, compute_execution_time: [1 ms .. 2 ms, 1 ms .. 3 ms]}
+  good: {period: 10 ms, price: 90 EUR}
+thread_types: {fusion: {compute_execution_time: 1 ms}}
+devices: {gnss: {type: [cheap, good]}, imu: {type: good}}
+threads: {nav: {type: fusion, queue_size: [1, 2], dispatch_protocol: aperiodic}}
+connections: {a: {from: gnss, to: nav, data_size: 8 B, rate: [5 Hz, 10 Hz]}, b: {from: imu, to: nav}}
+flows: {main: {path: [gnss, nav]}}
+objectives: [minimise latency of main, minimise price]
+"""
+
+
+def test_the_graph_has_everything_that_was_decided() -> None:
+    result = dse.solve(dse.loads(TYPES))
+    assert {point.decisions["gnss.type"] for point in result.front} >= {"cheap"}
+    for point in result.front:
+        graph = networkx.read_graphml(io.BytesIO(graphml(result.space, point.design).encode()), force_multigraph=True)
+        assert graph.nodes["gnss"]["type"] == point.decisions["gnss.type"]
+        assert (graph.nodes["imu"]["type"], graph.nodes["nav"]["type"]) == ("good", "fusion")
+        assert graph.nodes["nav"]["queue_size"] == point.decisions["nav.queue_size"]
+        (edge,) = [facts for source, _, facts in graph.edges(data=True) if source == "gnss"]
+        assert edge["rate"] == point.decisions["a.rate"]
+        found = graph.nodes["gnss"].get("compute_execution_time")
+        assert found == point.decisions.get("gnss.compute_execution_time")
+        assert f"gnss\\n{point.decisions['gnss.type']}" in graphviz(result.space, point.design)
+
+
 def test_rates_are_those_of_the_analysis() -> None:
     result = dse.solve(example_folder() / "inmark.yaml")
     point = next(item for item in result.front if item.decisions["ekf_fusion.main_loop.period"] == "4 ms")

@@ -172,8 +172,11 @@ flows: {main: {path: [source, sink]}}
 
 
 def test_separation_counts_from_the_dispatch() -> None:
-    """The first job waits for its core until 9 ms and ends at 11 ms, when the second is dispatched; the third follows
-    at 21 ms, though its message came at 20 ms, and so on: 11 ms for the first datum, 3 ms for each of the others."""
+    """The first job waits for its core until 9 ms and ends at 11 ms, when the second is dispatched.
+
+    The third follows at 21 ms, though its message came at 20 ms, and so on: 11 ms for the first datum, 3 ms for each of
+    the others.
+    """
     result = run_text(LATE, offsets="zero", execution="max", duration="300 ms")
     assert set(result.flows[0].latencies) == {11 * MS, 3 * MS}
     assert result.flows[0].latencies[11 * MS] == 1 and not result.lost

@@ -14,7 +14,7 @@ from study.test_margins import design_of, function_of, with_response_times
 from support import evaluated
 
 from dse.analysis.evaluate import Evaluator
-from dse.api.problem import Changes, Problem, load
+from dse.api.problem import Changes, Problem, load, loads
 from dse.pareto.front import Budget
 from dse.study.boxes import Box
 from dse.study.functions import DesignFunction, InputSpace
@@ -153,6 +153,42 @@ def test_indices_of_a_sum_are_shares_of_its_variance(tmp_path: Path) -> None:
     assert list(found.first.values()) == pytest.approx(shares, abs=0.01)
     assert list(found.total.values()) == pytest.approx(shares, abs=0.01)
     assert list(found.spread.values()) == pytest.approx([0, 0], abs=1)
+
+
+CHAIN = """
+dse: 1
+name: chain
+devices: {source: {period: 50 ms, compute_execution_time: 0 ms .. 1 ms}}
+threads: {sink: {dispatch_protocol: aperiodic, compute_execution_time: 0 ms .. 5 ms}}
+connections: {a: {from: source, to: sink}}
+flows: {main: {path: [source, sink]}}
+requirements: [latency of main <= 100 ms]
+objectives: [minimise latency of main]
+uncertainty:
+  threads.sink.compute_execution_time.max: STATED
+  devices.source.compute_execution_time.max: {range: 1 ms .. 2 ms}
+"""
+
+
+@pytest.mark.parametrize(
+    ("text", "low", "high"),
+    [
+        ("{range: 3 ms .. 9 ms}", 3, 9),
+        ("{range: 3 ms .. 9 ms, distribution: triangular, mode: 4 ms}", 3, 9),
+        ("{range: 3 ms .. 9 ms, distribution: normal, mean: 5 ms, deviation: 1 ms}", 3, 9),
+        ("{distribution: normal, mean: 5 ms, deviation: 1 ms}", 5 - 1.959964, 5 + 1.959964),
+        ("{samples: [3 ms, 4 ms, 4 ms, 9 ms]}", 3, 9),
+    ],
+)
+def test_the_effect_is_what_the_whole_range_moves(text: str, low: float, high: float) -> None:
+    """The latency is the sum of two execution times: it moves as far as the range is wide, however that is spread."""
+    found = sensitivity(loads(CHAIN.replace("STATED", text)), samples=100).uncertain
+    assert found is not None
+    [index] = found.indices
+    path = "threads.sink.compute_execution_time.max"
+    assert index.effect[path] == pytest.approx((high - low) * 10**6)
+    assert index.over[path] == pytest.approx((low * 10**6, high * 10**6))
+    assert index.spread[path] == pytest.approx(0, abs=1e-6)
 
 
 @pytest.mark.parametrize("name", NAMES)
