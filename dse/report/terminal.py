@@ -67,8 +67,8 @@ def print_result(console: Console, result: Result, top: int | None = TOP) -> Non
     console.print(proof_words(result), markup=False, style="bold")
     search = result.search
     console.print(
-        f"{search.solver_calls} solver calls, {search.wall_s:.2f} s, at most {format_count(search.space_size)} designs; "
-        "every point recomputed without the solver.",
+        f"{search.solver_calls} solver calls, {search.wall_s:.2f} s, at most {format_count(search.space_size)} "
+        "designs; every point recomputed without the solver.",
         markup=False,
     )
     if rounding := rounding_words(result):
