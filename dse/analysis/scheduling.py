@@ -83,6 +83,21 @@ def response_of(space: Space, component: int, part: Part, view: View) -> Respons
     return found[0] if found else None
 
 
+def all_responses(space: Space, view: View) -> dict[TaskKey, int | None]:
+    """The response time of every task of a whole design, in ns; found together, and kept with the view."""
+    found: dict[TaskKey, int | None] | None = view.memo.get("responses")
+    if found is None:
+        schedule = _Schedule(space, view)
+        cores = [core for processor in range(len(space.processors)) for core in schedule.cores(processor)]
+        found = view.memo["responses"] = _fixed_point(space, cores, view)
+    return found
+
+
+def subset_responses(space: Space, groups: Sequence[Sequence[int]], view: View) -> dict[TaskKey, int | None]:
+    """Response times where only these threads are there, each group on a core of its own: never above those of more."""
+    return _fixed_point(space, [_turns(space, group, view) for group in groups], view)
+
+
 def _responses_on(space: Space, processor: int, view: View) -> tuple[Response, ...]:
     schedule = _Schedule(space, view)
     keys = [turn.key for core in schedule.cores(processor) for turn in core]
@@ -97,15 +112,29 @@ def _response_to(space: Space, key: TaskKey, view: View) -> tuple[Response, ...]
 
 def bounded_response_ns(space: Space, component: int, part: Part, view: View) -> int:
     """The response time as a number: `UNBOUNDED_NS` beyond that, the longest processing off the processors."""
-    found, alone = response_of(space, component, part, view), longest_alone_ns(space, component, part, view)
-    if found is None:
-        return alone
-    return max(alone, UNBOUNDED_NS if found.response_ns is None else min(found.response_ns, UNBOUNDED_NS))
+    alone = longest_alone_ns(space, component, part, view)
+    if type(view) is View:
+        known = all_responses(space, view)
+        if (component, part) not in known:
+            return alone
+        response = known[component, part]
+    else:
+        found = response_of(space, component, part, view)
+        if found is None:
+            return alone
+        response = found.response_ns
+    return max(alone, UNBOUNDED_NS if response is None else min(response, UNBOUNDED_NS))
 
 
 def longest_alone_ns(space: Space, component: int, part: Part, view: View) -> int:
     """The longest time of one job that nothing delays: no response time is shorter."""
     return _alone_ns(space.components[component], part, view)[1]
+
+
+def work_ns(space: Space, number: int, view: View) -> int:
+    """The longest time of one job of a thread (not its callback); 0 where it executes nothing."""
+    executes = at(space.components[number].execution_ns, view) is not None
+    return longest_alone_ns(space, number, "thread", view) if executes else 0
 
 
 def deadline_ns(component: Component, view: View) -> int | None:
@@ -126,7 +155,8 @@ def _alone_ns(component: Component, part: Part, view: View) -> tuple[int, int]:
     return (0, 0) if stated is None else (stated[0], stated[1])
 
 
-def _members(space: Space, processor: int, view: View) -> Iterator[int]:
+def members(space: Space, processor: int, view: View) -> Iterator[int]:
+    """The threads on a processor, by number."""
     for number, component in enumerate(space.components):
         if component.processor is not None and at(component.processor, view) == processor:
             yield number
@@ -220,11 +250,11 @@ def core_of_each(space: Space, processor: int, view: View) -> dict[int, int]:
     count = max(1, at(space.processors[processor].cores, view))
     loads = [Fraction(0)] * count
     placed: dict[int, int] = {}
-    members = {number: _utilisation(space, number, view) for number in _members(space, processor, view)}
-    stated = {number: at(space.components[number].core, view) for number in members}
-    order = sorted(members, key=lambda number: (stated[number] is None, -members[number], number))
+    used = {number: utilisation(space, number, view) for number in members(space, processor, view)}
+    stated = {number: at(space.components[number].core, view) for number in used}
+    order = sorted(used, key=lambda number: (stated[number] is None, -used[number], number))
     for number in order:
-        share, core = members[number], stated[number]
+        share, core = used[number], stated[number]
         if core is None:
             fitting = [index for index, load in enumerate(loads) if load + share <= 1]
             index = fitting[0] if fitting else loads.index(min(loads))
@@ -232,7 +262,7 @@ def core_of_each(space: Space, processor: int, view: View) -> dict[int, int]:
             index = min(core, count) - 1
         placed[number] = index + 1
         loads[index] += share
-    return {number: placed[number] for number in members}
+    return {number: placed[number] for number in used}
 
 
 def _cores(space: Space, processor: int, view: View) -> list[list[_Turn]]:
@@ -262,7 +292,8 @@ def _turns(space: Space, numbers: Sequence[int], view: View) -> list[_Turn]:
     return turns
 
 
-def _utilisation(space: Space, number: int, view: View) -> Fraction:
+def utilisation(space: Space, number: int, view: View) -> Fraction:
+    """The share of one core that a thread uses, callback and timer together."""
     share = Fraction(0)
     for _, part in _keys(space, number, view):
         key: RateKey = ("input", number) if part == "callback" else ("activation", number)

@@ -13,6 +13,7 @@ from typing import Any
 
 from dse.errors import UsageError
 from dse.space.build import build_space, every_mistake
+from dse.space.cores import with_all_cores, with_open_cores
 from dse.space.questions import (
     QuestionError,
     read_objective,
@@ -126,11 +127,9 @@ def changed(problem: Problem, changes: Changes) -> Problem:
         else:
             _add_new(requirements, found)
     objectives = _objectives(space, changes.objectives) if changes.objectives else space.objectives
-    fixed = dict(read_choices(space, changes.fix))
-    return replace(
-        problem,
-        space=replace(space, requirements=tuple(requirements), rules=tuple(rules), objectives=objectives, fixed=fixed),
-    )
+    space = replace(space, requirements=tuple(requirements), rules=tuple(rules), objectives=objectives)
+    fixed = dict(read_choices(with_all_cores(space), changes.fix))
+    return replace(problem, space=with_open_cores(replace(space, fixed=fixed)))
 
 
 def set_up(problem: Problem, given: Mapping[str, str | None]) -> Space:
@@ -234,6 +233,7 @@ def complete_design(space: Space, choices: Mapping[int, int]) -> Design:
     from dse.analysis.views import View
 
     made = [0 if len(item.options) == 1 else choices.get(index, -1) for index, item in enumerate(space.decisions)]
+    made = _with_cores(space, made)
     design = _with_slots(space, made)
     known = View([max(option, 0) for option in design])
     missing = [
@@ -245,6 +245,16 @@ def complete_design(space: Space, choices: Mapping[int, int]) -> Design:
             f'(give them with --design "{missing[0]} = …", or state a baseline)'
         )
     return tuple(max(option, 0) for option in design)
+
+
+def _with_cores(space: Space, made: Sequence[int]) -> list[int]:
+    """Cores that are left open, where everything else is made: such that limits are met, where quick ways find that."""
+    waiting = [item for item in space.open_cores if item.index < len(made) and made[item.index] < 0]
+    if not waiting:
+        return list(made)
+    from dse.analysis.packing import placed
+
+    return list(placed(space, made, [item.index for item in waiting]))
 
 
 def baseline_design(space: Space) -> Design | None:

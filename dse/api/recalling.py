@@ -9,6 +9,7 @@ from typing import Any
 from dse.analysis.measures import all_metrics
 from dse.api.problem import ORIGIN, Problem, complete_design, set_up
 from dse.errors import UsageError
+from dse.space.cores import with_all_cores, with_open_cores
 from dse.space.metrics import own_limit
 from dse.space.questions import QuestionError, read_objective, read_requirements, read_rule
 from dse.space.settings import SETTINGS
@@ -32,11 +33,11 @@ def restated(problem: Problem, effective: Mapping[str, Any]) -> Problem:
         ]
         rules = [_rule(space, text) for text in effective["rules"]]
         objectives = tuple(_objective(space, text) for text in effective["objectives"])
-        fixed = named_choices(space, effective["fixed"])
+        space = replace(space, requirements=tuple(requirements), rules=tuple(rules), objectives=objectives)
+        fixed = named_choices(with_all_cores(space), effective["fixed"])
     except (KeyError, TypeError, AttributeError, ExpressionError, QuestionError) as error:
         raise UsageError(f"the result does not state a question that fits the problem: {error}") from error
-    space = replace(space, requirements=tuple(requirements), rules=tuple(rules), objectives=objectives, fixed=fixed)
-    return replace(problem, space=space)
+    return replace(problem, space=with_open_cores(replace(space, fixed=fixed)))
 
 
 def _settings(effective: Mapping[str, Any]) -> dict[str, str]:

@@ -6,6 +6,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
+from dse.space.cores import check_core
 from dse.space.figures import FieldReader, Ledger, Owner, Path, by_machine, closest
 from dse.space.slots import carriers, decision_of, known_types, read_figures, read_named
 from dse.space.trees import Choice, PerProcessorType, Tree, graft, leaves
@@ -49,9 +50,8 @@ def build_component(ledger: Ledger, spec: Spec, processors: Sequence[Processor],
         process = reader.read(lambda model: model.process)
         reader = FieldReader(ledger, _without_types(owner), "priority", "count", str)
         priority = reader.read(lambda model: model.priority)
-        reader = FieldReader(ledger, _without_types(owner), "core", "count", str)
-        core = reader.read(lambda model: model.core)
-        _check_core(ledger, processors, name, processor, core)
+        core = given.core[0] if given.core and len(given.core) == 1 and isinstance(given.core[0], int) else None
+        check_core(ledger, processors, name, processor, given.core or ())
     machine = by_machine(ledger, processors, name, processor)
     machines = frozenset(item for leaf in leaves(processor) if leaf is not None for item in processors[leaf].types)
 
@@ -82,19 +82,6 @@ def build_component(ledger: Ledger, spec: Spec, processors: Sequence[Processor],
         priority=priority,
         core=core,
     )
-
-
-def _check_core(ledger: Ledger, processors: Sequence[Processor], name: str, processor: Tree, core: Tree) -> None:
-    """A stated core exists on some processor that the thread may have; a design that chooses another is invalid."""
-    numbers = [leaf for leaf in leaves(core) if leaf is not None]
-    slots = [leaf for leaf in leaves(processor) if leaf is not None]
-    path = ("threads", name, "core")
-    if numbers and not slots and not ledger.is_doubtful(name, f"{name}.processor"):
-        ledger.error(path, "a core needs a `processor`")
-    most = max((count for slot in slots for count in leaves(processors[slot].cores)), default=0)
-    unsure = any(ledger.is_doubtful(processors[slot].name) for slot in slots)
-    if slots and numbers and min(numbers) > most and not unsure:
-        ledger.error(path, f"core {min(numbers)} does not exist: there are {most} at most")
 
 
 def _without_types(owner: Owner) -> Owner:

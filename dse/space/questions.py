@@ -13,6 +13,7 @@ from functools import partial
 from graphlib import CycleError, TopologicalSorter
 from typing import Any, TypeVar
 
+from dse.space.cores import open_cores, with_open_cores
 from dse.space.figures import Ledger, Path, closest
 from dse.space.metrics import (
     RESERVED,
@@ -94,7 +95,7 @@ T = TypeVar("T")
 
 def with_questions(ledger: Ledger, space: Space, spec: Spec) -> Space:
     """The space with everything that the problem file asks; mistakes go to the ledger."""
-    space = _with_derived(ledger, space, spec)
+    space = _with_cores(ledger, _with_derived(ledger, space, spec), spec)
     space = replace(space, requirements=tuple(_required_latencies(ledger, space)))
     requirements = list(with_deadlines(space, partial(_deadline_origin, ledger, spec)).requirements)
     for number, text in enumerate(spec.requirements):
@@ -109,7 +110,17 @@ def with_questions(ledger: Ledger, space: Space, spec: Spec) -> Space:
         rules += _attempt(ledger, path, text, partial(read_rule, space, text, origin))
     objectives = _objectives(ledger, space, spec)
     space = replace(space, requirements=tuple(requirements), objectives=tuple(objectives), rules=tuple(rules))
-    return replace(space, baseline=_baseline(ledger, space, spec))
+    return with_open_cores(replace(space, baseline=_baseline(ledger, space, spec)))
+
+
+def _with_cores(ledger: Ledger, space: Space, spec: Spec) -> Space:
+    """The space with every open core as a decision, so that rules and the baseline can speak of them."""
+    found = open_cores(ledger, spec, space)
+    components = list(space.components)
+    for item in found:
+        components[item.component] = replace(components[item.component], core=item.decision.home)
+    decisions = (*space.decisions, *(item.decision for item in found))
+    return replace(space, components=tuple(components), decisions=decisions, open_cores=found)
 
 
 def _attempt(ledger: Ledger, path: Path, text: str, make: Callable[[], T]) -> list[T]:

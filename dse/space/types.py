@@ -265,6 +265,18 @@ class Reference:
 
 
 @dataclass(frozen=True)
+class OpenCore:
+    """The core of a thread as a decision, which stands behind all others, and only where something asked depends on it.
+
+    `index` is its place in `Space.decisions` when it is there.
+    """
+
+    component: int
+    index: int
+    decision: Decision
+
+
+@dataclass(frozen=True)
 class Space:
     """A problem, ready to analyse and to search. See the module docstring for units."""
 
@@ -286,6 +298,7 @@ class Space:
     currency: str
     baseline: Mapping[int, int]
     fixed: Mapping[int, int] = field(default_factory=dict)
+    open_cores: tuple[OpenCore, ...] = ()
     assumptions: tuple[str, ...] = ()
     processing: str = "execution_time"
     """What a flow counts as the longest processing of a thread: ``execution_time`` or ``response_time``."""

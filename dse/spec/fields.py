@@ -97,6 +97,10 @@ Name: TypeAlias = Annotated[
 # --- numbers ------------------------------------------------------------------------------------------------------
 
 
+CORE_RULES = ("any", "first_fit")
+"""What may stand where a core does: the search decides, or first-fit by decreasing utilisation."""
+
+
 def _count(least: int) -> Callable[[Any], int]:
     def read(value: Any) -> int:
         if not isinstance(value, int) or isinstance(value, bool) or value < least:
@@ -104,6 +108,15 @@ def _count(least: int) -> Callable[[Any], int]:
         return value
 
     return read
+
+
+def _core(value: Any) -> int | str:
+    if value in CORE_RULES:
+        return str(value)
+    if not isinstance(value, int) or isinstance(value, bool) or value < 1:
+        hint = "a core from 1, a list of cores, any (the search decides) or first_fit"
+        raise field_error(f"expected a core, got {describe(value)}", hint)
+    return value
 
 
 def _setting(value: Any) -> str | int:
@@ -120,6 +133,11 @@ def _version(value: Any) -> int:
 
 Version: TypeAlias = Annotated[int, PlainValidator(_version), WithJsonSchema({"const": 1})]
 Count: TypeAlias = Annotated[int, PlainValidator(_count(1)), WithJsonSchema({"type": "integer", "minimum": 1})]
+Core: TypeAlias = Annotated[
+    int | str,
+    PlainValidator(_core),
+    WithJsonSchema({"anyOf": [{"type": "integer", "minimum": 1}, {"enum": list(CORE_RULES)}]}),
+]
 QueueSize: TypeAlias = Annotated[int, PlainValidator(_count(0)), WithJsonSchema({"type": "integer", "minimum": 0})]
 Setting: TypeAlias = Annotated[
     str | int,

@@ -14,6 +14,7 @@ from dse import units
 from dse.spec.fields import (
     Alternatives,
     Bandwidth,
+    Core,
     Count,
     DataRate,
     DataSize,
@@ -135,7 +136,7 @@ class Thread(ThreadType):
     processor: Alternatives[Name] | None = None
     process: Alternatives[Name] | None = None
     priority: Alternatives[QueueSize] | None = None
-    core: Alternatives[Count] | None = None
+    core: Alternatives[Core] | None = None
     dispatch_trigger: Items[Name] | None = None
 
 

@@ -13,6 +13,7 @@ from typing import Any, Literal
 
 from dse.api.problem import Problem
 from dse.errors import UsageError
+from dse.space.cores import with_open_cores
 from dse.space.metrics import BUILT_IN
 from dse.space.questions import QuestionError, read_requirements
 from dse.space.types import Metric, Requirement, Space
@@ -76,7 +77,7 @@ def limited(space: Space, requirement: Requirement) -> Space:
     """The space with one limit in the place of all limits of the same direction on the same metric."""
     side = requirement.operator[0]
     kept = [item for item in space.requirements if item.metric != requirement.metric or item.operator[0] != side]
-    return replace(space, requirements=(*kept, requirement))
+    return with_open_cores(replace(space, requirements=(*kept, requirement)))
 
 
 def read_axis(problem: Problem, inputs: Inputs, text: str) -> Axis:

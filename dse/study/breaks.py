@@ -21,6 +21,7 @@ from dse.analysis.limits import MANY_CASES, build_limit, thread_loads
 from dse.analysis.measures import PPM, SCALE_LIMIT, Measure, Term, build_measure, display_unit
 from dse.analysis.views import View, tabulate
 from dse.results.result import exact
+from dse.space.cores import with_open_cores
 from dse.space.metrics import metric_dimension
 from dse.space.types import Design, Objective, Space
 from dse.study.axes import LimitAxis, limit_requirement, limited
@@ -200,7 +201,7 @@ class _Question:
         space = limited(self.space, limit_requirement(self.axis, quantity, operator, ""))
         own = [item.metric for item in space.objectives]
         if objective.metric not in own:
-            space = replace(space, objectives=(*space.objectives, objective))
+            space = with_open_cores(replace(space, objectives=(*space.objectives, objective)))
         stand_ins = None
         if self.share is not None and objective.metric not in own:
             stand_ins = (*(build_measure(space, metric) for metric in own), self.share)

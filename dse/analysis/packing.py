@@ -1,0 +1,120 @@
+"""Where threads whose core is open may run in a design that is made otherwise: quick ways, tried one after the other.
+
+No way is sure to find a core for each thread where there is one: the search's model is (`dse.encode.schedulability`).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from fractions import Fraction
+from typing import TypeAlias
+
+from dse.analysis.limits import HOLDS, Limit, build_limit, judge
+from dse.analysis.scheduling import members, subset_responses, utilisation
+from dse.analysis.views import View
+from dse.space.trees import at
+from dse.space.types import Design, OpenCore, Space
+
+Fits: TypeAlias = Callable[[Sequence[int]], bool]
+Order: TypeAlias = Callable[[Sequence[Fraction]], Sequence[int]]
+
+
+def core_limits(space: Space) -> list[Limit]:
+    """The upper limits on response times that are asked for."""
+    return [
+        build_limit(space, item)
+        for item in space.requirements
+        if item.metric.kind == "response time" and item.operator in ("<=", "<")
+    ]
+
+
+def placed(space: Space, made: Sequence[int], waiting: Sequence[int]) -> Design:
+    """A design with cores for the decisions `waiting`: the first way that meets the limits, else the even one."""
+    open_ = [item for item in space.open_cores if item.index in set(waiting)]
+    limits = core_limits(space)
+    start = tuple(max(option, 0) for option in made)
+    first: Design | None = None
+    for design in placements(space, start, open_, limits):
+        first = first if first is not None else design
+        view = View(design)
+        if all(judge(limit, view).holds for limit in limits):
+            return design
+    return first if first is not None else start
+
+
+def placements(space: Space, design: Design, open_: Sequence[OpenCore], limits: Sequence[Limit]) -> Iterator[Design]:
+    """The design with other cores for the threads of `open_`, different ones each time.
+
+    First each thread, those that use most first, on the core that is used least; then on the least used, the first and
+    the most used core where it and the threads there meet their limits as far as these depend on that core.
+    """
+    view = View(design)
+    latest = {limit.requirement.metric.index or 0: (limit.requirement.operator, limit.bound(view)) for limit in limits}
+    seen = set()
+    for fits, order in _ways(space, view, latest):
+        found = _place(space, view, open_, fits, order)
+        if found is not None and found not in seen:
+            seen.add(found)
+            yield found
+
+
+def _ways(space: Space, view: View, latest: Mapping[int, tuple[str, Fraction]]) -> Iterator[tuple[Fits, Order]]:
+    def meets(numbers: Sequence[int]) -> bool:
+        known = subset_responses(space, [numbers], view)
+        for number in numbers:
+            operator, bound = latest.get(number, ("", Fraction(0)))
+            response = known.get((number, "thread"), 0)
+            if operator and (response is None or not HOLDS[operator](Fraction(response), bound)):
+                return False
+        return True
+
+    def least_used(loads: Sequence[Fraction]) -> Sequence[int]:
+        return sorted(range(len(loads)), key=lambda core: (loads[core], core))
+
+    yield (lambda numbers: True), least_used
+    yield meets, least_used
+    yield meets, lambda loads: range(len(loads))
+    yield meets, lambda loads: sorted(range(len(loads)), key=lambda core: (-loads[core], core))
+
+
+def _place(space: Space, view: View, open_: Sequence[OpenCore], fits: Fits, order: Order) -> Design | None:
+    """The design with a core for each thread; None where a thread fits nowhere."""
+    chosen = list(view.design)
+    by_number = {item.component: item for item in open_}
+    for processor, slot in enumerate(space.processors):
+        count = max(1, at(slot.cores, view))
+        here = {number: utilisation(space, number, view) for number in members(space, processor, view)}
+        cores: list[list[int]] = [[] for _ in range(count)]
+        loads = [Fraction(0)] * count
+        for number in here.keys() - by_number.keys():
+            core = at(space.components[number].core, view)
+            if core is not None and core <= count:
+                cores[core - 1].append(number)
+                loads[core - 1] += here[number]
+        for number in sorted(here.keys() & by_number.keys(), key=lambda item: (-here[item], item)):
+            decision = by_number[number].decision
+            allowed = {value - 1: option for option, value in enumerate(decision.values) if value <= count}
+            core = next((core for core in order(loads) if core in allowed and fits([*cores[core], number])), None)
+            if core is None:
+                return None
+            cores[core].append(number)
+            loads[core] += here[number]
+            chosen[by_number[number].index] = allowed[core]
+    return _relabelled(space, view, tuple(chosen), open_)
+
+
+def _relabelled(space: Space, view: View, design: Design, open_: Sequence[OpenCore]) -> Design:
+    """The same with the cores of each processor numbered as they come first in the file, where nothing names a core."""
+    result = list(design)
+    named = {item.component for item in open_}
+    for processor, slot in enumerate(space.processors):
+        count = max(1, at(slot.cores, view))
+        here = [item for item in open_ if at(space.components[item.component].processor, view) == processor]
+        others = set(members(space, processor, view)) - named
+        whole = all(item.decision.values[:count] == tuple(range(1, count + 1)) for item in here)
+        if count < 2 or not whole or any(at(space.components[item].core, view) is not None for item in others):
+            continue
+        labels: dict[int, int] = {}
+        for item in here:
+            result[item.index] = labels.setdefault(design[item.index], len(labels))
+    return tuple(result)

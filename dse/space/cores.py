@@ -1,0 +1,160 @@
+"""The core of a thread as a decision: there only where something that is asked depends on cores.
+
+A thread without a stated core may run on any core of its processor (`core: any`), one with a list on any of these. Such
+decisions stand behind all others, so that questions that do not depend on cores are the same with and without them.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import replace
+
+from dse.space.figures import Ledger
+from dse.space.trees import Choice, Tree, graft, leaves
+from dse.space.types import (
+    Component,
+    Decision,
+    Metric,
+    MultipleTest,
+    OpenCore,
+    PairTest,
+    Processor,
+    ResolvedCondition,
+    Space,
+    UsedTest,
+    ValueTest,
+)
+from dse.spec.expressions import And, Not, Or
+from dse.spec.fields import CORE_RULES
+from dse.spec.model import Spec
+
+
+def check_core(
+    ledger: Ledger, processors: Sequence[Processor], name: str, processor: Tree, given: Sequence[int | str]
+) -> None:
+    """Stated cores exist on some processor that the thread may have; a design that chooses another is invalid."""
+    path = ("threads", name, "core")
+    rules = [item for item in given if item in CORE_RULES]
+    numbers = [item for item in given if isinstance(item, int)]
+    if rules and len(given) > 1:
+        ledger.error(path, f"{rules[0]} stands alone, without other cores")
+    slots = [leaf for leaf in leaves(processor) if leaf is not None]
+    if given and not slots and not ledger.is_doubtful(name, f"{name}.processor"):
+        ledger.error(path, "a core needs a `processor`")
+    most = max((count for slot in slots for count in leaves(processors[slot].cores)), default=0)
+    unsure = any(ledger.is_doubtful(processors[slot].name) for slot in slots)
+    if slots and numbers and min(numbers) > most and not unsure:
+        ledger.error(path, f"core {min(numbers)} does not exist: there are {most} at most")
+
+
+def open_cores(ledger: Ledger, spec: Spec, space: Space) -> tuple[OpenCore, ...]:
+    """The threads whose core is open, each with its decision; makes every core known to rules and the baseline."""
+    found: list[OpenCore] = []
+    for number, component in enumerate(space.components):
+        if component.section != "threads" or component.processor is None:
+            continue
+        given = spec.threads[component.name].core or ("any",)
+        if "first_fit" in given:
+            continue
+        most = max((count for slot in set(leaves(component.processor)) - {None}
+                    for count in leaves(space.processors[slot].cores)), default=0)  # fmt: skip
+        numbers = tuple(range(1, most + 1))
+        if "any" not in given:
+            numbers = tuple(item for item in given if isinstance(item, int))
+        name = f"{component.name}.core"
+        if len(numbers) < 2:
+            ledger.refer(name, "count", numbers[0] if numbers else None, {item: str(item) for item in numbers})
+            continue
+        index = len(space.decisions) + len(found)
+        home = _home(space, component, index, numbers)
+        decision = Decision(name, component.name, "core", "count", tuple(map(str, numbers)), numbers, home)
+        found.append(OpenCore(number, index, decision))
+        ledger.refer(name, "count", home, {item: str(item) for item in numbers})
+    return tuple(found)
+
+
+def _home(space: Space, component: Component, index: int, numbers: tuple[int, ...]) -> Tree:
+    """The thread's core: nothing to decide where its processor has one core only."""
+
+    def on(processor: int | None) -> Tree:
+        if processor is None:
+            return None
+        return graft(space.processors[processor].cores, lambda count: None if count < 2 else choice)
+
+    choice = Choice(index, numbers)
+    tree = graft(component.processor, on)
+    return choice if all(leaf is not None for leaf in leaves(tree)) else tree
+
+
+def with_open_cores(space: Space) -> Space:
+    """The space with the core decisions where something that is asked depends on them, else without.
+
+    What is asked are requirements, objectives, rules and fixed decisions.
+    """
+    return _with_cores(space, depends_on_cores(space)) if space.open_cores else space
+
+
+def with_all_cores(space: Space) -> Space:
+    """The space with every open core as a decision."""
+    return _with_cores(space, True) if space.open_cores else space
+
+
+def _with_cores(space: Space, wanted: bool) -> Space:
+    first = space.open_cores[0].index
+    if wanted == (len(space.decisions) > first):
+        return space
+    components = list(space.components)
+    for item in space.open_cores:
+        home = item.decision.home if wanted else None
+        components[item.component] = replace(components[item.component], core=home)
+    added = tuple(item.decision for item in space.open_cores) if wanted else ()
+    return replace(space, decisions=(*space.decisions[:first], *added), components=tuple(components))
+
+
+def depends_on_cores(space: Space) -> bool:
+    """Whether a requirement, an objective, a rule or a fixed decision of the space depends on who shares a core."""
+    first = space.open_cores[0].index if space.open_cores else len(space.decisions)
+    asked = [item.metric for item in space.requirements] + [item.metric for item in space.objectives]
+    if any(index >= first for index in space.fixed):
+        return True
+    if any(_looks_at(rule.condition, lambda index: index >= first) for rule in space.rules):
+        return True
+    return any(is_scheduled(space, metric) for metric in asked)
+
+
+def is_scheduled(space: Space, metric: Metric) -> bool:
+    """Whether response times count in a metric."""
+    if metric.kind == "derived":
+        return any(is_scheduled(space, inner) for _, inner in space.derived[metric.index or 0].terms)
+    if metric.kind in ("latency", "jitter"):
+        return space.processing == "response_time"
+    return metric.kind == "response time"
+
+
+def rules_on_cores(space: Space) -> bool:
+    """Whether rules tell cores apart."""
+    first = space.open_cores[0].index if space.open_cores else len(space.decisions)
+    return any(_looks_at(rule.condition, lambda index: index >= first) for rule in space.rules)
+
+
+def _looks_at(condition: ResolvedCondition, wanted: Callable[[int], bool]) -> bool:
+    if isinstance(condition, Not):
+        return _looks_at(condition.operand, wanted)
+    if isinstance(condition, And | Or):
+        return any(_looks_at(item, wanted) for item in condition.operands)
+    return any(wanted(index) for tree in _trees(condition) for index in _decisions(tree))
+
+
+def _trees(atom: ValueTest | PairTest | MultipleTest | UsedTest) -> Iterable[Tree]:
+    if isinstance(atom, ValueTest):
+        return (atom.tree,)
+    if isinstance(atom, UsedTest):
+        return [tree for tree, _ in atom.types]
+    return (atom.left, atom.right)
+
+
+def _decisions(tree: Tree) -> Iterable[int]:
+    if isinstance(tree, Choice):
+        yield tree.decision
+        for branch in tree.branches:
+            yield from _decisions(branch)
