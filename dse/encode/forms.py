@@ -71,6 +71,8 @@ class Board:
         self._choices: set[frozenset[int]] = set()
         self._implied: dict[int, frozenset[tuple[int, int]]] = {}
         self.open_terms: list[OpenTerm] = []
+        self.deadlines: list[Any] = []  # upper limits on response times, see `dse.encode.contention`
+        self.contention: Any = None
         self.scheduled: dict[tuple[int, bool], tuple[object, Form]] = {}  # by the id of a term, which is kept alive
         self.guard: cp_model.IntVar | None = None
         self.branched: Counter[int] = Counter()

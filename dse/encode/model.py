@@ -21,6 +21,7 @@ from dse.analysis.measures import Measure
 from dse.analysis.recall import Watching
 from dse.analysis.validity import Predicate, Rulebook, has_conditional_home
 from dse.analysis.views import View
+from dse.encode.contention import Contention, contention_of
 from dse.encode.forms import Board, OpenTerm
 from dse.encode.rates import RateVariables, add_acyclic_activation
 from dse.encode.requirements import add_limit
@@ -66,6 +67,7 @@ class EncodedSpace:
     inactive: Sequence[cp_model.IntVar | None]
     objectives: tuple[EncodedObjective, ...]
     open_terms: Sequence[OpenTerm] = ()
+    contention: Contention | None = None
     shared: Sequence[int] = ()
     """Decisions on which many summands hang, most first: sums have a form of their own for each of their options."""
     zones: Sequence[ZoneSwitch] = ()
@@ -89,6 +91,7 @@ class EncodedSpace:
             [again(literal) if literal is not None else None for literal in self.inactive],
             tuple(replace(objective, variable=again(objective.variable)) for objective in self.objectives),
             [replace(term, variable=again(term.variable)) for term in self.open_terms],
+            self.contention.copy(model) if self.contention is not None else None,
             self.shared,
             [replace(zone, literal=again(zone.literal)) for zone in self.zones],
         )
@@ -102,12 +105,26 @@ class EncodedSpace:
         return tuple(result)
 
     def differs_from(self, design: Design) -> list[Any]:
-        """Literals of which at least one is true in any other design."""
+        """Literals of which at least one is true in any other design; cores count where figures depend on them."""
+        moved = self.contention.moved if self.contention is not None else frozenset()
         return [
             self.options[index][option].negated()
             for index, option in enumerate(design)
-            if option >= 0 and len(self.options[index]) > 1
+            if option >= 0 and len(self.options[index]) > 1 and index not in moved
         ]
+
+    @property
+    def learns(self) -> bool:
+        """Whether the model becomes stricter with what its solutions show."""
+        return bool(self.open_terms) or self.contention is not None
+
+    def settled(self, design: Design, value: Callable[[cp_model.IntVar], int]) -> Design | None:
+        """The design of a solution as the analysis accepts it; None where the model has learnt from it instead."""
+        if self.open_terms and self.sharpen(design, value):
+            return None
+        if self.contention is None:
+            return design
+        return self.contention.settled(design, lambda literal: bool(value(literal)))
 
     def sharpen(self, design: Design, value: Callable[[cp_model.IntVar], int]) -> bool:
         """Make open terms exact where a solution has other figures; whether there were any.
@@ -184,7 +201,15 @@ class Demands:
             except OverflowError as error:
                 raise _too_large(error) from error
         board = self.board
-        return EncodedSpace(board.model, board.options, board.inactive, objectives, board.open_terms, board.shared())
+        return EncodedSpace(
+            board.model,
+            board.options,
+            board.inactive,
+            objectives,
+            board.open_terms,
+            contention_of(board, self.rates),
+            board.shared(),
+        )
 
 
 def _too_large(error: OverflowError) -> TooLargeError:
@@ -211,10 +236,15 @@ def _encode(evaluator: Evaluator) -> EncodedSpace:
     for limit in evaluator.limits:
         add_limit(board, rates, limit)
     objectives = tuple(_add_objective(board, rates, evaluator, number) for number in range(len(space.objectives)))
+    contention = contention_of(board, rates)
+    if contention is not None:
+        contention.add_known_rows()
     zones = add_zone_switches(board.model, objectives)
     problem = board.model.validate()
     assert not problem, problem
-    return EncodedSpace(board.model, board.options, board.inactive, objectives, board.open_terms, board.shared(), zones)
+    return EncodedSpace(
+        board.model, board.options, board.inactive, objectives, board.open_terms, contention, board.shared(), zones
+    )
 
 
 def add_zone_switches(model: cp_model.CpModel, objectives: Sequence[EncodedObjective]) -> list[ZoneSwitch]:

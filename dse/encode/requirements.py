@@ -7,6 +7,7 @@ from fractions import Fraction
 
 from dse.analysis.limits import Limit, thread_loads
 from dse.analysis.measures import Term
+from dse.encode.contention import Deadline, is_deadline
 from dse.encode.forms import Board, Form, Given, ceil_int, floor_int
 from dse.encode.rates import RateVariables
 from dse.encode.sums import Branch, measure_branches
@@ -15,6 +16,9 @@ from dse.encode.sums import Branch, measure_branches
 def add_limit(board: Board, rates: RateVariables, limit: Limit) -> None:
     """sum(terms) OP sum(bound[case] * case); the sum is an integer, so rounding the bound inwards is exact."""
     operator, measure = limit.requirement.operator, limit.measure
+    if is_deadline(limit):
+        board.deadlines.append(Deadline(limit, board.guard.index if board.guard is not None else None))
+        return
     try:
         if operator in ("<=", "<", "=="):
             for branch in measure_branches(board, rates, measure, below=True):

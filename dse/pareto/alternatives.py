@@ -138,7 +138,10 @@ class _Spread:
 
     def __init__(self, encoded: EncodedSpace, designs: Sequence[Design]) -> None:
         self.encoded = encoded
-        self.open = [index for index, literals in enumerate(encoded.options) if len(literals) > 1]
+        moved = encoded.contention.moved if encoded.contention is not None else frozenset[int]()
+        self.open = [
+            index for index, literals in enumerate(encoded.options) if len(literals) > 1 and index not in moved
+        ]
         self.least = encoded.model.new_int_var(0, len(self.open), "least distance")
         self.sums: list[Any] = []
         for design in designs:

@@ -108,6 +108,8 @@ class _State:
     hint: Design | None = None
     calls_before: int = 0
     interrupted: bool = False
+    untaught: EncodedSpace | None = None
+    """The model as it was before it learnt from solutions, where it does."""
 
     def interrupt(self) -> None:
         """What Ctrl-C does: the running calls end, and no others begin."""
@@ -177,6 +179,7 @@ def search_front(
     deadline = None if budget.time_limit_s is None else started + budget.time_limit_s
     encoded = encode(evaluator)
     state = _State(evaluator, encoded, SearchRegion(encoded.everywhere), started)
+    state.untaught = encoded.copy() if encoded.learns else None
     if earlier is not None:
         _restore(state, earlier)
     state.crew.solvers.append(Solver(encoded, seed=budget.seed, deadline=deadline))
@@ -236,6 +239,8 @@ def _make_canonical(state: _State) -> None:
             if waiting:
                 chain = waiting.pop()
                 known = [Found(point, state.designs[point]) for point in chain]
+                if state.untaught is not None:  # what a search has learnt depends on its way
+                    solver.encoded = state.untaught.copy()
                 crew.start(solver, chain, partial(_canonical_designs, solver, state.evaluator, known))
         chain, designs = crew.wait()
         for point, (design, is_first) in zip(chain, designs, strict=True):

@@ -205,6 +205,15 @@ class Solver:
         """
         self.calls += 1
         is_large = len(self.encoded.model.proto.variables) > FEW_VARIABLES
+        if self.encoded.contention is not None:
+            self.encoded.contention.keep_cores()
+        try:
+            return self._in_order(is_large=is_large, to_the_end=to_the_end)
+        finally:
+            if self.encoded.contention is not None:
+                self.encoded.contention.keep_cores(False)
+
+    def _in_order(self, *, is_large: bool, to_the_end: bool) -> Answer:
         for work, linear in ORDERED_TO_THE_END if to_the_end else ORDERED_SEARCH:
             if linear and is_large and not to_the_end:
                 break
@@ -239,6 +248,8 @@ class Solver:
             answer = self._once(configure)
             if answer is not None:
                 return answer
+            if self.encoded.contention is not None and self.encoded.contention.is_stuck:
+                return Unfinished()
 
     def _once(self, configure: Settings) -> Answer | None:
         """One run of the solver; None where its solution was not exact, and the model is sharper now."""
@@ -259,9 +270,10 @@ class Solver:
         if status in (cp_model.OPTIMAL, cp_model.FEASIBLE):
             point = tuple(solver.value(objective.variable) for objective in self.encoded.objectives)
             design = self.encoded.design(solver.boolean_value)
-            if self.encoded.open_terms and self.encoded.sharpen(design, solver.value):
+            settled = self.encoded.settled(design, solver.value)
+            if settled is None:
                 return None
-            found = Found(point, design)
+            found = Found(point, settled)
             if status == cp_model.OPTIMAL:
                 return found
         has_bound = self.encoded.model.has_objective()

@@ -1,0 +1,191 @@
+"""Limits on response times: what the search's model knows of them from the start, and what it learns.
+
+A model knows at first only that threads have cores. Where the referee finds a thread late in a solution, other cores
+are tried for the same decisions (`dse.analysis.packing`); they cost nothing, as no objective depends on cores. Where
+that is in vain the model gets the rows of the processor (`dse.encode.schedulability`), and where it has them, a clause
+that names a set of threads which cannot meet the limit together (`dse.encode.reasons`; an "unschedulability core" of
+Y. Zhao and H. Zeng, "The concept of unschedulability core for optimizing priority assignment in real-time systems",
+DATE 2017). Rows and clauses hold in every design that the referee accepts, and each solution that it refuses is
+excluded: no design is lost, and none is accepted that misses a limit.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from ortools.sat.python import cp_model
+
+from dse.analysis.limits import Limit, judge
+from dse.analysis.packing import placements
+from dse.analysis.views import View
+from dse.encode.forms import Board
+from dse.encode.places import Places
+from dse.encode.rates import RateVariables
+from dse.encode.reasons import Reason, reason_of
+from dse.encode.schedulability import add_rows
+from dse.space.cores import rules_on_cores
+from dse.space.types import Design, Space
+
+MOST_LESSONS = 60
+"""After so many lessons in a row an ordered search, which may not move threads, gives up."""
+
+
+@dataclass(frozen=True)
+class Deadline:
+    """An upper limit on the response time of a thread; it holds while the literal `guard` (an index) is true."""
+
+    limit: Limit
+    guard: int | None = None
+
+    @property
+    def thread(self) -> int:
+        """The number of the thread."""
+        return self.limit.requirement.metric.index or 0
+
+
+class Contention:
+    """The limits on response times of one model, and what has been added to it for their sake."""
+
+    def __init__(
+        self,
+        space: Space,
+        model: cp_model.CpModel,
+        places: Places,
+        deadlines: Sequence[Deadline],
+        *,
+        movable: bool,
+    ) -> None:
+        self.space, self.model, self.places, self.deadlines = space, model, places, deadlines
+        self.movable = movable and not rules_on_cores(space)
+        self.known: set[int] = set()
+        self._keeps = False
+        self._lessons = 0
+        self._made: dict[Any, int] = {}
+
+    def keep_cores(self, keep: bool = True) -> None:
+        """Whether solutions are taken with their own cores only, as long as that takes few lessons."""
+        self._keeps, self._lessons = keep, 0
+
+    @property
+    def is_stuck(self) -> bool:
+        """Whether a search that keeps cores has learnt too often."""
+        return self._keeps and self._lessons > MOST_LESSONS
+
+    @property
+    def moved(self) -> frozenset[int]:
+        """The decisions on cores where threads can be moved."""
+        return frozenset(item.index for item in self.space.open_cores) if self.movable else frozenset()
+
+    def copy(self, model: cp_model.CpModel) -> Contention:
+        """The same for a copy of the model."""
+        other = Contention(self.space, model, self.places, self.deadlines, movable=self.movable)
+        other.known, other._made = set(self.known), dict(self._made)
+        return other
+
+    def add_known_rows(self) -> None:
+        """Rows at once where threads cannot be moved: every core is stated."""
+        for processor in range(len(self.space.processors)):
+            if not self.movable or not any(item.is_open for item in self.places.on(processor)):
+                self._add_rows(processor)
+
+    def _add_rows(self, processor: int) -> None:
+        self.known.add(processor)
+        add_rows(self.space, self.model, self.places, processor, self.deadlines)
+
+    def settled(self, design: Design, is_true: Callable[[cp_model.IntVar], bool]) -> Design | None:
+        """The design, or the same on other cores, that meets all limits; None where the model has learnt instead."""
+        view = View(design)
+        held = [
+            item
+            for item in self.deadlines
+            if item.guard is None or is_true(self.model.get_int_var_from_proto_index(item.guard))
+        ]
+        late = [item for item in held if not judge(item.limit, view).holds]
+        if not late:
+            return design
+        if self.movable and not self._keeps:
+            open_ = [item for item in self.space.open_cores if item.index not in self.space.fixed]
+            for other in placements(self.space, design, open_, [item.limit for item in held]):
+                moved = View(other)
+                if all(judge(item.limit, moved).holds for item in held):
+                    return other
+        self._learn(late, view)
+        return None
+
+    def _learn(self, late: Sequence[Deadline], view: View) -> None:
+        self._lessons += 1
+        fresh = {self.places.processor_of(item.thread, view) for item in late} - self.known
+        for processor in sorted(fresh):
+            self._add_rows(processor)
+        if fresh:
+            return
+        for item in late:
+            self._forbid(item, reason_of(self.space, self.places, item.limit, view))
+
+    def _forbid(self, late: Deadline, reason: Reason) -> None:
+        """Not all of the reason's conditions together."""
+        clause = [] if late.guard is None else [-late.guard - 1]
+        for literals in reason.conditions:
+            made = self._any(tuple(sorted(set(literals))))
+            if made is not None:
+                clause.append(-made - 1)
+        for group in reason.together:
+            if len(group[1]) < 2:
+                continue
+            made = self._together(group)
+            if made is not None:
+                clause.append(-made - 1)
+        self.model.add_bool_or([self._literal(index) for index in clause])
+
+    def _literal(self, index: int) -> Any:
+        if index < 0:
+            return self.model.get_int_var_from_proto_index(-index - 1).negated()
+        return self.model.get_int_var_from_proto_index(index)
+
+    def _any(self, literals: tuple[int, ...]) -> int | None:
+        """A literal that is true where one of these is; None where that is always."""
+        if self.places.true in literals:
+            return None
+        if len(literals) == 1:
+            return literals[0]
+        if literals not in self._made:
+            made = self.model.new_bool_var("")
+            self._made[literals] = made.index
+            for index in literals:
+                self.model.add_implication(self._literal(index), made)
+        return self._made[literals]
+
+    def _together(self, group: tuple[int, tuple[int, ...]]) -> int | None:
+        """A literal that is true where all threads of the group run on one core of the processor."""
+        if group not in self._made:
+            processor, threads = group
+            cores = self.places.cores_of(processor, threads)
+            if any(all(index == self.places.true for index in literals) for literals in cores):
+                return None
+            made = self.model.new_bool_var("")
+            self._made[group] = made.index
+            for literals in cores:
+                self.model.add_bool_or([made, *(self._literal(-index - 1) for index in literals)])
+        return self._made[group]
+
+
+def is_deadline(limit: Limit) -> bool:
+    """Whether a limit is an upper one on a response time."""
+    return limit.requirement.metric.kind == "response time" and limit.requirement.operator in ("<=", "<")
+
+
+def contention_of(board: Board, rates: RateVariables) -> Contention | None:
+    """What the model of a board knows of its limits on response times, one for all that is asked of the board.
+
+    None where there are none. Threads can be moved unless some other sum holds a response time.
+    """
+    if not board.deadlines:
+        return None
+    if board.contention is None:
+        places = Places(board, rates)
+        board.contention = Contention(board.space, board.model, places, board.deadlines, movable=not board.scheduled)
+    found: Contention = board.contention
+    found.movable = found.movable and not board.scheduled
+    return found

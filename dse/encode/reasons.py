@@ -1,0 +1,218 @@
+"""Why a thread is late in a design, as few conditions as will do: what the search learns from a refused solution.
+
+Threads are taken away one after the other as long as those that are left make the thread late all the same. Where it is
+late even without any jitter, it is so whenever these threads share a core with it, at these rates or higher ones, with
+these execution times or longer ones; else the options are named on which their releases and times depend.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass, field
+from fractions import Fraction
+
+from dse.analysis.limits import HOLDS, Limit
+from dse.analysis.rates import NS_PER_S, is_event_triggered, rate_hz
+from dse.analysis.recall import Watching
+from dse.analysis.response_time import Stream, Task, response_time_ns
+from dse.analysis.scheduling import core_of_each, subset_responses, work_ns
+from dse.analysis.views import View
+from dse.encode.places import Places, Thread
+from dse.space.trees import at
+from dse.space.types import Space
+
+
+@dataclass(frozen=True)
+class Reason:
+    """What cannot be true together: for each of `conditions` one of its literals, and each group on a core of its own.
+
+    Groups are a processor and the numbers of threads on one core of it.
+    """
+
+    conditions: tuple[tuple[int, ...], ...]
+    together: tuple[tuple[int, tuple[int, ...]], ...]
+
+
+@dataclass
+class _Case:
+    space: Space
+    places: Places
+    limit: Limit
+    view: View
+    number: int = field(init=False)
+
+    def __post_init__(self) -> None:
+        self.number = self.limit.requirement.metric.index or 0
+
+    def is_late(self, response_ns: int | None) -> bool:
+        """Whether a response time breaks the limit."""
+        if response_ns is None:
+            return True
+        compare = HOLDS[self.limit.requirement.operator]
+        return not compare(Fraction(response_ns), self.limit.bound(self.view))
+
+
+def reason_of(space: Space, places: Places, limit: Limit, view: View) -> Reason:
+    """Conditions that together make the thread of a limit late; all of them hold in the design."""
+    case = _Case(space, places, limit, view)
+    groups = _groups(case)
+    if groups is None:
+        return _by_options(case, lambda watching: limit.measure.value(watching), ())
+    own = next((group for group in groups if case.number in group[1]), None)
+    if own is not None:
+        found = _without_jitter(case, own)
+        if found is not None:
+            return found
+    kept = _least_groups(case, groups)
+    if kept is None:  # late by itself
+        return _by_options(case, lambda watching: limit.measure.value(watching), ())
+
+    def responses(watching: View) -> object:
+        return subset_responses(space, [threads for _, threads in kept], watching)
+
+    return _by_options(case, responses, kept)
+
+
+def _groups(case: _Case) -> list[tuple[int, tuple[int, ...]]] | None:
+    """Who shares a core in the design; None where that follows from everything (first-fit)."""
+    found: dict[tuple[int, int], list[int]] = {}
+    for processor in range(len(case.space.processors)):
+        for number, core in core_of_each(case.space, processor, case.view).items():
+            thread = case.places.threads[number]
+            if processor in thread.cores:
+                found.setdefault((processor, core), []).append(number)
+            elif number == case.number:
+                return None
+    return [(processor, tuple(numbers)) for (processor, _), numbers in found.items()]
+
+
+def _least_groups(
+    case: _Case, groups: Sequence[tuple[int, tuple[int, ...]]]
+) -> list[tuple[int, tuple[int, ...]]] | None:
+    """Groups from which no thread can be taken away without the thread's being in time; None where it never is late."""
+
+    def late(given: Sequence[tuple[int, tuple[int, ...]]]) -> bool:
+        known = subset_responses(case.space, [threads for _, threads in given], case.view)
+        return (case.number, "thread") in known and case.is_late(known[case.number, "thread"])
+
+    kept = [group for group in groups if case.number in group[1]]
+    if not kept:
+        return None
+    if not late(kept):
+        kept = list(groups)
+        if not late(kept):
+            return None
+        for group in list(kept):
+            fewer = [item for item in kept if item != group]
+            if case.number not in group[1] and late(fewer):
+                kept = fewer
+    for number in [item for _, threads in kept for item in threads]:
+        if number == case.number:
+            continue
+        fewer = [(processor, left) for processor, threads in kept if (left := tuple(n for n in threads if n != number))]
+        if late(fewer):
+            kept = fewer
+    return kept
+
+
+def _by_options(
+    case: _Case, formula: Callable[[View], object], groups: Sequence[tuple[int, tuple[int, ...]]]
+) -> Reason:
+    """Every option that the formula and the limit consult."""
+    watching = Watching(case.view)
+    formula(watching)
+    case.limit.bound(watching)
+    for _, threads in groups:
+        for number in threads:
+            at(case.space.components[number].processor, watching)
+    conditions = tuple((case.places.chosen(decision, option),) for decision, option in watching.asked.items())
+    return Reason(conditions, tuple(groups))
+
+
+# --- without jitter ------------------------------------------------------------------------------------------------
+
+
+def _without_jitter(case: _Case, own: tuple[int, tuple[int, ...]]) -> Reason | None:
+    """The reason where rivals' jobs are counted by their rates alone; None where the thread would not be late then."""
+    processor, numbers = own
+    places, space, view = case.places, case.space, case.view
+    thread = places.threads[case.number]
+    modes = [index for index, rate in thread.modes if rate is not None]
+    component = space.components[case.number]
+    if thread.is_odd or thread.rates is None or not modes or is_event_triggered(component, view):
+        return None
+    rate = rate_hz(space, ("activation", case.number), view)
+    rivals = {}
+    for number in numbers:
+        other = places.threads[number]
+        if number == case.number or other.is_odd or other.rates is None:
+            continue
+        speed = rate_hz(space, ("activation", number), view)
+        work = work_ns(space, number, view)
+        if speed and work and _goes_first(other, speed, thread, rate):
+            separation = -(-NS_PER_S * speed.denominator // speed.numerator)
+            rivals[number] = Task("", work, (Stream(separation),))
+    if at(component.execution_ns, view) is None:
+        return None
+    worst = work_ns(space, case.number, view)
+    single = Task("", worst, ())
+
+    def ends(chosen: Iterable[int]) -> int | None:
+        return response_time_ns(single, [rivals[number] for number in chosen])
+
+    kept = sorted(rivals, key=lambda number: (rivals[number].utilisation, number))
+    if not case.is_late(ends(kept)):
+        return None
+    for number in list(kept):
+        fewer = [item for item in kept if item != number]
+        if case.is_late(ends(fewer)):
+            kept = fewer
+    end = ends(kept)
+    conditions = [_late_modes(case, thread, rate, end), _at_least(thread.worst, worst), *_bound_options(case)]
+    for number in kept:
+        other = places.threads[number]
+        speed = rate_hz(space, ("activation", number), view)
+        conditions.append(tuple(index for index, value in other.rates or () if value >= speed))
+        conditions.append(_at_least(other.worst, rivals[number].worst_ns))
+    return Reason(tuple(conditions), ((processor, (case.number, *sorted(kept))),))
+
+
+def _goes_first(other: Thread, speed: Fraction, thread: Thread, rate: Fraction) -> bool:
+    """Whether another thread delays this one, at these rates and whenever that one's is higher and this one's lower."""
+    if other.priority is not None or thread.priority is not None:
+        return other.priority is not None and (thread.priority is None or other.priority >= thread.priority)
+    return speed > rate or (speed == rate and other.number < thread.number)
+
+
+def _at_least(table: Sequence[tuple[int, int]], value: int) -> tuple[int, ...]:
+    return tuple(index for index, item in table if item >= value)
+
+
+def _is_period(case: _Case) -> bool:
+    """Whether the limit is the period of a timer."""
+    component = case.space.components[case.number]
+    return component.deadline_ns is None and case.limit.requirement.metric.key == "deadline"
+
+
+def _bound_options(case: _Case) -> list[tuple[int, ...]]:
+    """The options that a limit depends on which is not the period."""
+    if _is_period(case):
+        return []
+    watching = Watching(case.view)
+    case.limit.bound(watching)
+    return [(case.places.chosen(decision, option),) for decision, option in watching.asked.items()]
+
+
+def _late_modes(case: _Case, thread: Thread, rate: Fraction, end: int | None) -> tuple[int, ...]:
+    """The modes of the thread, at this rate or a lower one, whose limit the end of the job breaks."""
+    found = []
+    is_period = _is_period(case)
+    for index, own in thread.modes:
+        if own is None or (own > rate and thread.priority is None):
+            continue
+        late = True
+        if is_period:
+            late = end is None or not HOLDS[case.limit.requirement.operator](Fraction(end), NS_PER_S / own)
+        if late:
+            found.append(index)
+    return tuple(found)

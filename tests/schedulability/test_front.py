@@ -1,0 +1,164 @@
+"""Deadlines and open cores in the search against looking at every design, with a response-time iteration of its own."""
+
+from __future__ import annotations
+
+import os
+
+import pytest
+from thread_systems import draw, front, text_of
+
+from dse.analysis.evaluate import Evaluator
+from dse.api.problem import Changes, Problem, changed, loads
+from dse.encode import contention
+from dse.pareto.front import Budget, search_front
+
+SEEDS = 1500 if os.environ.get("DSE_LONG_TESTS") else 20
+
+
+def found(text: str, workers: int = 1) -> set[tuple[int, ...]]:
+    search = search_front(Evaluator(loads(text).space), Budget(workers=workers))
+    assert search.is_complete
+    return set(search.points)
+
+
+@pytest.mark.parametrize("kind", ["plain", "chained", "stated", "fixed"])
+@pytest.mark.parametrize("seed", range(SEEDS))
+def test_the_front_is_that_of_looking_at_every_design(kind: str, seed: int) -> None:
+    system = draw(seed, kind=kind)
+    assert found(text_of(system)) == front(system)
+
+
+@pytest.mark.parametrize("kind", ["plain", "chained", "stated"])
+@pytest.mark.parametrize("seed", range(SEEDS, 2 * SEEDS))
+def test_rows_and_clauses_alone_are_exact(kind: str, seed: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    """No other cores are tried: whatever the solver proposes stands or teaches."""
+    monkeypatch.setattr(contention, "placements", lambda *_: ())
+    system = draw(seed, kind=kind)
+    assert found(text_of(system), workers=2) == front(system)
+
+
+@pytest.mark.parametrize("kind", ["plain", "chained", "stated"])
+@pytest.mark.parametrize("seed", range(2 * SEEDS, 3 * SEEDS))
+def test_clauses_alone_are_exact(kind: str, seed: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(contention, "placements", lambda *_: ())
+    monkeypatch.setattr(contention, "add_rows", lambda *_: None)
+    system = draw(seed, kind=kind)
+    assert found(text_of(system)) == front(system)
+
+
+ONE_CORE = """
+dse: 1
+name: one core
+deadlines: all
+processor_types: {{cpu: {{cores: {cores}, price: 1 EUR}}}}
+processors: {{p: {{type: cpu}}}}
+devices: {{s: {{period: 7 ms}}}}
+threads:
+{threads}
+objectives: [minimise price]
+"""
+
+
+def points(threads: str, cores: int = 1, **fields: str) -> int:
+    lines = "\n".join(f"  {line.strip()}" for line in threads.strip().splitlines())
+    text = ONE_CORE.format(cores=cores, threads=lines)
+    for name, value in fields.items():
+        text += f"{name}: {value}\n"
+    return len(found(text))
+
+
+LEHOCZKY = """
+a: {{processor: p, period: 100 ms, compute_execution_time: 52 ms, priority: {a}, deadline: {da} ms}}
+b: {{processor: p, period: 140 ms, compute_execution_time: 52 ms, priority: {b}, deadline: {db} ms}}
+"""
+
+
+@pytest.mark.parametrize(
+    ("orders", "deadlines", "expected"),
+    [((2, 1), (52, 156), 1), ((2, 1), (52, 155), 0), ((1, 2), (108, 52), 1), ((1, 2), (107, 52), 0)],
+)
+def test_lehoczkys_example_just_fits(orders: tuple[int, int], deadlines: tuple[int, int], expected: int) -> None:
+    """Responses 52 and 156, later than the period; in the other order 108 and 52 (RTSS 1990)."""
+    text = LEHOCZKY.format(a=orders[0], b=orders[1], da=deadlines[0], db=deadlines[1])
+    assert points(text) == expected
+
+
+def test_three_harmonic_threads_use_the_whole_core() -> None:
+    threads = """
+    a: {processor: p, period: 4 ms, compute_execution_time: 1 ms}
+    b: {processor: p, period: 8 ms, compute_execution_time: 2 ms}
+    c: {processor: p, period: 16 ms, compute_execution_time: LAST}
+    """
+    assert points(threads.replace("LAST", "8 ms")) == 1
+    assert points(threads.replace("LAST", "8001 us")) == 0
+
+
+def test_the_jitter_of_what_goes_first_counts() -> None:
+    """A (2 ms every 10 ms, up to 8 ms late) delays B (5 ms every 12 ms) twice: 9 ms, where rows by rate say 7 ms."""
+    threads = """
+    source: {processor: p, core: 2, period: 10 ms, compute_execution_time: 0 ms .. 8 ms}
+    A: {processor: p, core: 1, compute_execution_time: 2 ms}
+    B: {processor: p, core: 1, period: 12 ms, compute_execution_time: 5 ms, deadline: LATEST}
+    """
+    for latest, expected in (("8 ms", 0), ("9 ms", 1)):
+        found_points = points(threads.replace("LATEST", latest), cores=2, connections="{w: {from: source, to: A}}")
+        assert found_points == expected
+
+
+PAIR = """
+a: {processor: p, period: 10 ms, compute_execution_time: 6 ms}
+b: {processor: p, period: 10 ms, compute_execution_time: 6 ms, core: CORE}
+"""
+
+
+def test_the_core_is_chosen_from_those_that_may_be() -> None:
+    assert points(PAIR.replace("CORE", "any"), cores=2) == 1
+    assert points(PAIR.replace("CORE", "any"), cores=1) == 0
+    assert points(PAIR.replace("CORE", "[1, 2]"), cores=2) == 1
+    assert points(PAIR.replace("a: {", "a: {core: 1, ").replace("CORE", "1"), cores=2) == 0
+
+
+def test_first_fit_loses_what_open_cores_have() -> None:
+    """First-fit by decreasing utilisation puts the short thread beside one that it makes late."""
+    threads = """
+    a: {processor: p, period: 10 ms, deadline: 6 ms, compute_execution_time: 6 ms, core: RULE}
+    b: {processor: p, period: 10 ms, compute_execution_time: 5 ms, core: RULE}
+    c: {processor: p, period: 8 ms, compute_execution_time: 1 ms, core: RULE}
+    """
+    assert points(threads.replace("RULE", "first_fit"), cores=2) == 0
+    assert points(threads.replace("RULE", "any"), cores=2) == 1
+
+
+TWO = ONE_CORE.format(cores=2, threads="  a: {processor: p, period: [10 ms, 20 ms], compute_execution_time: 6 ms}\n"
+    "  b: {processor: p, period: 10 ms, compute_execution_time: 6 ms}")  # fmt: skip
+
+
+def open_names(problem: Problem) -> list[str]:
+    return [item.name for item in problem.space.decisions if item.is_open]
+
+
+def test_cores_are_decisions_only_where_something_asked_depends_on_them() -> None:
+    idle = loads(TWO.replace("deadlines: all", "deadlines: stated"))
+    assert open_names(idle) == ["a.period"]
+    asked = changed(idle, Changes(require=["response time of a <= 7 ms"]))
+    assert open_names(asked) == ["a.period", "a.core", "b.core"]
+    fixed = changed(idle, Changes(fix=["b.core = 2"]))
+    assert list(fixed.space.fixed.values()) == [1]
+    ruled = changed(idle, Changes(require=["a.core != b.core"]))
+    assert len(open_names(ruled)) == 3
+
+
+def test_rules_and_fixed_decisions_bind_cores() -> None:
+    problem = loads(TWO)
+    for changes, expected in (
+        (Changes(fix=["a.core = 2"]), {"a.core": "2", "b.core": "1"}),
+        (Changes(require=["b.core == 1"]), {"a.core": "2", "b.core": "1"}),
+        (Changes(), {"a.core": "1", "b.core": "2"}),
+    ):
+        space = changed(problem, changes).space
+        [design] = search_front(Evaluator(space), Budget()).points.values()
+        chosen = {item.name: item.options[design[number]] for number, item in enumerate(space.decisions)}
+        assert expected.items() <= chosen.items()
+    assert not search_front(
+        Evaluator(changed(problem, Changes(require=["a.core == b.core", "a.period == 10 ms"])).space), Budget()
+    ).points

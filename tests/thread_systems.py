@@ -1,0 +1,199 @@
+"""Random small systems of threads that share cores, as problem files; and their front by looking at every design.
+
+Schedulability is judged here by a response-time iteration of its own, which knows nothing of the product's analysis:
+fixed priorities, each core alone, jitter inherited along trigger connections until nothing changes.
+"""
+
+from __future__ import annotations
+
+import random
+from collections.abc import Iterator, Mapping
+from fractions import Fraction
+from itertools import product
+from typing import Any
+
+PERIODS = (4, 5, 6, 8, 10, 12, 15, 20)
+LATE = 10**9
+"""A response time without a bound, in ms."""
+MOST_MS = 1_500
+"""A busy period that is longer goes on for ever: with these figures none that ends is."""
+
+
+def draw(seed: int, *, kind: str = "plain") -> dict[str, Any]:
+    """A system: `kind` is plain, chained (event-triggered threads), stated (priorities, deadlines) or fixed (cores)."""
+    rng = random.Random(f"{kind} {seed}")
+    count = rng.randint(2, 4)
+    cores = 1 if rng.random() < 0.3 else 2
+    types = {"slow": {"cores": cores, "price": 10}, "fast": {"cores": rng.choice((1, cores)), "price": 30}}
+    threads: list[dict[str, Any]] = []
+    for number in range(count):
+        periods = sorted(rng.sample(PERIODS, rng.randint(1, 2)))
+        work = rng.randint(1, max(1, periods[0] * rng.randint(3, 9) // 10))
+        thread: dict[str, Any] = {
+            "name": f"t{number}",
+            "periods": periods,
+            "slow": work + rng.randint(0, 2),
+            "fast": work,
+            "trigger": None,
+            "both": False,
+            "priority": None,
+            "deadline": None,
+            "core": None,
+        }
+        if kind == "chained" and number and rng.random() < 0.6:
+            thread["trigger"] = rng.randrange(number)
+            thread["both"] = rng.random() < 0.5
+            if rng.random() < 0.4:
+                thread["deadline"] = rng.randint(4, 30)
+        if kind == "stated":
+            thread["priority"] = rng.choice((None, 1, 2, 3))
+            thread["deadline"] = rng.choice((None, rng.randint(2, 40)))
+        if kind == "fixed" or (kind == "stated" and rng.random() < 0.2):
+            thread["core"] = 1 if cores == 1 or types["fast"]["cores"] == 1 else rng.randint(1, 2)
+        threads.append(thread)
+    return {"types": types, "threads": threads}
+
+
+def text_of(
+    system: Mapping[str, Any], objectives: tuple[str, ...] = ("minimise price", "minimise latency of f")
+) -> str:
+    """The problem file: few and cheap computers, and a flow that wants short periods."""
+    lines = ["dse: 1", "name: drawn", "deadlines: all", "processor_types:"]
+    for name, figures in system["types"].items():
+        lines.append(f"  {name}: {{cores: {figures['cores']}, price: {figures['price']} EUR}}")
+    lines += ["processors: {c: {type: [slow, fast]}}", "devices: {sensor: {period: 3 ms}}", "threads:"]
+    for thread in system["threads"]:
+        fields = [
+            "processor: c",
+            f"compute_execution_time: {{slow: {_ms(thread, 'slow')}, fast: {_ms(thread, 'fast')}}}",
+        ]
+        eager = thread["trigger"] is not None
+        if eager:
+            fields.append("dispatch_protocol: " + ("[periodic, aperiodic]" if thread["both"] else "aperiodic"))
+        if not eager or thread["both"]:
+            fields.append(f"period: [{', '.join(f'{period} ms' for period in thread['periods'])}]")
+        for key, unit in (("priority", ""), ("core", ""), ("deadline", " ms")):
+            if thread[key] is not None:
+                fields.append(f"{key}: {thread[key]}{unit}")
+        lines.append(f"  {thread['name']}: {{{', '.join(fields)}}}")
+    lines += ["connections:", "  w: {from: sensor, to: t0}"]
+    wires = []
+    for number, thread in enumerate(system["threads"]):
+        if number:
+            source = number - 1 if thread["trigger"] is None else thread["trigger"]
+            wires.append(f"  w{number}: {{from: t{source}, to: t{number}}}")
+    lines += wires
+    path = [len(system["threads"]) - 1]
+    while path[0]:
+        trigger = system["threads"][path[0]]["trigger"]
+        path.insert(0, path[0] - 1 if trigger is None else trigger)
+    lines += [f"flows: {{f: {{path: [sensor, {', '.join(f't{number}' for number in path)}]}}}}", "objectives:"]
+    lines += [f"  - {text}" for text in objectives]
+    return "\n".join(lines) + "\n"
+
+
+def _ms(thread: Mapping[str, Any], kind: str) -> str:
+    return f"{thread[kind]} ms"
+
+
+def every_choice(system: Mapping[str, Any]) -> Iterator[dict[str, Any]]:
+    """Every way to make the decisions: the type, each thread's period (None: dispatched by events), each one's core."""
+    ways = []
+    for thread in system["threads"]:
+        periods: list[int | None] = [] if thread["trigger"] is not None and not thread["both"] else [*thread["periods"]]
+        ways.append(periods + [None] * (thread["trigger"] is not None))
+    for kind, figures in system["types"].items():
+        cores = [
+            [thread["core"]] if thread["core"] is not None else range(1, figures["cores"] + 1)
+            for thread in system["threads"]
+        ]
+        for periods in product(*ways):
+            for placed in product(*cores):
+                if max(placed) <= figures["cores"]:
+                    yield {"type": kind, "periods": periods, "cores": placed}
+
+
+def responses(system: Mapping[str, Any], choice: Mapping[str, Any]) -> list[int]:
+    """The response time of each thread in ms, `LATE` without a bound."""
+    threads = system["threads"]
+    work = [thread[choice["type"]] for thread in threads]
+    source = {number: thread["trigger"] for number, thread in enumerate(threads) if choice["periods"][number] is None}
+
+    def root(number: int) -> int:
+        return root(source[number]) if number in source else number
+
+    period = [choice["periods"][root(number)] for number in range(len(threads))]
+    known = list(work)
+    for _ in range(200):
+        jitter = [0] * len(threads)
+        for number in range(len(threads)):
+            at = number
+            while at in source:
+                at = source[at]
+                jitter[number] += known[at] - work[at]
+        fresh = [_response(number, threads, choice["cores"], period, jitter, work) for number in range(len(threads))]
+        if max(fresh) >= 10 * max(PERIODS):
+            fresh = [LATE if item >= 10 * max(PERIODS) else item for item in fresh]
+        if fresh == known:
+            return known
+        known = fresh
+    return [LATE] * len(threads)
+
+
+def _response(number: int, threads: Any, cores: Any, period: list[int], jitter: list[int], work: list[int]) -> int:
+    """Lehoczky's busy period with release jitter."""
+    rivals = [
+        other
+        for other in range(len(threads))
+        if other != number and cores[other] == cores[number] and _delays(other, number, threads, period)
+    ]
+    load = sum((Fraction(work[item], period[item]) for item in (*rivals, number)), Fraction(0))
+    if load > 1 or max(jitter[item] for item in (*rivals, number)) >= LATE // 2:
+        return LATE
+    worst, jobs, end = 0, 0, 0
+    while True:
+        jobs += 1
+        end = max(end, jobs * work[number])
+        while True:
+            demand = jobs * work[number] + sum(-(-(end + jitter[item]) // period[item]) * work[item] for item in rivals)
+            if demand == end:
+                break
+            end = demand
+            if end > MOST_MS:
+                return LATE
+        worst = max(worst, end - max(0, (jobs - 1) * period[number] - jitter[number]))
+        if end <= max(0, jobs * period[number] - jitter[number]):
+            return worst
+
+
+def _delays(other: int, number: int, threads: Any, period: list[int]) -> bool:
+    mine, theirs = threads[number]["priority"], threads[other]["priority"]
+    if mine is not None or theirs is not None:
+        return theirs is not None and (mine is None or theirs >= mine)
+    return (period[other], other) < (period[number], number)
+
+
+def is_in_time(system: Mapping[str, Any], choice: Mapping[str, Any]) -> bool:
+    """Whether each thread ends by its deadline: the stated one, else its period, else any time."""
+    found = responses(system, choice)
+    for number, thread in enumerate(system["threads"]):
+        latest = thread["deadline"] if thread["deadline"] is not None else choice["periods"][number]
+        if latest is not None and found[number] > latest:
+            return False
+    return True
+
+
+def front(system: Mapping[str, Any], *, by_response: bool = False) -> set[tuple[int, int]]:
+    """The non-dominated pairs of price (cents) and latency of the flow (ns), by looking at every choice."""
+    path = [len(system["threads"]) - 1]
+    while path[0]:
+        trigger = system["threads"][path[0]]["trigger"]
+        path.insert(0, path[0] - 1 if trigger is None else trigger)
+    found = set()
+    for choice in every_choice(system):
+        if not is_in_time(system, choice):
+            continue
+        times = responses(system, choice) if by_response else [item[choice["type"]] for item in system["threads"]]
+        latency = sum((choice["periods"][number] or 0) + times[number] for number in path)
+        found.add((system["types"][choice["type"]]["price"] * 100, latency * 10**6))
+    return {one for one in found if not any(o != one and o[0] <= one[0] and o[1] <= one[1] for o in found)}
