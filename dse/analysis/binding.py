@@ -7,6 +7,7 @@ from typing import Any
 from dse.analysis.views import View
 from dse.space.trees import NotOffered, PerProcessorType, Tree, at
 from dse.space.types import EMPTY, Connection, Space
+from dse.units import Exact
 
 
 def bus_stack(space: Space, connection: Connection, view: View) -> tuple[int, ...]:
@@ -55,15 +56,18 @@ def is_local(space: Space, connection: Connection, view: View) -> bool:
     return one is not None and bool(one == other)
 
 
-def transmission_ns(space: Space, connection: Connection, view: View) -> tuple[int, int, str]:
+def transmission_ns(space: Space, connection: Connection, view: View) -> tuple[Exact, Exact, str]:
     """Least and most time of the connection, and the method: ``transmission time``, ``specified``, ``no latency``.
 
     Over every carrier, fixed + per byte * size (Transmission_Time); a bus's latency only without one; the connection's
-    own latency only where nothing that carries it gives one (docs/semantics.md, section 3.3).
+    own latency only where nothing that carries it gives one (docs/semantics.md, section 3.3). Exact: nothing
+    is rounded, however little a byte takes.
     """
     stack = bus_stack(space, connection, view)
     size = message_bytes(space, connection, stack, view)
-    least, most, given = 0, 0, False
+    least: Exact = 0
+    most: Exact = 0
+    given = False
     for bus in (space.buses[index] for index in stack):
         fixed = bus_figure(space, bus.fixed_ns, connection, view)
         if fixed is not None:

@@ -15,19 +15,20 @@ from dse.analysis.scheduling import UNBOUNDED_NS, Part, bounded_response_ns
 from dse.analysis.views import View
 from dse.space.trees import at
 from dse.space.types import Component, Flow, Space, Step
+from dse.units import Exact
 
 NO_LATENCY = {"dse": "no latency", "osate-2.2": "no latency", "osate-2.19": "no sampling/queuing latency"}
 
 
 @dataclass(frozen=True, slots=True)
 class Row:
-    """One contribution to a flow's latency, in ns; `category` and `contributor` as OSATE prints them."""
+    """One contribution to a flow's latency, in ns, exact; `category` and `contributor` as OSATE prints them."""
 
     category: str
     contributor: str
-    min_ns: int
+    min_ns: Exact
     min_method: str
-    max_ns: int
+    max_ns: Exact
     max_method: str
 
 
@@ -141,7 +142,7 @@ def _processing_row(space: Space, component: Component, view: View) -> Row:
     return Row(component.category, component.name, best, best_method, worst, worst_method)
 
 
-def _best_ns(space: Space, component: Component, view: View) -> tuple[int, str]:
+def _best_ns(space: Space, component: Component, view: View) -> tuple[Exact, str]:
     """Best processing: best execution time, else specified; OSATE 2.19 looks at the response time first."""
     candidates = [(component.execution_ns, "processing time"), (component.latency_ns, "specified")]
     if space.profile == "osate-2.19":
@@ -150,7 +151,7 @@ def _best_ns(space: Space, component: Component, view: View) -> tuple[int, str]:
     return _first(space, [(given and given[0], method) for given, method in ranges])
 
 
-def _worst_ns(space: Space, component: Component, view: View) -> tuple[int, str]:
+def _worst_ns(space: Space, component: Component, view: View) -> tuple[Exact, str]:
     """Worst processing, by profile and by the worst-case setting (docs/semantics.md, section 3.2).
 
     An assigned deadline counts in OSATE under either setting where nothing before it gives a time.
@@ -174,14 +175,14 @@ def _worst_ns(space: Space, component: Component, view: View) -> tuple[int, str]
     return _first(space, [response, execution, latency, deadline, period])
 
 
-def _scheduled_ns(space: Space, component: Component, part: Part, view: View) -> tuple[int, str]:
+def _scheduled_ns(space: Space, component: Component, part: Part, view: View) -> tuple[Exact, str]:
     """The response time that follows from what shares the core (``processing: response_time``)."""
     number = next(number for number, item in enumerate(space.components) if item is component)
     worst = bounded_response_ns(space, number, part, view)
     return worst, "response time" if worst < UNBOUNDED_NS else "response time (unbounded)"
 
 
-def _first(space: Space, candidates: Sequence[tuple[int | None, str]]) -> tuple[int, str]:
+def _first(space: Space, candidates: Sequence[tuple[Exact | None, str]]) -> tuple[Exact, str]:
     """The first value that is given, with its method; for OSATE a time of 0 is none."""
     for value, method in candidates:
         if value or (value is not None and space.profile == "dse"):

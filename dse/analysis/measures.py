@@ -18,15 +18,19 @@ from dse.analysis.scheduling import UNBOUNDED_NS, bounded_response_ns, longest_a
 from dse.analysis.views import View
 from dse.space.metrics import metric_dimension, total_unit
 from dse.space.slots import carriers
-from dse.space.trees import Tree, at, leaves
+from dse.space.trees import PerProcessorType, Tree, at, leaves
 from dse.space.types import Bus, Component, Connection, Derived, Flow, Metric, Slot, Space, Step
-from dse.units import DATA, DATA_RATE, DIMENSIONLESS, FREQUENCY, LENGTH, MONEY, POWER, TIME, Dimension
+from dse.units import DATA, DATA_RATE, DIMENSIONLESS, FREQUENCY, LENGTH, MONEY, POWER, TIME, Dimension, Exact
 
 PPM = 10**6
 ZERO = Fraction(0)
 """Added to a figure it makes an exact rational of it, whatever kind of number that is (see `dse.study.trace`)."""
 SCALE_LIMIT = 10**7
 """The finest unit in which a metric is counted; finer common denominators are rounded up term by term."""
+TIME_SCALE_LIMIT = 1000
+"""The same of times, which are counted in ps at the finest: sums of hours of them are exact for the solver."""
+RESPONSE_SCALE_LIMIT = 10
+"""The same where response times are in them, for which `UNBOUNDED_NS` may stand."""
 
 DISPLAY: dict[Dimension, tuple[str, Fraction]] = {
     TIME: ("ns", Fraction(10**9)),
@@ -104,13 +108,14 @@ def build_measure(space: Space, metric: Metric) -> Measure:
     """The measure of a resolved metric."""
     if metric.kind in ("latency", "min latency", "jitter"):
         flow = space.flows[metric.index or 0]
-        return Measure(metric, "ns", tuple(_latency_terms(space, flow, metric.kind)))
+        return _scaled(metric, "ns", tuple(_latency_terms(space, flow, metric.kind)), *_latency_scale(space, flow))
     if metric.kind == "utilisation":
         return _scaled(metric, "ppm", *_with_rates(space, utilisation_terms(space, metric.index or 0)))
     if metric.kind == "load":
         return _scaled(metric, "B/s", *_with_rates(space, load_terms(space, metric.index or 0)))
     if metric.kind == "response time":
-        return Measure(metric, "ns", (_response_term(space, metric.index or 0),))
+        scale = _time_scale(space, range(len(space.components)), range(len(space.connections)))
+        return _scaled(metric, "ns", (_response_term(space, metric.index or 0),), scale, RESPONSE_SCALE_LIMIT)
     if metric.kind == "derived":
         return _derived(space, metric, space.derived[metric.index or 0])
     unit = {"price": "ct", "power": "mW"}.get(metric.kind, space.totals.get(metric.key, ""))
@@ -119,10 +124,57 @@ def build_measure(space: Space, metric: Metric) -> Measure:
     return _scaled(metric, unit, tuple(_figure_term(space, item, tree) for item, tree in trees), scale)
 
 
-def _scaled(metric: Metric, unit: str, terms: tuple[Term, ...], scale: int) -> Measure:
-    if scale > SCALE_LIMIT:
-        return Measure(metric, unit, terms, SCALE_LIMIT, rounded=True)
-    return Measure(metric, unit, terms, scale)
+def _scaled(metric: Metric, unit: str, terms: tuple[Term, ...], scale: int, limit: int | None = None) -> Measure:
+    finest = SCALE_LIMIT if limit is None else limit
+    return Measure(metric, unit, terms, min(scale, finest), rounded=scale > finest)
+
+
+def _latency_scale(space: Space, flow: Flow) -> tuple[int, int]:
+    """A denominator of every latency that the flow may have, and the finest in which it is counted.
+
+    A response time depends on whatever releases and delays a thread, anywhere.
+    """
+    if space.processing == "response_time":
+        scale = _time_scale(space, range(len(space.components)), range(len(space.connections)))
+        return scale, RESPONSE_SCALE_LIMIT
+    numbers = {kind: [step.index for step in flow.steps if step.kind == kind] for kind in ("component", "connection")}
+    return _time_scale(space, numbers["component"], numbers["connection"]), TIME_SCALE_LIMIT
+
+
+def _time_scale(space: Space, components: Iterable[int], connections: Iterable[int]) -> int:
+    """A common denominator, in ns, of sums of the times of components and connections.
+
+    Times of the file are whole but for what messages and their bytes take. Where inputs are uncertain, a space has all
+    kinds of figures (`dse.study.functions`).
+    """
+    found = 1
+    for component in (space.components[number] for number in components):
+        times = (
+            component.period_ns, component.execution_ns, component.callback_ns, component.latency_ns,
+            component.deadline_ns, component.response_ns,
+        )  # fmt: skip
+        found = lcm(found, _denominator(*times) * _denominator(component.queue_size))
+    for connection in (space.connections[number] for number in connections):
+        buses = [space.buses[number] for number in reachable_buses(space, connection)]
+        times = (connection.latency_ns, *(tree for bus in buses for tree in (bus.fixed_ns, bus.latency_ns)))
+        sizes = set(_numbers(connection.size_bytes, *(bus.overhead_bytes for bus in buses)))
+        each = set(_numbers(*(bus.per_byte_ns for bus in buses)))
+        found = lcm(found, _denominator(*times), *((one * size).denominator for one in each for size in sizes))
+    return found
+
+
+def _denominator(*trees: Tree) -> int:
+    """The common denominator of all numbers in trees of numbers and time ranges."""
+    return lcm(1, *(number.denominator for number in _numbers(*trees)))
+
+
+def _numbers(*trees: Tree) -> Iterator[Fraction]:
+    """Every number in trees of numbers and time ranges."""
+    for leaf in (leaf for tree in trees for leaf in leaves(tree)):
+        if isinstance(leaf, PerProcessorType):
+            yield from _numbers(*leaf.by_type.values())
+        elif leaf is not None:
+            yield from map(Fraction, leaf if isinstance(leaf, tuple) else (leaf,))
 
 
 def _latency_terms(space: Space, flow: Flow, kind: str) -> Iterator[Term]:
@@ -152,13 +204,14 @@ def _queue_size(space: Space, step: Step, view: View) -> int:
     return max(1, *(int(size or 0) for size in sizes))
 
 
-def _step_range_ns(space: Space, step: Step, view: View) -> tuple[int, int]:
+def _step_range_ns(space: Space, step: Step, view: View) -> tuple[Exact, Exact]:
     """The least and most that an element of a flow adds; many flows and metrics ask for the same one."""
     key = ("step", step, space.processing)
-    found: tuple[int, int] | None = view.memo.get(key)
+    found: tuple[Exact, Exact] | None = view.memo.get(key)
     if found is None:
         rows = step_rows(space, step, view)
-        found = view.memo[key] = (sum(row.min_ns for row in rows), sum(row.max_ns for row in rows))
+        found = (sum((row.min_ns for row in rows), ZERO), sum((row.max_ns for row in rows), ZERO))
+        view.memo[key] = found
     return found
 
 

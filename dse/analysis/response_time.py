@@ -17,6 +17,7 @@ from heapq import merge
 from itertools import count
 
 from dse.analysis.patience import look_at_the_clock
+from dse.units import Exact
 
 STEPS_A_LOOK = 256
 """So many steps, about a millisecond, go by between two looks at the clock."""
@@ -26,10 +27,10 @@ MOST_STEPS = 100_000
 
 @dataclass(frozen=True, slots=True)
 class Stream:
-    """Events at least `period_ns` apart, each up to `jitter_ns` late."""
+    """Events at least `period_ns` apart, each up to `jitter_ns` late, which is exact."""
 
     period_ns: int
-    jitter_ns: int = 0
+    jitter_ns: Exact = 0
 
 
 @dataclass(frozen=True, slots=True)
@@ -53,12 +54,12 @@ class Task:
         return share if self.separation_ns is None else min(share, worst / self.separation_ns)
 
 
-def periodic(name: str, worst_ns: int, period_ns: int, jitter_ns: int = 0) -> Task:
+def periodic(name: str, worst_ns: int, period_ns: int, jitter_ns: Exact = 0) -> Task:
     """A task with one stream."""
     return Task(name, worst_ns, (Stream(period_ns, jitter_ns),))
 
 
-def most_jobs(task: Task, window_ns: int) -> int:
+def most_jobs(task: Task, window_ns: Exact) -> int:
     """The most jobs released in a window of this length: the sum of ceil((window + jitter) / period).
 
     >>> most_jobs(periodic("a", 1, 10, 3), 10)
@@ -70,7 +71,7 @@ def most_jobs(task: Task, window_ns: int) -> int:
     return jobs if task.separation_ns is None else min(jobs, -(-window_ns // task.separation_ns))
 
 
-def densest_releases_ns(task: Task) -> Iterator[int]:
+def densest_releases_ns(task: Task) -> Iterator[Exact]:
     """When the jobs of a busy period are released, the first at 0 and each as early as it can be.
 
     >>> from itertools import islice
@@ -84,11 +85,11 @@ def densest_releases_ns(task: Task) -> Iterator[int]:
         yield time if task.separation_ns is None else max(time, number * task.separation_ns)
 
 
-def _release_ns(stream: Stream, number: int) -> int:
+def _release_ns(stream: Stream, number: int) -> Exact:
     return max(0, number * stream.period_ns - stream.jitter_ns)
 
 
-def response_time_ns(task: Task, higher: Sequence[Task]) -> int | None:
+def response_time_ns(task: Task, higher: Sequence[Task]) -> Exact | None:
     """The worst time from the release of a job to its end; None when it is not bounded.
 
     Parameters
@@ -111,13 +112,14 @@ def response_time_ns(task: Task, higher: Sequence[Task]) -> int | None:
     rivals = [other for other in higher if other.worst_ns]
     if task.utilisation + sum(other.utilisation for other in rivals) > 1:
         return None
-    steps, worst = 0, 0
+    steps = 0
+    worst: Exact = 0
     releases = densest_releases_ns(task)
     released = next(releases)
-    busy = task.worst_ns
+    busy: Exact = task.worst_ns
     streams = [(stream, other.worst_ns) for other in rivals if other.separation_ns is None for stream in other.streams]
     terms = [(stream.period_ns, worst_ns) for stream, worst_ns in streams]
-    following = [-stream.jitter_ns for stream, _ in streams]  # the first release of each that `busy` has no work of
+    following: list[Exact] = [-stream.jitter_ns for stream, _ in streams]  # the first release of each that `busy` has no work of
     others = [other for other in rivals if other.separation_ns is not None or not other.streams]
     counted = 0
     while True:

@@ -28,6 +28,7 @@ from dse.analysis.response_time import Stream, Task, response_time_ns
 from dse.analysis.views import View
 from dse.space.trees import at, leaves
 from dse.space.types import Component, Space
+from dse.units import Exact
 
 UNBOUNDED_NS = 10**14
 """Stands for a response time without a bound (27.8 h) wherever a number is needed."""
@@ -50,7 +51,7 @@ class Response:
     rank: int
     task: Task
     best_ns: int
-    response_ns: int | None
+    response_ns: Exact | None
     deadline_ns: int | None
 
     @property
@@ -110,7 +111,7 @@ def _response_to(space: Space, key: TaskKey, view: View) -> tuple[Response, ...]
     return _responses(_Schedule(space, view), [key])
 
 
-def bounded_response_ns(space: Space, component: int, part: Part, view: View) -> int:
+def bounded_response_ns(space: Space, component: int, part: Part, view: View) -> Exact:
     """The response time as a number: `UNBOUNDED_NS` beyond that, the longest processing off the processors."""
     alone = longest_alone_ns(space, component, part, view)
     if type(view) is View:
@@ -301,9 +302,9 @@ def utilisation(space: Space, number: int, view: View) -> Fraction:
     return share
 
 
-def _fixed_point(space: Space, cores: Sequence[Sequence[_Turn]], view: View) -> dict[TaskKey, int | None]:
+def _fixed_point(space: Space, cores: Sequence[Sequence[_Turn]], view: View) -> dict[TaskKey, Exact | None]:
     """Response times and inherited jitter, raised together until both stand still; what keeps growing has no bound."""
-    known: dict[TaskKey, int | None] = {
+    known: dict[TaskKey, Exact | None] = {
         turn.key: _alone_ns(space.components[turn.key[0]], turn.key[1], view)[1] for turns in cores for turn in turns
     }
     rounds, changed, horizon = 0, True, _horizon_ns(space)
@@ -328,7 +329,7 @@ def _horizon_ns(space: Space) -> int:
     return 10 * max(periods, default=NS_PER_S)
 
 
-def _respond(task: Task | None, rivals: Sequence[Task | None]) -> int | None:
+def _respond(task: Task | None, rivals: Sequence[Task | None]) -> Exact | None:
     """The response time of a task under those that may delay it."""
     given = [rival for rival in rivals if rival is not None]
     if task is None or len(given) < len(rivals):
@@ -342,7 +343,7 @@ def _respond_alone(task: Task, rivals: tuple[Task, ...]) -> int | None:
     return response_time_ns(task, rivals)
 
 
-def _task(space: Space, key: TaskKey, known: Mapping[TaskKey, int | None], view: View) -> Task | None:
+def _task(space: Space, key: TaskKey, known: Mapping[TaskKey, Exact | None], view: View) -> Task | None:
     """The task with the streams that release it; None when their jitter has no bound."""
     number, part = key
     component = space.components[number]
@@ -357,7 +358,7 @@ def _task(space: Space, key: TaskKey, known: Mapping[TaskKey, int | None], view:
 Streams: TypeAlias = tuple[Stream, ...] | None
 
 
-def _releases(space: Space, number: int, part: Part, known: Mapping[TaskKey, int | None], view: View) -> Streams:
+def _releases(space: Space, number: int, part: Part, known: Mapping[TaskKey, Exact | None], view: View) -> Streams:
     component = space.components[number]
     if part == "thread" and not is_event_triggered(component, view):
         return (Stream(at(component.period_ns, view)),)
@@ -370,7 +371,7 @@ def _releases(space: Space, number: int, part: Part, known: Mapping[TaskKey, int
     return tuple(streams)
 
 
-def _deliveries(space: Space, wire: int, known: Mapping[TaskKey, int | None], view: View) -> Streams:
+def _deliveries(space: Space, wire: int, known: Mapping[TaskKey, Exact | None], view: View) -> Streams:
     """What a connection delivers: what its sender releases, later by the jitter of processing and transmission."""
     connection = space.connections[wire]
     least, most, _ = transmission_ns(space, connection, view)
@@ -382,7 +383,7 @@ def _deliveries(space: Space, wire: int, known: Mapping[TaskKey, int | None], vi
     return None if leaving is None else tuple(Stream(item.period_ns, item.jitter_ns + most - least) for item in leaving)
 
 
-def _leaving(space: Space, number: int, known: Mapping[TaskKey, int | None], view: View) -> Streams:
+def _leaving(space: Space, number: int, known: Mapping[TaskKey, Exact | None], view: View) -> Streams:
     component = space.components[number]
     released = _releases(space, number, "thread", known, view)
     best, worst = _alone_ns(component, "thread", view)

@@ -6,6 +6,7 @@ import random
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
+from math import ceil
 from pathlib import Path
 from typing import Literal, TypeAlias
 
@@ -16,6 +17,7 @@ from dse.analysis.scheduling import processor_responses
 from dse.analysis.views import View
 from dse.api.problem import Changes, Problem, changed, complete_design, load, read_choices
 from dse.errors import UsageError
+from dse.results.analysis import FlowTable
 from dse.results.result import decisions_of
 from dse.results.simulation import Extreme, FlowObservation, Simulation, TaskObservation
 from dse.simulation.engine import Execution, Setting, simulate_once
@@ -23,7 +25,7 @@ from dse.simulation.plan import Plan, build_plan
 from dse.simulation.search import Record, histogram, random_offsets, search_flow
 from dse.space.trees import at
 from dse.space.types import Design, Flow, Space
-from dse.units import Rounding, UnitError, parse_duration_ns
+from dse.units import Exact, Rounding, UnitError, parse_duration_ns
 
 Offsets: TypeAlias = Literal["worst", "random", "zero"]
 BINS = 20
@@ -138,8 +140,8 @@ def _setting(space: Space, plan: Plan, duration_ns: int | None) -> Setting:
     """The time to simulate: ten of the longest periods, and what the data born last need to get through."""
     span = max((plan.span_ns(number, flow.steps) for number, flow in enumerate(space.flows)), default=0)
     longest = int(max(plan.timers.values(), default=0))
-    whole = duration_ns or 10 * longest + span + 1
-    return Setting(whole, max(whole - span, whole // 2))
+    whole = duration_ns or 10 * longest + ceil(span) + 1
+    return Setting(whole, max(whole - ceil(span), whole // 2))
 
 
 def _shortened(setting: Setting, plan: Plan, number: int, flow: Flow) -> Setting:
@@ -148,7 +150,7 @@ def _shortened(setting: Setting, plan: Plan, number: int, flow: Flow) -> Setting
     names |= {plan.links[step.index].name for step in flow.steps if step.kind == "connection"}
     longest = int(max((period for name, period in plan.timers.items() if name in names), default=10**8))
     longest = max(longest, *(int(plan.timers[name]) for name in _sources(plan, flow)), 1)
-    span = plan.span_ns(number, flow.steps)
+    span = ceil(plan.span_ns(number, flow.steps))
     return replace(setting, duration_ns=3 * longest + 2 * span + 1, births_until_ns=3 * longest + span)
 
 
@@ -235,9 +237,9 @@ def _flows(
         )
 
 
-def _bounds(space: Space, flow: Flow, view: View) -> tuple[int, int]:
-    rows = flow_rows(space, flow, view)
-    return sum(row.min_ns for row in rows), sum(row.max_ns for row in rows)
+def _bounds(space: Space, flow: Flow, view: View) -> tuple[Exact, Exact]:
+    table = FlowTable(flow.name, flow_rows(space, flow, view))
+    return table.min_ns, table.max_ns
 
 
 def _extreme(record: Record, flow: int, goal: str) -> Extreme | None:

@@ -10,6 +10,7 @@ from rich.table import Table
 from dse.analysis.scheduling import Response
 from dse.report.plain import plain, plain_table
 from dse.results.values import readable
+from dse.units import Exact
 
 SAID = {None: "", True: "met", False: "MISSED"}
 
@@ -31,5 +32,5 @@ def response_table(console: Console, processor: str, responses: Sequence[Respons
     return table
 
 
-def _ms(value_ns: int) -> str:
+def _ms(value_ns: Exact) -> str:
     return readable(value_ns, "ns", digits=6)

@@ -11,11 +11,12 @@ from dse.report.plain import plain_table as _table
 from dse.results.simulation import LATENCY, FlowObservation, Simulation
 from dse.results.values import readable
 from dse.space.settings import settings_of
+from dse.units import Exact
 
 BAR = 40
 
 
-def _ms(value_ns: int) -> str:
+def _ms(value_ns: Exact) -> str:
     return readable(value_ns, "ns", digits=6)
 
 

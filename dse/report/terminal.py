@@ -37,6 +37,7 @@ from dse.results.result import Point, Result
 from dse.results.values import counted, readable
 from dse.results.variants import varying
 from dse.space.settings import settings_of
+from dse.units import Exact
 from dse.units.text import format_count
 
 TOP = 10
@@ -241,7 +242,7 @@ def _flow_table(console: Console, flow: FlowTable) -> Table:
     return table
 
 
-def _ms(value_ns: int) -> str:
+def _ms(value_ns: Exact) -> str:
     return readable(value_ns, "ns", digits=6)
 
 

@@ -343,8 +343,8 @@ def proof_words(result: Result) -> str:
 
 def rounding_words(result: Result) -> str:
     """Which objectives are rounded; "" where all are exact."""
-    names = [item.name for item in result.objectives if item.name in result.rounded]
-    return f"Rounded up to a 10^7th of the unit, for want of a common one: {', '.join(names)}." if names else ""
+    found = [f"{item.name} (to {item.unit})" for item in result.objectives if item.name in result.rounded]
+    return f"Rounded up, for want of a unit in which all values are whole: {', '.join(found)}." if found else ""
 
 
 def tie_words(result: Result) -> str:

@@ -14,6 +14,7 @@ from dse.analysis.scheduling import Response
 from dse.results.result import exact
 from dse.space.settings import settings_of
 from dse.space.types import EMPTY, Design, Space
+from dse.units import Exact, whole
 
 if TYPE_CHECKING:
     import pandas
@@ -29,19 +30,19 @@ class FlowTable:
     rows: tuple[Row, ...]
 
     @property
-    def min_ns(self) -> int:
+    def min_ns(self) -> Exact:
         """The minimum latency: the sum of the column."""
-        return sum(row.min_ns for row in self.rows)
+        return whole(sum((row.min_ns for row in self.rows), Fraction(0)))
 
     @property
-    def max_ns(self) -> int:
+    def max_ns(self) -> Exact:
         """The maximum latency: the sum of the column."""
-        return sum(row.max_ns for row in self.rows)
+        return whole(sum((row.max_ns for row in self.rows), Fraction(0)))
 
     @property
-    def jitter_ns(self) -> int:
+    def jitter_ns(self) -> Exact:
         """Maximum minus minimum latency."""
-        return self.max_ns - self.min_ns
+        return whole(Fraction(self.max_ns - self.min_ns))
 
 
 @dataclass(frozen=True)
@@ -110,9 +111,9 @@ class Analysis:
             "flows": {
                 table.name: {
                     "rows": [_row(row) for row in table.rows],
-                    "min_ns": table.min_ns,
-                    "max_ns": table.max_ns,
-                    "jitter_ns": table.jitter_ns,
+                    "min_ns": exact(table.min_ns),
+                    "max_ns": exact(table.max_ns),
+                    "jitter_ns": exact(table.jitter_ns),
                 }
                 for table in self.flows
             },
@@ -147,9 +148,9 @@ def _row(row: Row) -> dict[str, Any]:
     return {
         "category": row.category,
         "contributor": row.contributor,
-        "min_ns": row.min_ns,
+        "min_ns": exact(row.min_ns),
         "min_method": row.min_method,
-        "max_ns": row.max_ns,
+        "max_ns": exact(row.max_ns),
         "max_method": row.max_method,
     }
 
@@ -161,9 +162,9 @@ def _response(response: Response) -> dict[str, Any]:
         "rank": response.rank,
         "execution_ns": [response.best_ns, response.task.worst_ns],
         "releases": [
-            {"period_ns": stream.period_ns, "jitter_ns": stream.jitter_ns} for stream in response.task.streams
+            {"period_ns": stream.period_ns, "jitter_ns": exact(stream.jitter_ns)} for stream in response.task.streams
         ],
-        "response_ns": response.response_ns,
+        "response_ns": None if response.response_ns is None else exact(response.response_ns),
         "deadline_ns": response.deadline_ns,
         "meets_deadline": response.meets_deadline,
     }

@@ -18,7 +18,7 @@ from dse.results.changes import Change, Delta, changes_between, deltas
 from dse.results.result import Point, Result
 from dse.results.tables import analyse_design
 from dse.space.types import Requirement
-from dse.units import DIMENSIONLESS
+from dse.units import DIMENSIONLESS, Exact
 
 
 @dataclass(frozen=True)
@@ -62,8 +62,8 @@ class Dominant:
     flow: str
     of: str
     rows: tuple[Row, ...]
-    part_ns: int
-    total_ns: int
+    part_ns: Exact
+    total_ns: Exact
 
 
 @dataclass(frozen=True)
@@ -229,11 +229,11 @@ def dominants(analysis: Analysis) -> Iterator[Dominant]:
             yield from _dominant(table, of, parts)
 
 
-def _dominant(table: FlowTable, of: str, parts: Sequence[int]) -> Iterator[Dominant]:
+def _dominant(table: FlowTable, of: str, parts: Sequence[Exact]) -> Iterator[Dominant]:
     most = max(parts, default=0)
     if most > 0:
         rows = tuple(row for row, part in zip(table.rows, parts, strict=True) if part == most)
-        yield Dominant(table.name, of, rows, most, sum(parts))
+        yield Dominant(table.name, of, rows, most, sum(parts, Fraction(0)))
 
 
 def _scaled_losses(result: Result) -> list[tuple[Fraction, ...]]:

@@ -15,6 +15,7 @@ from dse.errors import EXIT_COMPLETE, EXIT_INCOMPLETE, EXIT_INFEASIBLE
 from dse.results.ranking import METHOD, competition_ranks, ideal_distances
 from dse.results.variants import find_variants
 from dse.space.types import Design, Space
+from dse.units import Exact
 
 if TYPE_CHECKING:
     import pandas
@@ -295,7 +296,7 @@ def _cell(value: Any) -> Any:
     return f"'{value}" if isinstance(value, str) and value[:1] in FORMULA else value
 
 
-def exact(value: Fraction) -> int | str:
+def exact(value: Exact) -> int | str:
     """An integer, or a fraction as text."""
     return int(value) if value.denominator == 1 else f"{value.numerator}/{value.denominator}"
 

@@ -8,8 +8,10 @@ from dataclasses import dataclass
 from fractions import Fraction
 from typing import TYPE_CHECKING, Any
 
+from dse.results.result import exact
 from dse.space.settings import settings_of
 from dse.space.types import Design, Space
+from dse.units import Exact
 
 if TYPE_CHECKING:
     import pandas
@@ -25,8 +27,8 @@ LATENCY = (
 class Extreme:
     """An observed extreme in ns, and what shows it again: offsets in ns, drifts in ppm, execution times, seed."""
 
-    latency_ns: int
-    offsets_ns: Mapping[str, int]
+    latency_ns: Exact
+    offsets_ns: Mapping[str, Exact]
     drift_ppm: Mapping[str, int]
     execution: str
     seed: int
@@ -42,13 +44,13 @@ class FlowObservation:
     """
 
     name: str
-    latencies: Mapping[int, int]
-    bounds_ns: tuple[int, int]
-    scheduled_ns: tuple[int, int] | None
+    latencies: Mapping[Exact, int]
+    bounds_ns: tuple[Exact, Exact]
+    scheduled_ns: tuple[Exact, Exact] | None
     allowance_ns: int
     worst: Extreme | None
     best: Extreme | None
-    histogram: Sequence[Mapping[str, int]]
+    histogram: Sequence[Mapping[str, Exact]]
     excuse: str = ""
 
     @property
@@ -68,11 +70,11 @@ class FlowObservation:
         return self._outside(self.bounds_ns)
 
     @property
-    def claimed_ns(self) -> tuple[int, int]:
+    def claimed_ns(self) -> tuple[Exact, Exact]:
         """The bounds that must hold."""
         return self.bounds_ns if self.scheduled_ns is None else self.scheduled_ns
 
-    def _outside(self, bounds_ns: tuple[int, int]) -> int:
+    def _outside(self, bounds_ns: tuple[Exact, Exact]) -> int:
         least, most = bounds_ns
         return sum(n for value, n in self.latencies.items() if not least <= value <= most + self.allowance_ns)
 
@@ -93,17 +95,17 @@ class FlowObservation:
         """Plain data."""
         return {
             "count": self.count,
-            "min_ns": min(self.latencies, default=None),
-            "max_ns": max(self.latencies, default=None),
+            "min_ns": _exact(min(self.latencies, default=None)),
+            "max_ns": _exact(max(self.latencies, default=None)),
             "mean_ns": None if self.mean_ns is None else round(float(self.mean_ns), 3),
-            "bounds_ns": list(self.bounds_ns),
-            "scheduled_bounds_ns": None if self.scheduled_ns is None else list(self.scheduled_ns),
+            "bounds_ns": [exact(end) for end in self.bounds_ns],
+            "scheduled_bounds_ns": None if self.scheduled_ns is None else [exact(end) for end in self.scheduled_ns],
             "allowance_ns": self.allowance_ns,
             "outside": self.outside,
             "contradiction": self.is_contradiction,
             "excuse": self.excuse or None,
             "reach": None if self.reach is None else round(float(self.reach), 6),
-            "histogram": [dict(item) for item in self.histogram],
+            "histogram": [{name: exact(value) for name, value in item.items()} for item in self.histogram],
             "worst": _extreme(self.worst),
             "best": _extreme(self.best),
         }
@@ -114,8 +116,8 @@ class TaskObservation:
     """The longest observed response of a thread on a shared core, and its response time; None is unbounded."""
 
     name: str
-    observed_ns: int
-    bound_ns: int | None
+    observed_ns: Exact
+    bound_ns: Exact | None
     is_compared: bool = True
 
     @property
@@ -195,8 +197,8 @@ class Simulation:
             "flows": {flow.name: flow.to_dict() for flow in self.flows},
             "threads": {
                 task.name: {
-                    "observed_ns": task.observed_ns,
-                    "response_time_ns": task.bound_ns,
+                    "observed_ns": exact(task.observed_ns),
+                    "response_time_ns": _exact(task.bound_ns),
                     "contradiction": task.is_contradiction,
                 }
                 for task in self.tasks
@@ -210,12 +212,16 @@ class Simulation:
         return json.dumps(self.to_dict(), ensure_ascii=False, indent=1) + "\n"
 
 
+def _exact(value: Exact | None) -> int | str | None:
+    return None if value is None else exact(value)
+
+
 def _extreme(extreme: Extreme | None) -> dict[str, Any] | None:
     if extreme is None:
         return None
     return {
-        "latency_ns": extreme.latency_ns,
-        "offsets_ns": dict(extreme.offsets_ns),
+        "latency_ns": exact(extreme.latency_ns),
+        "offsets_ns": {name: exact(offset) for name, offset in extreme.offsets_ns.items()},
         "drift_ppm": dict(extreme.drift_ppm),
         "execution": extreme.execution,
         "seed": extreme.seed,

@@ -1,4 +1,4 @@
-"""The simulation itself: events in integer nanoseconds.
+"""The simulation itself: events in integer nanoseconds (in fractions of them where messages take such).
 
 At one instant jobs end and separations run out first, then messages arrive, then timers dispatch: what arrives at the
 very moment of a timer's dispatch is read by it. A timer's job reads the latest value of everything at its dispatch; an
@@ -19,13 +19,16 @@ import random
 from collections import Counter, deque
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from fractions import Fraction
 from heapq import heappop, heappush
+from math import lcm
 from typing import Literal, TypeAlias
 
 from dse.simulation.figures import Range
 from dse.simulation.plan import Link, Plan, StepKey, Task, TaskKey
+from dse.units import Exact, whole
 
-Births: TypeAlias = dict[StepKey, list[int]]
+Births: TypeAlias = dict[StepKey, list[Exact]]
 """For each flow step, when the data were born that are there."""
 Execution: TypeAlias = Literal["max", "min", "random"]
 MILLION = 10**6
@@ -40,7 +43,7 @@ class Setting:
 
     duration_ns: int
     births_until_ns: int
-    offsets_ns: Mapping[str, int] = field(default_factory=dict)
+    offsets_ns: Mapping[str, Exact] = field(default_factory=dict)
     drift_ppm: Mapping[str, int] = field(default_factory=dict)
     execution: Execution = "random"
     bus_contention: bool = False
@@ -55,19 +58,19 @@ class Observation:
     the time.
     """
 
-    latencies: list[Counter[int]]
-    responses: dict[str, int] = field(default_factory=dict)
+    latencies: list[Counter[Exact]]
+    responses: dict[str, Exact] = field(default_factory=dict)
     lost: Counter[str] = field(default_factory=Counter)
-    latest: dict[StepKey, tuple[int, int]] = field(default_factory=dict)
-    earliest: dict[StepKey, tuple[int, int]] = field(default_factory=dict)
+    latest: dict[StepKey, tuple[Exact, Exact]] = field(default_factory=dict)
+    earliest: dict[StepKey, tuple[Exact, Exact]] = field(default_factory=dict)
     events: int = 0
 
 
 @dataclass
 class _Job:
     task: Task
-    release: int
-    left: int
+    release: Exact
+    left: Exact
     births: Births
 
 
@@ -76,7 +79,7 @@ class _Core:
 
     def __init__(self) -> None:
         self.running: _Job | None = None
-        self.since = 0
+        self.since: Exact = 0
         self.version = 0
         self.ready: list[tuple[int, int, _Job]] = []
 
@@ -86,8 +89,8 @@ class _Entry:
 
     def __init__(self) -> None:
         self.busy = False
-        self.waiting: deque[tuple[int, Births]] = deque()
-        self.not_before = 0
+        self.waiting: deque[tuple[Exact, Births]] = deque()
+        self.not_before: Exact = 0
 
 
 def simulate_once(plan: Plan, setting: Setting) -> Observation:
@@ -103,18 +106,18 @@ class _Run:
         self.plan, self.setting = plan, setting
         self.rng = random.Random(setting.seed)
         self.seen = Observation([Counter() for _ in plan.lengths])
-        self.heap: list[tuple[int, int, int, tuple[object, ...]]] = []
+        self.heap: list[tuple[Exact, int, int, tuple[object, ...]]] = []
         self.sequence = 0
         self.cores: dict[tuple[int, int], _Core] = {}
         self.entries: dict[TaskKey, _Entry] = {}
-        self.free: dict[TaskKey, int] = {}
+        self.free: dict[TaskKey, Exact] = {}
         self.buffers: Births = {}
-        self.sent_after: dict[int, int] = {}
-        self.delivered: dict[int, int] = {}
-        self.bus_free: dict[int, int] = {}
-        self.now = 0
+        self.sent_after: dict[int, Exact] = {}
+        self.delivered: dict[int, Exact] = {}
+        self.bus_free: dict[int, Exact] = {}
+        self.now: Exact = 0
 
-    def at(self, time: int, order: int, *what: object) -> None:
+    def at(self, time: Exact, order: int, *what: object) -> None:
         self.sequence += 1
         heappush(self.heap, (time, order, self.sequence, what))
 
@@ -138,7 +141,7 @@ class _Run:
 
     # --- timers -----------------------------------------------------------------------------------------------------
 
-    def _time_of(self, name: str, period: object, count: int) -> int:
+    def _time_of(self, name: str, period: object, count: int) -> Exact:
         drift = self.setting.drift_ppm.get(name, 0)
         return self.setting.offsets_ns.get(name, 0) + int(count * period * (MILLION + drift) / MILLION)  # type: ignore[operator]
 
@@ -158,12 +161,15 @@ class _Run:
 
     # --- jobs -------------------------------------------------------------------------------------------------------
 
-    def _drawn(self, limits: Range) -> int:
-        if self.setting.execution == "random":
-            return self.rng.randint(*limits)
-        return limits[self.setting.execution == "max"]
+    def _drawn(self, limits: Range) -> Exact:
+        """A time in whole ns, or in the fraction of it that both ends count."""
+        low, high = limits
+        if self.setting.execution != "random":
+            return high if self.setting.execution == "max" else low
+        scale = lcm(low.denominator, high.denominator)
+        return whole(Fraction(self.rng.randint(int(low * scale), int(high * scale)), scale))
 
-    def _release(self, task: Task, release: int, births: Births) -> None:
+    def _release(self, task: Task, release: Exact, births: Births) -> None:
         """A job begins its life: it reads what is there, and gets a core or waits for one."""
         component, part = task.key
         if part == "thread":
@@ -231,17 +237,17 @@ class _Run:
             self.entries[task.key].busy = False
             self._serve(task)
 
-    def _arrived(self, flow: int, births: list[int]) -> None:
+    def _arrived(self, flow: int, births: list[Exact]) -> None:
         counter = self.seen.latencies[flow]
         for birth in births:
             counter[self.now - birth] += 1
 
-    def _store(self, key: StepKey, births: list[int]) -> None:
+    def _store(self, key: StepKey, births: list[Exact]) -> None:
         """Data for the next dispatch to read; unread older data live on in what overwrites them."""
         self._note(key, births)
         self.buffers.setdefault(key, []).extend(births)
 
-    def _note(self, key: StepKey, births: list[int]) -> None:
+    def _note(self, key: StepKey, births: list[Exact]) -> None:
         for birth in births:
             age = self.now - birth
             if key not in self.seen.latest or age > self.seen.latest[key][0]:
@@ -274,7 +280,7 @@ class _Run:
         self.bus_free[link.bus] = end
         self._deliver(number, end, births)
 
-    def _deliver(self, number: int, time: int, births: Births) -> None:
+    def _deliver(self, number: int, time: Exact, births: Births) -> None:
         """Messages of one connection keep their order."""
         time = max(time, self.delivered.get(number, 0))
         self.delivered[number] = time

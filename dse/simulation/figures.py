@@ -9,8 +9,10 @@ from typing import Any, TypeAlias
 
 from dse.space.trees import PerProcessorType, at
 from dse.space.types import Component, Connection, Design, Space
+from dse.units import Exact
 
-Range: TypeAlias = tuple[int, int]
+Range: TypeAlias = tuple[Exact, Exact]
+"""Least and most, in ns; exact where messages and their bytes take less than 1 ns."""
 NS_PER_S = 10**9
 PROBE_NS = 100_000_000
 """Period at which a flow is fed whose beginning nothing dispatches, in a problem without periods."""
@@ -171,7 +173,8 @@ class _Reader:
         hard = next((bus for bus in buses if not self.space.buses[bus].virtual), None)
         own = self.at(item.latency_ns)
         if not given and own is not None and not self.is_local(item):
-            soft, on_bus = (own[0], own[1]), (0, 0)
+            soft: Range = own[0], own[1]
+            on_bus: Range = 0, 0
         else:
             on_bus = (times.get(hard) if hard is not None else None) or (0, 0)
             soft = (sum(time[0] for time in given) - on_bus[0], sum(time[1] for time in given) - on_bus[1])

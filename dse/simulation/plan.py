@@ -12,6 +12,7 @@ from typing import Any, Literal, TypeAlias
 
 from dse.simulation.figures import Figures, Range, read_figures
 from dse.space.types import Design, Space
+from dse.units import Exact
 
 NS_PER_S = 10**9
 ENDLESS = 10**9
@@ -89,9 +90,9 @@ class Plan:
         tasks = {task.name: task.period_ns for task in self.tasks.values() if task.period_ns is not None}
         return tasks | {link.name: link.period_ns for link in self.links if link.period_ns is not None}
 
-    def span_ns(self, flow: int, steps: Sequence[Any]) -> int:
+    def span_ns(self, flow: int, steps: Sequence[Any]) -> Exact:
         """A time in which data that are not lost pass the flow, if nothing is overloaded."""
-        total = 0
+        total: Exact = 0
         for step in steps:
             if step.kind == "connection":
                 link = self.links[step.index]

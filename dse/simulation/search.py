@@ -17,6 +17,7 @@ from typing import Any
 from dse.simulation.engine import Execution, Observation, Setting, simulate_once
 from dse.simulation.plan import Plan
 from dse.space.types import Flow
+from dse.units import Exact
 
 
 @dataclass
@@ -26,10 +27,10 @@ class Record:
     `extremes` maps (flow, "max" or "min") to the latency in ns and the setting that showed it.
     """
 
-    latencies: list[Counter[int]]
-    responses: dict[str, int] = field(default_factory=dict)
+    latencies: list[Counter[Exact]]
+    responses: dict[str, Exact] = field(default_factory=dict)
     lost: Counter[str] = field(default_factory=Counter)
-    extremes: dict[tuple[int, str], tuple[int, Setting]] = field(default_factory=dict)
+    extremes: dict[tuple[int, str], tuple[Exact, Setting]] = field(default_factory=dict)
     runs: int = 0
     events: int = 0
 
@@ -48,7 +49,7 @@ class Record:
                     self.extremes[flow, goal] = (value, setting)
 
 
-def _is_further(value: int, other: int, goal: str) -> bool:
+def _is_further(value: Exact, other: Exact, goal: str) -> bool:
     return value > other if goal == "max" else value < other
 
 
@@ -99,7 +100,7 @@ def _observe(plan: Plan, setting: Setting, record: Record) -> Observation:
     return seen
 
 
-def _extreme(seen: Observation, flow: int, goal: str) -> int | None:
+def _extreme(seen: Observation, flow: int, goal: str) -> Exact | None:
     counter = seen.latencies[flow]
     if not counter:
         return None
@@ -123,7 +124,7 @@ def _moves(plan: Plan, flow: int, item: Flow) -> Iterator[tuple[str, int, str]]:
                 yield "meet", position, other.name
 
 
-def histogram(counter: Mapping[int, int], least: int, most: int, bins: int) -> list[dict[str, Any]]:
+def histogram(counter: Mapping[Exact, int], least: Exact, most: Exact, bins: int) -> list[dict[str, Any]]:
     """Counts in equal bins from `least` to `most`; the last bin is closed."""
     width = max(1, -(-(most - least + 1) // bins))
     counts = [0] * min(bins, max(1, -(-(most - least + 1) // width)))

@@ -61,6 +61,7 @@ from dse.units import (
     parse_size_bytes,
     parse_time_range_ns,
     parse_total,
+    parse_transmission_ns,
     shown,
 )
 
@@ -80,6 +81,7 @@ MOST_FAILURES = 200
 PARSERS: Mapping[str, Callable[[str], Any]] = {
     "duration": parse_period_ns,
     "time range": parse_time_range_ns,
+    "transmission time": parse_transmission_ns,
     "data size": parse_size_bytes,
     "bandwidth": parse_bandwidth_bps,
     "data rate": parse_data_rate,
@@ -180,7 +182,7 @@ def _required_latencies(ledger: Ledger, space: Space) -> list[Requirement]:
         if flow.required_ns is not None:
             text = f"latency of {flow.name} <= {format_duration(flow.required_ns[1])}"
             metric = Metric(f"latency of {flow.name}", "latency", number)
-            limit = Quantity(Fraction(flow.required_ns[1], 10**9), TIME, "s")
+            limit = Quantity(Fraction(flow.required_ns[1]) / 10**9, TIME, "s")
             found.append(Requirement(text, metric, "<=", limit, ledger.origin(("flows", flow.name, "latency"))))
     return found
 

@@ -162,7 +162,7 @@ def _transmission_part(ledger: Ledger, owner: Owner, part: str, virtual: bool) -
         return None if times is None else getattr(times, part)
 
     by_type = per_processor_type if virtual else _nothing_known
-    reader = FieldReader(ledger, owner, f"transmission_time.{part}", "time range", format_time_range, by_type)
+    reader = FieldReader(ledger, owner, f"transmission_time.{part}", "transmission time", format_time_range, by_type)
     return reader.read(given_by)
 
 

@@ -1,6 +1,7 @@
 """The space of designs: integers, ids and tuples, ready for analysis and search.
 
-Components are referred to by their index in the tuples of `Space`; times are integer nanoseconds, sizes bytes,
+Components are referred to by their index in the tuples of `Space`; times are integer nanoseconds (what a message or a
+byte takes on a bus, and the latency that a flow states, are exact fractions where they are no integers), sizes bytes,
 bandwidths bit/s, rates exact fractions of Hz, prices cents, powers mW. Fields called trees hold a value or a `Choice`
 over decisions.
 """
@@ -14,7 +15,7 @@ from typing import Any, Literal, TypeAlias
 
 from dse.space.trees import Tree
 from dse.spec.expressions import And, Not, Operator, Or
-from dse.units import Quantity
+from dse.units import Exact, Quantity
 
 EMPTY = "none"
 UNKNOWN_TYPE = "?\n"
@@ -156,7 +157,7 @@ class Flow:
 
     name: str
     steps: tuple[Step, ...]
-    required_ns: tuple[int, int] | None
+    required_ns: tuple[Exact, Exact] | None
 
 
 @dataclass(frozen=True)

@@ -187,8 +187,9 @@ def _writer(write: Callable[[Any], str]) -> PlainSerializer:
     return PlainSerializer(write, return_type=str, when_used="json")
 
 
-def _duration_up_ns(text: str) -> int:
-    return units.parse_duration_ns(text, Rounding.UP)
+def _deadline_ns(text: str) -> int:
+    """A time that there is for something: supply, which rounds down."""
+    return units.parse_duration_ns(text, Rounding.DOWN)
 
 
 _RANGE = (
@@ -199,7 +200,7 @@ _TOTAL = Kind("a figure", "90 g", units.DIMENSIONLESS)
 
 Duration: TypeAlias = Annotated[
     int,
-    _reader(units.DURATION, _duration_up_ns),
+    _reader(units.DURATION, _deadline_ns),
     _writer(units.format_duration),
     _describe_quantity(units.DURATION, "1.3 ms", "250 us"),
 ]
@@ -214,6 +215,12 @@ TimeRange: TypeAlias = Annotated[
     _reader(units.TIME_RANGE, units.parse_time_range_ns),
     _writer(units.format_time_range),
     _describe_quantity(units.TIME_RANGE, "10 ms", "1 .. 3 ms", pattern=_RANGE),
+]
+Transmission: TypeAlias = Annotated[
+    units.TimeRange,
+    _reader(units.TRANSMISSION, units.parse_transmission_ns),
+    _writer(units.format_time_range),
+    _describe_quantity(units.TRANSMISSION, "128 us", "100 ps .. 0.2 ns", pattern=_RANGE),
 ]
 DataSize: TypeAlias = Annotated[
     int,

@@ -31,6 +31,7 @@ from dse.spec.fields import (
     SomeItems,
     TimeRange,
     Total,
+    Transmission,
     Version,
     field_error,
 )
@@ -67,10 +68,10 @@ ONE, BY_PROCESSOR_TYPE = " one ", " by processor type "
 
 
 class TransmissionTime(Model):
-    """AADL's Transmission_Time: `fixed` per message and `per_byte`, each a time range in ns."""
+    """AADL's Transmission_Time: `fixed` per message and `per_byte`, each a time range in ns, exact."""
 
-    fixed: Alternatives[TimeRange] = (INSTANTLY,)
-    per_byte: Alternatives[TimeRange] = (INSTANTLY,)
+    fixed: Alternatives[Transmission] = (INSTANTLY,)
+    per_byte: Alternatives[Transmission] = (INSTANTLY,)
 
 
 def _which_transmission(value: Any) -> str:
@@ -173,7 +174,7 @@ class Flow(Model):
     """An end-to-end flow: components in order, connections where they must be named."""
 
     path: SomeItems[Name]
-    latency: TimeRange | None = None
+    latency: Transmission | None = None
     source: Line | None = None
 
 

@@ -25,7 +25,7 @@ from dse.space.types import Design, Space
 from dse.spec.model import Spec, TransmissionTime
 from dse.study.quantities import BASE, COUNT, FIELDS, PARTS, TOTAL
 from dse.study.trace import MOST_GUARDS, Node, Program, Traced, watching
-from dse.units import PERIOD, RATE, RATE_OF_DATA, TIME_RANGE, Kind, Money, TimeRange, Total
+from dse.units import PERIOD, RATE, RATE_OF_DATA, TRANSMISSION, Kind, Money, TimeRange, Total
 
 CHUNK = 8192
 """So many samples are evaluated at a time: what they need stays in the cache."""
@@ -53,7 +53,7 @@ class Variable:
     @property
     def is_whole(self) -> bool:
         """Whether the file's values become whole numbers of the unit."""
-        return self.kind not in (RATE, RATE_OF_DATA, TOTAL)
+        return self.kind not in (RATE, RATE_OF_DATA, TOTAL, TRANSMISSION)
 
     @property
     def least(self) -> int:
@@ -101,7 +101,7 @@ class _Tracer:
 
     def _transmission(self, path: str, times: TransmissionTime) -> TransmissionTime:
         update = {
-            part: self._field(f"{path}.{part}", getattr(times, part), TIME_RANGE)
+            part: self._field(f"{path}.{part}", getattr(times, part), TRANSMISSION)
             for part in PARTS
             if part in times.model_fields_set
         }
@@ -128,7 +128,7 @@ class _Tracer:
                 self._traced(f"{path}.{end}", value, kind, "ns", end)
                 for end, value in zip(("min", "max"), given, strict=True)
             )
-            return TimeRange(*ends)  # type: ignore[arg-type]
+            return TimeRange(*ends)
         unit = "mW" if kind.noun == "a power" else BASE.get(kind, "")
         return self._traced(path, given, kind, unit)
 

@@ -29,6 +29,7 @@ from dse.units import (
     RATE_OF_DATA,
     SIZE,
     TIME_RANGE,
+    TRANSMISSION,
     UNITS,
     Kind,
     Quantity,
@@ -58,10 +59,16 @@ FIELDS: Mapping[str, Mapping[str, Kind]] = {
     "connections": {
         "data_size": SIZE, "rate": RATE, "data_rate": RATE_OF_DATA, "queue_size": COUNT, "latency": TIME_RANGE,
     },
-    "flows": {"latency": TIME_RANGE},
+    "flows": {"latency": TRANSMISSION},
 }  # fmt: skip
 PARTS = ("fixed", "per_byte")
-BASE = {PERIOD: "ns", DURATION: "ns", TIME_RANGE: "ns", SIZE: "B", BANDWIDTH: "bit/s", RATE: "Hz", RATE_OF_DATA: "B/s"}
+RANGES = (TIME_RANGE, TRANSMISSION)
+BASE = dict.fromkeys((PERIOD, DURATION, *RANGES), "ns") | {
+    SIZE: "B",
+    BANDWIDTH: "bit/s",
+    RATE: "Hz",
+    RATE_OF_DATA: "B/s",
+}
 LEFT_OUT = ("include", "baseline", "uncertainty")
 Place = tuple[str | int, ...]
 
@@ -114,7 +121,7 @@ class Inputs:
             for parents, item in _values(path, place, kind, value):
                 for name in dict.fromkeys((*above, *parents, item.path)):
                     self.groups.setdefault(name, []).append(item)
-                if kind is TIME_RANGE:
+                if kind in RANGES:
                     for end in ("min", "max"):
                         one = InputValue(f"{item.path}.{end}", item.place, kind, item.text, end)
                         self.groups[one.path] = [one]
@@ -225,12 +232,12 @@ def _transmission(path: str, place: Place, times: Mapping[str, Any]) -> Iterator
     if set(times) & set(PARTS):
         for part in PARTS:
             if part in times:
-                yield f"{path}.{part}", (*place, part), TIME_RANGE, times[part]
+                yield f"{path}.{part}", (*place, part), TRANSMISSION, times[part]
         return
     for machine, parts in times.items():
         for part in PARTS:
             if part in parts:
-                yield f"{path}.{machine}.{part}", (*place, machine, part), TIME_RANGE, parts[part]
+                yield f"{path}.{machine}.{part}", (*place, machine, part), TRANSMISSION, parts[part]
 
 
 def _values(path: str, place: Place, kind: Kind, value: Any) -> Iterator[tuple[tuple[str, ...], InputValue]]:
@@ -270,7 +277,7 @@ def scaled_text(item: InputValue, factor: Fraction) -> str | int:
     if item.end:
         low, high = range_ends(str(item.text))
         return _scaled(low if item.end == "min" else high, item.kind, factor)
-    if item.kind is TIME_RANGE and ".." in str(item.text):
+    if item.kind in RANGES and ".." in str(item.text):
         return " .. ".join(_scaled(end, item.kind, factor) for end in range_ends(str(item.text)))
     return _scaled(str(item.text), item.kind, factor)
 

@@ -25,8 +25,8 @@ from dse.errors import Diagnostic, ProblemError, UsageError
 from dse.files.reading import UnreadableFileError, read_text
 from dse.spec.model import Uncertainty
 from dse.study.functions import InputSpace, Variable
-from dse.study.quantities import BASE, COUNT, TOTAL, read_value
-from dse.units import POWER_DRAW, TIME_RANGE, UNITS, Kind, UnitError, parse_quantity, shown
+from dse.study.quantities import BASE, COUNT, RANGES, TOTAL, read_value
+from dse.units import POWER_DRAW, UNITS, Kind, UnitError, parse_quantity, shown
 
 MOST_SAMPLES = 1_000_000
 MIDDLE = 0.95
@@ -335,6 +335,6 @@ def ordered_columns(uncertain: Sequence[Uncertain], values: Sequence[Any]) -> di
         columns |= item.columns(row)
         variables |= {variable.index: variable for variable in item.variables}
     for index, variable in variables.items():
-        if variable.kind is TIME_RANGE and variable.end == "max" and index - 1 in columns:
+        if variable.kind in RANGES and variable.end == "max" and index - 1 in columns:
             columns[index] = numpy.maximum(columns[index], columns[index - 1])
     return columns

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Callable
 from fractions import Fraction
 from math import ceil, floor
 from typing import NoReturn
@@ -19,10 +20,13 @@ from dse.units.table import (
     RATIO,
     SIZE,
     TIME_RANGE,
+    TRANSMISSION,
     UNITS,
+    Exact,
     Kind,
     Money,
     Quantity,
+    Rounded,
     Rounding,
     TimeRange,
     Total,
@@ -31,6 +35,14 @@ from dse.units.table import (
     expectation,
     shown,
     unit_hint,
+)
+from dse.units.text import (
+    format_bandwidth,
+    format_duration,
+    format_money,
+    format_power,
+    format_size,
+    format_time_range,
 )
 
 MAX_DIGITS = 40
@@ -125,10 +137,16 @@ def _read(kind: Kind, text: str, *, positive: bool = False) -> Quantity:
     return quantity
 
 
-def _round(kind: Kind, text: str, value: Fraction, rounding: Rounding, base: str) -> int:
+def _round(
+    kind: Kind, text: str, value: Fraction, rounding: Rounding, base: str, write: Callable[[int], str] | None = None
+) -> int:
+    """The value as an integer, which remembers that it was rounded (see `Rounded`)."""
     if rounding is Rounding.EXACT and value.denominator != 1:
         _refuse(kind, text, f"it must be a whole number of {base}")
-    return round_to_int(value, rounding)
+    found = round_to_int(value, rounding)
+    if found == value or write is None:
+        return found
+    return Rounded(found, f"{shown(text)} counts as {write(found)}")
 
 
 def parse_duration_ns(text: str, rounding: Rounding) -> int:
@@ -137,7 +155,7 @@ def parse_duration_ns(text: str, rounding: Rounding) -> int:
     >>> parse_duration_ns("756.8 us", Rounding.UP)
     756800
     """
-    return _round(DURATION, text, _read(DURATION, text).value * NS_PER_S, rounding, "ns")
+    return _round(DURATION, text, _read(DURATION, text).value * NS_PER_S, rounding, "ns", format_duration)
 
 
 def parse_period_ns(text: str) -> int:
@@ -151,28 +169,53 @@ def parse_time_range_ns(text: str) -> TimeRange:
     >>> parse_time_range_ns("1 .. 3 ms")
     TimeRange(min_ns=1000000, max_ns=3000000)
     """
+    least, greatest = _time_range_ns(TIME_RANGE, text)
+    found = TimeRange(floor(least), ceil(greatest))
+    note = f"{shown(text)} counts as {format_time_range(found)}"
+    ends = zip(found, (least, greatest), strict=True)
+    return TimeRange(*(end if end == exact else Rounded(int(end), note) for end, exact in ends))
+
+
+def parse_transmission_ns(text: str) -> TimeRange:
+    """``MIN .. MAX`` or one duration of a message or a byte, in ns, exact.
+
+    >>> parse_transmission_ns("100 ps .. 1 ns")
+    TimeRange(min_ns=Fraction(1, 10), max_ns=1)
+    """
+    least, greatest = _time_range_ns(TRANSMISSION, text)
+    return TimeRange(whole(least), whole(greatest))
+
+
+def whole(value: Exact) -> Exact:
+    """The number as an integer where it is one."""
+    return value.numerator if value.denominator == 1 else value
+
+
+def _time_range_ns(kind: Kind, text: str) -> tuple[Fraction, Fraction]:
+    """Both ends, exact."""
     low, separator, high = (part.strip() for part in text.partition(".."))
     if not separator:
-        value = _read(TIME_RANGE, text).value * NS_PER_S
-        return TimeRange(floor(value), ceil(value))
+        value = _read(kind, text).value * NS_PER_S
+        return value, value
     if "..." in text or ".." in high or not low or not high:
-        _refuse(TIME_RANGE, text)
-    greatest = _read(TIME_RANGE, high)
+        _refuse(kind, text)
+    greatest = _read(kind, high)
     number = _NUMBER.fullmatch(low)
-    least = _read(TIME_RANGE, f"{low} {greatest.unit}" if number else low)
+    least = _read(kind, f"{low} {greatest.unit}" if number else low)
     if least.value > greatest.value:
-        _refuse(TIME_RANGE, text, "the minimum is above the maximum")
-    return TimeRange(floor(least.value * NS_PER_S), ceil(greatest.value * NS_PER_S))
+        _refuse(kind, text, "the minimum is above the maximum")
+    return least.value * NS_PER_S, greatest.value * NS_PER_S
 
 
 def parse_size_bytes(text: str) -> int:
     """A data size in bytes, rounded up."""
-    return _round(SIZE, text, _read(SIZE, text).value, Rounding.UP, "bytes")
+    return _round(SIZE, text, _read(SIZE, text).value, Rounding.UP, "bytes", format_size)
 
 
 def parse_bandwidth_bps(text: str) -> int:
     """A bandwidth in bit/s, rounded down, at least 1."""
-    bandwidth_bps = _round(BANDWIDTH, text, _read(BANDWIDTH, text).value * 8, Rounding.DOWN, "bit/s")
+    exact = _read(BANDWIDTH, text).value * 8
+    bandwidth_bps = _round(BANDWIDTH, text, exact, Rounding.DOWN, "bit/s", format_bandwidth)
     if not bandwidth_bps:
         _refuse(BANDWIDTH, text, "it must be at least 1 bit/s")
     return bandwidth_bps
@@ -191,12 +234,16 @@ def parse_rate_hz(text: str) -> Fraction:
 def parse_money(text: str) -> Money:
     """A price in cents, rounded up, with its currency."""
     quantity = _read(PRICE, text)
-    return Money(_round(PRICE, text, quantity.value, Rounding.UP, "cents"), quantity.unit)
+
+    def write(cents: int) -> str:
+        return format_money(Money(cents, quantity.unit))
+
+    return Money(_round(PRICE, text, quantity.value, Rounding.UP, "cents", write), quantity.unit)
 
 
 def parse_power_mw(text: str) -> int:
     """A power in mW, rounded up."""
-    return _round(POWER_DRAW, text, _read(POWER_DRAW, text).value * 1000, Rounding.UP, "mW")
+    return _round(POWER_DRAW, text, _read(POWER_DRAW, text).value * 1000, Rounding.UP, "mW", format_power)
 
 
 def parse_ratio(text: str) -> Fraction:

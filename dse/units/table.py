@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from difflib import get_close_matches
 from enum import Enum
 from fractions import Fraction
-from typing import NamedTuple
+from typing import NamedTuple, TypeAlias
 
 
 class UnitError(ValueError):
@@ -69,11 +69,30 @@ class Quantity:
     unit: str
 
 
-class TimeRange(NamedTuple):
-    """Least and greatest duration, in ns."""
+Exact: TypeAlias = int | Fraction
+"""An exact number: an integer wherever it is whole."""
 
-    min_ns: int
-    max_ns: int
+
+class Rounded(int):
+    """An integer that a text was rounded to; `note` says so in words: ``"1.9 bit/s" counts as 1 bit/s``."""
+
+    note: str
+
+    def __new__(cls, value: int, note: str) -> Rounded:
+        """The integer with its note."""
+        made = super().__new__(cls, value)
+        made.note = note
+        return made
+
+    def __getnewargs__(self) -> tuple[int, str]:
+        return int(self), self.note
+
+
+class TimeRange(NamedTuple):
+    """Least and greatest duration, in ns; whole ones except for what messages take (see `TRANSMISSION`)."""
+
+    min_ns: Exact
+    max_ns: Exact
 
 
 class Money(NamedTuple):
@@ -94,13 +113,13 @@ def _scaled(dimension: Dimension, units: Mapping[str, Fraction | int]) -> dict[s
     return {unit: (Fraction(scale), dimension) for unit, scale in units.items()}
 
 
-_MICRO, _MILLI, _NANO = Fraction(1, 10**6), Fraction(1, 1000), Fraction(1, 10**9)
+_PICO, _NANO, _MICRO, _MILLI = (Fraction(1, 10**power) for power in (12, 9, 6, 3))
 _BIT = Fraction(1, 8)
 _PREFIXES = (("", 1), ("k", 10**3), ("M", 10**6), ("G", 10**9))
 
 CURRENCIES = ("EUR", "USD", "GBP", "CHF", "DKK", "SEK", "NOK")
 UNITS: dict[str, tuple[Fraction, Dimension]] = {
-    **_scaled(TIME, {"ns": _NANO, "us": _MICRO, "ms": _MILLI, "s": 1, "min": 60, "h": 3600}),
+    **_scaled(TIME, {"ps": _PICO, "ns": _NANO, "us": _MICRO, "ms": _MILLI, "s": 1, "min": 60, "h": 3600}),
     **_scaled(DATA, {"bit": _BIT, "B": 1, "KB": 10**3, "MB": 10**6, "GB": 10**9}),
     **_scaled(DATA, {"KiB": 2**10, "MiB": 2**20, "GiB": 2**30}),
     **_scaled(DATA_RATE, {f"{prefix}bit/s": _BIT * factor for prefix, factor in _PREFIXES}),
@@ -117,6 +136,7 @@ UNITS: dict[str, tuple[Fraction, Dimension]] = {
 _SLIPS = {
     "sec": "s", "second": "s", "seconds": "s", "msec": "ms", "millisecond": "ms", "milliseconds": "ms",
     "usec": "us", "microsecond": "us", "microseconds": "us", "nsec": "ns", "nanosecond": "ns", "nanoseconds": "ns",
+    "psec": "ps", "picosecond": "ps", "picoseconds": "ps",
     "minute": "min", "minutes": "min", "hour": "h", "hours": "h", "hr": "h", "byte": "B", "bytes": "B", "bits": "bit",
     "bps": "bit/s", "kbps": "kbit/s", "mbps": "Mbit/s", "gbps": "Gbit/s", "hertz": "Hz", "€": "EUR", "euro": "EUR",
     "euros": "EUR", "$": "USD", "£": "GBP", "watt": "W", "watts": "W", "percent": "%",
@@ -134,6 +154,8 @@ class Kind(NamedTuple):
 DURATION = Kind("a duration", "10 ms", TIME)
 PERIOD = Kind("a period", "10 ms", TIME)
 TIME_RANGE = Kind("a time range", "243 us .. 1.3 ms", TIME)
+TRANSMISSION = Kind("a time range", "87 ns .. 95.5 ns", TIME)
+"""What a message or a byte of it takes: bytes are many, so that these times are kept exactly, however fine."""
 SIZE = Kind("a data size", "30 B", DATA)
 BANDWIDTH = Kind("a bandwidth", "125 kbit/s", DATA_RATE)
 RATE_OF_DATA = Kind("a data rate", "11520 B/s", DATA_RATE)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from fractions import Fraction
 
-from dse.units.table import UNITS, Money, TimeRange, Total
+from dse.units.table import UNITS, Exact, Money, TimeRange, Total
 
 MAX_PLACES = 20
 
@@ -39,8 +39,8 @@ def _format(value: Fraction | int, *units: str) -> str:
     raise AssertionError("no units")
 
 
-def format_duration(value_ns: int) -> str:
-    """A duration: ``10 ms``, ``756.8 us``, ``0 ns``."""
+def format_duration(value_ns: Exact) -> str:
+    """A duration: ``10 ms``, ``756.8 us``, ``0.1 ns``, ``0 ns``."""
     return _format(value_ns, "s", "ms", "us", "ns")
 
 

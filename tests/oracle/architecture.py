@@ -128,9 +128,9 @@ class Architecture:
 
     def _transmission_time(self, virtual: bool) -> dict[str, Any]:
         per_byte = (
-            ["87 ns .. 95 ns", "7 ns .. 10 ns", "80.5 ns .. 88.25 ns"]
+            ["87 ns .. 95 ns", "7 ns .. 10 ns", "80.5 ns .. 88.25 ns", "7300 ps"]
             if virtual
-            else ["64 us .. 88 us", "16 us .. 22 us", "87 us", "8.5 us .. 9.1 us"]
+            else ["64 us .. 88 us", "16 us .. 22 us", "87 us", "8.5 us .. 9.1 us", "0.1 ns .. 333 ps", "80.01 ns"]
         )
         times = {"fixed": self.time_range(50, 1200), "per_byte": self.rng.choice(per_byte)}
         if not virtual and self.on("catalogue_alternatives", 0.3):

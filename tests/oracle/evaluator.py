@@ -24,7 +24,8 @@ Where the documents leave something open, this is how they are read here:
     of all of them includes the overheads of the whole stack.
 11. A stated data_rate is the load as it stands: overheads are not added to it. With a data_size the connection
     delivers data_rate / data_size messages, without one it delivers at the rate of its sender.
-12. Data rates keep whole bits per second, rounded up; sizes whole bytes, rounded up; ``per_byte`` whole nanoseconds.
+12. Data rates keep whole bits per second, rounded up; sizes whole bytes, rounded up; both parts of a transmission
+    time, and a flow's stated latency, are exact.
 13. A component that nothing triggers, and a boundary without a rate, have rate 0.
 14. A design with any cycle of event-triggered components is invalid, also when a sporadic one or a source is in it. A
     connection that states its rate breaks the cycle; so does a periodic or hybrid component.
@@ -280,7 +281,7 @@ def violations(problem: Problem, figures: Mapping[str, Any]) -> list[str]:
     broken += [item.text for item in problem.requirements if not is_met(problem, figures, item.text)]
     for flow, body in problem.sections["flows"].items():
         limit = body.get("latency")
-        if limit is not None and figures["flows"][flow]["max"] > quantities.time_range(limit)[1]:
+        if limit is not None and figures["flows"][flow]["max"] > quantities.transmission(limit)[1]:
             broken.append(f"latency of {flow} <= {limit.rpartition('..')[2].strip()}")
     return broken
 

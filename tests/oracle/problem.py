@@ -227,11 +227,11 @@ _READERS: dict[str, Callable[[str], Any]] = {
             "callback_execution_time",
             "response_time",
             "latency",
-            "transmission_time.fixed",
-            "transmission_time.per_byte",
         ),
         quantities.time_range,
     ),
+    "transmission_time.fixed": quantities.transmission,
+    "transmission_time.per_byte": quantities.transmission,
 }
 
 

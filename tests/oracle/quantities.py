@@ -25,6 +25,7 @@ RATIO: Dimension = ()
 
 def _units() -> dict[str, tuple[Fraction, Dimension]]:
     units: dict[str, tuple[Fraction, Dimension]] = {}
+    units["ps"] = (Fraction(1, 1000), TIME)
     for name, factor in {
         "ns": 1,
         "us": 10**3,
@@ -75,7 +76,7 @@ def _units() -> dict[str, tuple[Fraction, Dimension]]:
 
 
 UNITS = _units()
-NUMBER = r"[+-]?(?:\d+(?:\.\d*)?|\.\d+)(?:[eE][+-]?\d+)?"
+NUMBER = r"[+-]?(?:\d+/\d+|\d+(?:\.\d*)?|\.\d+)(?:[eE][+-]?\d+)?"
 _QUANTITY = re.compile(rf"\s*({NUMBER})\s*(.*?)\s*$")
 
 
@@ -116,6 +117,16 @@ def time_range(text: str) -> tuple[int, int]:
     """``MIN .. MAX`` or one duration, in whole ns: the minimum rounded down, the maximum rounded up."""
     low, _, high = text.partition("..")
     best, worst = floor(exact(low, TIME)), ceil(exact(high or low, TIME))
+    if best > worst:
+        raise ValueError(f"{text!r}: the minimum exceeds the maximum")
+    return best, worst
+
+
+@cache
+def transmission(text: str) -> tuple[Fraction, Fraction]:
+    """``MIN .. MAX`` or one duration of a message or a byte, in ns, exact."""
+    low, _, high = text.partition("..")
+    best, worst = exact(low, TIME), exact(high or low, TIME)
     if best > worst:
         raise ValueError(f"{text!r}: the minimum exceeds the maximum")
     return best, worst

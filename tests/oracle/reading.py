@@ -256,13 +256,13 @@ class Reading:
                 rows.append((connection, "latency", *quantities.time_range(own)))
         return rows or [(connection, "no latency", 0, 0)]
 
-    def _transmission(self, connection: str, bus: str) -> tuple[int, int]:
+    def _transmission(self, connection: str, bus: str) -> tuple[Fraction, Fraction]:
         parts = []
         for field in ("transmission_time.fixed", "transmission_time.per_byte"):
             text = self.bus_field(bus, field)
             if isinstance(text, dict):
                 text = self._entry(bus, field, text, self.machine(connection))
-            parts.append(quantities.time_range(text))
+            parts.append(quantities.transmission(text))
         (fixed_best, fixed_worst), (best, worst) = parts
         size = self.message_bytes(connection)
         return fixed_best + best * size, fixed_worst + worst * size

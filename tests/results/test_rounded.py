@@ -40,7 +40,8 @@ def test_rounded_figures_are_named_and_a_little_too_large(tmp_path: Path) -> Non
     """16 667 and 33 333 have no factor in common: rates are counted in neither."""
     result, data = solved("1 ms", tmp_path)
     assert result.rounded == ("utilisation of computer", "load of eth0") and data["rounded"] == list(result.rounded)
-    assert "utilisation of computer, load of eth0" in rounding_words(result)
+    said = "utilisation of computer (to 1/10000000 ppm), load of eth0 (to 1/10000000 B/s)"
+    assert said in rounding_words(result)
     for point in result.front:
         fast = Fraction(10**9, 16_667_000 if point.decisions["fast.period"] == "16.667 ms" else 33_333_000)
         rates = fast + Fraction(10**9, 33_333_000)

@@ -150,7 +150,7 @@ def test_canonical_text(value: str, expected: str) -> None:
 @pytest.mark.parametrize(
     ("reader", "text", "message"),
     [
-        (units.parse_period_ns, "10", 'expected a period such as "10 ms", got "10" (units: ns, us, ms, s, min, h)'),
+        (units.parse_period_ns, "10", 'expected a period such as "10 ms", got "10" (units: ps, ns, us, ms, s, min, h)'),
         (units.parse_period_ns, "10 msec", 'expected a period such as "10 ms", got "10 msec" (did you mean "ms"?)'),
         (units.parse_period_ns, "10 Ms", 'expected a period such as "10 ms", got "10 Ms" (did you mean "ms"?)'),
         (units.parse_period_ns, "0 ms", 'expected a period such as "10 ms", got "0 ms" (it must be above zero)'),
