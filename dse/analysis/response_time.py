@@ -119,7 +119,8 @@ def response_time_ns(task: Task, higher: Sequence[Task]) -> Exact | None:
     busy: Exact = task.worst_ns
     streams = [(stream, other.worst_ns) for other in rivals if other.separation_ns is None for stream in other.streams]
     terms = [(stream.period_ns, worst_ns) for stream, worst_ns in streams]
-    following: list[Exact] = [-stream.jitter_ns for stream, _ in streams]  # the first release of each that `busy` has no work of
+    # the first release of each that `busy` has no work of
+    following: list[Exact] = [-stream.jitter_ns for stream, _ in streams]
     others = [other for other in rivals if other.separation_ns is not None or not other.streams]
     counted = 0
     while True:

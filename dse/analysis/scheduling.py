@@ -28,11 +28,12 @@ from dse.analysis.response_time import Stream, Task, response_time_ns
 from dse.analysis.views import View
 from dse.space.trees import at, leaves
 from dse.space.types import Component, Space
-from dse.units import Exact
+from dse.units import Exact, Rounded
 
 UNBOUNDED_NS = 10**14
 """Stands for a response time without a bound (27.8 h) wherever a number is needed."""
 MOST_ROUNDS = 64
+PLAIN = (int, Fraction, Rounded, type(None))
 Part: TypeAlias = Literal["thread", "callback"]
 TaskKey: TypeAlias = tuple[int, Part]
 
@@ -334,11 +335,20 @@ def _respond(task: Task | None, rivals: Sequence[Task | None]) -> Exact | None:
     given = [rival for rival in rivals if rival is not None]
     if task is None or len(given) < len(rivals):
         return None
-    return _respond_alone(task, tuple(given))
+    if all(map(_is_plain, (task, *given))):
+        return _respond_alone(task, tuple(given))
+    return response_time_ns(task, given)
+
+
+def _is_plain(task: Task) -> bool:
+    """Whether its times are mere numbers; what carries more (`dse.study.trace`) may be equal, and is not the same."""
+    if type(task.worst_ns) not in PLAIN or type(task.separation_ns) not in PLAIN:
+        return False
+    return all(type(item.period_ns) in PLAIN and type(item.jitter_ns) in PLAIN for item in task.streams)
 
 
 @lru_cache(16384)
-def _respond_alone(task: Task, rivals: tuple[Task, ...]) -> int | None:
+def _respond_alone(task: Task, rivals: tuple[Task, ...]) -> Exact | None:
     """`response_time_ns`, remembered: from round to round, and from design to design, most tasks meet the same."""
     return response_time_ns(task, rivals)
 

@@ -12,6 +12,11 @@ from dse.space.settings import settings_of
 from dse.space.size import space_size
 from dse.space.trees import leaves
 from dse.space.types import Decision, Space
+from dse.spec.rounding import rounded_figures
+
+
+MOST_ROUNDED = 20
+"""The most figures of which is said one by one that they are rounded."""
 
 
 @dataclass(frozen=True)
@@ -70,7 +75,15 @@ def check(
     asked = (changes or Changes()).with_settings(processing=processing, deadlines=deadlines)
     space = changed(loaded, asked).space
     decisions = tuple(item for item in space.decisions if item.is_open)
-    return Description(space, decisions, space_size(space), tuple(_remarks(space)))
+    return Description(space, decisions, space_size(space), (*_remarks(space), *_rounded(loaded)))
+
+
+def _rounded(problem: Problem) -> Iterator[str]:
+    """What counts otherwise than it is written, for want of a finer unit."""
+    found = [f"{path}: {note}" for path, note in rounded_figures(problem.loaded)]
+    yield from found[:MOST_ROUNDED]
+    if len(found) > MOST_ROUNDED:
+        yield f"{len(found) - MOST_ROUNDED} more figures are rounded likewise"
 
 
 def _remarks(space: Space) -> Iterator[str]:

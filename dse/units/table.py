@@ -84,8 +84,8 @@ class Rounded(int):
         made.note = note
         return made
 
-    def __getnewargs__(self) -> tuple[int, str]:
-        return int(self), self.note
+    def __reduce__(self) -> tuple[type[Rounded], tuple[int, str]]:
+        return Rounded, (int(self), self.note)
 
 
 class TimeRange(NamedTuple):
