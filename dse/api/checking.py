@@ -14,7 +14,6 @@ from dse.space.trees import leaves
 from dse.space.types import Decision, Space
 from dse.spec.rounding import rounded_figures
 
-
 MOST_ROUNDED = 20
 """The most figures of which is said one by one that they are rounded."""
 

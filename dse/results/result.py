@@ -165,8 +165,8 @@ class Result:
     for, `ranking_words` the method with its parameters; `others` are further designs at or near points of the front,
     where they were asked for; `give_up`, where no single member of the conflicts mends the problem, are the fewest that
     do together, each with its closest limit when the others are given up; `rounded` names the figures that are rounded
-    up, to the unit in which they count. Regions are exclusive bounds by objective; `potential` is the best value of each
-    objective that may still be unexplored. `interrupted` says that Ctrl-C ended the search: nothing is added then.
+    up, to the unit in which they count. Regions are exclusive bounds by objective; `potential` is the best value of
+    each objective that may still be unexplored. `interrupted` says that Ctrl-C ended the search: nothing is added then.
     """
 
     problem: Origin
