@@ -85,9 +85,9 @@ def response_of(space: Space, component: int, part: Part, view: View) -> Respons
     return found[0] if found else None
 
 
-def all_responses(space: Space, view: View) -> dict[TaskKey, int | None]:
+def all_responses(space: Space, view: View) -> dict[TaskKey, Exact | None]:
     """The response time of every task of a whole design, in ns; found together, and kept with the view."""
-    found: dict[TaskKey, int | None] | None = view.memo.get("responses")
+    found: dict[TaskKey, Exact | None] | None = view.memo.get("responses")
     if found is None:
         schedule = _Schedule(space, view)
         cores = [core for processor in range(len(space.processors)) for core in schedule.cores(processor)]
@@ -95,7 +95,7 @@ def all_responses(space: Space, view: View) -> dict[TaskKey, int | None]:
     return found
 
 
-def subset_responses(space: Space, groups: Sequence[Sequence[int]], view: View) -> dict[TaskKey, int | None]:
+def subset_responses(space: Space, groups: Sequence[Sequence[int]], view: View) -> dict[TaskKey, Exact | None]:
     """Response times where only these threads are there, each group on a core of its own: never above those of more."""
     return _fixed_point(space, [_turns(space, group, view) for group in groups], view)
 

@@ -20,6 +20,7 @@ from dse.analysis.views import View
 from dse.encode.places import Places, Thread
 from dse.space.trees import at
 from dse.space.types import Space
+from dse.units import Exact
 
 
 @dataclass(frozen=True)
@@ -44,7 +45,7 @@ class _Case:
     def __post_init__(self) -> None:
         self.number = self.limit.requirement.metric.index or 0
 
-    def is_late(self, response_ns: int | None) -> bool:
+    def is_late(self, response_ns: Exact | None) -> bool:
         """Whether a response time breaks the limit."""
         if response_ns is None:
             return True
@@ -157,7 +158,7 @@ def _without_jitter(case: _Case, own: tuple[int, tuple[int, ...]]) -> Reason | N
     worst = work_ns(space, case.number, view)
     single = Task("", worst, ())
 
-    def ends(chosen: Iterable[int]) -> int | None:
+    def ends(chosen: Iterable[int]) -> Exact | None:
         return response_time_ns(single, [rivals[number] for number in chosen])
 
     kept = sorted(rivals, key=lambda number: (rivals[number].utilisation, number))
@@ -203,7 +204,7 @@ def _bound_options(case: _Case) -> list[tuple[int, ...]]:
     return [(case.places.chosen(decision, option),) for decision, option in watching.asked.items()]
 
 
-def _late_modes(case: _Case, thread: Thread, rate: Fraction, end: int | None) -> tuple[int, ...]:
+def _late_modes(case: _Case, thread: Thread, rate: Fraction, end: Exact | None) -> tuple[int, ...]:
     """The modes of the thread, at this rate or a lower one, whose limit the end of the job breaks."""
     found = []
     is_period = _is_period(case)
