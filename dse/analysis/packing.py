@@ -12,10 +12,14 @@ from typing import TypeAlias
 from dse.analysis.limits import HOLDS, Limit, build_limit, judge
 from dse.analysis.scheduling import members, subset_responses, utilisation
 from dse.analysis.views import View
-from dse.space.trees import at
+from dse.space.trees import at, consulted
 from dse.space.types import Design, OpenCore, Space
 
 Fits: TypeAlias = Callable[[Sequence[int]], bool]
+MOST_STEPS = 500
+"""So often a thread is put on a core in the search for the first cores."""
+MOST_ENDS = 4
+"""So often such a search may reach the last thread only to find that some response time is too long."""
 Order: TypeAlias = Callable[[Sequence[Fraction]], Sequence[int]]
 
 
@@ -49,7 +53,7 @@ def placements(space: Space, design: Design, open_: Sequence[OpenCore], limits: 
     the most used core where it and the threads there meet their limits as far as these depend on that core.
     """
     view = View(design)
-    latest = {limit.requirement.metric.index or 0: (limit.requirement.operator, limit.bound(view)) for limit in limits}
+    latest = latest_of(limits, view)
     seen = set()
     for fits, order in _ways(space, view, latest):
         found = _place(space, view, open_, fits, order)
@@ -58,7 +62,70 @@ def placements(space: Space, design: Design, open_: Sequence[OpenCore], limits: 
             yield found
 
 
-def _ways(space: Space, view: View, latest: Mapping[int, tuple[str, Fraction]]) -> Iterator[tuple[Fits, Order]]:
+def first_placement(space: Space, design: Design, open_: Sequence[OpenCore], limits: Sequence[Limit]) -> Design | None:
+    """The design with the first cores, in the order of the file, on which all limits hold; None where that is hard.
+
+    Thread after thread gets the first core where those that have one already are not late for sure: with fewer threads
+    no response time is longer. What that leaves open the whole design decides.
+    """
+    view = View(design)
+    meets = _check_of(space, view, latest_of(limits, view))
+    left = [MOST_STEPS]
+    made = {item.component: item for item in open_}
+    where = {number: slot for slot in range(len(space.processors)) for number in members(space, slot, view)}
+    taken: dict[tuple[int, int], list[int]] = {}
+    for number, processor in where.items():
+        core = at(space.components[number].core, view) if number not in made else None
+        if core is not None:
+            taken.setdefault((processor, core), []).append(number)
+    order = [item for item in open_ if item.component in where and _is_asked(item, view)]
+    chosen = list(design)
+
+    def place(position: int) -> Design | None:
+        if position == len(order):
+            found = tuple(chosen)
+            end = View(found)
+            if all(judge(limit, end).holds for limit in limits):
+                return found
+            left[0] -= MOST_STEPS // MOST_ENDS
+            return None
+        item = order[position]
+        processor = where[item.component]
+        count = max(1, at(space.processors[processor].cores, view))
+        empty = False
+        for option, core in enumerate(item.decision.values):
+            here = taken.setdefault((processor, core), [])
+            if core > count or (empty and not here) or left[0] <= 0:
+                continue
+            left[0] -= 1
+            empty = empty or (not here and bare)
+            here.append(item.component)
+            if meets(here):
+                chosen[item.index] = option
+                whole_design = place(position + 1)
+                if whole_design is not None:
+                    return whole_design
+            here.pop()
+        return None
+
+    whole = all(item.decision.values == tuple(range(1, len(item.decision.values) + 1)) for item in order)
+    bare = whole and not any(taken.values()) and len(order) == len(where)
+    return place(0)
+
+
+def _is_asked(item: OpenCore, view: View) -> bool:
+    """Whether the thread's core is a decision in the design."""
+    return item.index in consulted(item.decision.home, view)[0]
+
+
+def latest_of(limits: Sequence[Limit], view: View) -> dict[int, tuple[str, Fraction]]:
+    """The limit of each thread's response time in a design, with its operator."""
+    return {limit.requirement.metric.index or 0: (limit.requirement.operator, limit.bound(view)) for limit in limits}
+
+
+def _check_of(space: Space, view: View, latest: Mapping[int, tuple[str, Fraction]]) -> Fits:
+    """Tells whether threads that share a core meet their limits as far as these depend on that core."""
+
     def meets(numbers: Sequence[int]) -> bool:
         known = subset_responses(space, [numbers], view)
         for number in numbers:
@@ -67,6 +134,12 @@ def _ways(space: Space, view: View, latest: Mapping[int, tuple[str, Fraction]]) 
             if operator and (response is None or not HOLDS[operator](Fraction(response), bound)):
                 return False
         return True
+
+    return meets
+
+
+def _ways(space: Space, view: View, latest: Mapping[int, tuple[str, Fraction]]) -> Iterator[tuple[Fits, Order]]:
+    meets = _check_of(space, view, latest)
 
     def least_used(loads: Sequence[Fraction]) -> Sequence[int]:
         return sorted(range(len(loads)), key=lambda core: (loads[core], core))

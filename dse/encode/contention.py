@@ -11,6 +11,7 @@ excluded: no design is lost, and none is accepted that misses a limit.
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -18,7 +19,7 @@ from typing import Any
 from ortools.sat.python import cp_model
 
 from dse.analysis.limits import Limit, judge
-from dse.analysis.packing import placements
+from dse.analysis.packing import first_placement, placements
 from dse.analysis.views import View
 from dse.encode.forms import Board
 from dse.encode.places import Places
@@ -29,7 +30,7 @@ from dse.space.cores import rules_on_cores
 from dse.space.types import Design, Space
 
 MOST_LESSONS = 60
-"""After so many lessons in a row an ordered search, which may not move threads, gives up."""
+"""After so many lessons the search for the first design with some figures gives up."""
 
 
 @dataclass(frozen=True)
@@ -60,18 +61,27 @@ class Contention:
         self.space, self.model, self.places, self.deadlines = space, model, places, deadlines
         self.movable = movable and not rules_on_cores(space)
         self.known: set[int] = set()
-        self._keeps = False
-        self._lessons = 0
+        self.is_first = True
+        self._seeks_first = False
+        self._lessons, self._most_lessons = 0, MOST_LESSONS
         self._made: dict[Any, int] = {}
 
-    def keep_cores(self, keep: bool = True) -> None:
-        """Whether solutions are taken with their own cores only, as long as that takes few lessons."""
-        self._keeps, self._lessons = keep, 0
+    def seek_first(self, *, patient: bool) -> None:
+        """From now on designs are to be the first of their kind: with the first cores that will do.
+
+        `is_first` tells afterwards whether they were. A search that is not `patient` is stuck when it learns too often.
+        """
+        self._seeks_first, self._lessons, self.is_first = True, 0, True
+        self._most_lessons = sys.maxsize if patient else MOST_LESSONS
+
+    def seek_any(self) -> None:
+        """Designs are taken as they come."""
+        self._seeks_first = False
 
     @property
     def is_stuck(self) -> bool:
-        """Whether a search that keeps cores has learnt too often."""
-        return self._keeps and self._lessons > MOST_LESSONS
+        """Whether the search for the first design has learnt too often."""
+        return self._seeks_first and self._lessons > self._most_lessons
 
     @property
     def moved(self) -> frozenset[int]:
@@ -102,12 +112,18 @@ class Contention:
             for item in self.deadlines
             if item.guard is None or is_true(self.model.get_int_var_from_proto_index(item.guard))
         ]
+        limits = [item.limit for item in held]
+        open_ = [item for item in self.space.open_cores if item.index not in self.space.fixed]
+        if self._seeks_first and self.movable:
+            first = first_placement(self.space, design, open_, limits)
+            if first is not None:
+                return first
+            self.is_first = False
         late = [item for item in held if not judge(item.limit, view).holds]
         if not late:
             return design
-        if self.movable and not self._keeps:
-            open_ = [item for item in self.space.open_cores if item.index not in self.space.fixed]
-            for other in placements(self.space, design, open_, [item.limit for item in held]):
+        if self.movable:
+            for other in placements(self.space, design, open_, limits):
                 moved = View(other)
                 if all(judge(item.limit, moved).holds for item in held):
                     return other

@@ -27,6 +27,18 @@ def canonical_design(
     `near` is the canonical design of another point, to start from. `strictly` the lexicographically smallest, inactive
     before every option, however long it takes; for models that the search has changed.
     """
+    contention = solver.encoded.contention
+    if contention is None:
+        return _canonical(solver, known, near, strictly=strictly)
+    contention.seek_first(patient=strictly)
+    try:
+        found = _canonical(solver, known, near, strictly=strictly)
+        return None if found is None else (found[0], found[1] and contention.is_first)
+    finally:
+        contention.seek_any()
+
+
+def _canonical(solver: Solver, known: Found, near: Design | None, *, strictly: bool) -> tuple[Design, bool] | None:
     model = solver.encoded.model
     solver.set_point(known.point)
     model.clear_objective()
@@ -41,6 +53,8 @@ def canonical_design(
     if strictly:
         by_digits = _by_digits(solver, known)
         return None if by_digits is None else (by_digits, True)
+    if solver.encoded.contention is not None:
+        solver.encoded.contention.seek_any()
     solver.hint(near)
     answer = solver.any_solution(known.point)
     return (answer.design, False) if isinstance(answer, Found) else None
@@ -52,7 +66,11 @@ def _options_in_order(solver: Solver) -> list[Any]:
     A depth-first search that tries each as true first meets the canonical design first.
     """
     ordered = []
+    contention = solver.encoded.contention
+    moved = contention.moved if contention is not None else ()
     for index in _open(solver):
+        if index in moved:  # whoever settles a design gives it the first cores
+            continue
         inactive = solver.encoded.inactive[index]
         ordered += [inactive] if inactive is not None else []
         ordered += solver.encoded.options[index]

@@ -205,15 +205,6 @@ class Solver:
         """
         self.calls += 1
         is_large = len(self.encoded.model.proto.variables) > FEW_VARIABLES
-        if self.encoded.contention is not None:
-            self.encoded.contention.keep_cores()
-        try:
-            return self._in_order(is_large=is_large, to_the_end=to_the_end)
-        finally:
-            if self.encoded.contention is not None:
-                self.encoded.contention.keep_cores(False)
-
-    def _in_order(self, *, is_large: bool, to_the_end: bool) -> Answer:
         for work, linear in ORDERED_TO_THE_END if to_the_end else ORDERED_SEARCH:
             if linear and is_large and not to_the_end:
                 break

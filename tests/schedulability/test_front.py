@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 
 import pytest
+from support import brute_front
 from thread_systems import draw, front, text_of
 
 from dse.analysis.evaluate import Evaluator
@@ -26,6 +27,18 @@ def found(text: str, workers: int = 1) -> set[tuple[int, ...]]:
 def test_the_front_is_that_of_looking_at_every_design(kind: str, seed: int) -> None:
     system = draw(seed, kind=kind)
     assert found(text_of(system)) == front(system)
+
+
+@pytest.mark.parametrize("kind", ["plain", "chained", "stated"])
+@pytest.mark.parametrize("seed", range(3 * SEEDS, 4 * SEEDS))
+def test_designs_are_the_first_of_all_with_their_figures(kind: str, seed: int) -> None:
+    evaluator = Evaluator(loads(text_of(draw(seed, kind=kind))).space)
+    search = search_front(evaluator, Budget(workers=2))
+    expected = brute_front(evaluator)
+    assert search.points.keys() == expected.keys()
+    first = search.points.keys() - search.not_first
+    assert {vector: search.points[vector] for vector in first} == {vector: expected[vector] for vector in first}
+    assert kind == "chained" or len(first) == len(expected)
 
 
 @pytest.mark.parametrize("kind", ["plain", "chained", "stated"])
