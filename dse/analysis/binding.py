@@ -6,7 +6,7 @@ from typing import Any
 
 from dse.analysis.views import View
 from dse.space.trees import NotOffered, PerProcessorType, Tree, at
-from dse.space.types import EMPTY, Connection, Space
+from dse.space.types import EMPTY, Bus, Connection, Space
 from dse.units import Exact
 
 
@@ -56,6 +56,17 @@ def is_local(space: Space, connection: Connection, view: View) -> bool:
     return one is not None and bool(one == other)
 
 
+def carrying_ns(
+    space: Space, bus: Bus, connection: Connection, size_bytes: int, view: View
+) -> tuple[Exact, Exact] | None:
+    """Least and most time that one carrier takes for a message: fixed + per byte * size; None where it states none."""
+    fixed = bus_figure(space, bus.fixed_ns, connection, view)
+    if fixed is None:
+        return None
+    per_byte = bus_figure(space, bus.per_byte_ns, connection, view)
+    return fixed[0] + per_byte[0] * size_bytes, fixed[1] + per_byte[1] * size_bytes
+
+
 def transmission_ns(space: Space, connection: Connection, view: View) -> tuple[Exact, Exact, str]:
     """Least and most time of the connection, and the method: ``transmission time``, ``specified``, ``no latency``.
 
@@ -69,11 +80,8 @@ def transmission_ns(space: Space, connection: Connection, view: View) -> tuple[E
     most: Exact = 0
     given = False
     for bus in (space.buses[index] for index in stack):
-        fixed = bus_figure(space, bus.fixed_ns, connection, view)
-        if fixed is not None:
-            per_byte = bus_figure(space, bus.per_byte_ns, connection, view)
-            times: Any = [fixed[end] + per_byte[end] * size for end in (0, 1)]
-        else:
+        times = carrying_ns(space, bus, connection, size, view)
+        if times is None:
             times = bus_figure(space, bus.latency_ns, connection, view)
         if times is not None:
             least, most, given = least + times[0], most + times[1], True

@@ -1,4 +1,4 @@
-"""Metrics as sums of terms: CPU utilisation, bus load, latency, price, power, declared totals, derived metrics.
+"""Metrics as sums of terms: CPU utilisation, bus load and busy time, latency, price, power, totals, derived metrics.
 
 A `Measure` is a sum of `Term`s; evaluating a design adds their values, the search tabulates them, and a report prints
 them: there is one formula for all three. Values are exact; `Measure.integer` counts them in units of 1 / `scale`.
@@ -7,28 +7,47 @@ them: there is one formula for all three. Values are exact; `Measure.integer` co
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from fractions import Fraction
-from math import ceil, lcm
+from math import lcm
 
-from dse.analysis.binding import bus_stack, message_bytes
+from dse.analysis.binding import bus_stack
 from dse.analysis.latency import counts_responses, step_rows
-from dse.analysis.rates import RateKey, rate_hz, source_rates_hz
+from dse.analysis.resources import (
+    busy_scale,
+    busy_terms,
+    load_scale,
+    load_terms,
+    reachable_buses,
+    utilisation_scale,
+    utilisation_terms,
+)
 from dse.analysis.scheduling import UNBOUNDED_NS, bounded_response_ns, longest_alone_ns
+from dse.analysis.terms import PPM, SCALE_LIMIT, ZERO, Measure, Term, exact_sum, scaled_term
 from dse.analysis.views import View
-from dse.space.metrics import metric_dimension, total_unit
-from dse.space.slots import carriers
+from dse.space.metrics import busy_obstacle, metric_dimension, total_unit
 from dse.space.trees import PerProcessorType, Tree, at, leaves
-from dse.space.types import Bus, Component, Connection, Derived, Flow, Metric, Slot, Space, Step
+from dse.space.types import Bus, Component, Derived, Flow, Metric, Slot, Space, Step
 from dse.units import DATA, DATA_RATE, DIMENSIONLESS, FREQUENCY, LENGTH, MONEY, POWER, TIME, Dimension, Exact
 
-PPM = 10**6
-ZERO = Fraction(0)
-"""Added to a figure it makes an exact rational of it, whatever kind of number that is (see `dse.study.trace`)."""
-SCALE_LIMIT = 10**7
-"""The finest unit in which a metric is counted; finer common denominators are rounded up term by term."""
+__all__ = [
+    "PPM",
+    "SCALE_LIMIT",
+    "ZERO",
+    "Measure",
+    "Term",
+    "all_metrics",
+    "build_measure",
+    "display_unit",
+    "exact_sum",
+    "load_terms",
+    "reachable_buses",
+    "scaled_term",
+    "utilisation_terms",
+]
+
 TIME_SCALE_LIMIT = 1000
-"""The same of times, which are counted in ps at the finest: sums of hours of them are exact for the solver."""
+"""The finest unit of times, which are counted in ps at the finest: sums of hours of them are exact for the solver."""
 RESPONSE_SCALE_LIMIT = 10
 """The same where response times are in them, for which `UNBOUNDED_NS` may stand."""
 
@@ -44,75 +63,21 @@ DISPLAY: dict[Dimension, tuple[str, Fraction]] = {
 }
 
 
-@dataclass(frozen=True)
-class Term:
-    """One summand, with the thread or connection that it belongs to.
-
-    Where it is a coefficient times a rate, both parts are there too, for the search's sake. Where it is, or holds, a
-    response time, which consults whatever shares its processor, `ends` are bounds of it that consult less.
-    """
-
-    label: str
-    value: Callable[[View], Fraction]
-    coefficient: Callable[[View], Fraction] | None = None
-    rate: RateKey | None = None
-    component: str = ""
-    ends: Callable[[View], tuple[Fraction, Fraction]] | None = None
-
-
-@dataclass(frozen=True)
-class Measure:
-    """A metric of a space: `value` in `unit`, `integer` in units of 1 / `scale` (exact unless `rounded`)."""
-
-    metric: Metric
-    unit: str
-    terms: tuple[Term, ...]
-    scale: int = 1
-    rounded: bool = False
-
-    def value(self, view: View) -> Fraction:
-        """The exact value in `unit`."""
-        return exact_sum(term.value(view) for term in self.terms)
-
-    def integer(self, view: View) -> int:
-        """The value in units of 1 / `scale`; when `rounded`, each term is rounded up (demand)."""
-        if self.rounded:
-            return sum(ceil(term.value(view) * self.scale) for term in self.terms)
-        total = self.value(view) * self.scale
-        assert total.denominator == 1, f"{self.metric.name}: {total} is no integer"
-        return int(total)
-
-    @property
-    def counting_unit(self) -> str:
-        """The unit of `integer`: ``ppm``, or ``1/3 ppm``."""
-        return self.unit if self.scale == 1 else f"1/{self.scale} {self.unit}"
-
-
-def exact_sum(values: Iterable[Fraction]) -> Fraction:
-    """The sum, with one reduction for each denominator instead of one for each value.
-
-    >>> exact_sum([Fraction(1, 3), Fraction(2, 3), Fraction(1, 2)])
-    Fraction(3, 2)
-    """
-    numerators: dict[int, int] = {}
-    others = Fraction(0)
-    for value in values:
-        if type(value) is Fraction:
-            numerators[value.denominator] = numerators.get(value.denominator, 0) + value.numerator
-        else:
-            others = others + value
-    return sum((Fraction(above, below) for below, above in numerators.items()), others)
-
-
 def build_measure(space: Space, metric: Metric) -> Measure:
     """The measure of a resolved metric."""
     if metric.kind in ("latency", "min latency", "jitter"):
         flow = space.flows[metric.index or 0]
         return _scaled(metric, "ns", tuple(_latency_terms(space, flow, metric.kind)), *_latency_scale(space, flow))
+    number = metric.index or 0
     if metric.kind == "utilisation":
-        return _scaled(metric, "ppm", *_with_rates(space, utilisation_terms(space, metric.index or 0)))
+        terms = utilisation_terms(space, number)
+        return _scaled(metric, "ppm", terms, utilisation_scale(space, terms))
     if metric.kind == "load":
-        return _scaled(metric, "B/s", *_with_rates(space, load_terms(space, metric.index or 0)))
+        terms = load_terms(space, number)
+        return _scaled(metric, "B/s", terms, load_scale(space, terms))
+    if metric.kind == "busy":
+        terms = busy_terms(space, number)
+        return _scaled(metric, "ppm", terms, busy_scale(space, number, terms))
     if metric.kind == "response time":
         scale = _time_scale(space, range(len(space.components)), range(len(space.connections)))
         return _scaled(metric, "ns", (_response_term(space, metric.index or 0),), scale, RESPONSE_SCALE_LIMIT)
@@ -229,112 +194,6 @@ def _response_term(space: Space, number: int) -> Term:
     return Term(name, value, component=name, ends=ends)
 
 
-def utilisation_terms(space: Space, processor: int) -> tuple[Term, ...]:
-    """Utilisation of a processor in ppm of one core: worst execution time on its type * activation rate, per thread.
-
-    A hybrid thread's callback works at its input rate, its timer at 1 / period (docs/semantics.md, section 4.1).
-    """
-    terms = []
-    for number, component in enumerate(space.components):
-        if component.processor is None or processor not in set(leaves(component.processor)):
-            continue
-        if component.execution_ns is not None:
-            terms.append(_work_term(space, processor, number, "activation"))
-        if component.callback_ns is not None and "hybrid" in set(leaves(component.protocol)):
-            terms.append(_work_term(space, processor, number, "input"))
-    return tuple(terms)
-
-
-def _work_term(space: Space, processor: int, number: int, kind: str) -> Term:
-    component = space.components[number]
-    key: RateKey = ("input", number) if kind == "input" else ("activation", number)
-    tree = component.callback_ns if kind == "input" else component.execution_ns
-
-    def coefficient(view: View) -> Fraction:
-        """Worst execution time in microseconds: times a rate in Hz, that is ppm."""
-        if at(component.processor, view) != processor:
-            return Fraction(0)
-        if kind == "input" and at(component.protocol, view) != "hybrid":
-            return Fraction(0)
-        worst = at(tree, view)
-        return (ZERO + worst[1]) / 1000 if worst is not None else ZERO
-
-    label = component.name if kind == "activation" else f"{component.name} (callback)"
-    return _product(space, label, coefficient, key, component.name)
-
-
-def _product(space: Space, label: str, coefficient: Callable[[View], Fraction], key: RateKey, of: str) -> Term:
-    def value(view: View) -> Fraction:
-        factor = coefficient(view)
-        return factor * rate_hz(space, key, view) if factor else factor
-
-    return Term(label, value, coefficient, key, of)
-
-
-def load_terms(space: Space, bus: int) -> tuple[Term, ...]:
-    """Load of a bus in B/s: (size + overhead bytes) * rate, or the stated data rate, per connection (section 5)."""
-    terms = []
-    for number, connection in enumerate(space.connections):
-        if bus not in reachable_buses(space, connection):
-            continue
-        terms.append(_load_term(space, bus, number, connection))
-    return tuple(terms)
-
-
-def reachable_buses(space: Space, connection: Connection) -> frozenset[int]:
-    """Every bus that may carry the connection, directly or under a virtual bus."""
-    return carriers(space.buses, connection)
-
-
-def _load_term(space: Space, bus: int, number: int, connection: Connection) -> Term:
-    if connection.data_rate is not None:
-
-        def stated(view: View) -> Fraction:
-            carried = bus in bus_stack(space, connection, view)
-            return ZERO + at(connection.data_rate, view) if carried else ZERO
-
-        return Term(connection.name, stated, component=connection.name)
-
-    def coefficient(view: View) -> Fraction:
-        stack = bus_stack(space, connection, view)
-        return ZERO + (message_bytes(space, connection, stack, view) if bus in stack else 0)
-
-    return _product(space, connection.name, coefficient, ("delivery", number), connection.name)
-
-
-def _with_rates(space: Space, terms: tuple[Term, ...]) -> tuple[tuple[Term, ...], int]:
-    """The terms with the common denominator of all values that they can sum to."""
-    sources = source_rates_hz(space)
-    scale = 1
-    for term in terms:
-        if term.rate is None:
-            connection = next(item for item in space.connections if item.name == term.label)
-            scale = lcm(scale, *(Fraction(leaf).denominator for leaf in leaves(connection.data_rate)))
-            continue
-        parts = {
-            (coefficient * rate).denominator
-            for coefficient in _coefficients(space, term)
-            for rate in sources[term.rate]
-        }
-        scale = lcm(scale, *parts)
-    return terms, scale
-
-
-def _coefficients(space: Space, term: Term) -> set[Fraction]:
-    """Every coefficient that the term may have, or a superset with the same denominators."""
-    assert term.rate is not None
-    kind, number = term.rate
-    if kind == "delivery":
-        connection = space.connections[number]
-        carriers = reachable_buses(space, connection)
-        if any(leaf for bus in carriers for leaf in leaves(space.buses[bus].overhead_bytes)):
-            return {Fraction(1)}
-        return {Fraction(leaf) for leaf in leaves(connection.size_bytes) if leaf is not None}
-    component = space.components[number]
-    tree = component.callback_ns if kind == "input" else component.execution_ns
-    return {Fraction(leaf[1], 1000) for leaf in leaves(tree) if leaf is not None}
-
-
 def _figure_trees(space: Space, metric: Metric) -> Iterator[tuple[Slot | Component, Tree]]:
     """The figures that a price, power or total sums: of every slot and component, or of the one that `of` names.
 
@@ -382,20 +241,6 @@ def _derived(space: Space, metric: Metric, derived: Derived) -> Measure:
     return _scaled(metric, unit, tuple(terms), scale)
 
 
-def scaled_term(term: Term, factor: Fraction) -> Term:
-    """The term times a constant."""
-    coefficient, ends = term.coefficient, term.ends
-    scaled = (lambda view: coefficient(view) * factor) if coefficient is not None else None
-
-    def scaled_ends(view: View) -> tuple[Fraction, Fraction]:
-        assert ends is not None
-        low, high = sorted(end * factor for end in ends(view))
-        return low, high
-
-    bounds = scaled_ends if ends is not None else None
-    return Term(term.label, lambda view: term.value(view) * factor, scaled, term.rate, term.component, bounds)
-
-
 def display_unit(dimension: Dimension) -> tuple[str, Fraction]:
     """The unit in which results count a dimension, and how many of it make one coherent unit."""
     if dimension in DISPLAY:
@@ -411,6 +256,9 @@ def all_metrics(space: Space) -> tuple[Metric, ...]:
         metrics += [Metric(f"{kind} of {flow.name}", kind, number) for kind in ("latency", "min latency", "jitter")]
     metrics += [Metric(f"utilisation of {slot.name}", "utilisation", n) for n, slot in enumerate(space.processors)]
     metrics += [Metric(f"load of {bus.name}", "load", n) for n, bus in enumerate(space.buses)]
+    metrics += [
+        Metric(f"busy of {bus.name}", "busy", n) for n, bus in enumerate(space.buses) if not busy_obstacle(space, n)
+    ]
     metrics += [Metric("price", "price", None, "price"), Metric("power", "power", None, "power")]
     metrics += [Metric(name, "total", None, name) for name in space.totals]
     metrics += [Metric(item.name, "derived", number) for number, item in enumerate(space.derived)]

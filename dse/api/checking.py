@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from dse.analysis.remarks import problem_remarks
 from dse.api.problem import Changes, Problem, changed, load
 from dse.space.settings import settings_of
 from dse.space.size import space_size
@@ -97,5 +98,6 @@ def _remarks(space: Space) -> Iterator[str]:
         bandwidths = [leaf for leaf in leaves(bus.bandwidth_bps) if leaf is not None]
         if bandwidths and ("load", number) not in limited:
             yield f"nothing limits the load of {bus.name}: designs that overload it are admitted"
+    yield from problem_remarks(space)
     if not space.objectives:
         yield "there are no objectives: `dse solve` needs --minimise"

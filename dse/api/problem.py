@@ -1,7 +1,4 @@
-"""A loaded problem, and the question as it is really asked: the file's, with the caller's changes.
-
-The analysis is imported where it is used: ``dse check`` does without.
-"""
+"""A loaded problem, and the question as it is really asked: the file's, with the caller's changes."""
 
 from __future__ import annotations
 
@@ -27,7 +24,7 @@ from dse.space.types import EMPTY, Design, Objective, Requirement, Rule, Space
 from dse.spec.grammar import ExpressionError, parse_assignment, parse_limit
 from dse.spec.load import LoadedSpec, UnreadableError, load_spec, parse_spec
 
-LIMITED_METRICS = ("jitter", "latency", "utilisation", "load", "price", "power")
+LIMITED_METRICS = ("jitter", "latency", "utilisation", "load", "busy", "price", "power")
 ORIGIN = "command line"
 
 

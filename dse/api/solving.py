@@ -30,6 +30,7 @@ def solve(
     max_latency: str | Sequence[str] = (),
     max_utilisation: str | Sequence[str] = (),
     max_load: str | Sequence[str] = (),
+    max_busy: str | Sequence[str] = (),
     max_price: str | Sequence[str] = (),
     max_power: str | Sequence[str] = (),
     require: str | Sequence[str] = (),
@@ -51,7 +52,7 @@ def solve(
     ----------
     problem
         a loaded problem, or the path of a problem file.
-    max_jitter, max_latency, max_utilisation, max_load, max_price, max_power
+    max_jitter, max_latency, max_utilisation, max_load, max_busy, max_price, max_power
         further limits, as text with a unit: ``"20 ms"`` for every flow, processor or bus, ``"my_flow=20 ms"`` for one.
     require
         further requirements and rules, in the words of the problem file.
@@ -85,6 +86,7 @@ def solve(
         "latency": max_latency,
         "utilisation": max_utilisation,
         "load": max_load,
+        "busy": max_busy,
         "price": max_price,
         "power": max_power,
     }

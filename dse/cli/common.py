@@ -20,9 +20,10 @@ if TYPE_CHECKING:
     from dse.api.problem import Changes
 
 F = TypeVar("F", bound=Callable[..., Any])
-LIMITS = ("jitter", "latency", "utilisation", "load", "price", "power")
-EXAMPLES = {"utilisation": "70%", "load": "50%", "price": "500EUR", "power": "10W"}
-OF = {"jitter": "flow", "latency": "flow", "utilisation": "processor", "load": "bus"}
+LIMITS = ("jitter", "latency", "utilisation", "load", "busy", "price", "power")
+EXAMPLES = {"utilisation": "70%", "load": "50%", "busy": "80%", "price": "500EUR", "power": "10W"}
+OF = {"jitter": "flow", "latency": "flow", "utilisation": "processor", "load": "bus", "busy": "bus"}
+NOUNS = {"busy": "busy time"}
 
 
 class Words(click.Choice[str]):
@@ -44,7 +45,10 @@ def question_options(command: F) -> F:
         example = EXAMPLES.get(metric, "20ms")
         what = f"of every {OF[metric]}, or of one (NAME={example})" if metric in OF else "of the system"
         command = click.option(
-            f"--max-{metric}", multiple=True, metavar="QUANTITY", help=f"Limit the {metric} {what}, e.g. {example}."
+            f"--max-{metric}",
+            multiple=True,
+            metavar="QUANTITY",
+            help=f"Limit the {NOUNS.get(metric, metric)} {what}, e.g. {example}.",
         )(command)
     more = (
         click.option("--require", multiple=True, metavar="TEXT", help="A further requirement or rule."),

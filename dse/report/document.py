@@ -364,6 +364,10 @@ def _usage_table(usage: Usage, processor: bool) -> Table:
     rows.append((f"total {of}".strip(), readable(usage.total, unit, digits=4), _share(usage.total, usage)))
     caption = f"{'Processor' if processor else 'Bus'} {usage.name} ({usage.type})"
     value = "of one core" if processor else "load"
+    if usage.busy is not None and usage.busy_total is not None:
+        busy = [usage.busy.get(who, Fraction(0)) for who in usage.shares]
+        timed = [(*row, readable(time, "ppm")) for row, time in zip(rows, [*busy, usage.busy_total], strict=True)]
+        return Table(caption, (what, value, "of the capacity", "busy"), tuple(timed), (1, 2, 3), total=True)
     return Table(caption, (what, value, "of the capacity"), tuple(rows), (1, 2), total=True)
 
 

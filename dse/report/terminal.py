@@ -259,17 +259,22 @@ def _processor_table(console: Console, usage: Usage) -> Table:
 
 
 def _bus_table(console: Console, usage: Usage) -> Table:
+    """Load and, where it is computable, busy time of each connection."""
     table = _table(console, _plain(f"Bus {usage.name} ({usage.type})"))
     table.add_column("connection")
     table.add_column("load", justify="right")
+    busy = usage.busy
+    if busy is not None:
+        table.add_column("busy", justify="right")
     for name, share in usage.shares.items():
-        table.add_row(_plain(name), readable(share, "B/s"))
+        time = [] if busy is None else [readable(busy.get(name, 0), "ppm")]
+        table.add_row(_plain(name), readable(share, "B/s"), *time)
     table.add_section()
     total = readable(usage.total, "B/s")
     if usage.capacity:
         part = readable(usage.total / usage.capacity * 10**6, "ppm")
         total += f" of {readable(usage.capacity, 'B/s')} ({part})"
-    table.add_row("total", total)
+    table.add_row("total", total, *([] if usage.busy_total is None else [readable(usage.busy_total, "ppm")]))
     return table
 
 

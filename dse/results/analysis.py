@@ -47,17 +47,28 @@ class FlowTable:
 
 @dataclass(frozen=True)
 class Usage:
-    """How much of a processor (ppm of one core) or bus (B/s) is used, by whom, and what it has (None: not stated)."""
+    """How much of a processor (ppm of one core) or bus (B/s) is used, by whom, and what it has (None: not stated).
+
+    `busy` has the busy time of a physical bus by connection, in ppm; None where it is not computable, which
+    `no_busy` explains, and for what has none.
+    """
 
     name: str
     type: str
     shares: Mapping[str, Fraction]
     capacity: Fraction | None
+    busy: Mapping[str, Fraction] | None = None
+    no_busy: str = ""
 
     @property
     def total(self) -> Fraction:
         """The sum of the shares."""
         return sum(self.shares.values(), Fraction(0))
+
+    @property
+    def busy_total(self) -> Fraction | None:
+        """The share of the time, in ppm, that a physical bus is busy; None where that is not computable."""
+        return None if self.busy is None else sum(self.busy.values(), Fraction(0))
 
 
 @dataclass(frozen=True)
@@ -118,7 +129,7 @@ class Analysis:
                 for table in self.flows
             },
             "processors": {usage.name: _usage(usage, "ppm") for usage in self.processors},
-            "buses": {usage.name: _usage(usage, "B/s") for usage in self.buses},
+            "buses": {usage.name: {**_usage(usage, "B/s"), "busy": _busy(usage)} for usage in self.buses},
             "metrics": {
                 name: {"value": exact(value), "unit": self.metric_units[name]} for name, value in self.metrics.items()
             },
@@ -178,3 +189,11 @@ def _usage(usage: Usage, unit: str) -> dict[str, Any]:
         "total": exact(usage.total),
         "capacity": None if usage.capacity is None else exact(usage.capacity),
     }
+
+
+def _busy(usage: Usage) -> dict[str, Any]:
+    """The busy time in ppm, or why there is none."""
+    if usage.busy is None or usage.busy_total is None:
+        return {"total": None, "reason": usage.no_busy or None}
+    shares = {name: exact(value) for name, value in usage.busy.items()}
+    return {"unit": "ppm", "shares": shares, "total": exact(usage.busy_total)}

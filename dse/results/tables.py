@@ -3,15 +3,19 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from fractions import Fraction
 
 from dse.analysis.evaluate import Evaluator
 from dse.analysis.latency import flow_rows
-from dse.analysis.measures import PPM, Term, load_terms, utilisation_terms
+from dse.analysis.remarks import design_remarks
+from dse.analysis.resources import busy_terms, load_terms, utilisation_terms
 from dse.analysis.scheduling import Response, processor_responses
+from dse.analysis.terms import PPM, Term
 from dse.analysis.views import View
 from dse.results.analysis import Analysis, FlowTable, Usage
 from dse.results.result import decisions_of
+from dse.space.metrics import busy_obstacle
 from dse.space.trees import at
 from dse.space.types import EMPTY, Design, Slot, Space
 
@@ -32,10 +36,7 @@ def analyse_design(evaluator: Evaluator, design: Design, *, response_times: bool
         _usage(slot, utilisation_terms(space, number), view, PPM * Fraction(at(slot.cores, view)))
         for number, slot in enumerate(space.processors)
     )
-    buses = tuple(
-        _usage(bus, load_terms(space, number), view, _bytes_per_s(at(bus.bandwidth_bps, view)))
-        for number, bus in enumerate(space.buses)
-    )
+    buses = tuple(_bus_usage(space, number, view) for number in range(len(space.buses)))
     return Analysis(
         space=space,
         design=evaluation.design,
@@ -46,7 +47,7 @@ def analyse_design(evaluator: Evaluator, design: Design, *, response_times: bool
         metrics={measure.metric.name: measure.value(view) for measure in evaluator.metrics},
         metric_units={measure.metric.name: measure.unit for measure in evaluator.metrics},
         verdicts=evaluation.verdicts,
-        warnings=tuple(_warnings(space, flows, processors, buses)),
+        warnings=(*_warnings(space, flows, processors, buses), *design_remarks(space, view)),
         responses=_responses(space, view) if response_times or _is_scheduled(space) else {},
     )
 
@@ -74,6 +75,17 @@ def _usage(slot: Slot, terms: tuple[Term, ...], view: View, capacity: Fraction |
     used = {label: value for label, value in shares.items() if value}
     chosen = slot.types[view[slot.type_decision]]
     return Usage(slot.name, chosen, used, None if chosen == EMPTY else capacity)
+
+
+def _bus_usage(space: Space, number: int, view: View) -> Usage:
+    """Load and busy time of a bus by connection."""
+    bus = space.buses[number]
+    usage = _usage(bus, load_terms(space, number), view, _bytes_per_s(at(bus.bandwidth_bps, view)))
+    obstacle = busy_obstacle(space, number)
+    if obstacle or usage.type == EMPTY:
+        return replace(usage, no_busy=obstacle)
+    times = {term.label: term.value(view) for term in busy_terms(space, number)}
+    return replace(usage, busy={label: value for label, value in times.items() if value})
 
 
 def _warnings(

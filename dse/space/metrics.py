@@ -8,7 +8,8 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from dse.space.figures import closest
-from dse.space.trees import Choice
+from dse.space.slots import carriers
+from dse.space.trees import Choice, Tree
 from dse.space.types import EMPTY, UNKNOWN_TYPE, Bus, Derived, Metric, Space
 from dse.spec.expressions import DerivedExpr, MetricRef
 from dse.spec.grammar import parse_derived
@@ -16,12 +17,13 @@ from dse.units import DATA_RATE, DIMENSIONLESS, MONEY, POWER, TIME, Dimension, Q
 
 SYSTEM_METRICS = {"price": MONEY, "power": POWER}
 FLOW_METRICS = ("latency", "min latency", "jitter")
-BUILT_IN = (*FLOW_METRICS, "utilisation", "load", "response time", *SYSTEM_METRICS)
+BUILT_IN = (*FLOW_METRICS, "utilisation", "load", "busy", "response time", *SYSTEM_METRICS)
 RESERVED = (*BUILT_IN, "utilization", "max latency", "maximum latency", "minimum latency")
 EXAMPLES = {TIME: "20 ms", DATA_RATE: "5 KB/s", MONEY: "500 EUR", POWER: "10 W", DIMENSIONLESS: "70 %"}
 _MEANT = {
     "cost": "price", "delay": "latency", "cpu": "utilisation", "cpu load": "utilisation",
     "cpu usage": "utilisation", "usage": "utilisation", "bandwidth": "load", "energy": "power", "variation": "jitter",
+    "occupancy": "busy", "busy time": "busy", "bus utilisation": "busy",
 }  # fmt: skip
 
 
@@ -48,6 +50,8 @@ def resolve_metrics(space: Space, ref: MetricRef) -> tuple[Metric, ...]:
         return _indexed(space, kind, ref.of, "processor")
     if kind == "load":
         return _indexed(space, kind, ref.of, "bus")
+    if kind == "busy":
+        return _busy(space, ref.of)
     if kind == "response time":
         return _response_times(space, ref.of)
     if kind in SYSTEM_METRICS or kind in space.totals:
@@ -94,6 +98,30 @@ def _indexed(space: Space, kind: str, of: str | None, what: str) -> tuple[Metric
     raise QuestionError(f"no {what} is called {shown(of)}", closest(of, names))
 
 
+def _busy(space: Space, of: str | None) -> tuple[Metric, ...]:
+    """The busy time of a bus, or of every one where it can be computed."""
+    found = _indexed(space, "busy", of, "bus")
+    obstacles = [busy_obstacle(space, metric.index or 0) for metric in found]
+    kept = tuple(metric for metric, obstacle in zip(found, obstacles, strict=True) if not obstacle)
+    if not kept:
+        raise QuestionError(f"the busy time of {shown(space.buses[found[0].index or 0].name)} {obstacles[0]}")
+    return kept
+
+
+def busy_obstacle(space: Space, number: int) -> str:
+    """Why the busy time of a bus is not computable, in words that go on from its name; "" where it is."""
+    bus = space.buses[number]
+    if bus.virtual:
+        return "is not computable: it is middleware, which runs on many cores"
+    for name, has in _by_type(bus, bus.fixed_ns):
+        if not has and name not in (EMPTY, UNKNOWN_TYPE):
+            return f"is not computable: its type {shown(name)} states no transmission time"
+    for item in space.connections:
+        if item.data_rate is not None and item.size_bytes is None and number in carriers(space.buses, item):
+            return f"is not computable: {shown(item.name)} has only a data rate, which says nothing of its messages"
+    return ""
+
+
 def _response_times(space: Space, of: str | None) -> tuple[Metric, ...]:
     """The response time of a thread, or of every one that runs on a processor."""
     threads = {
@@ -122,7 +150,8 @@ def metric_dimension(space: Space, metric: Metric) -> Dimension | None:
         return coefficient.dimension.times(inner_dimension)
     if metric.kind == "total":
         return None
-    return {"utilisation": DIMENSIONLESS, "load": DATA_RATE, **SYSTEM_METRICS}.get(metric.kind, TIME)
+    known = {"utilisation": DIMENSIONLESS, "busy": DIMENSIONLESS, "load": DATA_RATE, **SYSTEM_METRICS}
+    return known.get(metric.kind, TIME)
 
 
 def one_metric(space: Space, ref: MetricRef) -> Metric:
@@ -175,7 +204,7 @@ def own_limit(space: Space, metric: Metric, limit: Quantity) -> Quantity:
             raise QuestionError(f"expected a limit in {unit} for {metric.name}, got {got}")
         return as_written(limit)
     of_bandwidth = is_share(metric, limit)
-    if limit.unit == "" and (wanted != DIMENSIONLESS or metric.kind == "utilisation"):
+    if limit.unit == "" and (wanted != DIMENSIONLESS or metric.kind in ("utilisation", "busy")):
         hint = f"such as {EXAMPLES[wanted]}" if wanted in EXAMPLES else _units(space, wanted)
         raise QuestionError(f"expected a limit with its unit for {metric.name}, got a bare number", hint)
     if limit.dimension != wanted and not of_bandwidth:
@@ -194,7 +223,7 @@ def is_share(metric: Metric, limit: Quantity) -> bool:
 
 def states_bandwidth(bus: Bus) -> bool:
     """Whether some type of a bus has a bandwidth; middleware mostly has none."""
-    return any(has for _, has in _bandwidths(bus))
+    return any(has for _, has in _by_type(bus, bus.bandwidth_bps))
 
 
 def _units(space: Space, wanted: Dimension, unit: str = "") -> str:
@@ -208,14 +237,14 @@ def _units(space: Space, wanted: Dimension, unit: str = "") -> str:
 
 def _check_bandwidth(bus: Bus) -> None:
     """Every type that the slot may have needs a bandwidth."""
-    for name, has in _bandwidths(bus):
+    for name, has in _by_type(bus, bus.bandwidth_bps):
         if not has and name not in (EMPTY, UNKNOWN_TYPE):
             message = f"{shown(bus.name)} has no bandwidth to take a share of"
             raise QuestionError(message, f"type {shown(name)} states none")
 
 
-def _bandwidths(bus: Bus) -> Iterator[tuple[str, bool]]:
-    tree = bus.bandwidth_bps
+def _by_type(bus: Bus, tree: Tree) -> Iterator[tuple[str, bool]]:
+    """Each type that a bus may have, and whether it states the figure."""
     if isinstance(tree, Choice) and tree.decision == bus.type_decision:
         yield from ((name, branch is not None) for name, branch in zip(bus.types, tree.branches, strict=True))
     else:

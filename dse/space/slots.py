@@ -135,6 +135,7 @@ def _bus(ledger: Ledger, spec: Spec, name: str, index: Mapping[str, int]) -> Bus
         overhead_bytes=overhead,
         carrier=carrier,
         direct=given is None,
+        exclusive=type_choice(decision, [bool(model.exclusive) for _, model in owner.types]),
     )
 
 
@@ -172,6 +173,9 @@ def check_bus_types(ledger: Ledger, spec: Spec) -> None:
     used |= {name for connection in spec.connections.values() for name in connection.bus or ()}
     used |= {name for bus in spec.buses.values() for name in bus.bus or ()}
     for type_name, model in spec.bus_types.items():
+        if type_name in used and model.virtual and model.exclusive:
+            message = "only a physical bus is exclusive: middleware runs on many cores"
+            ledger.error(("bus_types", type_name, "exclusive"), message)
         for field_name in ("transmission_time", "latency"):
             given = getattr(model, field_name)
             if type_name not in used or not isinstance(given, Mapping):

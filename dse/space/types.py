@@ -80,7 +80,8 @@ class Bus(Slot):
     """A bus slot. Leaves of `fixed_ns`, `per_byte_ns` and `latency_ns` are time ranges, `PerProcessorType` or None.
 
     Both parts of the transmission time are None where there is none; `carrier` leaves are bus indices or None. `direct`
-    is a virtual bus type used without an entry: it is there, and costs, where something is bound to it.
+    is a virtual bus type used without an entry: it is there, and costs, where something is bound to it. Leaves of
+    `exclusive` say whether the chosen type carries one message at a time.
     """
 
     virtual: bool
@@ -91,6 +92,7 @@ class Bus(Slot):
     overhead_bytes: Tree
     carrier: Tree
     direct: bool = False
+    exclusive: Tree = False
 
 
 @dataclass(frozen=True)
@@ -164,9 +166,9 @@ class Flow:
 class Metric:
     """A resolved metric: `kind` and the index (or component name) it is of.
 
-    `kind` is ``latency``, ``min latency``, ``jitter`` (of a flow), ``utilisation`` (of a processor), ``load`` (of a
-    bus), ``response time`` (of a thread; `key` is ``deadline`` where its own is the limit), ``price``, ``power``,
-    ``total`` (`key` names it; `of` a component, or all) or ``derived``.
+    `kind` is ``latency``, ``min latency``, ``jitter`` (of a flow), ``utilisation`` (of a processor), ``load`` and
+    ``busy`` (of a bus), ``response time`` (of a thread; `key` is ``deadline`` where its own is the limit), ``price``,
+    ``power``, ``total`` (`key` names it; `of` a component, or all) or ``derived``.
     """
 
     name: str

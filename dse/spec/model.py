@@ -96,9 +96,13 @@ TimeRanges: TypeAlias = Annotated[
 
 
 class BusType(Priced):
-    """A bus or virtual bus; `overhead` is in bytes per message, `bandwidth` in bit/s."""
+    """A bus or virtual bus; `overhead` is in bytes per message, `bandwidth` in bit/s.
+
+    An `exclusive` bus carries one message at a time.
+    """
 
     virtual: bool = False
+    exclusive: bool = False
     bandwidth: Alternatives[Bandwidth] | None = None
     transmission_time: TransmissionTimes | None = None
     latency: TimeRanges | None = None

@@ -12,7 +12,7 @@ INMARK = str(Path(__file__).parents[2] / "problems" / "inmark.yaml")
 SOLVER = ("ortools", "pandas", "numpy")
 NEVER = {
     "--help": (*SOLVER, "networkx", "pydantic", "yaml", "rich", "dse.spec", "dse.space", "dse.analysis"),
-    "check": (*SOLVER, "networkx", "dse.encode", "dse.analysis", "dse.results", "dse.generator"),
+    "check": (*SOLVER, "networkx", "dse.encode", "dse.pareto", "dse.results", "dse.generator"),
     "new": (*SOLVER, "networkx", "rich", "dse.space", "dse.generator"),
     "solve": ("networkx", "scipy", "matplotlib", "dse.generator", "dse.analysis.vectorised", "dse.study"),
     "analyse": (*SOLVER, "networkx", "dse.encode", "dse.pareto"),

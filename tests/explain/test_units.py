@@ -57,6 +57,7 @@ METRICS: dict[str, tuple[Fraction, tuple[str, ...]]] = {
     "response time of t": (3 * MS, TIMES),
     "utilisation of p": (UTILISATION / 2, units_of(DIMENSIONLESS)),  # the thread alone needs twice that of one core
     "load of b": (Fraction(2600), units_of(DATA_RATE)),
+    "busy of b": (Fraction(94 * 200, 10**6), units_of(DIMENSIONLESS)),
     "price": (Fraction(3100), ("EUR",)),
     "price of p": (Fraction(3100), ("EUR",)),
     "power": (Fraction(7), units_of(POWER)),

@@ -36,7 +36,9 @@ Where the documents leave something open, this is how they are read here:
 18. Rules may also name fixed fields; quantities are compared after their rounding, as options are. A
     type is used when some slot or component has it (or a connection, directly); an empty slot's type is ``none`` and
     known. ``implies`` and ``requires`` bind weaker than ``or``.
-19. Lists inside a ``totals`` mapping, and inside a map of a virtual bus per processor type, are not supported here.
+19. A bus is busy for its own longest transmission time of each message, with the overheads of the whole stack. Where
+    some type has no transmission time, or some connection only a data rate, that is not computable in any design.
+20. Lists inside a ``totals`` mapping, and inside a map of a virtual bus per processor type, are not supported here.
 """
 
 from __future__ import annotations
@@ -186,6 +188,7 @@ def evaluate(problem: Problem, design: Mapping[str, str | None]) -> dict[str, An
         ``flows``: name -> ``min``, ``max``, ``jitter`` (ns, int) and ``rows`` (component, method, min, max);
         ``utilisation``: processor -> cores (Fraction of one core); ``shares``: processor -> thread -> the same;
         ``cores``; ``rates`` (1/s); ``load``: bus -> B/s; ``load_share``: bus -> share of the bandwidth or None;
+        ``busy``: bus -> share of the time, for those of which it can be computed;
         ``price`` (ct), ``power`` (mW) and ``totals``: ``system`` and ``components``; ``metrics``: derived ones in
         ns, nm, B, ct, mW (data rates in B/s); ``violations``: texts; ``objectives``: tuple, maximised ones negated.
     """
@@ -207,6 +210,7 @@ def _figures(problem: Problem, reading: Reading) -> dict[str, Any]:
         name: reading.rate(name) for section in ("devices", "threads") for name in problem.sections[section]
     }
     figures["load"] = reading.loads()
+    figures["busy"] = reading.busy()
     bandwidths = {bus: reading.bus_field(bus, "bandwidth") for bus in problem.buses}
     figures["load_share"] = {
         bus: None if text is None else figures["load"][bus] / quantities.bandwidth(text)
@@ -244,6 +248,8 @@ def _metric(problem: Problem, figures: Mapping[str, Any], name: str, of: str | N
         return figures["utilisation"][of], RATIO
     if name == "load":
         return figures["load"][of] / NS_PER_S, DATA_RATE
+    if name == "busy":
+        return figures["busy"][of], RATIO
     key = {"latency": "max", "min latency": "min", "jitter": "jitter"}[name]
     return Fraction(figures["flows"][of][key]), TIME
 
@@ -252,6 +258,8 @@ def _subjects(problem: Problem, metric: str) -> list[str]:
     """The flows, processors or buses that a metric without a name is about."""
     if metric == "utilisation":
         return list(problem.sections["processors"])
+    if metric == "busy":
+        return problem.timed_buses
     return problem.buses if metric == "load" else list(problem.paths)
 
 
@@ -290,7 +298,7 @@ def is_met(problem: Problem, figures: Mapping[str, Any], text: str) -> bool:
     """Whether figures meet a requirement, whether the problem states it or not."""
     requirement = grammar.requirement(text)
     name, of = requirement.metric.name, requirement.metric.of
-    whole = name not in ("latency", "min latency", "jitter", "utilisation", "load")
+    whole = name not in ("latency", "min latency", "jitter", "utilisation", "load", "busy")
     subjects = [of] if of is not None or whole else _subjects(problem, name)
     return all(_satisfied(problem, figures, requirement, subject) for subject in subjects)
 
@@ -305,7 +313,7 @@ def needed_limit(problem: Problem, figures: Mapping[str, Any], text: str) -> Fra
     """The limit that a design would just meet, in the units of `evaluate`; a share where the limit is one."""
     requirement = grammar.requirement(text)
     metric, of = requirement.metric.name, requirement.metric.of
-    if of is None and metric in ("utilisation", "load"):
+    if of is None and metric in ("utilisation", "load", "busy"):
         of = _only(problem, metric)
     if metric == "load" and requirement.limit.endswith(("%", "ppm")):
         return figures["load_share"][of] or Fraction(0)

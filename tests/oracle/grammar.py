@@ -9,7 +9,7 @@ from functools import cache
 
 from .quantities import NUMBER, UNITS, Quantity, quantity
 
-METRICS = ("latency", "min latency", "jitter", "utilisation", "load", "price", "power")
+METRICS = ("latency", "min latency", "jitter", "utilisation", "load", "busy", "price", "power")
 KEYWORDS = {"and", "or", "not", "implies", "requires", "in", "is"}
 OPERATORS = {"<=", "<", ">=", ">", "==", "!="}
 

@@ -149,6 +149,26 @@ class Problem:
         return entries
 
     @cached_property
+    def timed_buses(self) -> list[str]:
+        """The physical buses whose busy time can be computed: every type has a time, every message a size."""
+        found = []
+        for bus, body in self.sections["buses"].items():
+            types = [self.sections["bus_types"][name] for name in as_list(body["type"])]
+            if all("virtual" not in item and "transmission_time" in item for item in types) and all(
+                "data_size" in item or "data_rate" not in item
+                for item in self.sections["connections"].values()
+                if bus in self.reached(item)
+            ):
+                found.append(bus)
+        return found
+
+    def reached(self, body: dict[str, Any]) -> set[str]:
+        """Every bus that an entry with a `bus` may end up on, directly or under a virtual one."""
+        direct = set(as_list(body.get("bus")))
+        slots = self.sections["buses"]
+        return direct.union(*(self.reached(slots[bus]) for bus in direct if bus in slots))
+
+    @cached_property
     def decisions(self) -> dict[str, list[str]]:
         """Every decision and its options, in file order."""
         found = {}

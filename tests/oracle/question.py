@@ -160,10 +160,30 @@ def add_question(rng: random.Random, document: dict[str, Any]) -> None:
     if requirements:
         document["requirements"] = requirements
     document["objectives"] = _objectives(rng, sample, sample.satisfying(requirements))
+    _ask_for_busy_time(random.Random(rng.getstate()[1][0]), sample)
     if rng.random() < 0.25 and sample.figures:
         _require_flow_latency(rng, sample)
     if rng.random() < 0.2:
         _add_baseline(rng, document)
+
+
+def _ask_for_busy_time(rng: random.Random, sample: _Sample) -> None:
+    """Sometimes an objective or a limit about the busy time of a bus; drawn apart from all else."""
+    document = sample.document
+    buses = Problem(document).timed_buses
+    if not buses or not sample.figures or rng.random() < 0.6:
+        return
+    bus = rng.choice(buses)
+    of = rng.choice([f" of {_quote(bus)}", ""]) if len(buses) == 1 else f" of {_quote(bus)}"
+    if rng.random() < 0.5 and len(document["objectives"]) < 4:
+        document["objectives"] = [*document["objectives"], f"{rng.choice(['minimise', 'maximise'])} busy{of}"]
+        return
+    values = sorted(figures["busy"][bus] for figures in sample.figures)
+    value = values[int(len(values) * rng.choice([0, 0.5, 0.8]))] * 10**6
+    sign = rng.choice(["<=", "<=", "<=", "<", ">=", ">"])
+    limit = ceil(value) if sign[0] == "<" else floor(value)
+    text = f"busy{of} {sign} {rng.choice([f'{limit} ppm', f'{limit / 10**4:.4f} %'])}"
+    document["requirements"] = [*document.get("requirements", []), text]
 
 
 def _objectives(rng: random.Random, sample: _Sample, feasible: list[int]) -> list[str]:

@@ -316,6 +316,15 @@ class Reading:
                 found[bus] += load
         return found
 
+    def busy(self) -> dict[str, Fraction]:
+        """The share of the time that each bus is busy, where that can be computed."""
+        found = {bus: Fraction(0) for bus in self.problem.timed_buses}
+        for connection in self.problem.sections["connections"]:
+            for bus in found.keys() & set(self.stack(connection)):
+                longest = self._transmission(connection, bus)[1]
+                found[bus] += longest * self.delivered_rate(connection) / NS_PER_S
+        return found
+
     def amounts(self, figure: str) -> dict[str, Fraction]:
         """Price in cents, power in mW or a declared total, per component; direct virtual bus types count once."""
         found = {}

@@ -122,6 +122,7 @@ class Pair:
             }
         found |= {f"utilisation of {slot}": value for slot, value in figures["utilisation"].items()}
         found |= {f"load of {bus}": value for bus, value in figures["load"].items()}
+        found |= {f"busy of {bus}": value for bus, value in figures["busy"].items()}
         found |= {"price": figures["price"]["system"], "power": figures["power"]["system"]}
         found |= {total: amounts["system"] for total, amounts in figures["totals"].items()}
         return found | figures["metrics"]

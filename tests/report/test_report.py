@@ -107,7 +107,7 @@ def test_markdown_has_every_alternative(robot: Result) -> None:
 
 def test_shares_differ_by_percentage_points(robot: Result) -> None:
     rows = [row for item in Document(robot).alternatives for row in item.metrics.rows if row[1].endswith("%")]
-    assert {row[0] for row in rows} == {"utilisation of computer"}
+    assert {row[0] for row in rows} == {"utilisation of computer", "busy of ser1", "busy of eth0"}
     assert all(row[3].endswith((" percentage points", " 1 percentage point")) for row in rows)
 
 

@@ -1,0 +1,139 @@
+"""What a careful reader would remark about buses: of a design, and of a problem whatever the design.
+
+The load of a bus counts bytes against its bandwidth, its busy time counts what its messages take; where both are stated
+they can contradict each other.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from fractions import Fraction
+from functools import partial
+
+from dse.analysis.binding import bus_stack, carrying_ns, message_bytes
+from dse.analysis.measures import build_measure, reachable_buses
+from dse.analysis.rates import NS_PER_S
+from dse.analysis.resources import busy_terms
+from dse.analysis.terms import PPM
+from dse.analysis.views import View, tabulate
+from dse.space.metrics import busy_obstacle
+from dse.space.trees import at
+from dse.space.types import EMPTY, Bus, Connection, Metric, Space
+from dse.units import Exact, format_bandwidth, format_duration, format_ratio, format_size
+
+MANY_CASES = 10_000
+"""Bounds of figures that depend on more combinations of options than this are not looked for."""
+TELLING = Fraction(101, 100)
+"""By what factor a bus must be busier than its load says for a remark."""
+
+
+@dataclass(frozen=True)
+class _Transfer:
+    """A message on a bus: its bytes, the longest time that it takes there, and the bus's bandwidth."""
+
+    name: str
+    size_bytes: int
+    longest_ns: Exact
+    bandwidth_bps: int
+
+    @property
+    def at_bandwidth_ns(self) -> Fraction:
+        """What the bandwidth alone would take."""
+        return Fraction(8 * self.size_bytes * NS_PER_S, self.bandwidth_bps)
+
+
+def design_remarks(space: Space, view: View) -> Iterator[str]:
+    """Buses of a design that are busier than their load says, or than there is time; transfers that take no time."""
+    for number, bus in enumerate(space.buses):
+        chosen = bus.types[view[bus.type_decision]]
+        if bus.virtual or chosen == EMPTY:
+            continue
+        carried = [item for item in space.connections if number in bus_stack(space, item, view)]
+        if carried and _instant_type(bus, view) is not None:
+            yield _no_time(bus, chosen)
+        if busy_obstacle(space, number):
+            continue
+        busy = _value(space, Metric("", "busy", number), view)
+        bandwidth_bps = at(bus.bandwidth_bps, view)
+        share = _value(space, Metric("", "load", number), view) * 8 * PPM / bandwidth_bps if bandwidth_bps else busy
+        if busy > share * TELLING:
+            yield (
+                f"{bus.name} is busy for {_percent(busy)} of the time, although its load is {_percent(share)} of the "
+                "bandwidth: its messages take longer than the bandwidth says"
+            )
+        if busy > PPM:
+            yield f"{bus.name} would be busy for {_percent(busy)} of the time"
+
+
+def problem_remarks(space: Space) -> Iterator[str]:
+    """The same of every bus that a design may have."""
+    for number, bus in enumerate(space.buses):
+        if bus.virtual:
+            continue
+        users = [item for item in space.connections if number in reachable_buses(space, item)]
+        cases = tabulate(space, partial(_instant_type, bus), MANY_CASES) if users else None
+        for chosen in dict.fromkeys(case.value for case in cases or () if case.value is not None):
+            yield _no_time(bus, chosen)
+        yield from _slow(space, number, users)
+        least = _least_busy(space, number)
+        if least > PPM:
+            yield f"{bus.name} is busy for at least {_percent(least)} of the time, whatever the design"
+
+
+def _instant_type(bus: Bus, view: View) -> str | None:
+    """The type of a bus, where it has a bandwidth but nothing that says how long a message takes."""
+    times = (bus.fixed_ns, bus.latency_ns)
+    is_instant = at(bus.bandwidth_bps, view) is not None and all(at(tree, view) is None for tree in times)
+    return bus.types[view[bus.type_decision]] if is_instant else None
+
+
+def _no_time(bus: Bus, chosen: str) -> str:
+    return f"transfers over {bus.name} take no time: its type {chosen} states a bandwidth, but no transmission time"
+
+
+def _slow(space: Space, number: int, users: list[Connection]) -> Iterator[str]:
+    """That the messages of a bus may take longer than its bandwidth says, by the worst example."""
+    found: list[_Transfer] = []
+    for item in users:
+        cases = tabulate(space, partial(_transfer, space, number, item), MANY_CASES)
+        found += [case.value for case in cases or () if case.value is not None]
+    slowest = max(found, key=lambda one: one.longest_ns / one.at_bandwidth_ns, default=None)
+    if slowest is not None and slowest.longest_ns > slowest.at_bandwidth_ns * TELLING:
+        name, obstacle = space.buses[number].name, busy_obstacle(space, number)
+        told = f"its busy time {obstacle}" if obstacle else f"`busy of {name}` counts the time"
+        yield (
+            f"{name} may be busier than its load says: {slowest.name} ({format_size(slowest.size_bytes)}) takes up to "
+            f"{format_duration(slowest.longest_ns)}, at {format_bandwidth(slowest.bandwidth_bps)} it would be "
+            f"{format_duration(round(slowest.at_bandwidth_ns))}; {told}"
+        )
+
+
+def _transfer(space: Space, number: int, item: Connection, view: View) -> _Transfer | None:
+    """What a connection sends over a bus, where both its time and the bandwidth are stated."""
+    stack, bus = bus_stack(space, item, view), space.buses[number]
+    if number not in stack or at(item.size_bytes, view) is None:
+        return None
+    size, bandwidth_bps = message_bytes(space, item, stack, view), at(bus.bandwidth_bps, view)
+    times = carrying_ns(space, bus, item, size, view)
+    if times is None or not size or not bandwidth_bps:
+        return None
+    return _Transfer(item.name, size, times[1], bandwidth_bps)
+
+
+def _least_busy(space: Space, number: int) -> Fraction:
+    """A lower bound of the busy time in ppm: each connection at its least."""
+    total = Fraction(0)
+    for term in busy_terms(space, number) if not busy_obstacle(space, number) else ():
+        cases = tabulate(space, term.value, MANY_CASES)
+        total += min((case.value for case in cases or ()), default=Fraction(0))
+    return total
+
+
+def _value(space: Space, metric: Metric, view: View) -> Fraction:
+    return build_measure(space, metric).value(view)
+
+
+def _percent(ppm: Fraction) -> str:
+    """A share with two decimals."""
+    return format_ratio(round(ppm / PPM, 4))

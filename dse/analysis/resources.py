@@ -1,0 +1,171 @@
+"""How much of a processor or a bus is used, by whom: sums of work, bytes or time on the bus, each times a rate."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from fractions import Fraction
+from math import lcm
+
+from dse.analysis.binding import bus_stack, carrying_ns, message_bytes
+from dse.analysis.rates import RateKey, source_rates_hz
+from dse.analysis.terms import ZERO, Term, product_term
+from dse.analysis.views import View
+from dse.space.slots import carriers
+from dse.space.trees import at, leaves
+from dse.space.types import Connection, Space
+
+
+def utilisation_terms(space: Space, processor: int) -> tuple[Term, ...]:
+    """Utilisation of a processor in ppm of one core: worst execution time on its type * activation rate, per thread.
+
+    A hybrid thread's callback works at its input rate, its timer at 1 / period (docs/semantics.md, section 4.1).
+    """
+    terms = []
+    for number, component in enumerate(space.components):
+        if component.processor is None or processor not in set(leaves(component.processor)):
+            continue
+        if component.execution_ns is not None:
+            terms.append(_work_term(space, processor, number, "activation"))
+        if component.callback_ns is not None and "hybrid" in set(leaves(component.protocol)):
+            terms.append(_work_term(space, processor, number, "input"))
+    return tuple(terms)
+
+
+def _work_term(space: Space, processor: int, number: int, kind: str) -> Term:
+    component = space.components[number]
+    key: RateKey = ("input", number) if kind == "input" else ("activation", number)
+    tree = component.callback_ns if kind == "input" else component.execution_ns
+
+    def coefficient(view: View) -> Fraction:
+        """Worst execution time in microseconds: times a rate in Hz, that is ppm."""
+        if at(component.processor, view) != processor:
+            return Fraction(0)
+        if kind == "input" and at(component.protocol, view) != "hybrid":
+            return Fraction(0)
+        worst = at(tree, view)
+        return (ZERO + worst[1]) / 1000 if worst is not None else ZERO
+
+    label = component.name if kind == "activation" else f"{component.name} (callback)"
+    return product_term(space, label, coefficient, key, component.name)
+
+
+def load_terms(space: Space, bus: int) -> tuple[Term, ...]:
+    """Load of a bus in B/s: (size + overhead bytes) * rate, or the stated data rate, per connection (section 5)."""
+    terms = []
+    for number, connection in enumerate(space.connections):
+        if bus not in reachable_buses(space, connection):
+            continue
+        terms.append(_load_term(space, bus, number, connection))
+    return tuple(terms)
+
+
+def reachable_buses(space: Space, connection: Connection) -> frozenset[int]:
+    """Every bus that may carry the connection, directly or under a virtual bus."""
+    return carriers(space.buses, connection)
+
+
+def _load_term(space: Space, bus: int, number: int, connection: Connection) -> Term:
+    if connection.data_rate is not None:
+
+        def stated(view: View) -> Fraction:
+            carried = bus in bus_stack(space, connection, view)
+            return ZERO + at(connection.data_rate, view) if carried else ZERO
+
+        return Term(connection.name, stated, component=connection.name)
+
+    def coefficient(view: View) -> Fraction:
+        stack = bus_stack(space, connection, view)
+        return ZERO + (message_bytes(space, connection, stack, view) if bus in stack else 0)
+
+    return product_term(space, connection.name, coefficient, ("delivery", number), connection.name)
+
+
+def busy_terms(space: Space, bus: int) -> tuple[Term, ...]:
+    """Busy time of a physical bus in ppm: longest transmission time * message rate, per connection.
+
+    See docs/semantics.md, section 5.2.
+    """
+    reached = (number for number, item in enumerate(space.connections) if bus in reachable_buses(space, item))
+    return tuple(_busy_term(space, bus, number) for number in reached)
+
+
+def _busy_term(space: Space, bus: int, number: int) -> Term:
+    connection = space.connections[number]
+
+    def coefficient(view: View) -> Fraction:
+        """Longest time on the bus in microseconds: times a rate in Hz, that is ppm."""
+        stack = bus_stack(space, connection, view)
+        if bus not in stack:
+            return ZERO
+        size = message_bytes(space, connection, stack, view)
+        times = carrying_ns(space, space.buses[bus], connection, size, view)
+        return (ZERO + times[1]) / 1000 if times is not None else ZERO
+
+    return product_term(space, connection.name, coefficient, ("delivery", number), connection.name)
+
+
+def utilisation_scale(space: Space, terms: Sequence[Term]) -> int:
+    """The common denominator of all utilisations, in ppm, that the terms can sum to."""
+
+    def work(term: Term) -> set[Fraction]:
+        assert term.rate is not None
+        kind, number = term.rate
+        component = space.components[number]
+        tree = component.callback_ns if kind == "input" else component.execution_ns
+        return {Fraction(leaf[1], 1000) for leaf in leaves(tree) if leaf is not None}
+
+    return _scale(space, terms, work)
+
+
+def load_scale(space: Space, terms: Sequence[Term]) -> int:
+    """The common denominator of all loads, in B/s, that the terms can sum to."""
+
+    def sizes(term: Term) -> set[Fraction]:
+        connection = _connection(space, term)
+        if _overheads(space, connection):
+            return {Fraction(1)}
+        return {Fraction(leaf) for leaf in leaves(connection.size_bytes) if leaf is not None}
+
+    stated = (_connection(space, term).data_rate for term in terms if term.rate is None)
+    whole = lcm(1, *(Fraction(leaf).denominator for tree in stated for leaf in leaves(tree)))
+    return lcm(whole, _scale(space, [term for term in terms if term.rate is not None], sizes))
+
+
+def busy_scale(space: Space, bus: int, terms: Sequence[Term]) -> int:
+    """The common denominator of all busy times, in ppm, that the terms can sum to."""
+    slot = space.buses[bus]
+
+    def times(term: Term) -> set[Fraction]:
+        """Times of the fixed part and of all bytes: what both give together has no other denominators."""
+        connection = _connection(space, term)
+        sizes = [1] if _overheads(space, connection) else [leaf for leaf in leaves(connection.size_bytes) if leaf]
+        parts = [range_ns[1] for range_ns in leaves(slot.fixed_ns) if range_ns is not None]
+        parts += [range_ns[1] * size for range_ns in leaves(slot.per_byte_ns) if range_ns is not None for size in sizes]
+        return {Fraction(part) / 1000 for part in parts}
+
+    return _scale(space, terms, times)
+
+
+def _connection(space: Space, term: Term) -> Connection:
+    if term.rate is not None:
+        return space.connections[term.rate[1]]
+    return next(item for item in space.connections if item.name == term.label)
+
+
+def _overheads(space: Space, connection: Connection) -> bool:
+    """Whether protocol bytes may come on top of the data of a connection."""
+    return any(leaf for bus in reachable_buses(space, connection) for leaf in leaves(space.buses[bus].overhead_bytes))
+
+
+def _scale(space: Space, terms: Sequence[Term], coefficients: Callable[[Term], set[Fraction]]) -> int:
+    """The common denominator of every coefficient times every source rate.
+
+    `coefficients` gives all that a term may have, or others with the same denominators.
+    """
+    sources = source_rates_hz(space)
+    scale = 1
+    for term in terms:
+        assert term.rate is not None
+        factors = coefficients(term)
+        scale = lcm(scale, *((factor * rate).denominator for factor in factors for rate in sources[term.rate]))
+    return scale

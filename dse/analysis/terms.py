@@ -1,0 +1,102 @@
+"""The summands of a metric, and their sum: exact, for one design or for a table over many."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass
+from fractions import Fraction
+from math import ceil
+
+from dse.analysis.rates import RateKey, rate_hz
+from dse.analysis.views import View
+from dse.space.types import Metric, Space
+
+PPM = 10**6
+ZERO = Fraction(0)
+"""Added to a figure it makes an exact rational of it, whatever kind of number that is (see `dse.study.trace`)."""
+SCALE_LIMIT = 10**7
+"""The finest unit in which a metric is counted; finer common denominators are rounded up term by term."""
+
+
+@dataclass(frozen=True)
+class Term:
+    """One summand, with the thread or connection that it belongs to.
+
+    Where it is a coefficient times a rate, both parts are there too, for the search's sake. Where it is, or holds, a
+    response time, which consults whatever shares its processor, `ends` are bounds of it that consult less.
+    """
+
+    label: str
+    value: Callable[[View], Fraction]
+    coefficient: Callable[[View], Fraction] | None = None
+    rate: RateKey | None = None
+    component: str = ""
+    ends: Callable[[View], tuple[Fraction, Fraction]] | None = None
+
+
+@dataclass(frozen=True)
+class Measure:
+    """A metric of a space: `value` in `unit`, `integer` in units of 1 / `scale` (exact unless `rounded`)."""
+
+    metric: Metric
+    unit: str
+    terms: tuple[Term, ...]
+    scale: int = 1
+    rounded: bool = False
+
+    def value(self, view: View) -> Fraction:
+        """The exact value in `unit`."""
+        return exact_sum(term.value(view) for term in self.terms)
+
+    def integer(self, view: View) -> int:
+        """The value in units of 1 / `scale`; when `rounded`, each term is rounded up (demand)."""
+        if self.rounded:
+            return sum(ceil(term.value(view) * self.scale) for term in self.terms)
+        total = self.value(view) * self.scale
+        assert total.denominator == 1, f"{self.metric.name}: {total} is no integer"
+        return int(total)
+
+    @property
+    def counting_unit(self) -> str:
+        """The unit of `integer`: ``ppm``, or ``1/3 ppm``."""
+        return self.unit if self.scale == 1 else f"1/{self.scale} {self.unit}"
+
+
+def exact_sum(values: Iterable[Fraction]) -> Fraction:
+    """The sum, with one reduction for each denominator instead of one for each value.
+
+    >>> exact_sum([Fraction(1, 3), Fraction(2, 3), Fraction(1, 2)])
+    Fraction(3, 2)
+    """
+    numerators: dict[int, int] = {}
+    others = Fraction(0)
+    for value in values:
+        if type(value) is Fraction:
+            numerators[value.denominator] = numerators.get(value.denominator, 0) + value.numerator
+        else:
+            others = others + value
+    return sum((Fraction(above, below) for below, above in numerators.items()), others)
+
+
+def product_term(space: Space, label: str, coefficient: Callable[[View], Fraction], key: RateKey, of: str) -> Term:
+    """A coefficient times a rate, as a summand; the rate is not asked for where the coefficient is 0."""
+
+    def value(view: View) -> Fraction:
+        factor = coefficient(view)
+        return factor * rate_hz(space, key, view) if factor else factor
+
+    return Term(label, value, coefficient, key, of)
+
+
+def scaled_term(term: Term, factor: Fraction) -> Term:
+    """The term times a constant."""
+    coefficient, ends = term.coefficient, term.ends
+    scaled = (lambda view: coefficient(view) * factor) if coefficient is not None else None
+
+    def scaled_ends(view: View) -> tuple[Fraction, Fraction]:
+        assert ends is not None
+        low, high = sorted(end * factor for end in ends(view))
+        return low, high
+
+    bounds = scaled_ends if ends is not None else None
+    return Term(term.label, lambda view: term.value(view) * factor, scaled, term.rate, term.component, bounds)
