@@ -59,8 +59,8 @@ class Switchboard:
         RefereeError
             when the analysis refuses the solver's design.
         """
-        encoded = self.demands.with_objective(measure)
         more = [(limit, self.demands.add_limit(limit)) for limit in further]
+        encoded = self.demands.with_objective(measure)  # after all limits, so that it knows those on response times
         pairs = zip(self.evaluator.limits, self.demands.limits, strict=True)
         limits = [pair for number, pair in enumerate(pairs) if number in kept]
         self._switch(kept)
