@@ -15,6 +15,7 @@ from dse.analysis.views import View
 from dse.report.bars import usage_records, waterfall_records
 from dse.report.charts import front_records
 from dse.report.explanation import conflict_words
+from dse.report.missing import TITLE, missing_words
 from dse.report.plain import basis_words
 from dse.report.words import (
     EMPTY_SLOT,
@@ -138,6 +139,8 @@ class Document:
     def summary(self) -> list[str]:
         """What was asked and what was found, in sentences."""
         found = [proof_words(self.result)]
+        if missing := missing_words(self.result):
+            found.append(f"{TITLE}: {'; '.join(missing)}.")
         if self.result.front:
             first = self.result.front[0]
             shared = [point.id for point in self.result.front if point.rank == first.rank]

@@ -8,6 +8,7 @@ from rich.console import Console
 from rich.table import Table
 
 from dse.report.explanation import print_conflicts
+from dse.report.missing import TITLE, missing_words
 from dse.report.plain import basis_words, print_hanging
 from dse.report.plain import plain as _plain
 from dse.report.plain import plain_table as _table
@@ -66,6 +67,11 @@ def print_result(console: Console, result: Result, top: int | None = TOP) -> Non
         _print_reasons(console, result, shown)
         _print_others(console, result, shown)
     console.print(proof_words(result), markup=False, style="bold")
+    missing = missing_words(result)
+    if missing:
+        console.print(f"{TITLE}:", markup=False)
+    for text in missing:
+        print_hanging(console, f"{text}.")
     search = result.search
     console.print(
         f"{search.solver_calls} solver calls, {search.wall_s:.2f} s, at most {format_count(search.space_size)} "

@@ -92,7 +92,7 @@ def best_words(result: Result, reasons: Reasons) -> str:
             )
     front = "of the front" if result.status == "complete" else "found so far"
     if best:
-        return f"{_capital(_listed(best))} {front}."
+        return f"{_capital(listed(best))} {front}."
     return "A compromise: no objective is at its best here."
 
 
@@ -248,7 +248,7 @@ def _limit_words(margin: Margin, currency: str) -> str:
 
 def dominant_words(dominant: Dominant) -> str:
     """``ekf_fusion.main_loop, sampling: 20 ms of 42.042 ms (47.6 %)``; several when they tie."""
-    rows = _listed([f"{row.contributor} ({row.max_method})" for row in dominant.rows])
+    rows = listed([f"{row.contributor} ({row.max_method})" for row in dominant.rows])
     share = readable(Fraction(dominant.part_ns, dominant.total_ns) * 10**6, "ppm", digits=1)
     each = " each" if len(dominant.rows) > 1 else ""
     return f"{rows}, {counted(dominant.part_ns, 'ns')}{each} of {counted(dominant.total_ns, 'ns')} ({share})."
@@ -265,7 +265,7 @@ def improvement_words(item: Improvement, result: Result) -> str:
     gained = next(delta for delta in item.deltas if delta.name == item.objective)
     losses = [delta for delta in item.deltas if delta.gain < 0]
     costs = [f"{delta.name} {difference_words(delta, currency)}" for delta in losses]
-    text = f"#{item.point} has {difference_words(gained, currency)}, for {_listed(costs)}"
+    text = f"#{item.point} has {difference_words(gained, currency)}, for {listed(costs)}"
     if len(losses) == 1:
         text += f" ({rate_words(losses[0], gained, currency)})"
     also = [
@@ -273,7 +273,7 @@ def improvement_words(item: Improvement, result: Result) -> str:
         for delta in item.deltas
         if delta.gain > 0 and delta != gained
     ]
-    text += f", and with {_listed(also)}" if also else ""
+    text += f", and with {listed(also)}" if also else ""
     return f"{text}. {changes_words(item.changes)}."
 
 
@@ -321,7 +321,7 @@ def others_words(others: Others) -> str:
 def dominated_words(sibling: Sibling, result: Result) -> str:
     """`` (dominated by #3 and #4)``; nothing for an exact tie."""
     if sibling.dominated_by:
-        return f" (dominated by {_listed([f'#{number}' for number in sibling.dominated_by])})"
+        return f" (dominated by {listed([f'#{number}' for number in sibling.dominated_by])})"
     vectors = [point.objectives for point in result.front]
     return "" if sibling.objectives in vectors else " (not dominated by what was found before the search stopped)"
 
@@ -367,6 +367,6 @@ def _capital(text: str) -> str:
     return text[:1].upper() + text[1:]
 
 
-def _listed(items: Sequence[str]) -> str:
+def listed(items: Sequence[str]) -> str:
     """``a``, ``a and b``, ``a, b and c``."""
     return " and ".join([", ".join(items[:-1]), items[-1]] if len(items) > 1 else items)

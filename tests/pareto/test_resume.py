@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 import json
 import os
 import random
@@ -13,6 +14,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from rich.console import Console
 from support import PROBLEMS
 
 import dse
@@ -20,6 +22,9 @@ from dse.errors import UsageError
 from dse.pareto.answer import Answer, Unfinished
 from dse.pareto.settings import Settings
 from dse.pareto.subproblem import Solver
+from dse.report.terminal import print_result
+from dse.results.missing import outlooks_of
+from dse.results.result import Result
 
 BY_NAME = {path.stem: path for path in PROBLEMS}
 INMARK = Path(__file__).parents[2] / "problems" / "inmark.yaml"
@@ -60,21 +65,81 @@ def test_a_search_stopped_at_any_call_goes_on_to_the_same_front(
         assert comparable(dse.resume(path).to_json()) == comparable(expected.to_json())
 
 
+def stopped_after(calls: int, monkeypatch: pytest.MonkeyPatch, **asked: Any) -> Result:
+    """The robot's front when the search is stopped after so many calls."""
+    answered: list[Answer] = []
+    minimise = Solver.minimise
+
+    def failing(self: Solver, *arguments: Any, **more: Any) -> Answer:
+        if len(answered) >= calls:
+            return Unfinished()
+        answered.append(minimise(self, *arguments, **more))
+        return answered[-1]
+
+    with monkeypatch.context() as patch:
+        patch.setattr(Solver, "minimise", failing)
+        return dse.solve(INMARK, workers=1, **asked)
+
+
+def missing_from(stopped: Result, whole: Result) -> list[dict[str, int]]:
+    """The objectives of the points that a stopped search did not find."""
+    found = [point.objectives for point in stopped.front]
+    return [dict(point.objectives) for point in whole.front if point.objectives not in found]
+
+
 def test_potential_bounds_what_is_still_to_be_found(monkeypatch: pytest.MonkeyPatch) -> None:
     """No point of the whole front is better, in any objective, than what the stopped search says is still possible."""
     whole = dse.solve(INMARK, workers=1)
-    solve, asked = Solver._solve_whole, []
+    for calls in (0, 3, 6, 20):
+        stopped = stopped_after(calls, monkeypatch)
+        assert stopped.status == "incomplete" and missing_from(stopped, whole)
+        for objectives in missing_from(stopped, whole):
+            assert all(objectives[name] >= bound for name, bound in stopped.potential.items())
 
-    def failing(self: Solver, configure: Settings) -> Answer:
-        asked.append(True)
-        return Unfinished() if len(asked) > 6 else solve(self, configure)
 
-    monkeypatch.setattr(Solver, "_solve_whole", failing)
-    stopped = dse.solve(INMARK, workers=1)
-    found = {tuple(point.objectives.values()) for point in stopped.front}
-    for point in whole.front:
-        if tuple(point.objectives.values()) not in found:
-            assert all(point.objectives[name] >= bound for name, bound in stopped.potential.items())
+ASKED: list[dict[str, Any]] = [
+    {},
+    {"minimise": ["price", "jitter of gnss_to_sprayer"], "maximise": ["min latency of gnss_to_sprayer"]},
+]
+
+
+@pytest.mark.parametrize("asked", ASKED)
+def test_what_may_be_missing_is_told_in_numbers(asked: dict[str, Any], monkeypatch: pytest.MonkeyPatch) -> None:
+    """Stopped after any call: no missing point is better than its bounds, and some found one is as near as is said."""
+    whole = dse.solve(INMARK, workers=1, **asked)
+    assert not outlooks_of(whole)
+    for calls in (1, 2, 4, 7, 11):
+        stopped = stopped_after(calls, monkeypatch, **asked)
+        outlooks, missing = outlooks_of(stopped), missing_from(stopped, whole)
+        assert stopped.front and len(outlooks) == len(whole.objectives)
+        assert missing or calls > 1
+        signs = {item.name: 1 if item.sense == "minimise" else -1 for item in outlooks}
+
+        def is_near(point: dict[str, int], other: dict[str, int], signs: dict[str, int], outlooks: Any) -> bool:
+            return all(signs[item.name] * (point[item.name] - other[item.name]) <= item.near for item in outlooks)
+
+        for objectives in missing:
+            for item in outlooks:
+                sign, value = signs[item.name], objectives[item.name]
+                assert sign * (value - item.bound) >= 0
+                assert item.best is not None and sign * (item.best - value) <= item.possible_gain
+            assert any(is_near(dict(point.objectives), objectives, signs, outlooks) for point in stopped.front)
+        text = terminal(stopped)
+        assert "Proved of every design that may be missing:" in text and "some design found is worse by at most" in text
+        assert text.count(": no less than ") + text.count(": no more than ") == len(outlooks)
+
+
+def test_bounds_are_told_where_nothing_was_found(monkeypatch: pytest.MonkeyPatch) -> None:
+    stopped = stopped_after(0, monkeypatch)
+    assert not stopped.front
+    text = terminal(stopped)
+    assert "price: no less than 290 EUR; nothing was found yet." in text and "is worse by" not in text
+
+
+def terminal(result: Result) -> str:
+    printed = io.StringIO()
+    print_result(Console(file=printed, width=300), result, 1)
+    return printed.getvalue()
 
 
 def test_a_changed_problem_is_not_resumed(tmp_path: Path) -> None:
