@@ -18,6 +18,8 @@ from dse.space.types import Component, Flow, Space, Step
 from dse.units import Exact
 
 NO_LATENCY = {"dse": "no latency", "osate-2.2": "no latency", "osate-2.19": "no sampling/queuing latency"}
+UNBOUNDED_METHOD = "response time (unbounded)"
+"""Of a row whose maximum stands for a response time without a bound."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -179,7 +181,7 @@ def _scheduled_ns(space: Space, component: Component, part: Part, view: View) ->
     """The response time that follows from what shares the core (``processing: response_time``)."""
     number = next(number for number, item in enumerate(space.components) if item is component)
     worst = bounded_response_ns(space, number, part, view)
-    return worst, "response time" if worst < UNBOUNDED_NS else "response time (unbounded)"
+    return worst, "response time" if worst < UNBOUNDED_NS else UNBOUNDED_METHOD
 
 
 def _first(space: Space, candidates: Sequence[tuple[Exact | None, str]]) -> tuple[Exact, str]:

@@ -13,10 +13,15 @@ from typing import Any, TypeAlias
 
 from dse.analysis.evaluate import Evaluator
 from dse.analysis.limits import Limit, build_limit
-from dse.analysis.measures import PPM, build_measure
+from dse.analysis.measures import PPM, build_measure, display_unit
+from dse.analysis.rates import NS_PER_S
+from dse.analysis.scheduling import UNBOUNDED_NS
+from dse.analysis.unbounded import unbounded_in
+from dse.analysis.views import View
 from dse.api.recomputing import Bench
 from dse.results.result import exact
-from dse.space.types import Requirement, Rule, Space
+from dse.space.metrics import metric_dimension
+from dse.space.types import Metric, Requirement, Rule, Space
 from dse.spec.expressions import Operator
 from dse.units import DIMENSIONLESS
 from dse.verification.diagrams import TooLarge
@@ -116,8 +121,10 @@ class _Court:
     def _check_limit(self, place: str, member: Demand, item: Mapping[str, Any], given_up: Sequence[Demand]) -> None:
         """The unit and own limit, and that the closest is met but nothing nearer, where `given_up` need not hold."""
         stated = None if item["closest"] is None else Fraction(item["closest"])
-        if not isinstance(member, Requirement):
+        if not isinstance(member, Requirement) or item.get("looked_for") is False:
             self.bench.compare(place, {"limit": None, "closest": None, "miss": None, "unit": ""}, _figures(item))
+            if item.get("looked_for") is False:
+                self.bench.remarks.append(f"{place} states no closest limit: there was no time to look for it")
             return
         unit, own = _own_limit(self.bench.space, member)
         miss = None if stated is None else exact(abs(stated - own))
@@ -126,6 +133,9 @@ class _Court:
         others = [demand for demand in self.demands if not _among(demand, given_up)]
         if stated is None:
             alone = self._ask(f"{place}.closest", others)
+            if item.get("unbounded"):
+                self._check_unbounded(place, member, others, alone)
+                return
             if alone is not None and alone.answer == "design":
                 self.bench.find(f"{place}.closest", "is missing: moving this requirement alone leaves a design")
             return
@@ -137,6 +147,21 @@ class _Court:
             self.bench.find(
                 f"{place}.closest", "is not the closest: a design meets the other demands and a nearer limit"
             )
+
+    def _check_unbounded(self, place: str, member: Requirement, others: Sequence[Demand], alone: Reply | None) -> None:
+        """That giving it up leaves a design, and that none of those has a bound.
+
+        Which threads are named for that depends on the design that was found, and is not checked.
+        """
+        if alone is not None and alone.answer == "none":
+            self.bench.find(f"{place}.unbounded", "is not so: giving this requirement up leaves no design")
+        space = self.bench.space
+        far = _limit(space, member, "<", _unbounded_from(space, member.metric))
+        bounded = self._ask(f"{place}.unbounded", others, [far])
+        if bounded is not None and bounded.answer == "design":
+            design = tuple(max(option, 0) for option in bounded.design)
+            if not unbounded_in(space, member.metric, View(design)):
+                self.bench.find(f"{place}.unbounded", "is not so: a design meets the other demands, and has a bound")
 
     def _ask(self, place: str, demands: Sequence[Demand], limits: Sequence[Limit] = ()) -> Reply | None:
         """Whether demands and further limits have a design together; None where that was left open."""
@@ -164,6 +189,21 @@ class _Court:
 def _among(demand: Demand, others: Sequence[Demand]) -> bool:
     """Whether it is one of them: two demands may say the same in different places."""
     return any(demand is other for other in others)
+
+
+def _unbounded_from(space: Space, metric: Metric) -> Fraction:
+    """A metric, in its shown unit, with one response time without a bound in it is no less than twice this."""
+    dimension = metric_dimension(space, metric)
+    shown = display_unit(dimension)[1] if dimension is not None else Fraction(1)
+    return Fraction(UNBOUNDED_NS, 2 * NS_PER_S) * _least_weight(space, metric) * shown
+
+
+def _least_weight(space: Space, metric: Metric) -> Fraction:
+    """The least weight with which the response times of a metric count in it, in coherent units."""
+    if metric.kind != "derived":
+        return Fraction(1)
+    terms = [(times.value, inner) for times, inner in space.derived[metric.index or 0].terms if times.value]
+    return min(abs(times) * _least_weight(space, inner) for times, inner in terms)
 
 
 def _figures(item: Mapping[str, Any]) -> dict[str, Any]:

@@ -3,32 +3,30 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from fractions import Fraction
-from itertools import combinations
 from math import ceil
 from pathlib import Path
 
-from dse.analysis.evaluate import Evaluator
 from dse.analysis.limits import build_limit
 from dse.analysis.measures import PPM, build_measure
 from dse.analysis.patience import OutOfTime
 from dse.analysis.rates import NS_PER_S
+from dse.analysis.unbounded import unbounded_in
 from dse.analysis.views import View
-from dse.api.offering import with_offers
+from dse.api.offering import cheapest_offers, with_offers
 from dse.api.origins import origin_of
 from dse.api.problem import Changes, Problem, changed, load
-from dse.pareto.conflicts import Conflicts, Correction, find_conflicts
-from dse.pareto.feasibility import Fixed, Member, Oracle, find_design
+from dse.pareto.conflicts import Conflicts, ConflictSet, Correction, find_conflicts
+from dse.pareto.feasibility import Fixed, Member, Oracle
 from dse.pareto.relaxations import Closest, closest_limit
-from dse.results.explanation import Demand, Explanation, GiveUp, MinimalConflict, Offer, Relaxation
+from dse.results.explanation import Demand, Example, Explanation, GiveUp, MinimalConflict, Relaxation
 from dse.results.result import Clash, Conflict, decisions_of
-from dse.space.types import Design, Metric, Requirement, Rule, Space
+from dse.space.types import Design, Requirement, Rule, Space
 from dse.units import DIMENSIONLESS, Quantity, convert, format_duration, format_number
 
 MOST_CONFLICTS = 100
-MOST_COMBINATIONS = 200
 
 
 @dataclass(frozen=True)
@@ -71,7 +69,8 @@ def explain(
     offer
         further options, such as ``"computer.type += Spectra"``: which of them mends it, and at what price.
     time_limit_s
-        seconds of wall time; what was proved until then is returned, marked as not `complete`.
+        seconds of wall time; what was proved until then is returned, marked as not `complete`, and so it is after
+        Ctrl-C. What was not looked at is said.
     seed
         of the solver. The set of all conflicts and every figure are independent of it.
 
@@ -100,16 +99,19 @@ def explain_changed(problem: Problem, changes: Changes, wishes: Wishes) -> Expla
         with_offers(problem, (text,), changes)  # a mistake in an offer is told before the work
     explainer = Explainer.of(changed(problem, changes), wishes, started)
     found = explainer.explanation()
-    if wishes.offers and found.status in ("infeasible", "feasible") and found.complete:
-        offers, complete = _cheapest(problem, changes, wishes, explainer.deadline)
-        found = found.with_(offers=offers, offered=tuple(wishes.offers), complete=complete)
+    if wishes.offers and found.status in ("infeasible", "feasible"):
+        offers, complete = cheapest_offers(problem, changes, wishes.offers, wishes.seed, explainer.oracle.deadline)
+        left = () if complete else ("further offers and combinations of them",)
+        found = found.with_(offers=offers, offered=tuple(wishes.offers), left_open=(*found.left_open, *left))
+        found = found.with_(complete=found.complete and complete)
     return found.with_(wall_s=round(time.monotonic() - started, 3))
 
 
 def conflicts_of(asked: Problem, wishes: Wishes) -> tuple[tuple[Conflict, ...], tuple[Clash, ...]]:
     """The minimal conflicts of an infeasible problem as a result has them: each member with its closest limit.
 
-    Where no member alone mends the problem, also the fewest that do together.
+    Where no member alone mends the problem, also the fewest that do together. Figures for which there was no
+    time are left out.
     """
     found = Explainer.of(asked, wishes, time.monotonic()).explanation()
     alone = {(item.demand.text, item.demand.origin): item for item in found.relaxations}
@@ -118,7 +120,7 @@ def conflicts_of(asked: Problem, wishes: Wishes) -> tuple[tuple[Conflict, ...], 
         clashes = []
         for demand, _ in conflict.members:
             item = alone.get((demand.text, demand.origin))
-            clashes.append(_clash(item) if item is not None else Clash(demand.text, demand.origin))
+            clashes.append(_clash(item) if item is not None else Clash(demand.text, demand.origin, is_sought=False))
         conflicts.append(Conflict(tuple(clashes)))
     together = found.give_up.members if found.give_up and not any(item.helps for item in found.relaxations) else ()
     return tuple(conflicts), tuple(_clash(item) for item in together)
@@ -127,7 +129,16 @@ def conflicts_of(asked: Problem, wishes: Wishes) -> tuple[tuple[Conflict, ...], 
 def _clash(item: Relaxation) -> Clash:
     if item.demand.kind != "requirement":
         return Clash(item.demand.text, item.demand.origin)
-    return Clash(item.demand.text, item.demand.origin, item.unit, item.limit, item.closest, item.thread)
+    return Clash(
+        item.demand.text,
+        item.demand.origin,
+        item.unit,
+        item.limit,
+        item.closest,
+        item.thread,
+        item.unbounded,
+        item.is_sought,
+    )
 
 
 @dataclass
@@ -136,14 +147,14 @@ class Explainer:
 
     asked: Problem
     wishes: Wishes
-    deadline: float | None
     oracle: Oracle = field(repr=False)
+    left_open: list[str] = field(default_factory=list)
 
     @classmethod
     def of(cls, asked: Problem, wishes: Wishes, started: float) -> Explainer:
         """An explainer whose time limit began at `started`."""
         deadline = None if wishes.time_limit_s is None else started + wishes.time_limit_s
-        return cls(asked, wishes, deadline, Oracle(asked.space, seed=wishes.seed, deadline=deadline))
+        return cls(asked, wishes, Oracle(asked.space, seed=wishes.seed, deadline=deadline))
 
     @property
     def space(self) -> Space:
@@ -162,41 +173,80 @@ class Explainer:
             if oracle.witness(frozenset()) is None:
                 return blank.with_(status="no structure", complete=True, solver_calls=oracle.calls)
         except OutOfTime:
-            return blank.with_(solver_calls=oracle.calls)
+            return blank.with_(solver_calls=oracle.calls, left_open=("whether there is a design",))
         found = find_conflicts(oracle, every=self.wishes.every, limit=self.wishes.limit)
         return self._mended(blank.with_(status="infeasible"), found)
 
     def _mended(self, blank: Explanation, found: Conflicts) -> Explanation:
         """The conflicts with the relaxations that mend them."""
-        conflicts = tuple(
-            MinimalConflict(tuple((self.demand(n), self.decisions(item.witnesses[n])) for n in item.members))
-            for item in found.conflicts
-        )
         members = sorted({number for item in found.conflicts for number in item.members})
-        relaxations: list[Relaxation] = []
-        give_up: GiveUp | None = None
-        stopped = found.stopped
-        try:
-            relaxations += (self.relaxation(number, frozenset({number})) for number in members)
-            give_up = self._give_up(found.smallest)
-        except OutOfTime:
-            stopped = True
+        relaxations = self._relaxations(members)
+        give_up = self._give_up(found.smallest)
+        conflicts = tuple(self._conflict(item) for item in found.conflicts)
+        if found.reduced is not None:
+            self.left_open.append("whether fewer of the demands that have no design together have none either")
+        if found.stopped and self.wishes.every:
+            self.left_open.append("further conflicts")
+        if found.smallest is None and not found.limited:
+            self.left_open.append("the fewest demands that must be given up")
         return blank.with_(
             conflicts=conflicts,
             every=found.all_conflicts,
             limited=found.limited,
-            relaxations=tuple(relaxations),
+            relaxations=relaxations,
             give_up=give_up,
-            complete=not stopped,
+            complete=not self.left_open,
+            left_open=tuple(self.left_open),
+            reduced=tuple(self.demand(number) for number in sorted(found.reduced or ())),
             solver_calls=self.oracle.calls,
         )
+
+    def _conflict(self, found: ConflictSet) -> MinimalConflict:
+        """Beside each member a design that meets the others, and as much else of the question as can be added."""
+        return MinimalConflict(
+            tuple((self.demand(number), self.example(self._fullest(found, number))) for number in found.members)
+        )
+
+    def _fullest(self, found: ConflictSet, left_out: int) -> Design:
+        """A design that meets all but one member of a conflict, or at least all else of the conflict and what fits.
+
+        Rules and fixed decisions are added before requirements: a design that breaks them is of the least use.
+        """
+        oracle, best = self.oracle, found.witnesses[left_out]
+        wanted = oracle.everything - {left_out}
+        kept = frozenset(found.members) - {left_out}
+        try:
+            whole = oracle.witness(wanted)
+            if whole is not None:
+                return whole
+            for number in sorted(wanted - kept, key=lambda n: (isinstance(oracle.members[n], Requirement), n)):
+                more = best if number in oracle.met_by(best) else oracle.witness(kept | {number})
+                if more is not None:
+                    best, kept = more, kept | {number}
+        except OutOfTime:
+            pass  # what the design breaks is said, and it is only an example
+        return best
+
+    def _relaxations(self, members: Sequence[int]) -> tuple[Relaxation, ...]:
+        """What it takes of each member alone, as far as the time reaches."""
+        found: list[Relaxation] = []
+        try:
+            found += (self.relaxation(number, frozenset({number})) for number in members)
+        except OutOfTime:
+            texts = "; ".join(self.oracle.members[number].text for number in members[len(found) :])
+            self.left_open.append(f"whether one of these alone mends it, and how far it must move: {texts}")
+        return tuple(found)
 
     def _give_up(self, smallest: Correction | None) -> GiveUp | None:
         if smallest is None:
             return None
         together = frozenset(smallest.members)
-        members = tuple(self.relaxation(number, together) for number in smallest.members)
-        return GiveUp(members, self.decisions(smallest.witness))
+        try:
+            members = tuple(self.relaxation(number, together) for number in smallest.members)
+        except OutOfTime:
+            members = tuple(Relaxation(self.demand(number), True, is_sought=False) for number in smallest.members)
+            self.left_open.append("how far each of those that must be given up is from its limit")
+        return GiveUp(members, self.example(smallest.witness))
 
     def relaxation(self, number: int, given_up: frozenset[int]) -> Relaxation:
         """What it takes of member `number`, while the others of `given_up` are given up and the rest holds."""
@@ -204,20 +254,27 @@ class Explainer:
         witness = oracle.witness(oracle.everything - given_up)
         demand = self.demand(number)
         if witness is None:
-            return Relaxation(demand, False, {}, *_own_limit(self.space, member))
+            return Relaxation(demand, False, Example({}), *_own_limit(self.space, member))
         if not isinstance(member, Requirement):
-            return Relaxation(demand, True, self.decisions(witness))
-        closest = closest_limit(oracle, oracle.everything - given_up, member)
+            return Relaxation(demand, True, self.example(witness))
+        try:
+            closest = closest_limit(oracle, oracle.everything - given_up, member)
+        except OutOfTime:
+            self.left_open.append(f"how far this must move: {member.text}")
+            return Relaxation(demand, True, self.example(witness), is_sought=False)
         if closest is None:
-            return Relaxation(demand, True, self.decisions(witness), *_own_limit(self.space, member))
+            return Relaxation(demand, True, self.example(witness), *_own_limit(self.space, member))
         return self._moved(demand, member, closest)
 
     def _moved(self, demand: Demand, member: Requirement, closest: Closest) -> Relaxation:
         unit, limit = _own_limit(self.space, member)
+        example = self.example(closest.witness)
+        if unbounded := unbounded_in(self.space, member.metric, View(closest.witness)):
+            return Relaxation(demand, True, example, unit, limit, unbounded=unbounded)
         return Relaxation(
             demand=demand,
             helps=True,
-            design=self.decisions(closest.witness),
+            example=example,
             unit=unit,
             limit=limit,
             closest=closest.limit * _factor(self.space, member),
@@ -232,6 +289,11 @@ class Explainer:
         if isinstance(member, Fixed):
             return Demand("fixed decision", member.text, member.origin)
         return Demand("rule" if isinstance(member, Rule) else "requirement", member.text, member.origin)
+
+    def example(self, design: Design) -> Example:
+        """A design as it is named, with what it breaks."""
+        broken = sorted(self.oracle.everything - self.oracle.met_by(design))
+        return Example(self.decisions(design), tuple(self.demand(number) for number in broken))
 
     def decisions(self, design: Design) -> dict[str, str]:
         """The active open decisions of a design."""
@@ -273,40 +335,3 @@ def _rewritten(member: Requirement, limit: Fraction) -> str:
     written = member.limit.dimension is not None and member.limit.unit != ""
     number = convert(quantity, member.limit.unit) if written else limit
     return f"{member.metric.name} {operator} {format_number(number)} {member.limit.unit}".rstrip()
-
-
-def _cheapest(
-    problem: Problem, changes: Changes, wishes: Wishes, deadline: float | None
-) -> tuple[tuple[Offer, ...], bool]:
-    """Each offer alone, cheapest design first; where none suffices, the smallest combinations that do."""
-    combined: Iterable[tuple[str, ...]] = (
-        group for count in range(1, len(wishes.offers) + 1) for group in combinations(wishes.offers, count)
-    )
-    found: list[Offer] = []
-    for position, group in enumerate(combined):
-        mended = [offer for offer in found if offer.price is not None]
-        if mended and len(group) > len(mended[0].texts):
-            break
-        if position >= MOST_COMBINATIONS:
-            return _by_price(found), False
-        try:
-            found.append(_tried(with_offers(problem, group, changes).space, group, wishes.seed, deadline))
-        except OutOfTime:
-            return _by_price(found), False
-    return _by_price(found), True
-
-
-def _by_price(offers: list[Offer]) -> tuple[Offer, ...]:
-    """Those that mend the problem, cheapest first; then single offers that do not."""
-    kept = [offer for offer in offers if offer.price is not None or len(offer.texts) == 1]
-    return tuple(sorted(kept, key=lambda offer: (offer.price is None, offer.price or 0, offer.texts)))
-
-
-def _tried(space: Space, texts: tuple[str, ...], seed: int, deadline: float | None) -> Offer:
-    price = build_measure(space, Metric("price", "price", None, "price"))
-    demanded = replace(space, objectives=())
-    design = find_design(demanded, price, seed=seed, deadline=deadline)
-    if design is None:
-        return Offer(texts, None, price.counting_unit, {})
-    assert Evaluator(demanded).evaluate(design).is_feasible
-    return Offer(texts, price.integer(View(design)), price.counting_unit, decisions_of(space, design))

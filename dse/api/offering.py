@@ -2,19 +2,29 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
+from itertools import combinations
 from typing import Annotated, Any
 
 from pydantic import TypeAdapter, ValidationError
 
+from dse.analysis.evaluate import Evaluator
+from dse.analysis.measures import build_measure
+from dse.analysis.views import View
 from dse.api.problem import Changes, Problem, changed
 from dse.errors import ProblemError, UsageError
+from dse.pareto.feasibility import find_design
+from dse.analysis.patience import OutOfTime
+from dse.results.explanation import Offer
+from dse.results.result import decisions_of
 from dse.space.build import build_space
+from dse.space.types import Metric, Space
 from dse.spec.grammar import ExpressionError, parse_assignment
 from dse.spec.load import LoadedSpec
 from dse.spec.model import Spec
 
+MOST_COMBINATIONS = 200
 SECTIONS = {
     "processors": "processor_types",
     "buses": "bus_types",
@@ -102,3 +112,43 @@ def _value(owner: Any, field: str, value: str, text: str) -> Any:
         first = error.errors()[0]
         raise UsageError(f"offer {text!r}: {first.get('ctx', {}).get('message', first['msg'])}") from error
     return read[0]
+
+
+def cheapest_offers(
+    problem: Problem, changes: Changes, texts: Sequence[str], seed: int, deadline: float | None
+) -> tuple[tuple[Offer, ...], bool]:
+    """Each offer alone, cheapest design first; where none suffices, the smallest combinations that do.
+
+    False where the time, Ctrl-C or the number of combinations ended it before.
+    """
+    combined: Iterable[tuple[str, ...]] = (
+        group for count in range(1, len(texts) + 1) for group in combinations(texts, count)
+    )
+    found: list[Offer] = []
+    for position, group in enumerate(combined):
+        mended = [offer for offer in found if offer.price is not None]
+        if mended and len(group) > len(mended[0].texts):
+            break
+        if position >= MOST_COMBINATIONS:
+            return _by_price(found), False
+        try:
+            found.append(_tried(with_offers(problem, group, changes).space, group, seed, deadline))
+        except (OutOfTime, KeyboardInterrupt):
+            return _by_price(found), False
+    return _by_price(found), True
+
+
+def _by_price(offers: list[Offer]) -> tuple[Offer, ...]:
+    """Those that mend the problem, cheapest first; then single offers that do not."""
+    kept = [offer for offer in offers if offer.price is not None or len(offer.texts) == 1]
+    return tuple(sorted(kept, key=lambda offer: (offer.price is None, offer.price or 0, offer.texts)))
+
+
+def _tried(space: Space, texts: tuple[str, ...], seed: int, deadline: float | None) -> Offer:
+    price = build_measure(space, Metric("price", "price", None, "price"))
+    demanded = replace(space, objectives=())
+    design = find_design(demanded, price, seed=seed, deadline=deadline)
+    if design is None:
+        return Offer(texts, None, price.counting_unit, {})
+    assert Evaluator(demanded).evaluate(design).is_feasible
+    return Offer(texts, price.integer(View(design)), price.counting_unit, decisions_of(space, design))

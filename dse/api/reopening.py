@@ -138,6 +138,8 @@ def _others(
 def _conflict(item: Mapping[str, Any]) -> Conflict:
     members = []
     for clash in item["members"]:
-        figures = {name: None if clash[name] is None else Fraction(clash[name]) for name in ("limit", "closest")}
-        members.append(Clash(clash["text"], clash["origin"], clash["unit"], **figures, thread=clash["thread"] or ""))
+        limit, closest = (None if clash[name] is None else Fraction(clash[name]) for name in ("limit", "closest"))
+        more = {"unbounded": tuple(clash.get("unbounded", ())), "is_sought": clash.get("looked_for", True)}
+        thread = clash["thread"] or ""
+        members.append(Clash(clash["text"], clash["origin"], clash["unit"], limit, closest, thread, **more))
     return Conflict(tuple(members))

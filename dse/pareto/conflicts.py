@@ -11,6 +11,7 @@ correction. Because the largest unexplored set is always asked first, the first 
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 from ortools.sat.python import cp_model
@@ -41,7 +42,8 @@ class Correction:
 class Conflicts:
     """What was found: `all_conflicts` where their list is complete; `smallest` is a correction of least size.
 
-    `limited` says that the enumeration ended at its limit, `stopped` that time ran out.
+    `limited` says that the enumeration ended at its limit, `stopped` that time ran out; `reduced` is then a set that
+    has no design, and whether all of it is needed for that was not looked at.
     """
 
     conflicts: tuple[ConflictSet, ...]
@@ -49,6 +51,7 @@ class Conflicts:
     all_conflicts: bool
     limited: bool
     stopped: bool
+    reduced: frozenset[int] | None = None
 
     @property
     def smallest(self) -> Correction | None:
@@ -93,6 +96,7 @@ def find_conflicts(oracle: Oracle, *, every: bool = False, limit: int = 100) -> 
     conflicts: list[ConflictSet] = []
     corrections: list[Correction] = []
     complete = limited = stopped = False
+    reduced: frozenset[int] | None = None
     try:
         while not limited:
             seed = explored.largest()
@@ -101,7 +105,11 @@ def find_conflicts(oracle: Oracle, *, every: bool = False, limit: int = 100) -> 
                 break
             witness = oracle.witness(seed)
             if witness is None:
-                conflict = shrink(oracle, seed)
+                reduced = seed
+                for smaller in shrinking(oracle, seed):
+                    reduced = smaller
+                conflict = proved(oracle, reduced)
+                reduced = None
                 conflicts.append(conflict)
                 explored.without_conflict(frozenset(conflict.members))
                 limited = len(conflicts) >= limit
@@ -113,20 +121,25 @@ def find_conflicts(oracle: Oracle, *, every: bool = False, limit: int = 100) -> 
     except OutOfTime:
         stopped = True
     found = sorted(conflicts, key=lambda item: (len(item.members), item.members))
-    return Conflicts(tuple(found), tuple(corrections), complete, limited and not complete, stopped)
+    return Conflicts(tuple(found), tuple(corrections), complete, limited and not complete, stopped, reduced)
 
 
-def shrink(oracle: Oracle, members: frozenset[int]) -> ConflictSet:
-    """A minimal conflict inside a set that has no design: each member in turn stays out where that changes nothing.
+def shrinking(oracle: Oracle, members: frozenset[int]) -> Iterator[frozenset[int]]:
+    """Ever smaller parts of a set that has no design: each member in turn stays out where that changes nothing.
 
-    Members that come later in the problem are kept where there is a choice. The conflict is proved again, by another
-    search, before it is returned.
+    None of them has a design, and the last is minimal. Members that come later in the problem are kept where there is
+    a choice.
     """
     kept = members
     for number in sorted(members):
         rest = kept - {number}
         if oracle.witness(rest) is None:
             kept = rest
+            yield kept
+
+
+def proved(oracle: Oracle, kept: frozenset[int]) -> ConflictSet:
+    """A minimal conflict with a design for each member left out, proved again by another search."""
     witnesses = {}
     for number in sorted(kept):
         witness = oracle.witness(kept - {number})

@@ -7,7 +7,8 @@ structure of the architecture (bindings, options that are offered, acyclic dispa
 from __future__ import annotations
 
 import time
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from typing import TypeAlias
 
@@ -99,7 +100,7 @@ class Oracle:
     """Which sets of members have a design; remembers witnesses and refuted sets, so that few questions are solved.
 
     Sets are those of positions in `members`. The space is encoded once, with a switch for each member. `calls` counts
-    the questions that were solved.
+    the questions that were solved. Ctrl-C is as if the deadline had come.
     """
 
     def __init__(self, space: Space, *, seed: int = 0, deadline: float | None = None) -> None:
@@ -114,6 +115,7 @@ class Oracle:
         self._switchboard: Switchboard | None = None
         self._witnesses: dict[Design, frozenset[int]] = {}
         self._refuted: list[frozenset[int]] = []
+        self._met: dict[Design, frozenset[int]] = {}
 
     def space_of(self, kept: Iterable[int]) -> Space:
         """The space that demands only these members."""
@@ -133,8 +135,8 @@ class Oracle:
         if seed is None:
             found = self.find(kept)
         else:
-            self._spend()
-            found = find_design(self.space_of(kept), seed=seed, deadline=self.deadline)
+            with self._spent():
+                found = find_design(self.space_of(kept), seed=seed, deadline=self.deadline)
         if found is None:
             self._refuted.append(kept)
         else:
@@ -148,19 +150,30 @@ class Oracle:
         self, kept: frozenset[int], measure: Measure | None = None, further: Sequence[Limit] = ()
     ) -> Design | None:
         """A design that meets these members and further limits, or None; with `measure` one in which that is least."""
-        self._spend()
-        if self._switchboard is None:
-            self._switchboard = Switchboard(self.space)
-        return self._switchboard.find(kept, measure, further, seed=self.seed, deadline=self.deadline)
+        with self._spent():
+            if self._switchboard is None:
+                self._switchboard = Switchboard(self.space)
+            return self._switchboard.find(kept, measure, further, seed=self.seed, deadline=self.deadline)
 
-    def _spend(self) -> None:
+    @contextmanager
+    def _spent(self) -> Iterator[None]:
         """Count a question, if there is time for it."""
         if self.deadline is not None and time.monotonic() >= self.deadline:
             raise OutOfTime
         self.calls += 1
+        try:
+            yield
+        except KeyboardInterrupt:
+            self.deadline = time.monotonic()
+            raise OutOfTime from None
 
     def met_by(self, design: Design) -> frozenset[int]:
         """The members that a design meets, by the analysis alone."""
+        if design not in self._met:
+            self._met[design] = self._judged(design)
+        return self._met[design]
+
+    def _judged(self, design: Design) -> frozenset[int]:
         assert not self._structure.invalid(design), design
         view = View(design)
         verdicts = [judge(limit, view).holds for limit in self._limits]

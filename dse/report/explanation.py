@@ -2,30 +2,34 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping, Sequence
 from fractions import Fraction
 
 from rich.console import Console
 
 from dse.report.plain import basis_words
 from dse.report.words import amount_words
-from dse.results.explanation import Decisions, Demand, Explanation, GiveUp, Offer, Relaxation
+from dse.results.explanation import Demand, Example, Explanation, GiveUp, Offer, Relaxation
 from dse.results.result import Clash, Result
 from dse.results.values import readable
 
 DIGITS = 6
+MOST_DECISIONS = 24
+"""Maximum number of decisions of a design in one line."""
+MOST_REDUCED = 20
+"""Maximum number of demands that are listed of a set that may not be minimal."""
 REACHED = {"<=": "from {} on", "<": "beyond {}", ">=": "up to {}", ">": "below {}", "==": "at {}"}
 """Where a requirement leaves a design, by its operator: at the closest limit and on which side of it."""
 
 
 def print_explanation(console: Console, explanation: Explanation) -> None:
     """Conflicts, each with the designs that show it minimal; then what would mend the problem."""
-    say = _Printer(console, _differing(explanation))
+    say = _Printer(console)
     effective = explanation.problem.effective
     say.strongly(f"{explanation.problem.name} ({basis_words(effective)})")
     if explanation.status == "feasible":
         say.strongly("Feasible: there is a design that meets every requirement and rule; nothing to explain.")
-        say.line(f"For example: {say.design(explanation.design)}")
+        say.line(f"For example: {say.example(Example(explanation.design))}")
     elif explanation.status == "no structure":
         say.strongly(
             "Infeasible, proved: the structure alone has no design, whatever is required (bindings, options that the "
@@ -38,8 +42,11 @@ def print_explanation(console: Console, explanation: Explanation) -> None:
         _print_conflict_sets(say, explanation)
         _print_relaxations(say, explanation)
     _print_offers(say, explanation)
-    if explanation.status == "infeasible" and not explanation.complete:
-        say.strongly("Stopped early: there may be more to say.")
+    _print_designs(say)
+    if explanation.status != "incomplete" and explanation.left_open:
+        say.strongly("Stopped early. Not looked at:")
+        for text in explanation.left_open:
+            say.item(text)
     spent = f"{explanation.solver_calls} questions solved, {explanation.wall_s:.2f} s"
     say.line(f"{spent}; every design recomputed without the solver.")
 
@@ -70,20 +77,21 @@ def conflict_words(result: Result) -> Iterator[tuple[str, tuple[str, ...]]]:
 
 
 class _Printer:
-    """Plain lines, in which brackets are no markup; of a design only the decisions in `names` (None: all)."""
+    """Plain lines, in which brackets are no markup; designs get letters in the order in which they are named."""
 
-    def __init__(self, console: Console, names: frozenset[str] | None = None) -> None:
+    def __init__(self, console: Console) -> None:
         self.console = console
-        self.names = names
+        self.examples: list[Example] = []
 
-    def design(self, decisions: Decisions) -> str:
-        """A design in one line."""
-        texts = [
-            f"{name.removesuffix('.type')} {option}"
-            for name, option in decisions.items()
-            if self.names is None or name in self.names
-        ]
-        return ", ".join(texts) if texts else "the only design"
+    def example(self, example: Example) -> str:
+        """A design by its letter; `_print_designs` says which they are, and what they break."""
+        if example not in self.examples:
+            self.examples.append(example)
+        return f"design {_letters(self.examples.index(example))}"
+
+    def demands(self, demands: Sequence[Demand]) -> str:
+        """Requirements and rules in one line, without their places."""
+        return "; ".join(f"{'' if item.kind == 'requirement' else f'{item.kind} '}{item.text}" for item in demands)
 
     def line(self, text: str) -> None:
         self.console.print(text, markup=False)
@@ -102,10 +110,15 @@ def _print_conflict_sets(say: _Printer, explanation: Explanation) -> None:
         alone = len(conflict.members) == 1
         said = "no design meets this" if alone else f"no design meets these {len(conflict.members)} together"
         say.line(f"{title}: {said}")
-        for demand, design in conflict.members:
+        for demand, example in conflict.members:
             say.item(_demand(demand))
-            rest = "without it there are designs" if alone else "the others without it"
-            say.item(f"{rest}, e.g. {say.design(design)}", 2)
+            say.item(_without(say, demand, example, alone=alone), 2)
+    if explanation.reduced:
+        count = len(explanation.reduced)
+        shown = "" if count <= MOST_REDUCED else f", the first {MOST_REDUCED} of them"
+        say.line(f"No design meets these {count} together; fewer of them may be enough for that{shown}:")
+        for demand in explanation.reduced[:MOST_REDUCED]:
+            say.item(_demand(demand))
     if explanation.every:
         say.line("These are all minimal conflicts." if count > 1 else "There is no other minimal conflict.")
     elif explanation.limited:
@@ -133,15 +146,16 @@ def _print_give_up(say: _Printer, give_up: GiveUp, currency: str) -> None:
     )
     for item in give_up.members:
         say.item(f"{_demand(item.demand)}: {_moved(say, item, currency)}")
-    say.item(f"then e.g. {say.design(give_up.design)}")
+    say.item(f"then e.g. {say.example(give_up.example)}")
 
 
 def _moved(say: _Printer, item: Relaxation, currency: str) -> str:
     if item.closest is None or item.limit is None:
-        return f"given up, there are designs, e.g. {say.design(item.design)}"
+        named = f"given up, there are designs, e.g. {say.example(item.example)}"
+        return f"{_no_limit(item.unbounded)}; {named}" if item.unbounded else named
     closest = readable(item.closest, item.unit, currency, DIGITS)
     if item.text.startswith(f"{item.demand.text} + "):
-        return f"feasible when it may end {closest} after its deadline, e.g. {say.design(item.design)}"
+        return f"feasible when it may end {closest} after its deadline, e.g. {say.example(item.example)}"
     where = REACHED[item.operator].format(closest)
     said = []
     if item.closest != item.limit:
@@ -150,7 +164,7 @@ def _moved(say: _Printer, item: Relaxation, currency: str) -> str:
     if item.thread:
         said.append(f"{item.thread} alone needs so much of one core")
     aside = f" ({'; '.join(said)})" if said else ""
-    return f"feasible {where}{aside}, i.e. `{item.text}`, e.g. {say.design(item.design)}"
+    return f"feasible {where}{aside}, i.e. `{item.text}`, e.g. {say.example(item.example)}"
 
 
 def _print_offers(say: _Printer, explanation: Explanation) -> None:
@@ -170,7 +184,7 @@ def _offer(say: _Printer, offer: Offer, currency: str) -> str:
     if offer.price is None:
         return f"{name}: still infeasible, proved"
     price = readable(Fraction(offer.price), offer.unit, currency)
-    return f"{name}: feasible, from {price} on: {say.design(offer.design)}"
+    return f"{name}: feasible, from {price} on: {say.example(Example(offer.design))}"
 
 
 def _demand(demand: Demand) -> str:
@@ -182,24 +196,64 @@ def _origin(origin: str) -> str:
     return f" ({origin})" if origin else ""
 
 
-def _differing(explanation: Explanation) -> frozenset[str] | None:
-    """The decisions in which the designs of an explanation differ; None (all) where it shows one design only."""
-    shown = [explanation.design] if explanation.design else []
-    shown += [design for conflict in explanation.conflicts for _, design in conflict.members]
-    shown += [item.design for item in explanation.relaxations if item.helps]
-    shown += [offer.design for offer in explanation.offers if offer.price is not None]
-    if explanation.give_up is not None:
-        shown += [explanation.give_up.design, *(item.design for item in explanation.give_up.members)]
-    if len(shown) < 2:
-        return None
-    names = {name for design in shown for name in design}
-    return frozenset(name for name in names if len({design.get(name) for design in shown}) > 1)
+def _without(say: _Printer, demand: Demand, example: Example, *, alone: bool) -> str:
+    """A design without a member of a conflict, and what else it breaks."""
+    named = say.example(example)
+    if not example.besides(demand):
+        return f"everything else holds without it, e.g. in {named}"
+    if alone:
+        return f"{named} breaks it, and not this alone"
+    return f"the others here hold without it, e.g. in {named}, which breaks more than this"
+
+
+def _no_limit(threads: Sequence[str]) -> str:
+    """Why no limit of a requirement helps."""
+    times = f"response time of {threads[0]} is" if len(threads) == 1 else f"response times of {', '.join(threads)} are"
+    return f"no limit helps, for even at best the {times} unbounded"
+
+
+def _print_designs(say: _Printer) -> None:
+    """The designs that were named by letters, with all that they break: what is common to all of them once."""
+    if not say.examples:
+        return
+    designs = [example.design for example in say.examples]
+    names = list(dict.fromkeys(name for design in designs for name in design))
+    differing = [name for name in names if len({design.get(name) for design in designs}) > 1]
+    several = len(designs) > 1
+    if several:
+        say.line("The designs, by the decisions in which they differ:")
+    for number, example in enumerate(say.examples):
+        broken = say.demands(example.breaks)
+        what = f"breaks {broken}" if broken else "keeps everything that is asked"
+        shown = _decisions(example.design, differing if several else names) or "the only one that the file describes"
+        say.item(f"{_letters(number)} {what}: {shown}", int(several))
+    if several and len(differing) < len(names):
+        say.item(f"all of them: {_decisions(designs[0], [name for name in names if name not in differing])}")
+
+
+def _decisions(design: Mapping[str, str], names: Sequence[str]) -> str:
+    """Some decisions of a design, those that are active; the first of many."""
+    texts = [f"{name.removesuffix('.type')} {design[name]}" for name in names if name in design]
+    more = len(texts) - MOST_DECISIONS
+    return ", ".join(texts[:MOST_DECISIONS]) + (f" and {more} more (--json has all)" if more > 0 else "")
+
+
+def _letters(number: int) -> str:
+    """A, B, ..., Z, AA, AB, ...
+
+    >>> _letters(0), _letters(25), _letters(26), _letters(27)
+    ('A', 'Z', 'AA', 'AB')
+    """
+    head, last = divmod(number, 26)
+    return (_letters(head - 1) if head else "") + chr(ord("A") + last)
 
 
 def _clash(clash: Clash, currency: str) -> str:
     text = f"{clash.text}{_origin(clash.origin)}"
+    if clash.unbounded:
+        return f"{text}: {_no_limit(clash.unbounded)}"
     if clash.closest is None or clash.limit is None or clash.miss is None:
-        return text
+        return text if clash.is_sought else f"{text}: how far it is from its limit was not looked at"
     closest = readable(clash.closest, clash.unit, currency, DIGITS)
     if clash.text.endswith("<= its deadline"):
         return f"{text}: at best {closest} after it"

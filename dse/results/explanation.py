@@ -30,35 +30,56 @@ class Demand:
 
 
 @dataclass(frozen=True)
+class Example:
+    """A design that is named, and every demand of the question that it breaks: it meets all others."""
+
+    design: Decisions
+    breaks: tuple[Demand, ...] = ()
+
+    def besides(self, *expected: Demand) -> tuple[Demand, ...]:
+        """What it breaks beyond what is expected of it."""
+        return tuple(demand for demand in self.breaks if demand not in expected)
+
+
+@dataclass(frozen=True)
 class MinimalConflict:
     """Demands that cannot hold together; beside each, a design that meets all the others of the conflict."""
 
-    members: tuple[tuple[Demand, Decisions], ...]
+    members: tuple[tuple[Demand, Example], ...]
 
     def to_dict(self) -> dict[str, Any]:
         """For JSON."""
-        return {"members": [{**demand.to_dict(), "without_it": dict(design)} for demand, design in self.members]}
+        return {
+            "members": [
+                {**demand.to_dict(), "without_it": dict(example.design), "breaks": _texts(example.breaks)}
+                for demand, example in self.members
+            ]
+        }
 
 
 @dataclass(frozen=True)
 class Relaxation:
     """What happens when one demand alone gives, and all others hold.
 
-    `helps` says whether that leaves a design; `design` is one. For a requirement `limit` is its own and `closest` the
+    `helps` says whether that leaves a design; `example` is one. For a requirement `limit` is its own and `closest` the
     exact one nearest to it at which there is a design (beyond it, where the `operator` is strict), both in `unit`; a
-    share of a processor or a bandwidth counts in ppm. `thread` names the thread that alone needs so much of one core.
-    `text` is the requirement as it may be written then.
+    share of a processor or a bandwidth counts in ppm. `closest` is None where giving it up does not help, where the
+    response time of the threads `unbounded` has no bound even in the best design (so that no limit helps), and where
+    `is_sought` is False: the time was too short to look. `thread` names the thread that alone needs so much of one
+    core. `text` is the requirement as it may be written then.
     """
 
     demand: Demand
     helps: bool
-    design: Decisions
+    example: Example = field(default_factory=lambda: Example({}))
     unit: str = ""
     limit: Fraction | None = None
     closest: Fraction | None = None
     operator: str = ""
     thread: str = ""
     text: str = ""
+    unbounded: tuple[str, ...] = ()
+    is_sought: bool = True
 
     @property
     def beyond(self) -> bool:
@@ -79,7 +100,10 @@ class Relaxation:
             "beyond": self.beyond,
             "thread": self.thread or None,
             "requirement": self.text or None,
-            "design": dict(self.design),
+            "unbounded": list(self.unbounded),
+            "looked_for": self.is_sought,
+            "design": dict(self.example.design),
+            "breaks": _texts(self.example.breaks),
         }
 
 
@@ -88,11 +112,15 @@ class GiveUp:
     """The fewest demands without which the others leave a design; each with its limit while the rest is given up."""
 
     members: tuple[Relaxation, ...]
-    design: Decisions
+    example: Example
 
     def to_dict(self) -> dict[str, Any]:
         """For JSON."""
-        return {"members": [item.to_dict() for item in self.members], "design": dict(self.design)}
+        return {
+            "members": [item.to_dict() for item in self.members],
+            "design": dict(self.example.design),
+            "breaks": _texts(self.example.breaks),
+        }
 
 
 @dataclass(frozen=True)
@@ -116,7 +144,8 @@ class Explanation:
     `status` is ``feasible`` (`design` meets everything), ``infeasible`` (proved, and explained), ``no structure``
     (proved: even without requirements, rules and fixed decisions there is no design) or ``incomplete`` (time ran out
     before feasibility was decided). `complete` says that nothing which was asked for is missing, `every` that
-    `conflicts` are all there are.
+    `conflicts` are all there are. Where time ran out, `left_open` says in words what was not looked at, and `reduced`,
+    if not empty, are demands that have no design together (proved), fewer of which may have none either.
     """
 
     problem: Origin
@@ -131,6 +160,8 @@ class Explanation:
     offers: tuple[Offer, ...] = ()
     offered: Sequence[str] = ()
     complete: bool = True
+    left_open: tuple[str, ...] = ()
+    reduced: tuple[Demand, ...] = ()
     solver_calls: int = 0
     wall_s: float = 0.0
 
@@ -158,10 +189,12 @@ class Explanation:
             },
             "status": self.status,
             "complete": self.complete,
+            "left_open": list(self.left_open),
             "design": dict(self.design),
             "conflicts": [item.to_dict() for item in self.conflicts],
             "all_conflicts": self.every,
             "limit_reached": self.limited,
+            "impossible_together": [demand.to_dict() for demand in self.reduced],
             "relaxations": [item.to_dict() for item in self.relaxations],
             "give_up": None if self.give_up is None else self.give_up.to_dict(),
             "offered": list(self.offered),
@@ -172,3 +205,7 @@ class Explanation:
     def to_json(self) -> str:
         """`to_dict` as text; the same problem and seed give the same text but for ``search.wall_s``."""
         return json.dumps(self.to_dict(), ensure_ascii=False, indent=1) + "\n"
+
+
+def _texts(demands: Sequence[Demand]) -> list[str]:
+    return [demand.text for demand in demands]

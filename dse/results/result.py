@@ -57,7 +57,9 @@ class Clash:
     """A member of a conflict: its limit, the closest that leaves a design while all else holds, the miss, in `unit`.
 
     A rule has no figures, and none has where moving it alone does not help. A share of a processor or of a bandwidth
-    counts in ppm. `thread` names the thread that alone needs so much of one core, if that is what counts.
+    counts in ppm. `thread` names the thread that alone needs so much of one core, if that is what counts. Of a metric
+    in which the response time of the threads `unbounded` has no bound even in the best design there is no closest limit
+    either; nor is there where the time was too short to look for it (`is_sought` False).
     """
 
     text: str
@@ -66,6 +68,8 @@ class Clash:
     limit: Fraction | None = None
     closest: Fraction | None = None
     thread: str = ""
+    unbounded: tuple[str, ...] = ()
+    is_sought: bool = True
 
     @property
     def miss(self) -> Fraction | None:
@@ -76,7 +80,15 @@ class Clash:
         """For JSON: exact numbers, as text where they are no integers."""
         figures = {"limit": self.limit, "closest": self.closest, "miss": self.miss}
         shown = {name: None if value is None else exact(value) for name, value in figures.items()}
-        return {"text": self.text, "origin": self.origin, **shown, "unit": self.unit, "thread": self.thread or None}
+        return {
+            "text": self.text,
+            "origin": self.origin,
+            **shown,
+            "unit": self.unit,
+            "thread": self.thread or None,
+            **({"unbounded": list(self.unbounded)} if self.unbounded else {}),
+            **({} if self.is_sought else {"looked_for": False}),
+        }
 
 
 @dataclass(frozen=True)

@@ -56,7 +56,7 @@ def test_all_conflicts_and_the_least_to_give_up() -> None:
     ]
     (latency,) = [item for item in found.relaxations if item.helps]
     assert (latency.closest, latency.unit, latency.text) == (34_000_000, "ns", "latency of chain <= 34 ms")
-    assert latency.design == {"computer.type": "small", "control.period": "20 ms"}
+    assert latency.example.design == {"computer.type": "small", "control.period": "20 ms"}
     assert found.give_up is not None and len(found.give_up.members) == 1
     assert latency.demand.origin.startswith("two.yaml:")
 
