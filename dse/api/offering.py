@@ -11,11 +11,11 @@ from pydantic import TypeAdapter, ValidationError
 
 from dse.analysis.evaluate import Evaluator
 from dse.analysis.measures import build_measure
+from dse.analysis.patience import OutOfTime
 from dse.analysis.views import View
 from dse.api.problem import Changes, Problem, changed
 from dse.errors import ProblemError, UsageError
 from dse.pareto.feasibility import find_design
-from dse.analysis.patience import OutOfTime
 from dse.results.explanation import Offer
 from dse.results.result import decisions_of
 from dse.space.build import build_space
