@@ -19,7 +19,7 @@ from dse.analysis.scheduling import UNBOUNDED_NS
 from dse.analysis.unbounded import unbounded_in
 from dse.analysis.views import View
 from dse.api.recomputing import Bench
-from dse.results.result import exact
+from dse.results.values import exact
 from dse.space.metrics import metric_dimension
 from dse.space.types import Metric, Requirement, Rule, Space
 from dse.spec.expressions import Operator

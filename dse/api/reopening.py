@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from dse.analysis.evaluate import Evaluator
+from dse.api.contention import stated_verdicts
 from dse.api.origins import origin_of
 from dse.api.problem import Problem, baseline_design
 from dse.api.recalling import named_design
@@ -62,7 +63,7 @@ def reopen(path: str | Path, problem: str | Path | None = None) -> Result:
             _point(evaluator, item, design, infos, path) for item, design in zip(data["front"], designs, strict=True)
         )
         ranking = data["ranking"] if isinstance(data.get("ranking"), dict) else {}
-        return Result(
+        found = Result(
             problem=_origin(asked, str(data["problem"]["file"])),
             space=space,
             status=data["status"],
@@ -80,6 +81,7 @@ def reopen(path: str | Path, problem: str | Path | None = None) -> Result:
             **({"ranking": ranking["method"], "ranking_words": ranking["words"]} if ranking else {}),
             others=tuple(_others(evaluator, item, infos, path) for item in data.get("others", [])),
         )
+        return replace(found, contended=stated_verdicts(found, data, path))
     except (KeyError, TypeError, ValueError, AttributeError, ArithmeticError) as error:
         raise UsageError(f"{path}: is not a whole result: {error!r}") from error
 

@@ -8,6 +8,7 @@ from dataclasses import replace
 from fractions import Fraction
 
 from dse.analysis.evaluate import Evaluator
+from dse.api.contention import with_verdicts
 from dse.errors import UsageError
 from dse.pareto.alternatives import Finder, Neighbourhood
 from dse.pareto.crew import stop_on_interrupt
@@ -50,7 +51,8 @@ def with_others(
     if result.interrupted:
         return result
     share = None if within is None else read_share(within)
-    deadline = None if time_limit_s is None else time.monotonic() + time_limit_s
+    started = time.monotonic()
+    deadline = None if time_limit_s is None else started + time_limit_s
     evaluator = Evaluator(result.space)
     finder = Finder(evaluator, seed=seed, deadline=deadline)
     front = [point.design for point in result.front]
@@ -64,7 +66,7 @@ def with_others(
                 known = [*front, *(design for design, _ in ties.designs)]
                 near = finder.near(objectives, point.design, count, share, known)
                 found.append(_others(result, evaluator, point, near, share, len(ties.designs) + 1))
-    return replace(result, others=tuple(found))
+    return with_verdicts(replace(result, others=tuple(found)), started=started, time_limit_s=time_limit_s)
 
 
 def read_share(text: str) -> Fraction:

@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Literal
 
 from dse.analysis.evaluate import Evaluator
+from dse.api.contention import with_verdicts
 from dse.api.explaining import Wishes, conflicts_of
 from dse.api.origins import origin_of
 from dse.api.problem import Changes, Problem, baseline_design, changed, load
@@ -173,8 +174,8 @@ def solve_asked(asked: Problem, budget: Budget, watcher: Watcher, earlier: Front
         wishes = Wishes(time_limit_s=_time_to_explain(budget, started), seed=budget.seed)
         conflicts, give_up = conflicts_of(asked, wishes)
         result = replace(result, conflicts=conflicts, give_up=give_up)
-    result = replace(result, search=replace(result.search, wall_s=round(time.monotonic() - started, 3)))
-    return ranked_by(result, "ideal")
+    result = with_verdicts(ranked_by(result, "ideal"), started=started, time_limit_s=budget.time_limit_s)
+    return replace(result, search=replace(result.search, wall_s=round(time.monotonic() - started, 3)))
 
 
 def result_of(asked: Problem, evaluator: Evaluator, search: FrontSearch, budget: Budget) -> Result:

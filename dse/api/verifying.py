@@ -9,6 +9,7 @@ from typing import Any
 
 from dse.api.claims import check_claims
 from dse.api.clashes import check_conflicts
+from dse.api.contention import check_contention
 from dse.api.origins import origin_of
 from dse.api.problem import Problem, load, set_up
 from dse.api.recalling import restated
@@ -91,6 +92,7 @@ def _checked(data: Mapping[str, Any], loaded: Problem, method: Method, deadline:
         check_statements(bench, asked)
         check_front(bench)
         check_others(bench)
+        check_contention(bench, deadline)
         check_claims(bench, method, deadline)
         check_conflicts(bench, method, deadline)
     except UsageError as error:

@@ -14,6 +14,7 @@ from dse.analysis.rates import rate_hz
 from dse.analysis.views import View
 from dse.report.bars import usage_records, waterfall_records
 from dse.report.charts import front_records
+from dse.report.contention import contention_words, processing_words
 from dse.report.explanation import conflict_words
 from dse.report.missing import TITLE, missing_words
 from dse.report.plain import basis_words
@@ -28,7 +29,6 @@ from dse.report.words import (
     dominated_words,
     figures_words,
     others_words,
-    processing_words,
     proof_words,
     rank_text,
     sentences,
@@ -147,7 +147,7 @@ class Document:
             who = f"#{first.id}" if len(shared) == 1 else " and ".join(f"#{number}" for number in shared) + ", a tie"
             figures = figures_words(self.result, first.objectives)
             found.append(f"First by {self.result.ranking_words}: {who} ({figures}).")
-        found += [text for text in (tie_words(self.result), self.baseline_words) if text]
+        found += [text for text in (tie_words(self.result), contention_words(self.result), self.baseline_words) if text]
         return found
 
     @property
@@ -363,15 +363,24 @@ def _flow_table(table: FlowTable) -> Table:
 def _usage_table(usage: Usage, processor: bool) -> Table:
     unit, what = ("ppm", "thread") if processor else ("B/s", "connection")
     of = f"of {readable(usage.capacity, unit)}" if usage.capacity else ""
-    rows = [(who, readable(share, unit, digits=4), _share(share, usage)) for who, share in usage.shares.items()]
-    rows.append((f"total {of}".strip(), readable(usage.total, unit, digits=4), _share(usage.total, usage)))
+    rows = [
+        (who, readable(share, unit, digits=4), _share(share, usage), *_core(usage, who))
+        for who, share in usage.shares.items()
+    ]
+    total = (f"total {of}".strip(), readable(usage.total, unit, digits=4), _share(usage.total, usage))
+    rows.append((*total, *_core(usage, "")))
     caption = f"{'Processor' if processor else 'Bus'} {usage.name} ({usage.type})"
-    value = "of one core" if processor else "load"
+    headings = (what, "of one core" if processor else "load", "of the capacity", *(("core",) if usage.cores else ()))
     if usage.busy is not None and usage.busy_total is not None:
         busy = [usage.busy.get(who, Fraction(0)) for who in usage.shares]
-        timed = [(*row, readable(time, "ppm")) for row, time in zip(rows, [*busy, usage.busy_total], strict=True)]
-        return Table(caption, (what, value, "of the capacity", "busy"), tuple(timed), (1, 2, 3), total=True)
-    return Table(caption, (what, value, "of the capacity"), tuple(rows), (1, 2), total=True)
+        rows = [(*row, readable(time, "ppm")) for row, time in zip(rows, [*busy, usage.busy_total], strict=True)]
+        headings = (*headings, "busy")
+    return Table(caption, headings, tuple(rows), (1, 2, 3)[: len(headings) - 1], total=True)
+
+
+def _core(usage: Usage, who: str) -> tuple[str, ...]:
+    """The cell of a thread's core, where there is such a column."""
+    return (str(usage.cores.get(who, "")),) if usage.cores else ()
 
 
 def _share(share: Fraction, usage: Usage) -> str:

@@ -6,12 +6,13 @@ of one problem differ in a few lines.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from fractions import Fraction
 from html import escape
 from itertools import pairwise
 
 from dse.analysis.binding import bus_stack
+from dse.analysis.contention import cores_of
 from dse.analysis.rates import rate_hz
 from dse.analysis.views import View
 from dse.report.layout import Layout, layered
@@ -71,7 +72,7 @@ class Drafter:
 
     def lines(self, design: Design) -> Iterator[str]:
         """The drawing, an element to a line; colours are CSS variables, classes those of `STYLE`."""
-        view = View(design)
+        view, cores = View(design), cores_of(self.space, design)
         title = escape(f"Architecture of {self.space.name}: components, connections and bindings")
         style = f"style='max-width: {self.width:.0f}px'"
         size = f"viewBox='0 0 {self.width:.0f} {self.height:.0f}' width='{self.width:.0f}' height='{self.height:.0f}'"
@@ -80,7 +81,7 @@ class Drafter:
         for (number, _, _), route in zip(self.wires, self.layout.routes, strict=True):
             yield self._edge(number, route, view)
         for number, component in enumerate(self.space.components):
-            yield from self._node(number, component, view)
+            yield from self._node(number, component, view, cores)
         for position, slot in enumerate([*self.space.processors, *self.space.buses]):
             yield from self._slot(position, slot, view)
         yield "</svg>"
@@ -106,7 +107,7 @@ class Drafter:
         position = len(self.space.processors) + bus
         return f"b{position % HUES}" + (" again" if position >= HUES else "")
 
-    def _node(self, number: int, component: Component, view: View) -> Iterator[str]:
+    def _node(self, number: int, component: Component, view: View, cores: Mapping[int, int]) -> Iterator[str]:
         column, layer = self.layout.place[number]
         x, y = MARGIN + column * STEP_X + (STEP_X - BOX_W) / 2, MARGIN + layer * STEP_Y
         processor = at(component.processor, view)
@@ -121,6 +122,8 @@ class Drafter:
         yield f"<text class='name' x='11' y='16'>{escape(shortened(component.name, NAME_LENGTH))}</text>"
         yield f"<text class='small' x='11' y='30'>{escape(self._activation(number, component, view))}</text>"
         runs = f"on {self.space.processors[processor].name}" if processor is not None else component.category
+        if number in cores:
+            runs = f"{shortened(runs, 20)}, core {cores[number]}"
         yield f"<text class='small' x='11' y='43'>{escape(shortened(runs, 28))}</text></g>"
 
     def _activation(self, number: int, component: Component, view: View) -> str:

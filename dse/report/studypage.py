@@ -6,6 +6,7 @@ import re
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
+from dse.report.contention import processing_words
 from dse.report.drawing import STYLE
 from dse.report.figures import png_of, svg_of
 from dse.report.html import POLICY, asset, environment, hashes, libraries, packed_json
@@ -14,7 +15,7 @@ from dse.report.parts import numbered, study_specs
 from dse.report.plain import basis_words
 from dse.report.sections import sections_of
 from dse.report.theme import DARK, LIGHT, css_variables
-from dse.report.words import GAPS, REDUCED, processing_words
+from dse.report.words import GAPS, REDUCED
 from dse.report.writing import SUFFIXES
 from dse.space.settings import SETTINGS
 

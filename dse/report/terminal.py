@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from rich.console import Console
 from rich.table import Table
 
+from dse.report.contention import contention_words, processing_words
 from dse.report.explanation import print_conflicts
 from dse.report.missing import TITLE, missing_words
 from dse.report.plain import basis_words, print_hanging
@@ -23,7 +24,6 @@ from dse.report.words import (
     figures_words,
     hidden_words,
     others_words,
-    processing_words,
     proof_words,
     rank_text,
     rounding_words,
@@ -80,6 +80,10 @@ def print_result(console: Console, result: Result, top: int | None = TOP) -> Non
     )
     if rounding := rounding_words(result):
         console.print(rounding, markup=False)
+    if contention := contention_words(result):
+        console.print(contention, markup=False)
+    elif result.front:
+        console.print(processing_words(settings_of(result.space)), markup=False)
     console.print(REDUCED, markup=False)
 
 
@@ -256,12 +260,19 @@ def _processor_table(console: Console, usage: Usage) -> Table:
     table = _table(console, _plain(f"Processor {usage.name} ({usage.type})"))
     table.add_column("thread")
     table.add_column("utilisation of one core", justify="right")
+    if usage.cores:
+        table.add_column("core", justify="right")
     for name, share in usage.shares.items():
-        table.add_row(_plain(name), readable(share, "ppm", digits=4))
+        table.add_row(_plain(name), readable(share, "ppm", digits=4), *_core(usage, name))
     table.add_section()
     total = readable(usage.total, "ppm", digits=4)
     table.add_row("total", total if usage.capacity is None else f"{total} of {readable(usage.capacity, 'ppm')}")
     return table
+
+
+def _core(usage: Usage, name: str) -> tuple[str, ...]:
+    """The cell of a thread's core, where there is such a column."""
+    return (str(usage.cores[name]) if name in usage.cores else "",) if usage.cores else ()
 
 
 def _bus_table(console: Console, usage: Usage) -> Table:

@@ -8,6 +8,7 @@ from fractions import Fraction
 
 from rich.cells import cell_len, set_cell_size
 
+from dse.report.contention import contended_words, cores_origin, placed_words
 from dse.results.changes import Change, Delta
 from dse.results.reasons import Comparison, Dominant, Improvement, Margin, Reasoner, Reasons
 from dse.results.result import Others, Point, Result, Sibling
@@ -19,16 +20,6 @@ REDUCED = (
     "Latencies are reduced reaction times: a flow starts at its first component, without that component's own period."
 )
 PPM = 10**6
-PROCESSING = {
-    "execution_time": "CPU contention is not in the latencies: each thread counts its execution time, as if alone on "
-    "its core (--processing response-time counts what it waits for).",
-    "response_time": "CPU contention is in the latencies: each thread counts its response time under fixed priorities, "
-    "on the core that is stated, else on the one that first-fit gives.",
-}
-"""What the processing of a thread counts in a latency, by the setting `processing`."""
-UNCOUNTED = (
-    "CPU contention is not in the latencies: this profile counts no response times, but execution times and deadlines."
-)
 MOST_VARIANTS = 6
 """Maximum number of near-identical designs that are told one by one."""
 NEARNESS = f"no objective more than {readable(NEAR * PPM, 'ppm')} of its range away"
@@ -36,11 +27,6 @@ GAPS = (
     "The sum of periods over-estimates when sender and receiver are harmonic and synchronised.",
     "A measured maximum is a sample maximum, not a bound.",
 )
-
-
-def processing_words(settings: Mapping[str, str]) -> str:
-    """Whether contention for the CPU is in the latencies, from the settings by name."""
-    return UNCOUNTED if settings["profile"] == "osate-2.2" else PROCESSING[settings["processing"]]
 
 
 @dataclass(frozen=True)
@@ -72,6 +58,11 @@ def sentences(result: Result, reasons: Reasons) -> list[Sentence]:
         found.append(Sentence(f"Tightest requirement{'s' if len(tightest) > 1 else ''}", said))
     for dominant in reasons.dominants:
         found.append(Sentence(f"Largest part of the {dominant.of} of {dominant.flow}", dominant_words(dominant)))
+    if placed := placed_words(result.space, reasons.point.design):
+        found.append(Sentence(f"Cores{cores_origin(result.space)}", ". ".join(placed) + "."))
+    if result.leaves_out_contention:
+        said = contended_words(result.contended.get(str(reasons.point.id)), currency)
+        found.append(Sentence("With response times", said))
     for improvement in reasons.improvements:
         found.append(Sentence(f"To better {improvement.objective}", improvement_words(improvement, result)))
     return found

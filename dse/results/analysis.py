@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 from dse.analysis.latency import Row
 from dse.analysis.limits import Verdict
 from dse.analysis.scheduling import Response
-from dse.results.result import exact
+from dse.results.values import exact
 from dse.space.settings import settings_of
 from dse.space.types import EMPTY, Design, Space
 from dse.units import Exact, whole
@@ -51,6 +51,7 @@ class Usage:
 
     `busy` has the busy time of a physical bus by connection, in ppm; None where it is not computable, which
     `no_busy` explains, and for what has none.
+    `cores` has the core, from 1, of each of those who use a processor with several.
     """
 
     name: str
@@ -59,6 +60,7 @@ class Usage:
     capacity: Fraction | None
     busy: Mapping[str, Fraction] | None = None
     no_busy: str = ""
+    cores: Mapping[str, int] = field(default_factory=dict)
 
     @property
     def total(self) -> Fraction:
@@ -188,6 +190,7 @@ def _usage(usage: Usage, unit: str) -> dict[str, Any]:
         "shares": {name: exact(value) for name, value in usage.shares.items()},
         "total": exact(usage.total),
         "capacity": None if usage.capacity is None else exact(usage.capacity),
+        **({"cores": dict(usage.cores)} if usage.cores else {}),
     }
 
 

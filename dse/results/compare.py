@@ -8,7 +8,8 @@ from fractions import Fraction
 from typing import Any
 
 from dse.results.analysis import Analysis
-from dse.results.result import ObjectiveInfo, Point, Result, exact
+from dse.results.result import ObjectiveInfo, Point, Result
+from dse.results.values import exact
 from dse.space.settings import SETTINGS
 
 FORMAT = "dse-comparison/1"

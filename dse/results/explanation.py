@@ -9,7 +9,8 @@ from fractions import Fraction
 from typing import Any, Literal
 
 from dse.errors import EXIT_COMPLETE, EXIT_INCOMPLETE, EXIT_INFEASIBLE
-from dse.results.result import Origin, exact
+from dse.results.result import Origin
+from dse.results.values import exact
 
 FORMAT = "dse-explanation/1"
 

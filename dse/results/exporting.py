@@ -4,17 +4,20 @@ from __future__ import annotations
 
 import os
 import re
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
 import yaml
 
+from dse.analysis.contention import core_by, cores_of
+from dse.analysis.views import View
 from dse.errors import ProblemError
 from dse.results.editing import Draft, flow_mapping, yaml_text
 from dse.results.result import Result
 from dse.space.questions import QuestionError, read_value
 from dse.space.settings import SETTINGS, default_deadlines
+from dse.space.trees import at
 from dse.space.types import EMPTY, Decision, Design, Metric, Requirement, Space
 from dse.units import UnitError
 
@@ -41,7 +44,28 @@ def fixed_problem(text: str, result: Result, design: Design, title: str, folder:
     _question(draft, result)
     _rules(draft, space, rest, design)
     _baseline(draft, space, design)
-    return f"# {_line(title)}\n{draft.result()}"
+    return "".join(f"# {_line(line)}\n" for line in (title, *_cores(space, design))) + draft.result()
+
+
+def _cores(space: Space, design: Design) -> Iterator[str]:
+    """The cores that first-fit gives, as remarks: stated they would no longer follow when something else is changed."""
+    view = View(design)
+    chosen = {
+        number: core
+        for number, core in cores_of(space, design).items()
+        if core_by(space, space.components[number], view) == "first-fit"
+    }
+    if chosen:
+        yield "Cores by first-fit, on which response times count (write `core: N` at a thread to pin it):"
+    for processor, slot in enumerate(space.processors):
+        for core in sorted(set(chosen.values())):
+            names = [
+                space.components[number].name
+                for number, its in chosen.items()
+                if its == core and at(space.components[number].processor, view) == processor
+            ]
+            if names:
+                yield f"  {slot.name}, core {core}: {', '.join(names)}"
 
 
 def without(text: str, error: ProblemError) -> str | None:

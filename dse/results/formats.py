@@ -6,6 +6,7 @@ import io
 import re
 from collections.abc import Iterator
 
+from dse.analysis.contention import core_by, cores_of
 from dse.analysis.rates import rate_hz
 from dse.analysis.views import View
 from dse.results.editing import yaml_text
@@ -18,13 +19,14 @@ def ros2_parameters(space: Space, design: Design, title: str) -> str:
     """A ROS 2 parameter file: a node per process (or per thread without one), with rates and periods of threads.
 
     Node and parameter names become what ROS allows; where that changes one, the original is in a comment. Rates are
-    those of activation, in Hz.
+    those of activation, in Hz. On a processor with several cores ``cpu_affinity`` holds the CPU to pin a thread to,
+    counted from 0 as operating systems do: response times hold on these cores only. ROS itself does not look at it.
     """
     return "\n".join([f"# {_line(title)}", *_nodes(space, design)]) + "\n"
 
 
 def _nodes(space: Space, design: Design) -> Iterator[str]:
-    view = View(design)
+    view, cores = View(design), cores_of(space, design)
     nodes: dict[str, list[int]] = {}
     for number, component in enumerate(space.components):
         if component.section == "threads":
@@ -41,11 +43,12 @@ def _nodes(space: Space, design: Design) -> Iterator[str]:
                 local = component.name.removeprefix(f"{name}.")
                 yield f"{indent}{_unique(local, inside)}:{_original(local)}"
                 indent += "  "
-            for line in _parameters(space, number, view):
+            for line in _parameters(space, number, view, cores.get(number)):
                 yield indent + line
 
 
-def _parameters(space: Space, number: int, view: View) -> Iterator[str]:
+def _parameters(space: Space, number: int, view: View, core: int | None) -> Iterator[str]:
+    """Protocol, period, rate and place of a thread; `core` is where it is to be pinned, where there are several."""
     component = space.components[number]
     period, rate = at(component.period_ns, view), rate_hz(space, ("activation", number), view)
     protocol = at(component.protocol, view) or ("aperiodic" if period is None else "periodic")
@@ -54,8 +57,13 @@ def _parameters(space: Space, number: int, view: View) -> Iterator[str]:
         yield f"period_s: {_float(period / 10**9)}"
     yield f"rate_hz: {_float(float(rate))}"
     processor = at(component.processor, view)
-    if processor is not None:
-        yield f"# runs on {_line(space.processors[processor].name)}"
+    if processor is None:
+        return
+    name = _line(space.processors[processor].name)
+    if core is None:
+        yield f"# runs on {name}"
+        return
+    yield f"cpu_affinity: [{core - 1}]  # runs on {name}, core {core}, {core_by(space, component, view)}"
 
 
 def _float(value: float) -> str:
@@ -103,7 +111,9 @@ def graphviz(space: Space, design: Design) -> str:
             label = f"{key}\n{path}" if path else key
             lines.append(f"  {ends} [label={_dot(label)}];")
         else:
-            lines.append(f"  {ends} [label={_dot(facts['kind'])}, style=dashed, arrowhead=none];")
+            core = graph.nodes[source].get("core")
+            label = f"{facts['kind']}\ncore {core}" if core is not None else facts["kind"]
+            lines.append(f"  {ends} [label={_dot(label)}, style=dashed, arrowhead=none];")
     return "\n".join([*lines, "}"]) + "\n"
 
 

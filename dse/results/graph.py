@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from dse.analysis.binding import bus_stack
+from dse.analysis.contention import core_by, cores_of
 from dse.analysis.views import View
 from dse.space.trees import at
 from dse.space.types import EMPTY, Design, Space
@@ -21,7 +22,8 @@ def architecture_graph(space: Space, design: Design) -> networkx.MultiDiGraph[st
     """Threads, devices, processors and buses as nodes; connections and bindings as edges.
 
     Nodes have `kind` (``thread``, ``device``, ``abstract``, ``processor``, ``bus``) and, where they apply, `type`,
-    `dispatch_protocol`, `period_ns`, `process`. Edges have `kind`: ``connection`` (key: its name; `buses`,
+    `dispatch_protocol`, `period_ns`, `process`, and on a processor with several cores `core` (from 1) and `core_by`
+    (``stated``, ``decided`` or ``first-fit``). Edges have `kind`: ``connection`` (key: its name; `buses`,
     `size_bytes`), ``runs on`` (thread to processor), ``carried by`` (virtual bus to bus). What else was decided of a
     component, slot or connection stands there by the name of its field, as text. Empty slots are left out.
     """
@@ -35,13 +37,16 @@ def architecture_graph(space: Space, design: Design) -> networkx.MultiDiGraph[st
             chosen = slot.types[view[slot.type_decision]]
             if chosen != EMPTY:
                 graph.add_node(slot.name, kind=kind, type=chosen, **decided.get(slot.name, {}))
-    for component in space.components:
+    cores = cores_of(space, design)
+    for number, component in enumerate(space.components):
         facts = {
             "dispatch_protocol": at(component.protocol, view),
             "period_ns": at(component.period_ns, view),
             "process": at(component.process, view),
             "type": _type(space, component.name, view),
             **decided.get(component.name, {}),
+            "core": cores.get(number),
+            "core_by": core_by(space, component, view) if number in cores else None,
         }
         graph.add_node(component.name, kind=component.category, **{k: v for k, v in facts.items() if v is not None})
         processor = at(component.processor, view)

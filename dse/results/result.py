@@ -6,16 +6,18 @@ import csv
 import io
 import json
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from fractions import Fraction
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, Literal
 
+from dse.analysis.contention import cores_of, with_contention
 from dse.errors import EXIT_COMPLETE, EXIT_INCOMPLETE, EXIT_INFEASIBLE
+from dse.results.contention import Contended, contention_dict
 from dse.results.ranking import METHOD, competition_ranks, ideal_distances
+from dse.results.values import exact
 from dse.results.variants import find_variants
 from dse.space.types import Design, Space
-from dse.units import Exact
 
 if TYPE_CHECKING:
     import pandas
@@ -179,6 +181,8 @@ class Result:
     do together, each with its closest limit when the others are given up; `rounded` names the figures that are rounded
     up, to the unit in which they count. Regions are exclusive bounds by objective; `potential` is the best value of
     each objective that may still be unexplored. `interrupted` says that Ctrl-C ended the search: nothing is added then.
+    `contended` says by id what each design keeps when response times count, where the question leaves them out
+    (`dse.analysis.contention`); designs that are missing there were not checked.
     """
 
     problem: Origin
@@ -199,11 +203,17 @@ class Result:
     give_up: tuple[Clash, ...] = ()
     rounded: tuple[str, ...] = ()
     interrupted: bool = False
+    contended: Mapping[str, Contended] = field(default_factory=dict)
 
     @property
     def exit_code(self) -> int:
         """What the command line answers with."""
         return {"complete": EXIT_COMPLETE, "incomplete": EXIT_INCOMPLETE, "infeasible": EXIT_INFEASIBLE}[self.status]
+
+    @property
+    def leaves_out_contention(self) -> bool:
+        """Whether what designs keep with contention is something else than what they were searched for."""
+        return with_contention(self.space) is not None
 
     @cached_property
     def variants(self) -> Mapping[int, int]:
@@ -244,6 +254,7 @@ class Result:
                     "decisions": dict(point.decisions),
                     **({} if point.is_first else {"is_first": False}),
                     **({"variant_of": self.variants[point.id]} if point.id in self.variants else {}),
+                    **self._design_dict(str(point.id), point.design),
                 }
                 for point in self.front
             ],
@@ -252,9 +263,23 @@ class Result:
             "potential": dict(self.potential),
             "conflicts": [{"members": [clash.to_dict() for clash in item.members]} for item in self.conflicts],
             **({"give_up": [clash.to_dict() for clash in self.give_up]} if self.give_up else {}),
-            "others": [item.to_dict() for item in self.others],
+            "others": [self._others_dict(item) for item in self.others],
             "search": vars(self.search),
         }
+
+    def _others_dict(self, others: Others) -> dict[str, Any]:
+        found = others.to_dict()
+        for item, sibling in zip(found["designs"], others.designs, strict=True):
+            item |= self._design_dict(sibling.id, sibling.design)
+        return found
+
+    def _design_dict(self, number: str, design: Design) -> dict[str, Any]:
+        """The core of each thread that has several to choose from, and what the design keeps with contention."""
+        cores = {self.space.components[thread].name: core for thread, core in cores_of(self.space, design).items()}
+        found: dict[str, Any] = {"cores": cores} if cores else {}
+        if self.leaves_out_contention:
+            found["contention"] = contention_dict(self.contended, number)
+        return found
 
     def to_json(self) -> str:
         """`to_dict` as text; the same problem gives the same text but for ``search``, which tells of the run."""
@@ -306,11 +331,6 @@ class Result:
 
 def _cell(value: Any) -> Any:
     return f"'{value}" if isinstance(value, str) and value[:1] in FORMULA else value
-
-
-def exact(value: Exact) -> int | str:
-    """An integer, or a fraction as text."""
-    return int(value) if value.denominator == 1 else f"{value.numerator}/{value.denominator}"
 
 
 def decisions_of(space: Space, design: Design) -> dict[str, str]:

@@ -11,7 +11,8 @@ from dataclasses import dataclass
 from fractions import Fraction
 from typing import Any
 
-from dse.results.result import Point, Result, exact
+from dse.results.result import Point, Result
+from dse.results.values import exact
 
 
 @dataclass(frozen=True)

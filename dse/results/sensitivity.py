@@ -11,7 +11,7 @@ from fractions import Fraction
 from typing import TYPE_CHECKING, Any
 
 from dse.errors import EXIT_COMPLETE, EXIT_INFEASIBLE
-from dse.results.result import exact
+from dse.results.values import exact
 
 if TYPE_CHECKING:
     import pandas

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from fractions import Fraction
 from typing import TYPE_CHECKING, Any
 
-from dse.results.result import exact
+from dse.results.values import exact
 from dse.space.settings import settings_of
 from dse.space.types import Design, Space
 from dse.units import Exact

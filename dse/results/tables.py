@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from fractions import Fraction
 
+from dse.analysis.contention import cores_of
 from dse.analysis.evaluate import Evaluator
 from dse.analysis.latency import flow_rows
 from dse.analysis.remarks import design_remarks
@@ -32,9 +33,10 @@ def analyse_design(evaluator: Evaluator, design: Design, *, response_times: bool
         return Analysis(space, design, shown, (), (), (), {}, {}, (), breaches=evaluation.breaches)
     view = View(evaluation.design)
     flows = tuple(FlowTable(flow.name, flow_rows(space, flow, view)) for flow in space.flows)
+    cores = {space.components[thread].name: core for thread, core in cores_of(space, evaluation.design).items()}
     processors = tuple(
-        _usage(slot, utilisation_terms(space, number), view, PPM * Fraction(at(slot.cores, view)))
-        for number, slot in enumerate(space.processors)
+        _placed(_usage(slot, terms, view, PPM * Fraction(at(slot.cores, view))), terms, cores)
+        for slot, terms in ((slot, utilisation_terms(space, number)) for number, slot in enumerate(space.processors))
     )
     buses = tuple(_bus_usage(space, number, view) for number in range(len(space.buses)))
     return Analysis(
@@ -86,6 +88,13 @@ def _bus_usage(space: Space, number: int, view: View) -> Usage:
         return replace(usage, no_busy=obstacle)
     times = {term.label: term.value(view) for term in busy_terms(space, number)}
     return replace(usage, busy={label: value for label, value in times.items() if value})
+
+
+def _placed(usage: Usage, terms: tuple[Term, ...], cores: Mapping[str, int]) -> Usage:
+    """With the core of each of those who use the processor."""
+    threads = {term.label: term.component for term in terms}
+    placed = {label: cores[threads[label]] for label in usage.shares if threads[label] in cores}
+    return replace(usage, cores=placed)
 
 
 def _warnings(

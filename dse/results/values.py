@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from fractions import Fraction
 
+from dse.units import Exact
+
 READABLE: dict[str, tuple[tuple[str, Fraction], ...]] = {
     "ns": (("s", Fraction(10**9)), ("ms", Fraction(10**6)), ("us", Fraction(1000)), ("ns", Fraction(1))),
     "nm": (("m", Fraction(10**9)), ("cm", Fraction(10**7)), ("mm", Fraction(10**6)), ("nm", Fraction(1))),
@@ -13,6 +15,11 @@ READABLE: dict[str, tuple[tuple[str, Fraction], ...]] = {
 }
 MOST_DIGITS = 9
 PREFERRED = {"ns": "ms", "nm": "cm", "ppm": "%", "mW": "W", "B/s": "KB/s"}
+
+
+def exact(value: Exact) -> int | str:
+    """An integer, or a fraction as text."""
+    return int(value) if value.denominator == 1 else f"{value.numerator}/{value.denominator}"
 
 
 def readable(value: Fraction | int, unit: str, currency: str = "EUR", digits: int = 3) -> str:
@@ -47,11 +54,11 @@ def counted(value: Fraction | int, unit: str, currency: str = "EUR", digits: int
     ('33.333 %', '0.00004 ms')
     """
     scale, _, base = unit.rpartition(" ") if unit.startswith("1/") else ("", "", unit)
-    exact = Fraction(value) / int(scale.removeprefix("1/")) if scale else Fraction(value)
+    amount = Fraction(value) / int(scale.removeprefix("1/")) if scale else Fraction(value)
     factor, _ = display_unit(base)
-    while exact and digits < MOST_DIGITS and not round(exact / factor, digits):
+    while amount and digits < MOST_DIGITS and not round(amount / factor, digits):
         digits += 1
-    return readable(exact, base, currency, digits)
+    return readable(amount, base, currency, digits)
 
 
 def _rounded(value: Fraction, digits: int, keep: bool = False) -> str:

@@ -211,6 +211,7 @@ def test_rates_are_those_of_the_analysis() -> None:
         "dispatch_protocol": "periodic",
         "period_s": 0.004,
         "rate_hz": 250.0,
+        "cpu_affinity": [0],
     }
     assert parameters["gnss_provider"]["ros__parameters"]["rate_hz"] == 20.0
 

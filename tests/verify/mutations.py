@@ -7,7 +7,9 @@ import random
 from collections.abc import Iterator
 from typing import Any
 
+from dse.analysis.contention import ContentionReferee, cores_of, with_contention
 from dse.analysis.evaluate import Evaluator
+from dse.api.contention import judge
 from dse.api.problem import Problem
 from dse.results.ranking import rank
 from dse.results.result import decisions_of, ranked
@@ -129,11 +131,46 @@ def designs_swapped(data: Data, space: Space, rng: random.Random) -> Iterator[Mu
 def listed(evaluator: Evaluator, design: Design) -> Data:
     evaluation = evaluator.evaluate(tuple(max(option, 0) for option in design))
     names = [measure.metric.name for measure in evaluator.objectives]
+    space = evaluator.space
+    cores = {space.components[thread].name: core for thread, core in cores_of(space, evaluation.design).items()}
+    counted = with_contention(space)
+    judged = {} if counted is None else judge(ContentionReferee(counted), evaluation.design).to_dict()
     return {
         "objectives": dict(zip(names, evaluation.objectives, strict=True)),
         "metrics": evaluator.metric_values(evaluation.design),
-        "decisions": decisions_of(evaluator.space, evaluation.design),
+        "decisions": decisions_of(space, evaluation.design),
+        **({"cores": cores} if cores else {}),
+        **({"contention": judged} if judged else {}),
     }
+
+
+def contention_changed(data: Data, space: Space, rng: random.Random) -> Iterator[Mutation]:
+    """Another core, and another word on what a design keeps when response times count."""
+    for at, point in enumerate(data["front"]):
+        for thread, core in point.get("cores", {}).items():
+            changed = copy.deepcopy(data)
+            changed["front"][at]["cores"][thread] = core % 4 + 1
+            yield f"front[{at}].cores[{thread}] changed", changed
+        if "cores" in point:
+            changed = copy.deepcopy(data)
+            del changed["front"][at]["cores"]
+            yield f"front[{at}].cores missing", changed
+        if "contention" not in point:
+            continue
+        other = {"kept": "broken", "broken": "kept"}[point["contention"]["status"]]
+        changed = copy.deepcopy(data)
+        changed["front"][at]["contention"]["status"] = other
+        yield f"front[{at}].contention is {other}", changed
+        changed = copy.deepcopy(data)
+        del changed["front"][at]["contention"]
+        yield f"front[{at}].contention missing", changed
+        for position, item in enumerate(point["contention"]["broken"]):
+            changed = copy.deepcopy(data)
+            del changed["front"][at]["contention"]["broken"][position]
+            yield f"front[{at}].contention.broken[{position}] missing", changed
+            changed = copy.deepcopy(data)
+            changed["front"][at]["contention"]["broken"][position]["value"] = 1 if item["value"] is None else None
+            yield f"front[{at}].contention.broken[{position}].value changed", changed
 
 
 def regions_changed(data: Data, space: Space, rng: random.Random) -> Iterator[Mutation]:
@@ -221,6 +258,7 @@ KINDS = (
     labels_changed,
     decisions_altered,
     designs_swapped,
+    contention_changed,
     regions_changed,
     regions_invented,
     statements_changed,

@@ -1,0 +1,86 @@
+"""What a design keeps when threads wait for each other, told of fronts whose search does not count that.
+
+docs/semantics.md, section 4.4. The cores are those of the design: stated, decided, else as first-fit gives them
+(`dse.analysis.scheduling.core_of_each`).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+from dse.analysis.evaluate import Evaluator
+from dse.analysis.latency import counts_responses
+from dse.analysis.limits import Verdict
+from dse.analysis.scheduling import core_of_each
+from dse.analysis.unbounded import unbounded_in
+from dse.analysis.views import View
+from dse.space.settings import told_deadlines
+from dse.space.trees import at
+from dse.space.types import EMPTY, Component, Design, Space
+
+
+@dataclass(frozen=True)
+class Miss:
+    """A requirement that a design breaks, and the threads in it whose response time has no bound, if there are any."""
+
+    verdict: Verdict
+    unbounded: tuple[str, ...]
+
+
+def is_left_out(space: Space) -> bool:
+    """Whether latencies leave contention out although a profile that knows it applies, and threads share processors."""
+    knows = counts_responses(replace(space, processing="response_time"))
+    return knows and not counts_responses(space) and any(item.processor is not None for item in space.components)
+
+
+def with_contention(space: Space) -> Space | None:
+    """The question with response times counted in latencies, and all deadlines that count among the requirements.
+
+    None where that is what is asked anyway.
+    """
+    told = told_deadlines(space)
+    if not told and not is_left_out(space):
+        return None
+    return replace(space, processing="response_time", requirements=(*space.requirements, *told))
+
+
+class ContentionReferee:
+    """Judges designs by the question with contention."""
+
+    def __init__(self, counted: Space) -> None:
+        """Judge by `counted`, which `with_contention` gives."""
+        self.space = counted
+        self._evaluator = Evaluator(counted, ())
+
+    def misses(self, design: Design) -> tuple[Miss, ...]:
+        """The requirements that a valid design breaks, in their order.
+
+        Raises
+        ------
+        OutOfTime
+            when a limit of time (`dse.analysis.patience.until`) is up.
+        """
+        view = View(design)
+        return tuple(
+            Miss(verdict, unbounded_in(self.space, verdict.requirement.metric, view))
+            for verdict in self._evaluator.evaluate(design).verdicts
+            if not verdict.holds
+        )
+
+
+def core_by(space: Space, component: Component, view: View) -> str:
+    """Whose choice a thread's core is: ``stated`` in the file, ``decided`` as a decision is, or ``first-fit``."""
+    if at(component.core, view) is None:
+        return "first-fit"
+    decision = space.decision_index(f"{component.name}.core")
+    return "stated" if decision is None or not space.decisions[decision].is_open else "decided"
+
+
+def cores_of(space: Space, design: Design) -> dict[int, int]:
+    """The core, from 1, of each thread that runs on a processor with several, by the thread's number."""
+    view = View(design)
+    found: dict[int, int] = {}
+    for number, slot in enumerate(space.processors):
+        if slot.types[view[slot.type_decision]] != EMPTY and at(slot.cores, view) > 1:
+            found |= core_of_each(space, number, view)
+    return dict(sorted(found.items()))

@@ -1,0 +1,125 @@
+"""The referee's word on the designs of a result: which keep every requirement when threads wait for each other."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Mapping
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+from dse.analysis.contention import ContentionReferee, cores_of, with_contention
+from dse.analysis.patience import OutOfTime, until
+from dse.api.recalling import named_design
+from dse.api.recomputing import Bench
+from dse.errors import UsageError
+from dse.results.contention import NOT_CHECKED, Broken, Contended
+from dse.results.result import Result
+from dse.space.types import Design
+
+LEAST_TIME_S = 10.0
+"""Without a time limit the referee has as long as the search took, at least this long."""
+GRACE_S = 0.3
+"""A search that took all of its time leaves this much for a first look: most fronts need less."""
+
+
+def with_verdicts(result: Result, *, started: float, time_limit_s: float | None) -> Result:
+    """The result with what each of its designs keeps with contention; those that time does not suffice for have none.
+
+    `started` is when the search began, in seconds of the monotonic clock, `time_limit_s` its limit. Where the question
+    counts contention already, and no deadline is only told, the result stays as it is; so does one that Ctrl-C ended.
+    """
+    counted = with_contention(result.space)
+    if counted is None or result.interrupted:
+        return result
+    now = time.monotonic()
+    limit = now + max(LEAST_TIME_S, now - started) if time_limit_s is None else started + time_limit_s
+    designs = {str(point.id): point.design for point in result.front}
+    designs |= {sibling.id: sibling.design for others in result.others for sibling in others.designs}
+    todo = {number: design for number, design in designs.items() if number not in result.contended}
+    found = {**result.contended, **_judged(ContentionReferee(counted), todo, max(limit, now + GRACE_S))}
+    return replace(result, contended={number: found[number] for number in designs if number in found})
+
+
+def judge(referee: ContentionReferee, design: Design) -> Contended:
+    """What one design keeps.
+
+    Raises
+    ------
+    OutOfTime
+        when a limit of time (`dse.analysis.patience.until`) is up.
+    """
+    return Contended(tuple(Broken.of(miss) for miss in referee.misses(design)))
+
+
+def _judged(referee: ContentionReferee, designs: Mapping[str, Design], deadline: float) -> dict[str, Contended]:
+    """As many as time suffices for, in their order; Ctrl-C ends it, and keeps what was found until then."""
+    found = {}
+    try:
+        with until(deadline):
+            for number, design in designs.items():
+                found[number] = judge(referee, design)
+    except (OutOfTime, KeyboardInterrupt):
+        pass
+    return found
+
+
+def stated_verdicts(result: Result, data: Mapping[str, Any], path: str | Path) -> Mapping[str, Contended]:
+    """What a result file says of each design, judged again; those that were not checked then are left out.
+
+    Raises
+    ------
+    UsageError
+        when the file says otherwise.
+    """
+    counted = with_contention(result.space)
+    found: dict[str, Contended] = {}
+    referee = None if counted is None else ContentionReferee(counted)
+    designs = {str(point.id): point.design for point in result.front}
+    designs |= {sibling.id: sibling.design for others in result.others for sibling in others.designs}
+    for _, item in _listed(data):
+        stated, number = item.get("contention"), str(item["id"])
+        if referee is None or stated is None or stated["status"] == NOT_CHECKED:
+            continue
+        found[number] = judge(referee, designs[number])
+        if found[number].to_dict() != stated:
+            raise UsageError(f"{path}: alternative {number} keeps and breaks something else with response times")
+    return found
+
+
+def check_contention(bench: Bench, deadline: float | None) -> None:
+    """The core of each thread of each listed design, and what the design keeps when response times count."""
+    counted = with_contention(bench.space)
+    referee = None if counted is None else ContentionReferee(counted)
+    listed = _listed(bench.data)
+    judged = left = 0
+    for place, item in listed:
+        try:
+            design = named_design(bench.space, item["decisions"])
+        except UsageError:
+            continue  # which was found with the design itself
+        cores = {bench.space.components[thread].name: core for thread, core in cores_of(bench.space, design).items()}
+        bench.compare(f"{place}.cores", cores, item.get("cores", {}))
+        stated = item.get("contention", {})
+        if referee is None:
+            bench.compare(f"{place}.contention", {}, stated)
+        elif stated != {"status": NOT_CHECKED, "broken": []}:
+            try:
+                with until(deadline):
+                    bench.compare(f"{place}.contention", judge(referee, design).to_dict(), stated)
+                judged += 1
+            except OutOfTime:
+                left += 1
+    if left:
+        bench.left_open.append(f"what {left} of {len(listed)} designs keep with response times: the time was too short")
+    if listed:
+        said = f", and what {judged} of them keep with response times" if judged else ""
+        bench.checked.append(f"the cores of {len(listed)} designs{said}")
+
+
+def _listed(data: Mapping[str, Any]) -> list[tuple[str, Mapping[str, Any]]]:
+    """Every design that the data of a result list, with its place."""
+    found = [(f"front[{at}]", item) for at, item in enumerate(data["front"])]
+    for position, others in enumerate(data.get("others", [])):
+        found += [(f"others[{position}].designs[{at}]", item) for at, item in enumerate(others["designs"])]
+    return found

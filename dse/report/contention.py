@@ -1,0 +1,150 @@
+"""Contention for the CPU in words: whether it is counted, which designs hold with it, and which core runs what."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from dse.analysis.contention import core_by, cores_of, is_left_out
+from dse.analysis.views import View
+from dse.results.contention import Broken, Contended
+from dse.results.result import Result
+from dse.results.values import readable
+from dse.space.settings import told_deadlines
+from dse.space.trees import at, leaves
+from dse.space.types import Design, Space
+
+PROCESSING = {
+    "execution_time": "CPU contention is not in the latencies: each thread counts its execution time, as if alone on "
+    "its core (--processing response-time counts what it waits for, and decides cores that are not stated).",
+    "response_time": "CPU contention is in the latencies: each thread counts its response time under fixed priorities, "
+    "on the core that is stated or decided, else on the one that first-fit gives.",
+}
+"""What the processing of a thread counts in a latency, by the setting `processing`."""
+UNCOUNTED = (
+    "CPU contention is not in the latencies: this profile counts no response times, but execution times and deadlines."
+)
+MOST_THREADS = 24
+"""Maximum number of threads whose cores are told one by one in a sentence."""
+MOST_IDS = 12
+MOST_BROKEN = 3
+
+
+def processing_words(settings: Mapping[str, str]) -> str:
+    """Whether contention for the CPU is in the latencies, from the settings by name."""
+    return UNCOUNTED if settings["profile"] == "osate-2.2" else PROCESSING[settings["processing"]]
+
+
+def contention_words(result: Result) -> str:
+    """How many designs of a front keep what is asked when response times count, and on which cores, in one line.
+
+    Empty where there is no front, or the front was searched with all of that.
+    """
+    if not result.front or not result.leaves_out_contention:
+        return ""
+    space = result.space
+    left_out = is_left_out(space)
+    told = [told_words(space)] if told_deadlines(space) else []
+    what = " and ".join([*(["requirement"] if left_out and space.requirements else []), *told])
+    if not what:
+        return "CPU contention is not in the latencies, and nothing is required that it could break."
+    begin = "CPU contention is not in the latencies: with response times" if left_out else "With response times"
+    found = {point.id: result.contended.get(str(point.id)) for point in result.front}
+    checked = {number: item for number, item in found.items() if item is not None}
+    kept = [number for number, item in checked.items() if not item.broken]
+    begin = f"{begin}, {core_words(space)},"
+    if not checked:
+        return f"{begin} no design was checked in the time that there was."
+    rest = f"; {len(found) - len(checked)} not checked: the time was up" if len(checked) < len(found) else ""
+    if len(checked) == 1:
+        which = "only design" if len(found) == 1 else "one design that was checked"
+        return f"{begin} the {which} {'keeps' if kept else 'does not keep'} every {what}{rest}."
+    count = "none of the" if not kept else "all" if len(kept) == len(checked) else f"{len(kept)} of the"
+    of = "designs" if len(checked) == len(found) else "designs that were checked"
+    who = f" ({_ids(kept)})" if 0 < len(kept) < len(checked) else ""
+    verb = "keep" if len(kept) > 1 else "keeps"
+    return f"{begin} {count} {len(checked)} {of} {verb} every {what}{who}{rest}."
+
+
+def told_words(space: Space) -> str:
+    """What the deadlines are that are only told."""
+    return "deadline" if space.deadlines == "all" else "stated deadline"
+
+
+def core_words(space: Space) -> str:
+    """Which cores response times are counted on."""
+    origins = _origins(space)
+    given = " or ".join(word for word in ("stated", "decided") if word in origins)
+    if not origins:
+        return "on the only core of each processor"
+    if "first-fit" not in origins:
+        return f"on the cores {given}"
+    return f"on the cores {given}, else those that first-fit gives" if given else "on the cores that first-fit gives"
+
+
+def cores_origin(space: Space) -> str:
+    """That first-fit chooses the cores of a design, in brackets, as far as it does."""
+    origins = _origins(space)
+    if "first-fit" not in origins:
+        return ""
+    return " (by first-fit)" if len(origins) == 1 else " (by first-fit, where none is stated)"
+
+
+def _origins(space: Space) -> set[str]:
+    """Who chooses the cores of threads on processors with several, as `core_by` says."""
+    several = {number for number, slot in enumerate(space.processors) if max(leaves(slot.cores), default=1) > 1}
+    open_ = {decision.name for decision in space.decisions if decision.field == "core" and decision.is_open}
+    found = set()
+    for item in space.components:
+        if several & set(leaves(item.processor)):
+            stated = "decided" if f"{item.name}.core" in open_ else "stated"
+            found.add("first-fit" if item.core is None else stated)
+    return found
+
+
+def _ids(numbers: list[int]) -> str:
+    more = len(numbers) - MOST_IDS
+    shown = ", ".join(f"#{number}" for number in numbers[:MOST_IDS])
+    return f"{shown} and {more} more" if more > 0 else shown
+
+
+def contended_words(found: Contended | None, currency: str) -> str:
+    """What a design keeps or breaks when response times count."""
+    if found is None:
+        return "Not checked: the time was up."
+    if not found.broken:
+        return "Keeps every requirement."
+    shown = "; ".join(broken_words(item, currency) for item in found.broken[:MOST_BROKEN])
+    more = len(found.broken) - MOST_BROKEN
+    return f"Breaks {shown}" + (f"; and {more} more." if more > 0 else ".")
+
+
+def broken_words(item: Broken, currency: str) -> str:
+    """``jitter of f <= 20 ms (29.294 ms)``; who has no bound, where one has none."""
+    if item.value is None:
+        return f"{item.requirement} (unbounded: {', '.join(item.unbounded)})"
+    limit = f" of {readable(item.limit, item.unit, currency)}" if item.requirement.endswith("its deadline") else ""
+    return f"{item.requirement}{limit} ({readable(item.value, item.unit, currency)})"
+
+
+def placed_words(space: Space, design: Design) -> list[str]:
+    """For each processor with several cores what runs on each: ``computer: core 1 a, b (stated); core 2 c``."""
+    found = cores_of(space, design)
+    view = View(design)
+    lines = []
+    for number, slot in enumerate(space.processors):
+        threads = [thread for thread in found if at(space.components[thread].processor, view) == number]
+        here = {thread: found[thread] for thread in threads}
+        if not here:
+            continue
+        parts = []
+        for core in sorted(set(here.values())):
+            threads = [thread for thread, its in here.items() if its == core]
+            names = ", ".join(_named(space, thread, view) for thread in threads)
+            parts.append(f"core {core} {names if len(here) <= MOST_THREADS else f'{len(threads)} threads'}")
+        lines.append(f"{slot.name}: {'; '.join(parts)}")
+    return lines
+
+
+def _named(space: Space, thread: int, view: View) -> str:
+    component = space.components[thread]
+    return f"{component.name} (stated)" if core_by(space, component, view) == "stated" else component.name

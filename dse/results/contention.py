@@ -1,0 +1,66 @@
+"""What each design of a front keeps when response times count, where the front itself leaves them out."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from fractions import Fraction
+from typing import Any
+
+from dse.analysis.contention import Miss
+from dse.results.values import exact
+
+NOT_CHECKED = "not checked"
+
+
+@dataclass(frozen=True)
+class Broken:
+    """A requirement or deadline that a design misses: `value` (None: unbounded) against `limit`, in `unit`.
+
+    `unbounded` names the threads in it whose response time has no bound.
+    """
+
+    requirement: str
+    value: Fraction | None
+    limit: Fraction
+    unit: str
+    unbounded: tuple[str, ...] = ()
+
+    @classmethod
+    def of(cls, miss: Miss) -> Broken:
+        """What the referee found, without the number that stands for no bound."""
+        verdict = miss.verdict
+        value = None if miss.unbounded else verdict.value
+        return cls(verdict.requirement.text, value, verdict.limit, verdict.unit, miss.unbounded)
+
+    def to_dict(self) -> dict[str, Any]:
+        """For JSON: exact numbers, fractions as text."""
+        return {
+            "requirement": self.requirement,
+            "value": None if self.value is None else exact(self.value),
+            "limit": exact(self.limit),
+            "unit": self.unit,
+            "unbounded": list(self.unbounded),
+        }
+
+
+@dataclass(frozen=True)
+class Contended:
+    """What a design breaks when response times count; it keeps every requirement where that is nothing."""
+
+    broken: tuple[Broken, ...]
+
+    @property
+    def status(self) -> str:
+        """``kept`` or ``broken``."""
+        return "broken" if self.broken else "kept"
+
+    def to_dict(self) -> dict[str, Any]:
+        """For JSON."""
+        return {"status": self.status, "broken": [item.to_dict() for item in self.broken]}
+
+
+def contention_dict(contended: Mapping[str, Contended], number: str) -> dict[str, Any]:
+    """What the JSON of a result says of the design with that id."""
+    found = contended.get(number)
+    return {"status": NOT_CHECKED, "broken": []} if found is None else found.to_dict()

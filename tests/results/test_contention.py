@@ -1,0 +1,278 @@
+"""What designs keep when threads wait for each other, told of fronts that leave it out; and which core runs what."""
+
+from __future__ import annotations
+
+import json
+import random
+from collections import Counter
+from io import BytesIO
+from itertools import pairwise
+from pathlib import Path
+from typing import Any
+
+import networkx
+import pytest
+import yaml
+from click.testing import CliRunner
+
+import dse
+from dse.analysis.contention import cores_of, is_left_out, with_contention
+from dse.analysis.patience import OutOfTime
+from dse.api import contention as referee
+from dse.api.problem import loads
+from dse.api.reopening import reopen
+from dse.cli.main import cli
+from dse.errors import UsageError
+from dse.report.contention import contention_words, placed_words
+from dse.report.document import Document
+from dse.report.drawing import Drafter
+from dse.results.result import Result
+from dse.space.settings import deadline_requirements
+
+SHARED = """
+dse: 1
+name: shared
+processor_types: {cpu: {cores: 2, price: 5 EUR}, big: {cores: 2, price: 9 EUR}}
+processors: {p: {type: [cpu, big]}}
+threads:
+  a: {processor: p, period: 10 ms, compute_execution_time: {cpu: 6 ms, big: 2 ms}}
+  b: {processor: p, period: 20 ms, compute_execution_time: {cpu: 6 ms, big: 2 ms}, deadline: 19 ms}
+  c: {processor: p, period: 40 ms, core: 2, compute_execution_time: {cpu: 12 ms, big: 3 ms}}
+connections: {ab: {from: a, to: b}, bc: {from: b, to: c}}
+flows: {f: {path: [a, b, c]}}
+requirements: [latency of f <= 85 ms]
+objectives: [minimise latency of f, minimise price]
+"""
+# On cpu: c (30 %) stands on core 2, a (60 %) fits on core 1, b (30 %) too. b: 6 + 6 = 12 and then a again: 18 ms.
+# Alone the flow takes 6 + 20 + 6 + 40 + 12 = 84 ms, with contention 6 + 20 + 18 + 40 + 12 = 96 ms.
+
+
+def threads(seed: int) -> str:
+    """Three to five threads on one or two processors with open types; limits around what the designs attain."""
+    rng = random.Random(f"contention {seed}")
+    names = "abcde"[: rng.randint(3, 5)]
+    lines = []
+    for number, name in enumerate(names):
+        fields: dict[str, Any] = {"processor": rng.choice(["p", "p", "q", "[p, q]"])}
+        fields["period"] = f"[{rng.randint(8, 19)} ms, {rng.choice([20, 30, 40])} ms]"
+        work = rng.randint(2, 7)
+        fields["compute_execution_time"] = f"{{cpu: {rng.randint(1, work)} ms .. {work} ms, big: 1 ms .. 2 ms}}"
+        if number and rng.random() < 0.4:
+            fields["dispatch_protocol"] = rng.choice(["aperiodic", "sporadic", "[periodic, aperiodic]"])
+        if rng.random() < 0.3:
+            fields["priority"] = rng.randint(1, 3)
+        if rng.random() < 0.2:
+            fields["core"] = 1
+        if rng.random() < 0.5:
+            fields["deadline"] = f"{rng.randint(6, 25)} ms"
+        lines.append(f"  {name}: {{{', '.join(f'{key}: {value}' for key, value in fields.items())}}}")
+    wires = ", ".join(f"{one}{two}: {{from: {one}, to: {two}}}" for one, two in pairwise(names))
+    limit = sum(rng.choice([8, 20, 40]) for _ in names)
+    return f"""
+dse: 1
+name: threads {seed}
+deadlines: {rng.choice(["stated", "stated", "none"])}
+processor_types: {{cpu: {{cores: {rng.choice([1, 2, 3])}, price: 5 EUR}}, big: {{cores: 2, price: 12 EUR}}}}
+processors: {{p: {{type: [cpu, big]}}, q: {{type: [cpu, big], optional: true}}}}
+threads:
+{chr(10).join(lines)}
+connections: {{{wires}}}
+flows: {{f: {{path: [{", ".join(names)}]}}}}
+requirements: [latency of f <= {limit} ms, jitter of f <= {limit} ms]
+objectives: [minimise latency of f, minimise price]
+"""
+
+
+def kept(result: Result) -> dict[int, str]:
+    return {point["id"]: point["contention"]["status"] for point in result.to_dict()["front"]}
+
+
+def test_the_figures_of_a_design_with_contention() -> None:
+    result = dse.solve(loads(SHARED))
+    by_price = {point.objectives["price"]: point for point in result.front}
+    cheap, big = by_price[500], by_price[900]
+    assert result.contended[str(big.id)].broken == ()
+    data = {item["id"]: item for item in result.to_dict()["front"]}
+    assert data[cheap.id]["cores"] == {"a": 1, "b": 1, "c": 2}
+    assert data[cheap.id]["contention"] == {
+        "status": "broken",
+        "broken": [
+            {"requirement": "latency of f <= 85 ms", "value": 96_000_000, "limit": 85_000_000, "unit": "ns"}
+            | {"unbounded": []}
+        ],
+    }
+    tighter = dse.solve(loads(SHARED.replace("deadline: 19 ms", "deadline: 17 ms")))
+    item = next(item for item in tighter.to_dict()["front"] if item["objectives"]["price"] == 500)
+    assert [(broken["requirement"], broken["value"], broken["limit"]) for broken in item["contention"]["broken"]] == [
+        ("latency of f <= 85 ms", 96_000_000, 85_000_000),
+        ("response time of b <= its deadline", 18_000_000, 17_000_000),
+    ]
+
+
+def test_one_line_says_how_many_designs_hold() -> None:
+    [said] = {contention_words(dse.solve(loads(SHARED)))}
+    [big] = [number for number, status in kept(dse.solve(loads(SHARED))).items() if status == "kept"]
+    assert said == (
+        "CPU contention is not in the latencies: with response times, on the cores stated, else those that first-fit "
+        f"gives, 1 of the 2 designs keeps every requirement and stated deadline (#{big})."
+    )
+    without = SHARED.replace(", deadline: 19 ms", "").replace(", core: 2", "")
+    begin = "CPU contention is not in the latencies: with response times, on the cores that first-fit gives,"
+    for kind, keeps in (("cpu", "does not keep"), ("big", "keeps")):
+        only = dse.solve(loads(without), fix=f"p.type = {kind}")
+        assert contention_words(only) == f"{begin} the only design {keeps} every requirement."
+    nothing = without.replace("requirements: [latency of f <= 85 ms]\n", "")
+    assert "nothing is required that it could break" in contention_words(dse.solve(loads(nothing)))
+
+
+def test_where_contention_is_counted_nothing_more_is_said() -> None:
+    for more in ("processing: response_time\n", "profile: osate-2.2\n"):
+        result = dse.solve(loads(SHARED.replace(", deadline: 19 ms", "") + more), max_latency="1 s")
+        assert not is_left_out(result.space) and with_contention(result.space) is None
+        assert contention_words(result) == "" and not result.contended
+        assert all("contention" not in point for point in result.to_dict()["front"])
+    told = dse.solve(loads(SHARED + "processing: response_time\n"), max_latency="1 s")
+    assert contention_words(told).startswith("With response times, on the cores stated or decided, ")
+    assert "every stated deadline" in contention_words(told) and "requirement" not in contention_words(told)
+
+
+@pytest.mark.parametrize("seed", range(40))
+def test_the_word_of_the_referee_is_that_of_the_analysis_and_of_the_simulation(seed: int) -> None:
+    """A design is kept where it is feasible with response times and deadlines; such a one is never observed outside."""
+    problem = loads(threads(seed))
+    result = dse.solve(problem)
+    deadlines = deadline_requirements(result.space, lambda _: "")
+    for point in result.front:
+        cores = {
+            problem.space.components[number].name: core for number, core in cores_of(result.space, point.design).items()
+        }
+        open_ = {item.decision.component for item in problem.space.open_cores}
+        pinned = {f"{name}.core": str(core) for name, core in cores.items() if name in open_}
+        chosen = {**point.decisions, **pinned}
+        counted = dse.analyse(problem, chosen, processing="response_time", response_times=True)
+        late = [
+            item.name
+            for found in counted.responses.values()
+            for item in found
+            if f"response time of {item.name} <= its deadline" in {demand.text for demand in deadlines}
+            and item.meets_deadline is False
+        ]
+        holds = counted.is_feasible and not late
+        assert kept(result)[point.id] == ("kept" if holds else "broken"), (point.decisions, late)
+        if holds and seed % 4 == 0:
+            seen = dse.simulate(problem, point.decisions, runs=4, endless_queues=True)
+            limits = {item.metric.kind: item.limit.value * 10**9 for item in result.space.requirements}
+            for flow in seen.flows:
+                assert max(flow.latencies, default=0) <= limits["latency"]
+    assert dse.verify(result, problem=problem).status == "verified"
+
+
+def test_random_problems_are_of_every_kind() -> None:
+    seen: Counter[str] = Counter()
+    for seed in range(40):
+        result = dse.solve(loads(threads(seed)))
+        seen.update(kept(result).values())
+        seen["unbounded"] += any(item.value is None for found in result.contended.values() for item in found.broken)
+        seen["late"] += any(
+            item.requirement.endswith("deadline") for found in result.contended.values() for item in found.broken
+        )
+    assert min(seen[name] for name in ("kept", "broken", "unbounded", "late")) >= 4, seen
+
+
+def out_of_time(*_: Any) -> Any:
+    raise OutOfTime
+
+
+def test_what_time_does_not_suffice_for_is_not_checked(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """It is said, in every form; the result is whole all the same, verified and reopened."""
+    file = tmp_path / "p.yaml"
+    file.write_text(SHARED.lstrip(), encoding="utf-8")
+    with monkeypatch.context() as patch:
+        patch.setattr(referee, "judge", out_of_time)
+        result = dse.solve(file)
+    assert set(kept(result).values()) == {"not checked"}
+    assert contention_words(result).endswith("no design was checked in the time that there was.")
+    out = tmp_path / "r.json"
+    out.write_text(result.to_json(), encoding="utf-8")
+    assert dse.verify(out).status == "verified"
+    assert reopen(out).to_dict() == result.to_dict()
+
+
+def test_some_may_be_checked(monkeypatch: pytest.MonkeyPatch) -> None:
+    judged = []
+
+    def judge(*args: Any) -> Any:
+        if judged:
+            raise OutOfTime
+        judged.append(args)
+        return real(*args)
+
+    real = referee.judge
+    monkeypatch.setattr(referee, "judge", judge)
+    result = dse.solve(loads(SHARED))
+    assert sorted(kept(result).values())[-1] == "not checked" and len(result.contended) == 1
+    assert "the one design that was checked" in contention_words(result)
+    assert contention_words(result).endswith("; 1 not checked: the time was up.")
+
+
+def test_a_result_that_says_otherwise_is_refused(tmp_path: Path) -> None:
+    file, out = tmp_path / "p.yaml", tmp_path / "r.json"
+    file.write_text(SHARED.lstrip(), encoding="utf-8")
+    data = dse.solve(file).to_dict()
+    assert reopen_of(data, out).to_dict() == data
+    for point in data["front"]:
+        point["contention"] = {"status": "kept", "broken": []}
+    with pytest.raises(UsageError, match="keeps and breaks something else with response times"):
+        reopen_of(data, out)
+    assert dse.verify(out).status == "rejected"
+
+
+def reopen_of(data: dict[str, Any], out: Path) -> Result:
+    out.write_text(json.dumps(data), encoding="utf-8")
+    return reopen(out)
+
+
+def test_every_page_names_cores_and_what_breaks(tmp_path: Path) -> None:
+    file = tmp_path / "p.yaml"
+    file.write_text(SHARED.lstrip(), encoding="utf-8")
+    result = dse.solve(file)
+    cheap = next(point for point in result.front if point.objectives["price"] == 500)
+    assert placed_words(result.space, cheap.design) == ["p: core 1 a, b; core 2 c (stated)"]
+    shown = CliRunner().invoke(cli, ["solve", str(file)], env={"COLUMNS": "200"}).output
+    assert contention_words(result) in " ".join(shown.split())
+    assert "Breaks latency of f <= 85 ms (96 ms)." in shown
+    assert "p: core 1 a, b; core 2 c (stated)" in shown
+    assert contention_words(result) in Document(result).summary
+    drawn = "\n".join(Drafter(result.space).lines(cheap.design))
+    assert drawn.count("on p, core 1") == 2 and drawn.count("on p, core 2") == 1
+    analysed = dse.analyse(file, cheap.decisions).to_dict()
+    assert analysed["processors"]["p"]["cores"] == {"a": 1, "b": 1, "c": 2}
+
+
+def test_every_export_has_the_cores(tmp_path: Path) -> None:
+    file = tmp_path / "p.yaml"
+    file.write_text(SHARED.lstrip(), encoding="utf-8")
+    result = dse.solve(file)
+    cheap = next(point for point in result.front if point.objectives["price"] == 500)
+    ros = yaml.safe_load(dse.export(result, cheap.id, "ros2"))
+    assert {name: node["ros__parameters"]["cpu_affinity"] for name, node in ros.items()} == {
+        "a": [0],
+        "b": [0],
+        "c": [1],
+    }
+    graph = networkx.read_graphml(BytesIO(dse.export(result, cheap.id, "graphml").encode()))
+    places = {name: (facts["core"], facts["core_by"]) for name, facts in graph.nodes(data=True) if "core" in facts}
+    assert places == {"a": (1, "first-fit"), "b": (1, "first-fit"), "c": (2, "stated")}
+    assert dse.export(result, cheap.id, "dot").count("runs on\\ncore 1") == 2
+    text = dse.export(result, cheap.id, folder=tmp_path)
+    assert "#   p, core 1: a, b\n" in text and "core 2:" not in text
+    again = dse.solve(loads(text))
+    [point] = again.to_dict()["front"]
+    assert point["cores"] == {"a": 1, "b": 1, "c": 2}
+
+
+def test_one_core_needs_no_word() -> None:
+    result = dse.solve(loads(SHARED.replace("cores: 2, ", "").replace(", core: 2", "")))
+    assert all("cores" not in point for point in result.to_dict()["front"])
+    assert "cpu_affinity" not in dse.export(result, 1, "ros2")
+    assert "on the only core of each processor" in contention_words(result)
