@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
+from pathlib import PurePath
 from typing import Any, TypeAlias
 
 from dse.analysis.evaluate import Evaluator
@@ -108,15 +109,21 @@ class _Court:
         """The demands that are meant; None where the question has no such demand."""
         members: list[Demand] = []
         for position, item in enumerate(stated):
-            found = [
-                demand for demand in self.demands if (demand.text, demand.origin) == (item["text"], item["origin"])
-            ]
+            meant = (item["text"], self._place(item["origin"]))
+            found = [demand for demand in self.demands if (demand.text, self._place(demand.origin)) == meant]
             found = [demand for demand in found if demand not in members] or found
             if not found:
                 self.bench.find(f"{place}[{position}]", f"nothing in the question says {item['text']!r}")
                 return None
             members.append(found[0])
         return members
+
+    def _place(self, origin: str) -> str:
+        """Where a demand stands; in a file that has changed since only that it stands there."""
+        file, _, line = origin.rpartition(":")
+        if not file:
+            return origin
+        return "" if self.bench.has_moved else f"{PurePath(file).name}:{line}"
 
     def _check_limit(self, place: str, member: Demand, item: Mapping[str, Any], given_up: Sequence[Demand]) -> None:
         """The unit and own limit, and that the closest is met but nothing nearer, where `given_up` need not hold."""

@@ -9,13 +9,13 @@ from typing import Literal
 
 from dse.analysis.evaluate import Evaluator
 from dse.analysis.views import View
-from dse.api.problem import complete_design, load
+from dse.api.problem import complete_design, load, load_carried
 from dse.errors import ProblemError, UsageError
+from dse.results.editing import block_text
 from dse.results.exporting import fixed_problem, without
 from dse.results.formats import graphml, graphviz, ros2_parameters
 from dse.results.result import Point, Result, Sibling
 from dse.space.types import Design, Space
-from dse.spec.reader import decode_text, read_bytes
 
 Format = Literal["problem", "ros2", "dot", "graphml"]
 TRIALS = 5
@@ -39,7 +39,7 @@ def export(result: Result, alternative: int | str, form: Format = "problem", fol
     Raises
     ------
     UsageError
-        when there is no such design, or the problem file is no longer there.
+        when there is no such design.
     """
     chosen = find_design(result, alternative)
     title = f"{result.problem.name}: alternative {chosen.id} of dse solve, problem SHA-256 {result.problem.sha256}"
@@ -71,7 +71,7 @@ def find_design(result: Result, alternative: int | str) -> Point | Sibling:
 def _problem(result: Result, design: Design, title: str, folder: Path) -> str:
     """The fixed problem file, after a copy of it has been read back and has given the very figures."""
     source = Path(result.problem.file)
-    original = decode_text(read_bytes(source, str(source)), str(source))
+    original = _original(result)
     with tempfile.TemporaryDirectory() as place:
         texts = [fixed_problem(original, result, design, title, where, source) for where in (folder, Path(place))]
         path = Path(place) / "exported.yaml"
@@ -87,6 +87,14 @@ def _problem(result: Result, design: Design, title: str, folder: Path) -> str:
             else:
                 return texts[0]
     raise AssertionError("the exported problem does not load")
+
+
+def _original(result: Result) -> str:
+    """The problem file as it was read; one with its includes merged in where it is not on the disk."""
+    problem = result.problem
+    if problem.is_carried and len(problem.texts) > 1:
+        return block_text(load_carried(problem.file, problem.texts).loaded.document)
+    return problem.texts[Path(problem.file).name].removeprefix("\ufeff")
 
 
 def _check(result: Result, design: Design, space: Space) -> None:

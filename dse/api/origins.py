@@ -23,4 +23,13 @@ def origin_of(problem: Problem) -> Origin:
         **settings_of(space),
     }
     loaded = problem.loaded
-    return Origin(space.name, str(loaded.path), loaded.sha256, loaded.includes, effective)
+    return Origin(
+        name=space.name,
+        file=str(loaded.path),
+        sha256=loaded.sha256,
+        includes=loaded.includes,
+        effective=effective,
+        identity=loaded.identity,
+        texts=loaded.texts,
+        is_carried=loaded.is_carried,
+    )

@@ -91,6 +91,14 @@ def load(path: str | Path) -> Problem:
     return _problem(lambda: load_spec(Path(path)))
 
 
+def load_carried(name: str | Path, texts: Mapping[str, str]) -> Problem:
+    """Read a problem from the texts of its files, as `LoadedSpec.texts` has them; nothing is read from the disk.
+
+    Errors as for `load`.
+    """
+    return _problem(lambda: load_spec(Path(name), texts))
+
+
 def loads(text: str, name: str = "<text>") -> Problem:
     """Read a problem from text; it cannot include files. Errors as for `load`."""
     return _problem(lambda: parse_spec(text, name))

@@ -24,6 +24,8 @@ MOST_FINDINGS = 50
 class Bench:
     """A result under examination: what it says, and what was found.
 
+    `has_moved`: the lines of the problem file are not where they were, for comments or the layout have changed.
+
     `vectors` and `designs` are those of the points that could be recomputed, objectives to be minimised.
     """
 
@@ -36,6 +38,7 @@ class Bench:
     asked: Problem | None = None
     designs: list[Design] = field(default_factory=list)
     vectors: list[tuple[int, ...]] = field(default_factory=list)
+    has_moved: bool = False
 
     def find(self, place: str, text: str) -> None:
         """Note that something is wrong."""

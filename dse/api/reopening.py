@@ -44,8 +44,8 @@ def reopen(path: str | Path, problem: str | Path | None = None) -> Result:
     Raises
     ------
     UsageError
-        when the file is no result, its problem is not found or has changed, or a figure is not the one that the
-        analysis finds.
+        when the file is no result, its problem is not found or means something else now, or a figure is not the one
+        that the analysis finds.
     """
     data = read_result(path)
     asked, search = read_search(path, problem)

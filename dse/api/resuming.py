@@ -6,7 +6,8 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from dse.api.problem import Problem, load
+from dse.api.belonging import problem_of
+from dse.api.problem import Problem
 from dse.api.recalling import named_design, restated
 from dse.errors import UsageError
 from dse.pareto.front import FrontSearch
@@ -20,37 +21,15 @@ def read_search(path: str | Path, problem: str | Path | None = None) -> tuple[Pr
     Raises
     ------
     UsageError
-        when the file is no result, or the problem is not found or has changed since.
+        when the file is no result, or the problem is not found or means something else now.
     """
     data = read_result(path)
     check_form(data, path)
     try:
-        asked = restated(load(_problem_file(data, Path(path), problem)), data["problem"]["effective"])
-        _check_unchanged(asked, data["problem"])
+        asked = restated(problem_of(data, path, problem), data["problem"]["effective"])
         return asked, _search(asked.space, data)
     except (KeyError, TypeError, ValueError, AttributeError, ArithmeticError) as error:
         raise UsageError(f"{path}: is not a whole result: {error!r}") from error
-
-
-def _problem_file(data: Mapping[str, Any], result: Path, given: str | Path | None) -> Path:
-    """The problem file as given, as the result names it, or beside the result."""
-    if given is not None:
-        return Path(given)
-    named = Path(data["problem"]["file"])
-    candidates = [named, result.parent / named, result.parent / named.name]
-    found = next((candidate for candidate in candidates if candidate.is_file()), None)
-    if found is None:
-        raise UsageError(f"{result}: its problem file {named} is not there; name it")
-    return found
-
-
-def _check_unchanged(asked: Problem, stated: Mapping[str, Any]) -> None:
-    """The problem's files must have the very content that the result was computed from."""
-    loaded = asked.loaded
-    now = [loaded.sha256, *(digest for _, digest in loaded.includes)]
-    then = [stated["sha256"], *(item["sha256"] for item in stated["includes"])]
-    if now != then:
-        raise UsageError(f"{loaded.path} has changed since the result was written")
 
 
 def _search(space: Space, data: Mapping[str, Any]) -> FrontSearch:

@@ -7,11 +7,12 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
+from dse.api.belonging import Belonging, belonging, carried_digests, carried_problem
 from dse.api.claims import check_claims
 from dse.api.clashes import check_conflicts
 from dse.api.contention import check_contention
 from dse.api.origins import origin_of
-from dse.api.problem import Problem, load, set_up
+from dse.api.problem import Problem, set_up
 from dse.api.recalling import restated
 from dse.api.recomputing import Bench, check_front, check_others, check_statements
 from dse.errors import UsageError
@@ -31,7 +32,7 @@ def verify(
 ) -> Verification:
     """Check a result without trusting the solver or the encoding that made it.
 
-    The problem is read again and compared by its hash, the question rebuilt, every figure of every point recomputed
+    The problem is read again and what it means compared, the question rebuilt, every figure of every point recomputed
     by the analysis alone. Then the claim that nothing is missing: points and refuted regions must leave no part of
     the objective space uncovered (integer geometry), and that the refuted regions are empty is proved again, by
     looking at every design or by a second model.
@@ -41,7 +42,8 @@ def verify(
     result
         a result, its dictionary, or the file that it was written to.
     problem
-        the problem, where it is no longer where the result says.
+        the problem, where it is no longer where the result says. Where there is none, the problem that the result
+        itself carries is taken, and the status is at best ``unfinished``: a forgery of both would pass.
     method
         ``exhaustion`` looks at every design, ``model`` asks a second model; ``auto`` looks where there are few enough.
     time_limit_s
@@ -62,17 +64,17 @@ def verify(
     started = time.monotonic()
     deadline = None if time_limit_s is None else started + time_limit_s
     if isinstance(result, Result):
-        data, name, folder = result.to_dict(), "the result", Path()
+        data, name = result.to_dict(), "the result"
     elif isinstance(result, Mapping):
-        data, name, folder = dict(result), "the result", Path()
+        data, name = dict(result), "the result"
     else:
-        data, name, folder = read_result(result), str(result), Path(result).parent
-    loaded = _problem(data, folder, problem)
-    bench = _checked(data, loaded, method, deadline)
+        data, name = read_result(result), str(result)
+    found = belonging(data, name, problem)
+    bench = _checked(data, found, name, method, deadline)
     status = "rejected" if bench.findings else "unfinished" if bench.left_open else "verified"
     return Verification(
         result=name,
-        problem=str(loaded.loaded.path),
+        problem="the problem that the result itself carries" if found.is_carried else str(found.problem.loaded.path),
         status=status,  # type: ignore[arg-type]
         findings=tuple(bench.findings),
         checked=tuple(bench.checked),
@@ -82,12 +84,14 @@ def verify(
     )
 
 
-def _checked(data: Mapping[str, Any], loaded: Problem, method: Method, deadline: float | None) -> Bench:
+def _checked(data: Mapping[str, Any], found: Belonging, name: str, method: Method, deadline: float | None) -> Bench:
     """All checks, one after the other; later ones need what earlier ones found sound."""
-    bench = Bench(data, loaded)
+    bench = Bench(data, found.problem, has_moved=not found.is_same_text)
     try:
-        _check_files(bench)
-        asked = restated(loaded, data["problem"]["effective"])
+        _check_problem(bench, found, name)
+        if found.differs:
+            return bench  # nothing else would agree
+        asked = restated(found.problem, data["problem"]["effective"])
         _check_question(bench, asked)
         check_statements(bench, asked)
         check_front(bench)
@@ -102,38 +106,31 @@ def _checked(data: Mapping[str, Any], loaded: Problem, method: Method, deadline:
     return bench
 
 
-def _problem(data: Mapping[str, Any], folder: Path, given: Problem | str | Path | None) -> Problem:
-    """The problem as given, where the result says, or beside the result; of several the one with the stated hash."""
-    if isinstance(given, Problem):
-        return given
-    if given is not None:
-        return load(given)
-    stated = data.get("problem")
-    named = stated.get("file") if isinstance(stated, dict) else None
-    if not isinstance(named, str):
-        raise UsageError("the result does not name its problem file; name it with --problem")
-    candidates = [Path(named), folder / named, folder / Path(named).name]
-    found = [load(path) for path in dict.fromkeys(candidates) if path.is_file()]
-    if not found:
-        raise UsageError(f"the problem file {named} is not there; name it with --problem")
-    assert isinstance(stated, dict)
-    return next((item for item in found if item.loaded.sha256 == stated.get("sha256")), found[0])
-
-
-def _check_files(bench: Bench) -> None:
-    """The very files that were solved."""
-    stated, loaded = bench.data["problem"], bench.problem.loaded
-    if stated["sha256"] != loaded.sha256:
-        bench.find("problem.sha256", f"{loaded.path} has another content than the problem that was solved")
-    then = [(item["file"], item["sha256"]) for item in stated["includes"]]
-    for file, digest in loaded.includes:
-        if (file, digest) not in then:
-            bench.find("problem.includes", f"{file} has another content than when the problem was solved")
-    if len(then) != len(loaded.includes):
-        bench.find("problem.includes", f"{len(then)} files are stated, the problem includes {len(loaded.includes)}")
+def _check_problem(bench: Bench, found: Belonging, name: str) -> None:
+    """That the problem means what the one that was solved meant, and what the result says of its files is true."""
+    stated = bench.data["problem"]
+    for text in found.differs:
+        bench.find("problem.identity", f"{bench.problem.loaded.path} is not the problem that was solved: {text}")
+    if found.is_carried:
+        bench.left_open.append(
+            f"the problem file {stated['file']} is not there: this is what the result itself carries, and a forgery of "
+            "both would pass"
+        )
+    elif not found.is_same_text and not found.differs:
+        bench.remarks.append(f"{bench.problem.loaded.path} has changed since, in comments, layout or paths only")
+    try:
+        carried = carried_problem(bench.data, name)
+    except UsageError as error:
+        bench.find("files", str(error))
+        return
+    if carried is not None:
+        sha256, includes = carried_digests(carried)
+        own = {"sha256": sha256, "includes": [{"file": file, "sha256": digest} for file, digest in includes]}
+        bench.compare("problem", own, {key: stated[key] for key in own})
+        bench.compare("problem.identity", carried.loaded.identity, stated["identity"])
     if stated["name"] != bench.problem.name:
         bench.find("problem.name", f"is {stated['name']!r}, the file says {bench.problem.name!r}")
-    bench.checked.append("the problem file and what it includes, by their hashes")
+    bench.checked.append("the problem, with what it includes and its samples, by what it means")
 
 
 def _check_question(bench: Bench, asked: Problem) -> None:

@@ -133,6 +133,12 @@ def report_folder(path: str) -> Path:
     return folder
 
 
+def tell_carried(file: str | Path, *, is_carried: bool) -> None:
+    """Say on standard error that the problem file is not there, and what was worked with instead."""
+    if is_carried:
+        click.echo(f"dse: {file} is not there: working with the problem that the result itself carries", err=True)
+
+
 def changes_of(options: dict[str, Any], objectives: tuple[str, ...] = ()) -> Changes:
     """The changes that the options ask for."""
     from dse.api.problem import Changes

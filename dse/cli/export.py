@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from dse.cli.common import check_writable, write_text
+from dse.cli.common import check_writable, tell_carried, write_text
 
 if TYPE_CHECKING:
     from dse.api.exporting import Format
@@ -38,6 +38,7 @@ def command(result: str, alternative: str, form: Format, output: str, problem: s
     from dse.api.reopening import reopen
 
     opened = reopen(result, problem)
+    tell_carried(opened.problem.file, is_carried=opened.problem.is_carried)
     folder = Path() if output == "-" else Path(output).parent
     write_text(output, export(opened, alternative, form, folder))
     return 0

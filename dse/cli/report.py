@@ -8,7 +8,7 @@ from typing import Any
 
 import click
 
-from dse.cli.common import console, ranking_options, report_folder
+from dse.cli.common import console, ranking_options, report_folder, tell_carried
 from dse.cli.studies import is_study, read_json, readable_study, sections_in
 from dse.files.writing import write_files
 
@@ -52,9 +52,9 @@ def command(
 ) -> int:
     """A result as a report: one HTML file that needs no network, Markdown, CSV and JSON.
 
-    Every figure is recomputed from the problem file, which must be the one that was solved. RESULT may also be what
-    `dse sweep --json` or `dse sensitivity --json` wrote: then the report is that of the study, with its figures as they
-    were written.
+    Every figure is recomputed from the problem file, which must mean what it meant when it was solved, or from the
+    problem that the result carries where that file is not there. RESULT may also be what `dse sweep --json` or
+    `dse sensitivity --json` wrote: then the report is that of the study, with its figures as they were written.
     """
     formats = _formats(figures)
     target = report_folder(folder)
@@ -68,6 +68,7 @@ def command(
     from dse.results.order import ranked_by
 
     found = reopen(result, problem)
+    tell_carried(found.problem.file, is_carried=found.problem.is_carried)
     if rank_by is not None:
         found = ranked_by(found, rank_by)
     if alternative is not None and alternative not in {point.id for point in found.front}:

@@ -18,6 +18,7 @@ from dse.cli.common import (
     ranking_options,
     report_folder,
     save,
+    tell_carried,
 )
 from dse.files.writing import is_stream, write_files
 
@@ -183,7 +184,9 @@ def _question(file: str | None, resume: str | None, changes: Changes) -> tuple[P
     if resume is not None:
         if changes.is_anything:
             raise click.UsageError("--resume goes on with the question of the result: no further limits or objectives")
-        return read_search(resume, file)
+        asked, earlier = read_search(resume, file)
+        tell_carried(asked.loaded.path, is_carried=asked.loaded.is_carried)
+        return asked, earlier
     if file is None:
         raise click.UsageError("missing argument FILE")
     return changed(load(file), changes), None

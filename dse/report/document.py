@@ -202,6 +202,7 @@ class Document:
     def provenance(self) -> list[tuple[str, str]]:
         """Where the figures come from: question, proof, versions, seed."""
         result, search, asked = self.result, self.result.search, self.result.problem.effective
+        carried = "; it was not there, and this is what the result carries of it" if result.problem.is_carried else ""
         found = [
             ("Latency rules", basis_words(asked)),
             ("Objectives", "; ".join(asked["objectives"])),
@@ -216,7 +217,7 @@ class Document:
             ("Space", f"at most {format_count(search.space_size)} designs, by their options alone"),
             ("Search", f"{search.solver}, {search.solver_calls} calls, {search.workers} workers, seed {search.seed}"),
             ("Versions", f"dse {__version__}, Python {python_version()}"),
-            ("Problem file", f"{result.problem.file.rpartition('/')[2]}, SHA-256 {result.problem.sha256}"),
+            ("Problem file", f"{result.problem.file.rpartition('/')[2]}, SHA-256 {result.problem.sha256}{carried}"),
         ]
         return found + [("Included file", f"{file}, SHA-256 {digest}") for file, digest in result.problem.includes]
 

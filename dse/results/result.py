@@ -160,13 +160,21 @@ class Search:
 
 @dataclass(frozen=True)
 class Origin:
-    """Which problem was solved: name, file, hashes, and the question as it was really asked."""
+    """Which problem was solved: name, file, hashes, and the question as it was really asked.
+
+    `identity` is the digest of what the problem means (`dse.spec.document`); `texts` are its files by name, as found
+    from the folder of the main one, so that a result can be worked with where they are not. `is_carried`: so it was
+    here.
+    """
 
     name: str
     file: str
     sha256: str
     includes: Sequence[tuple[str, str]]
     effective: Mapping[str, Any]
+    identity: str = ""
+    texts: Mapping[str, str] = field(default_factory=dict, repr=False)
+    is_carried: bool = False
 
 
 @dataclass(frozen=True)
@@ -237,6 +245,7 @@ class Result:
                 "file": self.problem.file,
                 "sha256": self.problem.sha256,
                 "includes": [{"file": file, "sha256": digest} for file, digest in self.problem.includes],
+                "identity": self.problem.identity,
                 "effective": dict(self.problem.effective),
             },
             "status": self.status,
@@ -265,6 +274,7 @@ class Result:
             **({"give_up": [clash.to_dict() for clash in self.give_up]} if self.give_up else {}),
             "others": [self._others_dict(item) for item in self.others],
             "search": vars(self.search),
+            "files": dict(self.problem.texts),
         }
 
     def _others_dict(self, others: Others) -> dict[str, Any]:

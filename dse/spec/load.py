@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import hashlib
-import os
 import re
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from difflib import get_close_matches
+from functools import cached_property
 from pathlib import Path
 from typing import Any, Literal, get_args
 
@@ -15,13 +15,14 @@ from pydantic import ValidationError
 from pydantic_core import ErrorDetails
 
 from dse.errors import Diagnostic, ProblemError
-from dse.files.reading import obstacle
+from dse.spec.document import SECTIONS, identity_of, merged_document
 from dse.spec.fields import describe
 from dse.spec.model import Catalogue, Model, Spec, TransmissionTime
-from dse.spec.reader import Node, PathPart, RepeatedKeysError, decode_text, dotted, read_bytes, read_yaml
+from dse.spec.reader import MAX_BYTES, Node, PathPart, RepeatedKeysError, decode_text, dotted, read_yaml
 from dse.spec.salvage import WHOLE, Place, Remains, remains, salvaged
+from dse.spec.samples import Samples, read_samples
+from dse.spec.sources import Carried, Files, OnDisk, name_from, read_source
 
-SECTIONS = tuple(name for name, info in Catalogue.model_fields.items() if str(info.annotation).startswith("dict["))
 MAX_FILES = 200
 MAX_FINDINGS = 200
 
@@ -57,7 +58,9 @@ class LoadedSpec:
     """A problem with its includes merged in, and where it was read.
 
     `sha256` is that of the main file; `includes` has each included file, as found from the main file's folder, and its
-    hash. `remains` tells what was taken out of a problem with mistakes.
+    hash. `texts` are those of all its files, the main one's under its own name; `samples` what stated uncertainties
+    take from files. `is_carried`: it was not read from the disk, but from such texts. `remains` tells what was
+    taken out of a problem with mistakes.
     """
 
     spec: Spec
@@ -66,6 +69,19 @@ class LoadedSpec:
     includes: tuple[tuple[str, str], ...] = ()
     sources: tuple[Source, ...] = field(default=(), repr=False, compare=False)
     remains: Remains = WHOLE
+    texts: Mapping[str, str] = field(default_factory=dict, repr=False, compare=False)
+    samples: Samples = field(default_factory=dict, repr=False, compare=False)
+    is_carried: bool = False
+
+    @cached_property
+    def document(self) -> Mapping[str, Any]:
+        """What it says as plain data, includes and samples merged in."""
+        return merged_document([source.node for source in self.sources], self.samples)
+
+    @cached_property
+    def identity(self) -> str:
+        """The digest of what it means: that of all problems which differ in comments, layout and paths only."""
+        return identity_of(self.document)
 
     def diagnostic(
         self,
@@ -92,15 +108,15 @@ class UnreadableError(ProblemError):
         self.rest = rest
 
 
-def load_spec(path: Path) -> LoadedSpec:
-    """Read a problem file with everything it includes.
+def load_spec(path: Path, texts: Mapping[str, str] | None = None) -> LoadedSpec:
+    """Read a problem file with everything it includes; from `texts`, as `LoadedSpec` has them, where they are given.
 
     Raises
     ------
     UnreadableError
         All findings in all files, main file first, then in the order of inclusion, by line. Names are not looked up.
     """
-    loader = _Loader(path)
+    loader = _Loader(path, OnDisk() if texts is None else Carried(path, texts))
     loader.read(path, str(path), Spec, ())
     return loader.result()
 
@@ -114,7 +130,7 @@ def parse_spec(text: str, file: str = "<text>") -> LoadedSpec:
         All findings, by line.
     """
     loader = _Loader(Path(file))
-    loader.take(text, file, Spec, hashlib.sha256(text.encode("utf-8", "replace")).hexdigest())
+    loader.take(text, file, Spec, text.encode("utf-8", "replace"))
     if loader.parts and loader.parts[0].source.node.known(["include"]):
         loader.miss(loader.parts[0].source.diagnostic(["include"], "a text cannot include files"))
     return loader.result()
@@ -127,22 +143,16 @@ class _Part:
     source: Source
     sha256: str
     model: Catalogue | None
+    text: str
     lost: tuple[Place, ...] = ()
-
-
-def _real(path: Path) -> Path:
-    """The path without links and dots; as it is where that cannot be told."""
-    try:
-        return Path(os.path.realpath(path))
-    except (OSError, ValueError):
-        return path
 
 
 class _Loader:
     """Collects the files of one problem and the findings about them."""
 
-    def __init__(self, main: Path) -> None:
+    def __init__(self, main: Path, files: Files | None = None) -> None:
         self.main = main
+        self.files: Files = OnDisk() if files is None else files
         self.parts: list[_Part] = []
         self.findings: list[Diagnostic] = []
         self._files: list[str] = []
@@ -151,22 +161,23 @@ class _Loader:
 
     def read(self, path: Path, file: str, model: type[Catalogue], including: tuple[Path, ...]) -> None:
         """Read one file and what it includes; `including` are the files on the way here."""
-        self._seen.add(_real(path))
+        self._seen.add(self.files.real(path))
         self._files.append(file)
         try:
-            data = read_bytes(path, file, "an included file" if including else "the problem file")
+            what = "an included file" if including else "the problem file"
+            data = read_source(self.files, path, file, MAX_BYTES, what)
             text = decode_text(data, file)
         except ProblemError as error:
             self._is_complete = False
             self.findings += error.diagnostics
             return
-        source = self.take(text, file, model, hashlib.sha256(data).hexdigest())
+        source = self.take(text, file, model, data)
         if source is not None:
             for place, target in _includes(source.node):
-                self._include(source, place, path.parent / target, (*including, _real(path)))
+                self._include(source, place, path.parent / target, (*including, self.files.real(path)))
 
-    def take(self, text: str, file: str, model: type[Catalogue], sha256: str) -> Source | None:
-        """Validate one text; its tree, or None when it has no tree."""
+    def take(self, text: str, file: str, model: type[Catalogue], data: bytes) -> Source | None:
+        """Validate one text, which was `data` in the file; its tree, or None when it has no tree."""
         if file not in self._files:
             self._files.append(file)
         lost: tuple[Place, ...] = ()
@@ -187,7 +198,7 @@ class _Loader:
             self._note(error, source, model)
             if rest := salvaged(model, source.node.to_data(), error):
                 valid, lost = rest[0], (*lost, *rest[1])
-        self.parts.append(_Part(source, sha256, valid, lost))
+        self.parts.append(_Part(source, hashlib.sha256(data).hexdigest(), valid, data.decode(errors="replace"), lost))
         return source
 
     def _note(self, error: ValidationError, source: Source, model: type[Catalogue]) -> None:
@@ -198,7 +209,7 @@ class _Loader:
             self.findings.append(Diagnostic(message, file=source.file))
 
     def _include(self, source: Source, place: Sequence[PathPart], target: Path, including: tuple[Path, ...]) -> None:
-        missing, resolved = obstacle(target), _real(target)
+        missing, resolved = self.files.obstacle(target), self.files.real(target)
         if resolved in including:
             self.miss(source.diagnostic(place, f'"{target.name}" includes itself'))
         elif missing is not None:
@@ -234,10 +245,19 @@ class _Loader:
         main, *others = self.parts
         assert isinstance(main.model, Spec)
         spec = main.model.model_copy(update=self._merged()) if others else main.model
-        folder = str(self.main.parent)
-        names = [part.source.file.removeprefix(f"{folder}/") if folder != "." else part.source.file for part in others]
-        includes = tuple(zip(names, (part.sha256 for part in others), strict=True))
-        return LoadedSpec(spec, self.main, main.sha256, includes, tuple(part.source for part in self.parts))
+        names = [name_from(part.source.file, self.main) for part in others]
+        samples, texts = read_samples(spec, self.main, self.files)
+        texts |= dict(zip((self.main.name, *names), (part.text for part in self.parts), strict=True))
+        return LoadedSpec(
+            spec,
+            self.main,
+            main.sha256,
+            includes=tuple(zip(names, (part.sha256 for part in others), strict=True)),
+            sources=tuple(part.source for part in self.parts),
+            texts=texts,
+            samples=samples,
+            is_carried=isinstance(self.files, Carried),
+        )
 
     def _merged(self) -> dict[str, Any]:
         models = [part.model for part in self.parts if part.model is not None]

@@ -17,7 +17,6 @@ from typing import Any
 
 from dse.api.problem import Problem
 from dse.errors import UsageError
-from dse.spec.load import SECTIONS
 from dse.units import (
     BANDWIDTH,
     DIMENSIONLESS,
@@ -69,7 +68,7 @@ BASE = dict.fromkeys((PERIOD, DURATION, *RANGES), "ns") | {
     RATE: "Hz",
     RATE_OF_DATA: "B/s",
 }
-LEFT_OUT = ("include", "baseline", "uncertainty")
+LEFT_OUT = ("baseline", "uncertainty")
 Place = tuple[str | int, ...]
 
 
@@ -92,13 +91,7 @@ def merged_data(problem: Problem) -> dict[str, Any]:
 
     Neither changes the front, so that editing them does not make a run a new one.
     """
-    main, *others = (source.node.to_data() for source in problem.loaded.sources)
-    data = {key: value for key, value in main.items() if key not in LEFT_OUT}
-    for section in [name for name in SECTIONS if name not in LEFT_OUT]:
-        for other in others:
-            if other.get(section):
-                data[section] = {**(data.get(section) or {}), **other[section]}
-    return data
+    return {key: value for key, value in problem.loaded.document.items() if key not in LEFT_OUT}
 
 
 def effective_text(data: Mapping[str, Any]) -> str:

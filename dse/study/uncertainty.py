@@ -9,29 +9,24 @@ connections.position.data_size: {samples: sizes.csv, column: bytes, unit: B}
 
 from __future__ import annotations
 
-import csv
-import io
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from difflib import get_close_matches
 from fractions import Fraction
-from pathlib import Path
 from typing import Any
 
 import numpy
 
 from dse.api.problem import Problem
 from dse.errors import Diagnostic, ProblemError, UsageError
-from dse.files.reading import UnreadableFileError, read_text
 from dse.spec.model import Uncertainty
+from dse.spec.samples import SampleError
 from dse.study.functions import InputSpace, Variable
 from dse.study.quantities import BASE, COUNT, RANGES, TOTAL, read_value
 from dse.units import POWER_DRAW, UNITS, Kind, UnitError, parse_quantity, shown
 
-MOST_SAMPLES = 1_000_000
 MIDDLE = 0.95
 """The share of its values over which an input without bounds is said to have its effect."""
-MOST_SAMPLE_BYTES = 64_000_000
 PLAIN = Kind("a factor", "1.1", parse_quantity("1").dimension or UNITS["%"][1])
 Quantile = Callable[[Any], Any]
 
@@ -261,8 +256,9 @@ class _Reader:
                 raise _Mistake("samples", "an empty list")
             return given, "in the file"
         assert given is not None
-        path = self.problem.loaded.path.parent / given
-        texts = _column(path, stated.column)
+        texts = self.problem.loaded.samples[self.path]
+        if isinstance(texts, SampleError):
+            raise _Mistake(texts.field, texts.message, texts.hint) from texts
         unit = f" {stated.unit}" if stated.unit else ""
         return [f"{text}{unit}" for text in texts], f"of {given}"
 
@@ -272,32 +268,6 @@ def _plain(text: str) -> Fraction:
     if quantity.unit not in ("", "%"):
         raise UnitError(f"a factor is a plain number, got {text!r}")
     return quantity.value
-
-
-def _column(path: Path, name: str | None) -> list[str]:
-    """The texts of a column of a CSV file with a header; of the only one when no name is given."""
-    try:
-        reader = csv.DictReader(io.StringIO(read_text(path, MOST_SAMPLE_BYTES, "a file of samples"), newline=""))
-        columns = list(reader.fieldnames or [])
-        if name is None and len(columns) != 1:
-            raise _Mistake(
-                "samples",
-                f"{path.name} has {len(columns)} columns",
-                f"say which with `column`: {', '.join(columns)}",
-            )
-        chosen = name if name is not None else columns[0]
-        if chosen not in columns:
-            raise _Mistake("column", f"{path.name} has no such column", f"columns: {', '.join(columns)}")
-        texts = [str(row[chosen]).strip() for row in reader if row[chosen]]
-    except UnreadableFileError as error:
-        raise _Mistake(
-            "samples", f"{path.name} cannot be read: {error.reason.removeprefix('cannot be read: ')}"
-        ) from error
-    except csv.Error as error:
-        raise _Mistake("samples", f"{path.name} cannot be read: {error}") from error
-    if not texts or len(texts) > MOST_SAMPLES:
-        raise _Mistake("samples", f"{path.name}: {len(texts)} samples", f"from 1 to {MOST_SAMPLES}")
-    return texts
 
 
 def in_base(value: Fraction, kind: Kind) -> Fraction:

@@ -316,7 +316,7 @@ def test_a_changed_problem_is_refused(tmp_path: Path, capsys: pytest.CaptureFixt
     problem.write_text(example_path("starter").read_text(), encoding="utf-8")
     result = tmp_path / "result.json"
     assert run(["solve", str(problem), "-q", "--json", str(result)]) == 0
-    problem.write_text(problem.read_text() + "# later\n", encoding="utf-8")
+    problem.write_text(problem.read_text().replace("60 EUR", "61 EUR"), encoding="utf-8")
     assert run(["report", str(result), "-o", str(tmp_path)]) == 2
     assert "has changed since the result was written" in capsys.readouterr().err
 
