@@ -72,12 +72,10 @@ class Box:
     def _worst(self, function: DesignFunction, parts: Sequence[_Part], bound: Bound) -> Worst:
         text, operator = function.outputs.texts[bound.requirement], function.outputs.operators[bound.requirement]
         directions = self._directions(parts, bound, text)
-        if operator == "==" and any(direction != 0 for direction in directions):
-            raise NotProvedError(f"{text}: an equality cannot hold for a whole range")
-        sign = -1 if operator[0] == ">" else 1
+        signs = {"<": (1,), ">": (-1,), "=": (1, -1)}[operator[0]]  # an equality is missed above or below
         free = [number for number, direction in enumerate(directions) if direction is None]
         found = []
-        for chosen in product((0, 1), repeat=len(free)):
+        for sign, chosen in product(signs, product((0, 1), repeat=len(free))):
             picked = dict(zip(free, chosen, strict=True))
             corner = tuple(
                 picked[number] if direction is None else int(direction * sign > 0)

@@ -248,3 +248,31 @@ def test_a_range_of_no_width_changes_nothing(tmp_path: Path) -> None:
     found = solve_robust(problem, Changes(), Budget())
     assert [point.design for point in found.robust.front] == [point.design for point in found.nominal.front]
     assert not found.failures and all(one == other for one, other in found.price.values())
+
+
+EQUALITY = """
+dse: 1
+name: equality
+processor_types: {c: {}}
+processors: {p: {type: c}, q: {type: c}}
+threads:
+  a: {processor: p, period: 10 ms, compute_execution_time: 2 ms}
+  b: {processor: [p, q], period: 10 ms, compute_execution_time: 1 ms, price: [10 EUR, 5 EUR]}
+requirements: [utilisation of p == LIMIT]
+objectives: [minimise price]
+uncertainty:
+  threads.b.compute_execution_time: {range: 1 ms .. HIGH}
+"""
+
+
+@pytest.mark.parametrize(
+    ("limit", "high", "robust", "nominal"),
+    [("20 %", "2 ms", 1, 1), ("30 %", "2 ms", 0, 1), ("30 %", "1 ms", 1, 1), ("40 %", "2 ms", 0, 0)],
+)
+def test_an_equality_is_robust_where_nothing_that_is_uncertain_moves_it(
+    limit: str, high: str, robust: int, nominal: int
+) -> None:
+    problem = loads(EQUALITY.replace("LIMIT", limit).replace("HIGH", high))
+    found = solve_robust(problem, Changes(), Budget())
+    assert (len(found.robust.front), len(found.nominal.front)) == (robust, nominal)
+    assert [item.value for item in found.failures] == ([400_000] if nominal > robust else [])
