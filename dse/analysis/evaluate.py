@@ -7,7 +7,7 @@ from functools import cached_property
 
 from dse.analysis.limits import Limit, Verdict, build_limit, judge
 from dse.analysis.measures import Measure, all_metrics, build_measure
-from dse.analysis.rates import rate_hz
+from dse.analysis.rates import active_circle, rate_hz
 from dse.analysis.validity import Rulebook, canonical
 from dse.analysis.views import CyclicActivation, View
 from dse.space.trees import NotOffered
@@ -95,7 +95,8 @@ class Evaluator:
             for number in range(len(self.space.components)):
                 rate_hz(self.space, ("activation", number), view)
         except CyclicActivation:
-            found.append("event-triggered threads dispatch each other in a circle")
+            circle = " -> ".join(self.space.components[number].name for number in active_circle(self.space, view))
+            found.append(f"event-triggered components dispatch each other in a circle and have no rate: {circle}")
         except NotOffered:
             found.append("a chosen option is not offered")
         return found

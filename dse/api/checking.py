@@ -9,6 +9,7 @@ from typing import Any
 
 from dse.analysis.remarks import problem_remarks
 from dse.api.problem import Changes, Problem, changed, load
+from dse.space.activation import exclusions
 from dse.space.settings import settings_of
 from dse.space.size import space_size
 from dse.space.trees import leaves
@@ -99,5 +100,6 @@ def _remarks(space: Space) -> Iterator[str]:
         if bandwidths and ("load", number) not in limited:
             yield f"nothing limits the load of {bus.name}: designs that overload it are admitted"
     yield from problem_remarks(space)
+    yield from exclusions(space)
     if not space.objectives:
         yield "there are no objectives: `dse solve` needs --minimise"

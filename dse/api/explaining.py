@@ -23,6 +23,7 @@ from dse.pareto.feasibility import Fixed, Member, Oracle
 from dse.pareto.relaxations import Closest, closest_limit
 from dse.results.explanation import Demand, Example, Explanation, GiveUp, MinimalConflict, Relaxation
 from dse.results.result import Clash, Conflict, decisions_of
+from dse.space.activation import exclusions
 from dse.space.types import Design, Requirement, Rule, Space
 from dse.units import DIMENSIONLESS, Quantity, convert, format_duration, format_number
 
@@ -163,7 +164,8 @@ class Explainer:
 
     def explanation(self) -> Explanation:
         """Everything but the offers."""
-        blank = Explanation(origin_of(self.asked), "incomplete", self.space.currency, complete=False)
+        excluded = tuple(exclusions(self.space))
+        blank = Explanation(origin_of(self.asked), "incomplete", self.space.currency, excluded=excluded, complete=False)
         oracle = self.oracle
         try:
             design = oracle.witness(oracle.everything)

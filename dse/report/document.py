@@ -27,6 +27,7 @@ from dse.report.words import (
     baseline_words,
     changes_words,
     dominated_words,
+    exclusion_words,
     figures_words,
     others_words,
     proof_words,
@@ -224,7 +225,9 @@ class Document:
     @property
     def gaps(self) -> tuple[str, ...]:
         """What the model does not see."""
-        return (REDUCED, processing_words(self.result.problem.effective), *GAPS)
+        excluded = exclusion_words(self.space)
+        said = (REDUCED, processing_words(self.result.problem.effective))
+        return (*said, *filter(None, (excluded,)), *GAPS)
 
     # --- one alternative ------------------------------------------------------------------------------------------
 

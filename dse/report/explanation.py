@@ -8,7 +8,7 @@ from fractions import Fraction
 from rich.console import Console
 
 from dse.report.plain import basis_words
-from dse.report.words import amount_words
+from dse.report.words import amount_words, exclusion_words
 from dse.results.explanation import Demand, Example, Explanation, GiveUp, Offer, Relaxation
 from dse.results.result import Clash, Result
 from dse.results.values import readable
@@ -39,6 +39,8 @@ def print_explanation(console: Console, explanation: Explanation) -> None:
         say.strongly("Stopped before it was known whether there is a design.")
     else:
         say.strongly("Infeasible, proved: no design meets every requirement and rule.")
+        for text in explanation.excluded:
+            say.line(f"Beside, {text}.")
         _print_conflict_sets(say, explanation)
         _print_relaxations(say, explanation)
     _print_offers(say, explanation)
@@ -72,6 +74,8 @@ def conflict_words(result: Result) -> Iterator[tuple[str, tuple[str, ...]]]:
             f"No single change is enough. These {len(result.give_up)} together are; each at best, without the others:",
             tuple(_clash(clash, result.space.currency) for clash in result.give_up),
         )
+    if excluded := exclusion_words(result.space):
+        yield excluded, ()
     more = "shows all conflicts and the smallest changes that mend them" if result.conflicts else "says why"
     yield f"`dse explain` with the same options {more}.", ()
 

@@ -21,6 +21,7 @@ from dse.report.words import (
     baseline_words,
     changes_words,
     dominated_words,
+    exclusion_words,
     figures_words,
     hidden_words,
     others_words,
@@ -78,8 +79,8 @@ def print_result(console: Console, result: Result, top: int | None = TOP) -> Non
         "designs; every point recomputed without the solver.",
         markup=False,
     )
-    if rounding := rounding_words(result):
-        console.print(rounding, markup=False)
+    for said in filter(None, (rounding_words(result), exclusion_words(result.space))):
+        console.print(said, markup=False)
     if contention := contention_words(result):
         console.print(contention, markup=False)
     elif result.front:

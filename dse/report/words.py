@@ -14,6 +14,8 @@ from dse.results.reasons import Comparison, Dominant, Improvement, Margin, Reaso
 from dse.results.result import Others, Point, Result, Sibling
 from dse.results.values import counted, display_unit, readable
 from dse.results.variants import NEAR
+from dse.space.activation import exclusions
+from dse.space.types import Space
 from dse.units.text import format_count
 
 REDUCED = (
@@ -336,6 +338,11 @@ def rounding_words(result: Result) -> str:
     """Which objectives are rounded; "" where all are exact."""
     found = [f"{item.name} (to {item.unit})" for item in result.objectives if item.name in result.rounded]
     return f"Rounded up, for want of a unit in which all values are whole: {', '.join(found)}." if found else ""
+
+
+def exclusion_words(space: Space) -> str:
+    """Which combinations of options are no designs though nothing in the file forbids them; "" without any."""
+    return " ".join(f"{_capital(text)}." for text in exclusions(space))
 
 
 def tie_words(result: Result) -> str:

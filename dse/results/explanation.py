@@ -144,7 +144,8 @@ class Explanation:
 
     `status` is ``feasible`` (`design` meets everything), ``infeasible`` (proved, and explained), ``no structure``
     (proved: even without requirements, rules and fixed decisions there is no design) or ``incomplete`` (time ran out
-    before feasibility was decided). `complete` says that nothing which was asked for is missing, `every` that
+    before feasibility was decided). `excluded` says which combinations of options are no designs though nothing in the
+    file forbids them. `complete` says that nothing which was asked for is missing, `every` that
     `conflicts` are all there are. Where time ran out, `left_open` says in words what was not looked at, and `reduced`,
     if not empty, are demands that have no design together (proved), fewer of which may have none either.
     """
@@ -160,6 +161,7 @@ class Explanation:
     give_up: GiveUp | None = None
     offers: tuple[Offer, ...] = ()
     offered: Sequence[str] = ()
+    excluded: Sequence[str] = ()
     complete: bool = True
     left_open: tuple[str, ...] = ()
     reduced: tuple[Demand, ...] = ()
@@ -198,6 +200,7 @@ class Explanation:
             "impossible_together": [demand.to_dict() for demand in self.reduced],
             "relaxations": [item.to_dict() for item in self.relaxations],
             "give_up": None if self.give_up is None else self.give_up.to_dict(),
+            "excluded": list(self.excluded),
             "offered": list(self.offered),
             "offers": [item.to_dict() for item in self.offers],
             "search": {"solver_calls": self.solver_calls, "wall_s": self.wall_s},

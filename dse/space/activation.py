@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 
 from dse.space.circles import shortest_circle, strong_components
@@ -91,6 +91,25 @@ def check_activation(ledger: Ledger, space: Space) -> None:
         _check_delivery(ledger, space, connection, needed)
 
 
+def possible_circles(space: Space) -> Iterator[str]:
+    """Components that would dispatch each other in a circle in some designs: ``a -> b -> a``.
+
+    One shortest circle for each set of components that all reach each other. Such designs have no rates and are none.
+    """
+    graph = {source: sorted(targets) for source, targets in trigger_graph(space).items()}
+    for members in strong_components(graph):
+        first = min(members)
+        if len(members) > 1 or first in graph[first]:
+            circle = [space.components[number].name for number in shortest_circle(graph, first)]
+            yield " -> ".join([*circle, circle[0]])
+
+
+def exclusions(space: Space) -> Iterator[str]:
+    """Which combinations of options are no designs, though nothing in the file forbids them: sentences for people."""
+    for circle in possible_circles(space):
+        yield f"designs are excluded in which event-triggered components dispatch each other in a circle: {circle}"
+
+
 def _check_cycles(ledger: Ledger, space: Space) -> None:
     """A circle of components that are event-triggered whatever is chosen has no rate in any design."""
     always = {number for number, item in enumerate(space.components) if must_be_event_triggered(item)}
@@ -103,8 +122,9 @@ def _check_cycles(ledger: Ledger, space: Space) -> None:
         if ledger.is_doubtful(*(item.name for item in circle)):
             continue
         names = " -> ".join(item.name for item in [*circle, circle[0]])
-        message = f"event-triggered cycle without a periodic source: {names}"
-        ledger.error((circle[0].section, circle[0].name), message, "make one of them periodic")
+        message = f"event-triggered components dispatch each other in a circle and have no rate: {names}"
+        hint = "make one of them periodic, or state the `rate` of a connection of the circle"
+        ledger.error((circle[0].section, circle[0].name), message, hint)
 
 
 def _check_sources(ledger: Ledger, space: Space, needed: set[int]) -> None:

@@ -193,3 +193,39 @@ def test_which_way_a_limit_must_move(
     assert run(["solve", str(path), "--require", requirement]) == 4
     assert f"{requirement} (command line): the closest is " in (said := " ".join(capsys.readouterr().out.split()))
     assert missed in said
+
+
+CIRCLE = """
+dse: 1
+name: circle
+processor_types: {cpu: {}}
+processors: {computer: {type: cpu}}
+devices: {tick: {period: 10 ms}}
+threads:
+  a: {processor: computer, dispatch_protocol: [periodic, aperiodic], period: 5 ms, compute_execution_time: 1 ms}
+  b: {processor: computer, dispatch_protocol: [periodic, aperiodic], period: 5 ms, compute_execution_time: 1 ms}
+connections: {start: {from: tick, to: a}, ab: {from: a, to: b}, ba: {from: b, to: a}}
+objectives: [minimise utilisation of computer]
+"""
+
+
+def test_designs_that_are_excluded_for_a_circle_are_told_of(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """Both aperiodic is no design, although a timer drives a: who dispatches whom has no rate."""
+    path = tmp_path / "circle.yaml"
+    path.write_text(CIRCLE)
+    said = "esigns are excluded in which event-triggered components dispatch each other in a circle: a -> b -> a"
+    both = ["--require", "a.dispatch_protocol == aperiodic", "--require", "b.dispatch_protocol == aperiodic"]
+    for command, code in ((["check"], 0), (["solve"], 0), (["solve", *both], 4), (["explain", *both], 4)):
+        assert run([command[0], str(path), *command[1:]]) == code
+        assert said in " ".join(capsys.readouterr().out.split()), command
+    found = dse.explain(str(path), require=both[1::2])
+    assert found.to_dict()["excluded"] == [f"d{said}"]
+    broken = dse.analyse(str(path), {"a.dispatch_protocol": "aperiodic", "b.dispatch_protocol": "aperiodic"}).breaches
+    assert [text.rpartition(": ")[2] for text in broken] == ["a -> b -> a"]
+
+
+def test_without_a_possible_circle_nothing_is_said_of_one(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    path = tmp_path / "line.yaml"
+    path.write_text(CIRCLE.replace(", ba: {from: b, to: a}", ""))
+    assert run(["check", str(path)]) == run(["solve", str(path)]) == 0
+    assert "excluded" not in capsys.readouterr().out
