@@ -10,6 +10,8 @@ from typing import Any
 from dse.analysis.remarks import problem_remarks
 from dse.api.problem import Changes, Problem, changed, load
 from dse.space.activation import exclusions
+from dse.space.figures import mentions
+from dse.space.questions import unoffered_types
 from dse.space.settings import settings_of
 from dse.space.size import space_size
 from dse.space.trees import leaves
@@ -101,5 +103,9 @@ def _remarks(space: Space) -> Iterator[str]:
             yield f"nothing limits the load of {bus.name}: designs that overload it are admitted"
     yield from problem_remarks(space)
     yield from exclusions(space)
+    for name in unoffered_types(space):
+        for rule in space.rules:
+            if mentions(rule.text, name):
+                yield f'rule "{rule.text}" names the type {name}, which nothing may have: it is used in no design'
     if not space.objectives:
         yield "there are no objectives: `dse solve` needs --minimise"

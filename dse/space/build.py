@@ -26,6 +26,8 @@ from dse.spec.load import LoadedSpec, UnreadableError
 from dse.spec.model import Spec
 from dse.units import shown
 
+CATALOGUES = ("processor_types", "bus_types", "device_types", "thread_types")
+
 
 def build_space(loaded: LoadedSpec) -> Space:
     """The space of the loaded problem.
@@ -70,6 +72,7 @@ def build_space(loaded: LoadedSpec) -> Space:
         baseline={},
         assumptions=spec.assumptions,
         processing=spec.processing,
+        catalogue={section: tuple(getattr(spec, section)) for section in CATALOGUES},
         deadlines=spec.deadlines or default_deadlines(spec.profile),
     )
     check_activation(ledger, space)

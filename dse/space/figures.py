@@ -85,7 +85,7 @@ class Ledger:
             return False
         words = message if hint.startswith(("did you mean", "known", "options")) else f"{message} {hint}"
         text = self.loaded.source_of(path).text_at(path)
-        return any(name in path[1:] or _names(words, name) or _mentions(text, name) for name in taken.names)
+        return any(name in path[1:] or _names(words, name) or mentions(text, name) for name in taken.names)
 
     def _types(self) -> Iterable[str]:
         spec = self.loaded.spec
@@ -120,7 +120,7 @@ class Ledger:
         words = self._doubtful_metrics
         if path[0] == "rules":
             words = self._doubtful | self._doubtful_words
-        return any(_mentions(text, word) for word in words)
+        return any(mentions(text, word) for word in words)
 
     def origin(self, path: Path) -> str:
         """Where `path` stands in the problem file, as ``file:line``."""
@@ -158,7 +158,8 @@ def _word(name: str) -> str:
     return rf"(?<!\w){re.escape(name)}(?!\w)"
 
 
-def _mentions(text: str, name: str) -> bool:
+def mentions(text: str, name: str) -> bool:
+    """Whether a text has a name as a word of its own."""
     return name in text and re.search(_word(name), text) is not None
 
 

@@ -319,7 +319,26 @@ def read_rule(space: Space, text: str, origin: str = "") -> Rule:
 def _bare_names(space: Space) -> list[str]:
     slots = [slot.name for slot in (*space.processors, *space.buses)]
     types = [str(text) for item in space.references.values() if item.kind == "type" for text in item.texts.values()]
+    types += [name for names in space.catalogue.values() for name in names]
     return [*slots, *(name for name in dict.fromkeys(types) if name != EMPTY)]
+
+
+def unoffered_types(space: Space) -> list[str]:
+    """The types of the catalogues that nothing may have."""
+    offered = {str(text) for item in space.references.values() if item.kind == "type" for text in item.texts.values()}
+    return [name for names in space.catalogue.values() for name in names if name not in offered]
+
+
+def _compared_value(space: Space, reference: Reference, text: str) -> Any:
+    """The value that a rule compares with: an option, or a type of the catalogue that is none (any more)."""
+    if reference.kind == "type":
+        owner = reference.name.removesuffix(".type")
+        sections = {item.name: "processor_types" for item in space.processors}
+        sections |= {item.name: "bus_types" for item in space.buses}
+        sections |= {item.name: f"{item.section.removesuffix('s')}_types" for item in space.components}
+        if text in space.catalogue.get(sections.get(owner, ""), ()):
+            return text
+    return offered_value(reference, text)
 
 
 def _resolve(space: Space, condition: Condition) -> ResolvedCondition:
@@ -337,7 +356,9 @@ def _atom(space: Space, condition: Condition) -> Atom:
         return _used(space, condition.name)
     if isinstance(condition, OneOf):
         reference = references[condition.ref.name]
-        return ValueTest(reference.tree, "in", tuple(offered_value(reference, text) for text in condition.values))
+        return ValueTest(
+            reference.tree, "in", tuple(_compared_value(space, reference, text) for text in condition.values)
+        )
     if isinstance(condition, MultipleOf):
         left, right = references[condition.left.name], references[condition.right.name]
         if left.kind != "duration" or right.kind != "duration":
@@ -353,12 +374,16 @@ def _atom(space: Space, condition: Condition) -> Atom:
         if right.kind != left.kind:
             raise QuestionError(f"{left.name} and {right.name} are of different kinds")
         return PairTest(left.tree, condition.operator, right.tree)
-    read = offered_value if condition.operator == "==" else read_value
-    return ValueTest(left.tree, condition.operator, read(left, condition.right))
+    if condition.operator == "==" or left.kind == "type":
+        return ValueTest(left.tree, condition.operator, _compared_value(space, left, condition.right))
+    return ValueTest(left.tree, condition.operator, read_value(left, condition.right))
 
 
 def _used(space: Space, name: str) -> UsedTest:
-    """A slot that is not empty, or a type that some slot or component has, or to which something is bound directly."""
+    """A slot that is not empty, or a type that some slot or component has, or to which something is bound directly.
+
+    A type of the catalogue that nothing may have is used in no design.
+    """
     slots = {slot.name: slot for slot in (*space.processors, *space.buses)}
     if name in slots and name not in slots[name].types:
         reference = space.references[f"{name}.type"]
@@ -366,7 +391,7 @@ def _used(space: Space, name: str) -> UsedTest:
     direct = [number for number, bus in enumerate(space.buses) if bus.direct and bus.name == name]
     own = {f"{name}.type"} if direct else set()
     having = [item for item in space.references.values() if item.kind == "type" and name in item.texts]
-    if not having:
+    if not having and not any(name in names for names in space.catalogue.values()):
         match = get_close_matches(name, _bare_names(space), n=1)
         raise QuestionError(f"nothing is called {shown(name)}", f'did you mean "{match[0]}"?' if match else "")
     bindings = [*(item.bus for item in space.connections), *(item.carrier for item in space.buses)]

@@ -305,6 +305,8 @@ class Space:
     assumptions: tuple[str, ...] = ()
     processing: str = "execution_time"
     """What a flow counts as the longest processing of a thread: ``execution_time`` or ``response_time``."""
+    catalogue: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
+    """The names of all types by section (``processor_types``, …), also of those that nothing may have."""
     deadlines: str = "none"
     """Which deadlines of threads count: ``stated``, ``all`` (a thread without one ends by its period) or ``none``."""
 

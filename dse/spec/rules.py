@@ -1,6 +1,7 @@
 """Rules between decisions: a recursive-descent parser for conditions.
 
-Precedence from loose to tight: ``implies`` and ``requires`` (to the right), ``or``, ``and``, ``not``, comparisons.
+Precedence from loose to tight: ``implies`` and ``requires``, ``or``, ``and``, ``not``, comparisons. Where a reader may
+take it otherwise (``A and B requires C``, ``not A requires B``, ``A implies B implies C``) parentheses are asked for.
 """
 
 from __future__ import annotations
@@ -29,6 +30,8 @@ class RuleParser:
         self.names = frozenset(names)
         self.bare = frozenset(bare)
         self._scanner = Scanner(text)
+        self._bracketed: list[Condition] = []
+        self._implied: list[Condition] = []
         self._by_initial: dict[str, list[str]] = {}
         for name in sorted(self.names | self.bare, key=lambda known: (-len(known), known)):
             self._by_initial.setdefault(name[:1], []).append(name)
@@ -54,11 +57,40 @@ class RuleParser:
                 left = self._implication()
                 if not self._take_keyword("then"):
                     raise self._error('expected "then"')
-                return Or((Not(left), self._implication()))
-            left = self._disjunction()
-            if self._take_keyword("implies") or self._take_keyword("requires"):
-                return Or((Not(left), self._implication()))
+                self._bracketed.append(condition := Or((Not(left), self._implication())))
+                return condition
+            start, left = self.at, self._disjunction()
+            self._skip()
+            for word, at in (("implies", self.at), ("requires", self.at)):
+                if self._take_keyword(word):
+                    middle, right = self.at, self._implication()
+                    self._refuse_doubt(word, (left, right), at, (start, at, middle, self.at))
+                    self._implied.append(made := Or((Not(left), right)))
+                    return made
             return left
+
+    def _refuse_doubt(
+        self, word: str, sides: tuple[Condition, Condition], at: int, places: tuple[int, int, int, int]
+    ) -> None:
+        """``A and B requires C`` has two readings, as has ``A implies B implies C``.
+
+        `at` is where the word stands, `places` are the beginnings and ends of both sides.
+        """
+        left, right = sides
+        bare = [not any(side is item for item in self._bracketed) for side in sides]
+        chained = bare[1] and any(right is item for item in self._implied)
+        tight = word == "requires" and (
+            (bare[0] and isinstance(left, And | Or | Not)) or (bare[1] and isinstance(right, And | Or))
+        )
+        if chained or tight:
+            texts = [self.text[places[0] : places[1]].strip(), self.text[places[2] : places[3]].strip()]
+            compound = [alone and isinstance(side, And | Or | Not) for side, alone in zip(sides, bare, strict=True)]
+            shown_sides = [f"({text})" if several else text for text, several in zip(texts, compound, strict=True)]
+            self.at = at
+            hint = f"such as {shown_sides[0]} {word} {shown_sides[1]}"
+            raise self._error(
+                f"{shown(word)} can be read in two ways here: say with parentheses what belongs together", hint
+            )
 
     def _disjunction(self) -> Condition:
         operands = [self._conjunction()]
@@ -80,6 +112,7 @@ class RuleParser:
             condition = self._implication()
             if not self._take(")"):
                 raise self._error('expected ")"')
+            self._bracketed.append(condition)
             return condition
         return self._comparison()
 

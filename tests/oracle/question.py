@@ -86,8 +86,8 @@ def _rule(rng: random.Random, problem: Problem) -> str | None:
 
 
 def _names_in_use(problem: Problem) -> list[str]:
-    """Slots, and types that some slot may have."""
-    names: list[str] = []
+    """Slots, and types of the catalogues, whether some slot may have them or not."""
+    names: list[str] = [*problem.sections["processor_types"], *problem.sections["bus_types"]]
     for section in ("processors", "buses"):
         for name in problem.sections[section]:
             names += [_quote(name), *(t for t in problem.types(name) if t != NONE)]

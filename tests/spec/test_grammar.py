@@ -118,7 +118,12 @@ def test_rule_verbs() -> None:
         ("Spectra or can and big box", Or((Used("Spectra"), And((Used("can"), Used("big box")))))),
         ("(Spectra or can) and big box", And((Or((Used("Spectra"), Used("can"))), Used("big box")))),
         ("not Spectra or can or big box", Or((Not(Used("Spectra")), Used("can"), Used("big box")))),
-        ("Spectra implies can implies big box", Or((Not(Used("Spectra")), Or((Not(Used("can")), Used("big box")))))),
+        ("Spectra implies (can implies big box)", Or((Not(Used("Spectra")), Or((Not(Used("can")), Used("big box")))))),
+        ("not Spectra and can implies big box", Or((Not(And((Not(Used("Spectra")), Used("can")))), Used("big box")))),
+        ("Spectra and (can requires big box)", And((Used("Spectra"), Or((Not(Used("can")), Used("big box")))))),
+        ("(Spectra and can) requires big box", Or((Not(And((Used("Spectra"), Used("can")))), Used("big box")))),
+        ("Spectra requires not can", Or((Not(Used("Spectra")), Not(Used("can"))))),
+        ("Spectra requires if can then big box", Or((Not(Used("Spectra")), Or((Not(Used("can")), Used("big box")))))),
     ],
 )
 def test_conditions(text: str, condition: Condition) -> None:
@@ -198,6 +203,13 @@ def test_limit(text: str, name: str | None) -> None:
         (rule, "(" * 60 + "Spectra", 50, "nested deeper than 50"),
         (rule, "not " * 2000 + "Spectra", 199, "nested deeper than 50"),
         (rule, "Spectra implies " * 500, 799, "nested deeper than 50"),
+        (rule, "Spectra and can requires big box", 16, "such as (Spectra and can) requires big box"),
+        (rule, "not (Spectra and can requires big box)", 21, "such as (Spectra and can) requires big box"),
+        (rule, "Spectra or can requires big box", 15, '"requires" can be read in two ways here'),
+        (rule, "not Spectra requires can", 12, "such as (not Spectra) requires can"),
+        (rule, "Spectra requires can and big box", 8, "such as Spectra requires (can and big box)"),
+        (rule, "Spectra implies can implies big box", 8, "such as Spectra implies (can implies big box)"),
+        (rule, "Spectra requires can requires big box", 8, "such as Spectra requires (can requires big box)"),
     ],
 )
 def test_errors(parse: Callable[[str], Any], text: str, offset: int, message: str) -> None:
