@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 
+from dse.analysis.contention import ContentionReferee, with_contention
 from dse.analysis.evaluate import Evaluator
 from dse.api.problem import Changes, Problem, changed, complete_design, load, read_choices
 from dse.results.analysis import Analysis
+from dse.results.contention import judge
 from dse.results.tables import analyse_design
 
 
@@ -22,7 +25,7 @@ def analyse(
     response_times: bool = False,
     changes: Changes | None = None,
 ) -> Analysis:
-    """Every figure of one design.
+    """Every figure of one design; what it keeps with contention too, where the question leaves that out.
 
     Parameters
     ----------
@@ -52,4 +55,8 @@ def analyse(
     texts = [f"'{name}' = {option}" for name, option in design.items()] if isinstance(design, Mapping) else design or ()
     choices = {**space.baseline, **space.fixed, **read_choices(space, texts)}
     chosen = complete_design(space, choices)
-    return analyse_design(Evaluator(space), chosen, response_times=response_times)
+    analysis = analyse_design(Evaluator(space), chosen, response_times=response_times)
+    counted = with_contention(space)
+    if counted is None or analysis.breaches:
+        return analysis
+    return replace(analysis, contended=judge(ContentionReferee(counted), analysis.design))

@@ -4,19 +4,23 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from fractions import Fraction
+from functools import partial
 from pathlib import Path
 from typing import Any
 
+from dse.analysis.bounds import Impossible, impossible
 from dse.analysis.remarks import problem_remarks
 from dse.api.problem import Changes, Problem, changed, load
 from dse.space.activation import exclusions
 from dse.space.figures import mentions
 from dse.space.questions import unoffered_types
-from dse.space.settings import settings_of
+from dse.space.settings import settings_of, told_deadlines
 from dse.space.size import space_size
 from dse.space.trees import leaves
-from dse.space.types import Decision, Space
+from dse.space.types import Component, Decision, Space
 from dse.spec.rounding import rounded_figures
+from dse.units import format_duration, format_number, format_ratio
 
 MOST_ROUNDED = 20
 """The most figures of which is said one by one that they are rounded."""
@@ -24,12 +28,17 @@ MOST_ROUNDED = 20
 
 @dataclass(frozen=True)
 class Description:
-    """The space of a problem: open decisions with their options, its size, and remarks."""
+    """The space of a problem: open decisions with their options, its size, and remarks.
+
+    `impossible` are requirements and deadlines that no design meets, as bounds alone show, each with its place and both
+    figures; there may be others.
+    """
 
     space: Space
     decisions: tuple[Decision, ...]
     size: int
     remarks: tuple[str, ...]
+    impossible: tuple[Impossible, ...] = ()
 
     def to_dict(self) -> dict[str, Any]:
         """The description in the form ``dse-check/1``."""
@@ -45,6 +54,16 @@ class Description:
             "requirements": [item.text for item in space.requirements],
             "rules": [item.text for item in space.rules],
             "objectives": [f"{item.sense} {item.metric.name}" for item in space.objectives],
+            "impossible": [
+                {
+                    "requirement": item.requirement.text,
+                    "origin": item.requirement.origin,
+                    item.side: str(item.value),
+                    "limit": str(item.limit),
+                    "unit": item.unit,
+                }
+                for item in self.impossible
+            ],
             "remarks": list(self.remarks),
         }
 
@@ -78,7 +97,58 @@ def check(
     asked = (changes or Changes()).with_settings(processing=processing, deadlines=deadlines)
     space = changed(loaded, asked).space
     decisions = tuple(item for item in space.decisions if item.is_open)
-    return Description(space, decisions, space_size(space), (*_remarks(space), *_rounded(loaded)))
+    told = told_deadlines(space, partial(_deadline_origin, loaded))
+    found = tuple(impossible(space, (*space.requirements, *told)))
+    remarks = (*_remarks(space), *_setting_remarks(loaded, space), *_rounded(loaded))
+    return Description(space, decisions, space_size(space), remarks, found)
+
+
+def _deadline_origin(problem: Problem, component: Component) -> str:
+    """Where the deadline of a thread stands, or the thread."""
+    place = problem.loaded.diagnostic((component.section, component.name, "deadline"), "")
+    return f"{place.file}:{place.line}"
+
+
+def impossible_words(item: Impossible, currency: str) -> str:
+    """``no design meets latency of f <= 5 ms (p.yaml:12): it is at least 7 ms``; for a deadline, what executes."""
+    requirement = item.requirement
+    where = f" ({requirement.origin})" if requirement.origin else ""
+    value, limit = (_figure(figure, item.unit, currency) for figure in (item.value, item.limit))
+    said = f"no design meets {requirement.text}{where}"
+    if requirement.metric.key == "deadline":
+        return f"{said}: alone on its core it takes {value} at its longest, the deadline is {limit}"
+    return f"{said}: it is at {item.side} {value}, the limit is {limit}"
+
+
+def _figure(value: Fraction, unit: str, currency: str) -> str:
+    if unit == "ns":
+        return format_duration(value)
+    if unit == "ppm":
+        return format_ratio(value / 10**6)
+    return f"{format_number(value / 100)} {currency}" if unit == "ct" else f"{format_number(value)} {unit}".rstrip()
+
+
+def _setting_remarks(problem: Problem, space: Space) -> Iterator[str]:
+    """What the settings make of what is stated."""
+    written = problem.loaded.sources[0].node.to_data().get("deadlines")
+    if isinstance(written, bool):
+        word = "all" if written else "none"
+        yield f"deadlines: {str(written).lower()} is the former word for `{word}`" + (
+            "; a stated deadline is told of each design by default (`stated`)" if not written else ""
+        )
+    there = [item for item in space.components if any(leaf is not None for leaf in leaves(item.deadline_ns))]
+    told = [item for item in there if item.processor is not None]
+    idle = [item.name for item in there if item.processor is None]
+    if told and told_deadlines(space):
+        count = f"the deadline of {told[0].name}" if len(told) == 1 else f"the deadlines of {len(told)} threads"
+        yield (
+            f"whether {count} {'is' if len(told) == 1 else 'are'} met is told of each design, and not searched for: "
+            "`deadlines: all` or `response time of THREAD <= …` require it"
+        )
+    if idle and space.profile == "dse":
+        yield f"no deadline counts of what runs on no processor: {', '.join(idle)}"
+    if space.profile == "osate-2.2" and space.processing == "response_time":
+        yield "profile osate-2.2 counts no response times: `processing: response_time` changes nothing"
 
 
 def _rounded(problem: Problem) -> Iterator[str]:

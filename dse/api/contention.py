@@ -13,7 +13,7 @@ from dse.analysis.patience import OutOfTime, until
 from dse.api.recalling import named_design
 from dse.api.recomputing import Bench
 from dse.errors import UsageError
-from dse.results.contention import NOT_CHECKED, Broken, Contended
+from dse.results.contention import NOT_CHECKED, Contended, judge
 from dse.results.result import Result
 from dse.space.types import Design
 
@@ -39,17 +39,6 @@ def with_verdicts(result: Result, *, started: float, time_limit_s: float | None)
     todo = {number: design for number, design in designs.items() if number not in result.contended}
     found = {**result.contended, **_judged(ContentionReferee(counted), todo, max(limit, now + GRACE_S))}
     return replace(result, contended={number: found[number] for number in designs if number in found})
-
-
-def judge(referee: ContentionReferee, design: Design) -> Contended:
-    """What one design keeps.
-
-    Raises
-    ------
-    OutOfTime
-        when a limit of time (`dse.analysis.patience.until`) is up.
-    """
-    return Contended(tuple(Broken.of(miss) for miss in referee.misses(design)))
 
 
 def _judged(referee: ContentionReferee, designs: Mapping[str, Design], deadline: float) -> dict[str, Contended]:

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from rich.console import Console
 from rich.table import Table
 
-from dse.report.contention import contention_words, processing_words
+from dse.report.contention import contended_words, contention_words, core_words, processing_words
 from dse.report.explanation import print_conflicts
 from dse.report.missing import TITLE, missing_words
 from dse.report.plain import basis_words, print_hanging
@@ -223,6 +223,9 @@ def print_analysis(console: Console, analysis: Analysis) -> None:
         console.print(_flow_table(console, table))
     console.print(REDUCED, markup=False)
     console.print(processing_words(settings_of(analysis.space)), markup=False)
+    if analysis.contended is not None:
+        said = contended_words(analysis.contended, analysis.space.currency)
+        console.print(f"With response times, {core_words(analysis.space)}: {said}", markup=False)
     console.print(GAPS[0], markup=False)
     for usage in analysis.processors:
         console.print(_processor_table(console, usage))

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 from dse.analysis.latency import Row
 from dse.analysis.limits import Verdict
 from dse.analysis.scheduling import Response
+from dse.results.contention import Contended
 from dse.results.values import exact
 from dse.space.settings import settings_of
 from dse.space.types import EMPTY, Design, Space
@@ -90,6 +91,8 @@ class Analysis:
     breaches: tuple[str, ...] = ()
     responses: Mapping[str, tuple[Response, ...]] = field(default_factory=dict)
     """By processor, where response times were asked for."""
+    contended: Contended | None = None
+    """What the design keeps when response times count and deadlines are met, where the question leaves that out."""
 
     @property
     def is_feasible(self) -> bool:
@@ -148,6 +151,7 @@ class Analysis:
                 }
                 for verdict in self.verdicts
             ],
+            **({"contention": self.contended.to_dict()} if self.contended is not None else {}),
             "warnings": list(self.warnings),
             "response_times": {name: [_response(item) for item in found] for name, found in self.responses.items()},
         }

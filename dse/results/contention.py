@@ -7,8 +7,9 @@ from dataclasses import dataclass
 from fractions import Fraction
 from typing import Any
 
-from dse.analysis.contention import Miss
+from dse.analysis.contention import ContentionReferee, Miss
 from dse.results.values import exact
+from dse.space.types import Design
 
 NOT_CHECKED = "not checked"
 
@@ -58,6 +59,17 @@ class Contended:
     def to_dict(self) -> dict[str, Any]:
         """For JSON."""
         return {"status": self.status, "broken": [item.to_dict() for item in self.broken]}
+
+
+def judge(referee: ContentionReferee, design: Design) -> Contended:
+    """What one valid design keeps.
+
+    Raises
+    ------
+    OutOfTime
+        when a limit of time (`dse.analysis.patience.until`) is up.
+    """
+    return Contended(tuple(Broken.of(miss) for miss in referee.misses(design)))
 
 
 def contention_dict(contended: Mapping[str, Contended], number: str) -> dict[str, Any]:

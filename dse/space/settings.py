@@ -59,9 +59,9 @@ def with_deadlines(space: Space, origin: Callable[[Component], str]) -> Space:
     return replace(space, requirements=(*others[:first], *found, *others[first:]))
 
 
-def told_deadlines(space: Space) -> list[Requirement]:
+def told_deadlines(space: Space, origin: Callable[[Component], str] = lambda _: "") -> list[Requirement]:
     """The deadlines that are told of each design, and that the search does not require."""
-    return [] if space.deadlines in REQUIRED else deadline_requirements(space, lambda _: "")
+    return [] if space.deadlines in REQUIRED else deadline_requirements(space, origin)
 
 
 def deadline_requirements(space: Space, origin: Callable[[Component], str]) -> list[Requirement]:

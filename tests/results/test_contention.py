@@ -276,3 +276,30 @@ def test_one_core_needs_no_word() -> None:
     assert all("cores" not in point for point in result.to_dict()["front"])
     assert "cpu_affinity" not in dse.export(result, 1, "ros2")
     assert "on the only core of each processor" in contention_words(result)
+
+
+def test_an_analysis_says_what_its_design_keeps(capsys: pytest.CaptureFixture[str]) -> None:
+    late = loads(SHARED.replace("deadline: 19 ms", "deadline: 17 ms"))
+    found = dse.analyse(late, {"p.type": "cpu"})
+    assert found.is_feasible
+    assert [item["requirement"] for item in found.to_dict()["contention"]["broken"]] == [
+        "latency of f <= 85 ms",
+        "response time of b <= its deadline",
+    ]
+    cores = {"a.core": "1", "b.core": "1"}
+    counted = dse.analyse(late, {"p.type": "cpu", **cores}, processing="response_time", deadlines="none")
+    assert "contention" not in counted.to_dict() and not counted.is_feasible
+
+
+def test_the_terminal_says_whether_contention_is_in_a_latency(tmp_path: Path) -> None:
+    file = tmp_path / "p.yaml"
+    file.write_text(SHARED.lstrip(), encoding="utf-8")
+
+    def said(*options: str) -> str:
+        design = ["--design", "p.type = cpu", *options]
+        return " ".join(CliRunner().invoke(cli, ["analyse", str(file), *design], env={"COLUMNS": "300"}).output.split())
+
+    assert "CPU contention is not in the latencies: each thread counts its execution time" in said()
+    assert "first-fit gives: Breaks latency of f <= 85 ms (96 ms)." in said()
+    assert "CPU contention is in the latencies" in said("--processing", "response-time")
+    assert "this profile counts no response times" in said("--profile", "osate-2.2")

@@ -9,8 +9,8 @@ from typing import Any
 
 from dse.analysis.contention import ContentionReferee, cores_of, with_contention
 from dse.analysis.evaluate import Evaluator
-from dse.api.contention import judge
 from dse.api.problem import Problem
+from dse.results.contention import judge
 from dse.results.ranking import rank
 from dse.results.result import decisions_of, ranked
 from dse.space.types import Design, Space

@@ -1,0 +1,88 @@
+"""Requirements that no design can meet, by the bounds of their figures alone: found without a search.
+
+Each summand of a metric counts with the least (or most) that it has in any design, whatever the others need; a response
+time counts as long as its job takes alone. What is found is certain, and much else may be impossible.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Iterator
+from dataclasses import dataclass
+from fractions import Fraction
+from functools import partial
+from typing import Literal, TypeVar
+
+from dse.analysis.limits import HOLDS, Limit, build_limit
+from dse.analysis.terms import Term
+from dse.analysis.views import View, tabulate
+from dse.space.types import Requirement, Space
+
+MANY_CASES = 1_000
+"""A summand that depends on more combinations of options than this counts as 0 at least, and has no known maximum."""
+Side = Literal["least", "most"]
+T = TypeVar("T")
+
+
+@dataclass(frozen=True)
+class Impossible:
+    """A requirement whose figure is at least (or at most, as `side` says) `value`, against `limit`, in `unit`."""
+
+    requirement: Requirement
+    side: Side
+    value: Fraction
+    limit: Fraction
+    unit: str
+
+
+def impossible(space: Space, requirements: Iterable[Requirement]) -> Iterator[Impossible]:
+    """Those of some requirements that no design meets, as far as bounds show it, with both figures."""
+    for requirement in requirements:
+        limit = build_limit(space, requirement)
+        sides: tuple[tuple[Side, str], ...] = (("least", "<"), ("most", ">"))
+        for side, direction in sides:
+            if requirement.operator[0] in (direction, "="):
+                found = _beyond(space, limit, side, requirement.operator)
+                if found is not None:
+                    yield Impossible(requirement, side, *found, limit.measure.unit)
+                    break
+
+
+def _beyond(space: Space, limit: Limit, side: Side, operator: str) -> tuple[Fraction, Fraction] | None:
+    """The bound of the figure and the limit, where no design keeps it; None where one may."""
+    compare = HOLDS[{"==": "<=" if side == "least" else ">="}.get(operator, operator)]
+    pick = min if side == "least" else max
+    if len(limit.measure.terms) == 1:  # a figure and its limit may hang on the same decision: together they say more
+        [term] = limit.measure.terms
+        pairs = _cases(space, lambda view: (_end(term, side, view), limit.bound(view)))
+        if pairs is None or any(compare(value, bound) for value, bound in pairs):
+            return None
+        return pick(pairs, key=lambda pair: pair[0] - pair[1], default=None)
+    ends = [
+        _bound(space, term, side, nonnegative=limit.measure.metric.kind != "derived") for term in limit.measure.terms
+    ]
+    bounds = _cases(space, limit.bound)
+    if not bounds or None in ends:
+        return None
+    value = sum((end for end in ends if end is not None), Fraction(0))
+    furthest = max(bounds) if side == "least" else min(bounds)
+    return None if compare(value, furthest) else (value, furthest)
+
+
+def _bound(space: Space, term: Term, side: Side, *, nonnegative: bool) -> Fraction | None:
+    """The least or most that a summand has in any design; None where that is not known."""
+    values = _cases(space, partial(_end, term, side))
+    if values:
+        return min(values) if side == "least" else max(values)
+    return Fraction(0) if nonnegative and side == "least" else None
+
+
+def _end(term: Term, side: Side, view: View) -> Fraction:
+    """A summand, or the end of what it may be where it holds a response time."""
+    if term.ends is None:
+        return term.value(view)
+    return term.ends(view)[0 if side == "least" else 1]
+
+
+def _cases(space: Space, formula: Callable[[View], T]) -> list[T] | None:
+    cases = tabulate(space, formula, MANY_CASES)
+    return None if cases is None else [case.value for case in cases]
