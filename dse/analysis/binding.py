@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+from fractions import Fraction
 from typing import Any
 
 from dse.analysis.views import View
-from dse.space.trees import NotOffered, PerProcessorType, Tree, at
+from dse.space.trees import FROM_BANDWIDTH, NotOffered, PerProcessorType, Tree, at, graft, leaves
 from dse.space.types import EMPTY, Bus, Connection, Space
-from dse.units import Exact
+from dse.units import NS_PER_S, Exact
 
 
 def bus_stack(space: Space, connection: Connection, view: View) -> tuple[int, ...]:
@@ -59,18 +60,31 @@ def is_local(space: Space, connection: Connection, view: View) -> bool:
 def carrying_ns(
     space: Space, bus: Bus, connection: Connection, size_bytes: int, view: View
 ) -> tuple[Exact, Exact] | None:
-    """Least and most time that one carrier takes for a message: fixed + per byte * size; None where it states none."""
+    """Least and most time that one carrier takes for a message: fixed + per byte * size; None where it states none.
+
+    Where the bus asks for that, size / bandwidth.
+    """
     fixed = bus_figure(space, bus.fixed_ns, connection, view)
     if fixed is None:
         return None
+    if fixed is FROM_BANDWIDTH:
+        time: Exact = 8 * NS_PER_S * Fraction(1) * size_bytes / at(bus.bandwidth_bps, view)
+        return time, time
     per_byte = bus_figure(space, bus.per_byte_ns, connection, view)
     return fixed[0] + per_byte[0] * size_bytes, fixed[1] + per_byte[1] * size_bytes
+
+
+def byte_times_ns(bus: Bus) -> set[Fraction]:
+    """What a byte may take on a bus whose transmission time follows from its bandwidth; nothing for others."""
+    tree = graft(bus.fixed_ns, lambda leaf: bus.bandwidth_bps if leaf is FROM_BANDWIDTH else None)
+    return {8 * NS_PER_S / Fraction(leaf) for leaf in leaves(tree) if leaf is not None}
 
 
 def transmission_ns(space: Space, connection: Connection, view: View) -> tuple[Exact, Exact, str]:
     """Least and most time of the connection, and the method: ``transmission time``, ``specified``, ``no latency``.
 
-    Over every carrier, fixed + per byte * size (Transmission_Time); a bus's latency only without one; the connection's
+    Over every carrier, fixed + per byte * size (Transmission_Time); a bus's latency only without one, which a time that
+    follows from the bandwidth is for OSATE; the connection's
     own latency only where nothing that carries it gives one (docs/semantics.md, section 3.3). Exact: nothing
     is rounded, however little a byte takes.
     """
@@ -80,7 +94,9 @@ def transmission_ns(space: Space, connection: Connection, view: View) -> tuple[E
     most: Exact = 0
     given = False
     for bus in (space.buses[index] for index in stack):
-        times = carrying_ns(space, bus, connection, size, view)
+        times = None
+        if space.profile == "dse" or bus_figure(space, bus.fixed_ns, connection, view) is not FROM_BANDWIDTH:
+            times = carrying_ns(space, bus, connection, size, view)
         if times is None:
             times = bus_figure(space, bus.latency_ns, connection, view)
         if times is not None:

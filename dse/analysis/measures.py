@@ -11,7 +11,7 @@ from dataclasses import replace
 from fractions import Fraction
 from math import lcm
 
-from dse.analysis.binding import bus_stack
+from dse.analysis.binding import bus_stack, byte_times_ns
 from dse.analysis.latency import counts_responses, step_rows
 from dse.analysis.resources import (
     busy_scale,
@@ -26,7 +26,7 @@ from dse.analysis.scheduling import UNBOUNDED_NS, bounded_response_ns, longest_a
 from dse.analysis.terms import PPM, SCALE_LIMIT, ZERO, Measure, Term, exact_sum, scaled_term
 from dse.analysis.views import View
 from dse.space.metrics import busy_obstacle, metric_dimension, total_unit
-from dse.space.trees import PerProcessorType, Tree, at, leaves
+from dse.space.trees import FROM_BANDWIDTH, PerProcessorType, Tree, at, leaves
 from dse.space.types import Bus, Component, Derived, Flow, Metric, Slot, Space, Step
 from dse.units import DATA, DATA_RATE, DIMENSIONLESS, FREQUENCY, LENGTH, MONEY, POWER, TIME, Dimension, Exact
 
@@ -123,7 +123,7 @@ def _time_scale(space: Space, components: Iterable[int], connections: Iterable[i
         buses = [space.buses[number] for number in reachable_buses(space, connection)]
         times = (connection.latency_ns, *(tree for bus in buses for tree in (bus.fixed_ns, bus.latency_ns)))
         sizes = set(_numbers(connection.size_bytes, *(bus.overhead_bytes for bus in buses)))
-        each = set(_numbers(*(bus.per_byte_ns for bus in buses)))
+        each = set(_numbers(*(bus.per_byte_ns for bus in buses))).union(*map(byte_times_ns, buses))
         found = lcm(found, _denominator(*times), *((one * size).denominator for one in each for size in sizes))
     return found
 
@@ -138,7 +138,7 @@ def _numbers(*trees: Tree) -> Iterator[Fraction]:
     for leaf in (leaf for tree in trees for leaf in leaves(tree)):
         if isinstance(leaf, PerProcessorType):
             yield from _numbers(*leaf.by_type.values())
-        elif leaf is not None:
+        elif leaf is not None and leaf is not FROM_BANDWIDTH:
             yield from map(Fraction, leaf if isinstance(leaf, tuple) else (leaf,))
 
 

@@ -89,7 +89,10 @@ def _instant_type(bus: Bus, view: View) -> str | None:
 
 
 def _no_time(bus: Bus, chosen: str) -> str:
-    return f"transfers over {bus.name} take no time: its type {chosen} states a bandwidth, but no transmission time"
+    return (
+        f"transfers over {bus.name} take no time: its type {chosen} states a bandwidth, but no "
+        "transmission time (`transmission_time: from bandwidth` asks for size / bandwidth)"
+    )
 
 
 def _slow(space: Space, number: int, users: list[Connection]) -> Iterator[str]:

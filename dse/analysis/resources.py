@@ -6,7 +6,7 @@ from collections.abc import Callable, Sequence
 from fractions import Fraction
 from math import lcm
 
-from dse.analysis.binding import bus_stack, carrying_ns, message_bytes
+from dse.analysis.binding import bus_stack, byte_times_ns, carrying_ns, message_bytes
 from dse.analysis.rates import RateKey, source_rates_hz
 from dse.analysis.terms import ZERO, Term, product_term
 from dse.analysis.views import View
@@ -139,9 +139,12 @@ def busy_scale(space: Space, bus: int, terms: Sequence[Term]) -> int:
         """Times of the fixed part and of all bytes: what both give together has no other denominators."""
         connection = _connection(space, term)
         sizes = [1] if _overheads(space, connection) else [leaf for leaf in leaves(connection.size_bytes) if leaf]
-        parts = [range_ns[1] for range_ns in leaves(slot.fixed_ns) if range_ns is not None]
-        parts += [range_ns[1] * size for range_ns in leaves(slot.per_byte_ns) if range_ns is not None for size in sizes]
-        return {Fraction(part) / 1000 for part in parts}
+        fixed, per_byte = (
+            {Fraction(leaf[1]) for leaf in leaves(tree) if isinstance(leaf, tuple)}
+            for tree in (slot.fixed_ns, slot.per_byte_ns)
+        )
+        each = per_byte | byte_times_ns(slot)
+        return {part / 1000 for part in fixed | {one * size for one in each for size in sizes}}
 
     return _scale(space, terms, times)
 

@@ -44,6 +44,8 @@ def print_sweep(console: Console, sweep: SweepResult) -> None:
     ):
         if counts[status]:
             console.print(f"{counts[status]} of {len(sweep.runs)} runs {words}.", markup=False)
+    for remark in sweep.remarks:
+        console.print(f"remark: {remark}", markup=False)
 
 
 def _print_breaks(console: Console, run: SweepRun, where: str, currency: str) -> None:

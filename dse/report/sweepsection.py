@@ -22,7 +22,8 @@ def sweep_sections(data: Data) -> Iterator[Section]:
     )
     solved = [run for run in data["runs"] if run["status"] in ("complete", "infeasible")]
     said = f"{len(solved)} of {len(data['runs'])} runs are proved complete." if len(data["runs"]) > 1 else ""
-    texts = tuple(text for text in (f"Varied: {varied}.", said, f"Status: {data['status']}.") if text)
+    remarks = (f"{text}." for text in data.get("remarks", ()))
+    texts = tuple(text for text in (f"Varied: {varied}.", said, f"Status: {data['status']}.", *remarks) if text)
     breaks = [run for run in data["runs"] if run["kind"] == "breaks" and run["stretches"]]
     if breaks:
         yield _break_section(data, breaks, texts, currency)

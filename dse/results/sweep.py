@@ -111,6 +111,7 @@ class SweepResult:
     The same problem, changes and seed give the same text, however often the sweep was stopped and wherever its runs
     were solved; `solved` and `found` (in the store) tell what this sitting did and are no part of it. `scale` has for
     each objective its best and worst value on all fronts together: ranks and scores of every run rest on it.
+    `remarks` say what varying an input cannot show.
     """
 
     problem: Mapping[str, Any]
@@ -119,6 +120,7 @@ class SweepResult:
     runs: tuple[SweepRun, ...]
     seed: int = 0
     scale: tuple[ScaledObjective, ...] = ()
+    remarks: tuple[str, ...] = ()
     solved: int = field(default=0, compare=False)
     found: int = field(default=0, compare=False)
 
@@ -168,6 +170,7 @@ class SweepResult:
             "seed": self.seed,
             "status": self.status,
             "ranking": {"words": RANKING, "scale": [item.to_dict() for item in self.scale]},
+            "remarks": list(self.remarks),
             "vary": [_axis(axis) for axis in self.axes],
             "runs": [
                 {

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from fractions import Fraction
 from typing import Any, TypeAlias
 
-from dse.space.trees import PerProcessorType, at
+from dse.space.trees import FROM_BANDWIDTH, PerProcessorType, at
 from dse.space.types import Component, Connection, Design, Space
 from dse.units import Exact
 
@@ -184,7 +184,10 @@ class _Reader:
         """What one carrier takes for the message: its transmission time, or its latency without one."""
         bus = self.space.buses[number]
         fixed = self.carried(bus.fixed_ns, item)
-        if fixed is not None:
+        if fixed is FROM_BANDWIDTH and self.space.profile == "dse":
+            time = Fraction(size * 8 * NS_PER_S) / self.at(bus.bandwidth_bps)
+            return time, time
+        if fixed is not None and fixed is not FROM_BANDWIDTH:
             per_byte = self.carried(bus.per_byte_ns, item)
             return fixed[0] + per_byte[0] * size, fixed[1] + per_byte[1] * size
         latency = self.carried(bus.latency_ns, item)

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 
 from dse.space.figures import Ledger, Path
 from dse.space.slots import carriers
-from dse.space.trees import PerProcessorType, Tree, leaves
+from dse.space.trees import FROM_BANDWIDTH, PerProcessorType, Tree, leaves
 from dse.space.types import Component, Connection, Flow, Space, Step
 from dse.spec.model import Spec
 from dse.units import shown
@@ -135,6 +135,8 @@ def check_flow_sizes(ledger: Ledger, space: Space) -> None:
 
 def _takes_time_per_byte(per_byte_ns: Tree) -> bool:
     for leaf in leaves(per_byte_ns):
+        if leaf is FROM_BANDWIDTH:
+            return True
         subtrees = leaf.by_type.values() if isinstance(leaf, PerProcessorType) else (leaf,)
         if any(value and value[1] for tree in subtrees for value in leaves(tree)):
             return True

@@ -7,8 +7,9 @@ from dataclasses import replace
 from typing import Any
 
 from dse.space.figures import FieldReader, Ledger, Owner, Path, per_processor_type, type_choice
-from dse.space.trees import Choice, Tree, graft, leaves
+from dse.space.trees import FROM_BANDWIDTH, Choice, Tree, graft, leaves
 from dse.space.types import EMPTY, UNKNOWN_TYPE, Bus, Connection, Figures, Processor
+from dse.spec.model import FROM_BANDWIDTH as IN_WORDS
 from dse.spec.model import Spec
 from dse.units import format_bandwidth, format_money, format_power, format_size, format_time_range, format_total, shown
 
@@ -160,11 +161,17 @@ def _transmission_part(ledger: Ledger, owner: Owner, part: str, virtual: bool) -
         times = model.transmission_time
         if isinstance(times, Mapping):
             return {key: getattr(value, part) for key, value in times.items()}
-        return None if times is None else getattr(times, part)
+        return None if times is None or times == IN_WORDS else getattr(times, part)
 
     by_type = per_processor_type if virtual else _nothing_known
     reader = FieldReader(ledger, owner, f"transmission_time.{part}", "transmission time", format_time_range, by_type)
-    return reader.read(given_by)
+    tree = reader.read(given_by)
+    branches = tree.branches if len(owner.types) > 1 else [tree]
+    known = zip(owner.types, branches, strict=True)
+    return type_choice(
+        owner.type_decision,
+        [FROM_BANDWIDTH if model.transmission_time == IN_WORDS else branch for (_, model), branch in known],
+    )
 
 
 def check_bus_types(ledger: Ledger, spec: Spec) -> None:
@@ -176,6 +183,8 @@ def check_bus_types(ledger: Ledger, spec: Spec) -> None:
         if type_name in used and model.virtual and model.exclusive:
             message = "only a physical bus is exclusive: middleware runs on many cores"
             ledger.error(("bus_types", type_name, "exclusive"), message)
+        if type_name in used and model.transmission_time == IN_WORDS and model.bandwidth is None:
+            ledger.error(("bus_types", type_name, "transmission_time"), f'"{IN_WORDS}" needs a `bandwidth`')
         for field_name in ("transmission_time", "latency"):
             given = getattr(model, field_name)
             if type_name not in used or not isinstance(given, Mapping):

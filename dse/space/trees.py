@@ -47,6 +47,16 @@ class PerProcessorType:
     by_type: Mapping[str, Any]
 
 
+class _FromBandwidth:
+    """Leaf of a transmission time that follows from the bandwidth: size / bandwidth."""
+
+    def __repr__(self) -> str:
+        return "FROM_BANDWIDTH"
+
+
+FROM_BANDWIDTH: Final = _FromBandwidth()
+
+
 Tree: TypeAlias = Any  # a Choice, or a leaf of any type
 
 

@@ -79,9 +79,10 @@ class Processor(Slot):
 class Bus(Slot):
     """A bus slot. Leaves of `fixed_ns`, `per_byte_ns` and `latency_ns` are time ranges, `PerProcessorType` or None.
 
-    Both parts of the transmission time are None where there is none; `carrier` leaves are bus indices or None. `direct`
-    is a virtual bus type used without an entry: it is there, and costs, where something is bound to it. Leaves of
-    `exclusive` say whether the chosen type carries one message at a time.
+    Both parts of the transmission time are None where there is none, `FROM_BANDWIDTH` where it follows from that;
+    `carrier` leaves are bus indices or None. `direct` is a virtual bus type used without an entry: it is there, and
+    costs, where something is bound to it. Leaves of `exclusive` say whether the chosen type carries one message at a
+    time.
     """
 
     virtual: bool

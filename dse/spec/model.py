@@ -8,7 +8,16 @@ from __future__ import annotations
 
 from typing import Annotated, Any, Literal, TypeAlias
 
-from pydantic import BaseModel, BeforeValidator, ConfigDict, Discriminator, Field, Tag, WithJsonSchema
+from pydantic import (
+    BaseModel,
+    BeforeValidator,
+    ConfigDict,
+    Discriminator,
+    Field,
+    PlainValidator,
+    Tag,
+    WithJsonSchema,
+)
 
 from dse import units
 from dse.spec.fields import (
@@ -33,6 +42,7 @@ from dse.spec.fields import (
     Total,
     Transmission,
     Version,
+    describe,
     field_error,
 )
 
@@ -64,7 +74,9 @@ class ProcessorType(Priced):
 
 INSTANTLY = units.TimeRange(0, 0)
 # Tags of unions appear in the locations of errors: the blanks around them keep them apart from names in the file.
-ONE, BY_PROCESSOR_TYPE = " one ", " by processor type "
+ONE, BY_PROCESSOR_TYPE, IN_WORDS = " one ", " by processor type ", " in words "
+FROM_BANDWIDTH = "from bandwidth"
+"""Asks for size / bandwidth as the transmission time of a bus."""
 
 
 class TransmissionTime(Model):
@@ -74,7 +86,23 @@ class TransmissionTime(Model):
     per_byte: Alternatives[Transmission] = (INSTANTLY,)
 
 
+def _from_bandwidth(value: Any) -> str:
+    if value != FROM_BANDWIDTH:
+        hint = f'or "{FROM_BANDWIDTH}", for size / bandwidth'
+        raise field_error(f"expected a mapping of `fixed` and `per_byte`, got {describe(value)}", hint)
+    return FROM_BANDWIDTH
+
+
+FromBandwidth: TypeAlias = Annotated[
+    str,
+    PlainValidator(_from_bandwidth),
+    WithJsonSchema({"const": FROM_BANDWIDTH, "description": "The size of a message over the bandwidth."}),
+]
+
+
 def _which_transmission(value: Any) -> str:
+    if isinstance(value, str):
+        return IN_WORDS
     if isinstance(value, dict) and value and not set(value) & {"fixed", "per_byte"}:
         return BY_PROCESSOR_TYPE
     return ONE
@@ -85,7 +113,9 @@ def _which_range(value: Any) -> str:
 
 
 TransmissionTimes: TypeAlias = Annotated[
-    Annotated[TransmissionTime, Tag(ONE)] | Annotated[dict[Name, TransmissionTime], Tag(BY_PROCESSOR_TYPE)],
+    Annotated[TransmissionTime, Tag(ONE)]
+    | Annotated[dict[Name, TransmissionTime], Tag(BY_PROCESSOR_TYPE)]
+    | Annotated[FromBandwidth, Tag(IN_WORDS)],
     Discriminator(_which_transmission),
 ]
 TimeRanges: TypeAlias = Annotated[

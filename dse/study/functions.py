@@ -92,7 +92,7 @@ class _Tracer:
         times = getattr(model, "transmission_time", None)
         if isinstance(times, TransmissionTime):
             update["transmission_time"] = self._transmission(f"{path}.transmission_time", times)
-        elif times is not None:
+        elif isinstance(times, Mapping):
             update["transmission_time"] = {
                 machine: self._transmission(f"{path}.transmission_time.{machine}", item)
                 for machine, item in times.items()

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import time
-from collections.abc import Callable, Generator, Sequence
+from collections.abc import Callable, Generator, Iterator, Sequence
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
@@ -14,6 +14,7 @@ from dse.errors import DseError, UsageError
 from dse.results.sweep import SweepResult, SweepRun, VariedAxis
 from dse.results.sweepranking import rank_together
 from dse.space.settings import settings_of
+from dse.spec.model import FROM_BANDWIDTH
 from dse.study.axes import Axis, InputAxis, LimitAxis, grid_points, read_axis
 from dse.study.cluster import run_on_cluster
 from dse.study.fronts import check_objectives
@@ -138,9 +139,26 @@ def sweep_with(
         runs=tuple(SweepRun(_labels(axes, run), outcome) for run, outcome in zip(runs, outcomes, strict=True)),
         seed=seed,
         scale=scale,
+        remarks=tuple(_remarks(asked, axes)),
         solved=len(done) - found,
         found=found,
     )
+
+
+def _remarks(asked: Problem, axes: Sequence[Axis]) -> Iterator[str]:
+    """A bandwidth that no transmission time follows from moves no latency."""
+    for axis in axes:
+        section, _, path = axis.name.partition(".")
+        types = asked.loaded.spec.bus_types if isinstance(axis, InputAxis) and section == "bus_types" else {}
+        for name, model in types.items():
+            if path.startswith(f"{name}.bandwidth"):
+                if model.transmission_time != FROM_BANDWIDTH:
+                    yield (
+                        f"{axis.name} moves no latency: what a transfer takes is stated apart from it, or not at all "
+                        f"(`transmission_time: {FROM_BANDWIDTH}` lets it follow)"
+                    )
+                elif asked.space.profile != "dse":
+                    yield f"{axis.name} moves no latency: under profile {asked.space.profile} none follows from it"
 
 
 def read_axes(problem: Problem, inputs: Inputs, vary: Sequence[str]) -> list[Axis]:

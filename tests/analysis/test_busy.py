@@ -112,7 +112,10 @@ def test_check_remarks_what_the_load_does_not_say() -> None:
 def test_a_bus_with_a_bandwidth_alone_takes_no_time() -> None:
     text = CAN.replace("500 kbit/s, transmission_time: {fixed: 64 us, per_byte: 16 us .. 22 us}", "100 Mbit/s")
     text = text.replace("minimise busy, ", "")
-    said = "transfers over can0 take no time: its type can_500k states a bandwidth, but no transmission time"
+    said = (
+        "transfers over can0 take no time: its type can_500k states a bandwidth, but no transmission time "
+        "(`transmission_time: from bandwidth` asks for size / bandwidth)"
+    )
     assert said in dse.check(dse.loads(text)).remarks
     chosen = dse.analyse(dse.loads(text), ["can0.type = can_500k", "sensor.period = 400 us"])
     assert said in chosen.warnings

@@ -144,6 +144,8 @@ class Architecture:
         for name in ("can_125k", "can_500k", "rs232")[: self.rng.randint(1, 3)]:
             types[name] = {"bandwidth": self.some(BANDWIDTHS, "catalogue_alternatives", 2)}
             self._add_bus_figures(types[name], virtual=False)
+            if random.Random(self.rng.getstate()[1][0]).random() < 0.15:  # drawn apart from all else
+                types[name]["transmission_time"] = "from bandwidth"
             self.add_costs(types[name])
         for name in ("ros_ipc", "dds", "udp_stack")[: self.rng.randint(1, 3)]:
             types[name] = {"virtual": "true"}

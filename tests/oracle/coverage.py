@@ -51,6 +51,8 @@ def _component_features(problem: Problem) -> Iterator[str]:
         for field in ("transmission_time", "latency"):
             if field in body:
                 per_type = isinstance(body[field], dict) and "RT101" in body[field]
+                if body[field] == "from bandwidth":
+                    yield "transmission time from bandwidth"
                 yield f"{kind} {field}{' per processor type' if per_type else ''}"
         if "overhead" in body:
             yield f"{kind} overhead"

@@ -157,10 +157,15 @@ class Problem:
             if all("virtual" not in item and "transmission_time" in item for item in types) and all(
                 "data_size" in item or "data_rate" not in item
                 for item in self.sections["connections"].values()
-                if bus in self.reached(item)
+                if bus in self.reached(item) and not self._stays_inside(item)
             ):
                 found.append(bus)
         return found
+
+    def _stays_inside(self, body: dict[str, Any]) -> bool:
+        """Whether both ends of a connection are always in one process: it is on no bus then."""
+        ends = [self.sections["threads"].get(body.get(end, ""), {}).get("process") for end in ("from", "to")]
+        return ends[0] is not None and ends[0] == ends[1]
 
     def reached(self, body: dict[str, Any]) -> set[str]:
         """Every bus that an entry with a `bus` may end up on, directly or under a virtual one."""
@@ -195,7 +200,7 @@ class Problem:
     def _leaves(self, name: str, raw: Any) -> list[Any]:
         """The values or lists that a stated field can come down to."""
         if not isinstance(raw, dict):
-            return [] if raw is None else [raw]
+            return [] if raw in (None, "from bandwidth") else [raw]
         slots = as_list(self.component(name).get("processor"))
         reachable = {t for slot in slots for t in self.types(slot)}
         return [leaf for key, leaf in raw.items() if key in reachable]
@@ -222,7 +227,7 @@ def looked_up(body: Mapping[str, Any], field: str) -> Any:
     """A field of a catalogue entry; a part of a transmission time is nothing where it has none, and 0 if not given."""
     whole, _, part = field.partition(".")
     raw = body.get(whole, DEFAULTS.get(field))
-    if not part or raw is None:
+    if not part or raw is None or raw == "from bandwidth":
         return raw
     if raw.keys() <= {"fixed", "per_byte"}:
         return raw.get(part, "0 ns")

@@ -296,7 +296,7 @@ def _limit(rng: random.Random, document: dict[str, Any], metric: str, value: Fra
 def _require_flow_latency(rng: random.Random, sample: _Sample) -> None:
     name = rng.choice(list(sample.document["flows"]))
     values = sorted(sample.values[f"latency of {_quote(name)}"])
-    limit = values[rng.randrange(len(values) // 2, len(values))]
+    limit = ceil(values[rng.randrange(len(values) // 2, len(values))])
     sample.document["flows"][name]["latency"] = f"0 ns .. {limit} ns"
 
 

@@ -92,6 +92,8 @@ class Reading:
             return "bus" in self.problem.component(name) and not self.is_local(name)
         if section in ("processors", "buses") and self.type_of(name) == NONE:
             return False
+        if self.offered(name, field) == ["from bandwidth"]:
+            return False
         return bool(self.offered(name, field)) and not (field == "period" and self.protocol(name) == "aperiodic")
 
     # Bindings
@@ -258,6 +260,9 @@ class Reading:
 
     def _transmission(self, connection: str, bus: str) -> tuple[Fraction, Fraction]:
         parts = []
+        if self.bus_field(bus, "transmission_time.fixed") == "from bandwidth":
+            time = self.message_bytes(connection) * NS_PER_S / quantities.bandwidth(self.bus_field(bus, "bandwidth"))
+            return time, time
         for field in ("transmission_time.fixed", "transmission_time.per_byte"):
             text = self.bus_field(bus, field)
             if isinstance(text, dict):

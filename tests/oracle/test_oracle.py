@@ -495,6 +495,7 @@ KINDS = {
     "virtual bus transmission_time",
     "virtual bus overhead",
     "bus transmission_time",
+    "transmission time from bandwidth",
     "bus latency",
     "bus overhead",
     "virtual on physical",
