@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from fractions import Fraction
 from typing import Any
 
 from dse.analysis.evaluate import Evaluation, Evaluator
@@ -216,36 +215,6 @@ def _check_ranks(bench: Bench) -> None:
     if stated != sorted(stated):
         bench.find("front", "is not in the order of rank")
     bench.checked.append(f"ids, ranks and variants ({method})")
-
-
-def check_others(bench: Bench) -> None:
-    """Further designs that are listed beside points."""
-    evaluator = Evaluator(bench.space)
-    listed = bench.data.get("others", [])
-    front = {point["id"]: point for point in bench.data["front"]}
-    for position, others in enumerate(listed):
-        place = f"others[{position}]"
-        if others["of"] not in front:
-            bench.find(f"{place}.of", f"there is no point {others['of']}")
-            continue
-        share = Fraction(others["within"])
-        near = bench.minimised(front[others["of"]]["objectives"], place)
-        for number, sibling in enumerate(others["designs"]):
-            where = f"{place}.designs[{number}]"
-            evaluation = recomputed(bench, evaluator, sibling, where, f"design {sibling['id']}")
-            if evaluation is None:
-                continue
-            vector = tuple(sign * value for sign, value in zip(bench.signs, evaluation.objectives, strict=True))
-            if any(value > edge + share * abs(edge) for value, edge in zip(vector, near, strict=True)):
-                bench.find(where, f"is not within {others['within']} of point {others['of']}")
-            dominating = [
-                point["id"]
-                for point, other in zip(bench.data["front"], bench.vectors, strict=False)
-                if other != vector and all(a <= b for a, b in zip(other, vector, strict=True))
-            ]
-            bench.compare(f"{where}.dominated_by", sorted(dominating), sorted(sibling["dominated_by"]))
-    if listed:
-        bench.checked.append(f"the further designs of {len(listed)} points")
 
 
 def _shown(value: Any) -> str:

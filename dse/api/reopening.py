@@ -22,6 +22,7 @@ from dse.results.result import (
     ObjectiveInfo,
     Origin,
     Others,
+    OthersAsked,
     Point,
     Result,
     Search,
@@ -80,6 +81,7 @@ def reopen(path: str | Path, problem: str | Path | None = None) -> Result:
             baseline=baseline_design(space),
             **({"ranking": ranking["method"], "ranking_words": ranking["words"]} if ranking else {}),
             others=tuple(_others(evaluator, item, infos, path) for item in data.get("others", [])),
+            others_asked=_others_asked(data.get("others_asked")),
         )
         return replace(found, contended=stated_verdicts(found, data, path))
     except (KeyError, TypeError, ValueError, AttributeError, ArithmeticError) as error:
@@ -135,6 +137,13 @@ def _others(
             Sibling(id=str(found["id"]), dominated_by=dominated, different=int(found["different_decisions"]), **checked)
         )
     return Others(int(item["of"]), Fraction(item["within"]), tuple(designs), item["more"])
+
+
+def _others_asked(item: Mapping[str, Any] | None) -> OthersAsked | None:
+    if item is None:
+        return None
+    within = None if item["within"] is None else Fraction(item["within"])
+    return OthersAsked(int(item["count"]), within, tuple(int(number) for number in item["points"]))
 
 
 def _conflict(item: Mapping[str, Any]) -> Conflict:

@@ -13,7 +13,7 @@ from dse.errors import UsageError
 from dse.pareto.alternatives import Finder, Neighbourhood
 from dse.pareto.crew import stop_on_interrupt
 from dse.results.changes import changes_between
-from dse.results.result import Others, Point, Result, Sibling, decisions_of
+from dse.results.result import Others, OthersAsked, Point, Result, Sibling, decisions_of
 from dse.units import DIMENSIONLESS, UnitError, parse_quantity
 
 DEFAULT_COUNT = 3
@@ -66,7 +66,9 @@ def with_others(
                 known = [*front, *(design for design, _ in ties.designs)]
                 near = finder.near(objectives, point.design, count, share, known)
                 found.append(_others(result, evaluator, point, near, share, len(ties.designs) + 1))
-    return with_verdicts(replace(result, others=tuple(found)), started=started, time_limit_s=time_limit_s)
+    asked = OthersAsked(count, share, tuple(point.id for point in result.front[:top]))
+    found_all = replace(result, others=tuple(found), others_asked=asked)
+    return with_verdicts(found_all, started=started, time_limit_s=time_limit_s)
 
 
 def read_share(text: str) -> Fraction:

@@ -11,10 +11,11 @@ from dse.api.belonging import Belonging, belonging, carried_digests, carried_pro
 from dse.api.claims import check_claims
 from dse.api.clashes import check_conflicts
 from dse.api.contention import check_contention
+from dse.api.nearby import check_others
 from dse.api.origins import origin_of
 from dse.api.problem import Problem, set_up
 from dse.api.recalling import restated
-from dse.api.recomputing import Bench, check_front, check_others, check_statements
+from dse.api.recomputing import Bench, check_front, check_statements
 from dse.errors import UsageError
 from dse.results.reading import read_result
 from dse.results.result import Result
@@ -95,7 +96,7 @@ def _checked(data: Mapping[str, Any], found: Belonging, name: str, method: Metho
         _check_question(bench, asked)
         check_statements(bench, asked)
         check_front(bench)
-        check_others(bench)
+        check_others(bench, method, deadline)
         check_contention(bench, deadline)
         check_claims(bench, method, deadline)
         check_conflicts(bench, method, deadline)

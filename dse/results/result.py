@@ -147,6 +147,20 @@ class Others:
 
 
 @dataclass(frozen=True)
+class OthersAsked:
+    """How many further designs were asked for, within which share (None: with the very objectives), of which points."""
+
+    count: int
+    within: Fraction | None
+    points: tuple[int, ...]
+
+    def to_dict(self) -> dict[str, Any]:
+        """For JSON."""
+        within = None if self.within is None else exact(self.within)
+        return {"count": self.count, "within": within, "points": list(self.points)}
+
+
+@dataclass(frozen=True)
 class Search:
     """What the search did: calls, seconds, size of the space, solver, workers, seed."""
 
@@ -208,6 +222,7 @@ class Result:
     ranking: str = "ideal"
     ranking_words: str = METHOD
     others: tuple[Others, ...] = ()
+    others_asked: OthersAsked | None = None
     give_up: tuple[Clash, ...] = ()
     rounded: tuple[str, ...] = ()
     interrupted: bool = False
@@ -273,6 +288,7 @@ class Result:
             "conflicts": [{"members": [clash.to_dict() for clash in item.members]} for item in self.conflicts],
             **({"give_up": [clash.to_dict() for clash in self.give_up]} if self.give_up else {}),
             "others": [self._others_dict(item) for item in self.others],
+            **({"others_asked": self.others_asked.to_dict()} if self.others_asked is not None else {}),
             "search": vars(self.search),
             "files": dict(self.problem.texts),
         }

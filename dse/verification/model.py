@@ -117,6 +117,20 @@ class SecondModel:
         model.add_bool_or(found)
         return self._ask(model)
 
+    def another_design(self, below: Sequence[int], known: Sequence[Design], among: Sequence[int]) -> Reply:
+        """A design with objectives below `below` that differs from each known one in some of the decisions `among`."""
+        model = self.model.clone()
+        for axis, bound in enumerate(below):
+            model.add(self._in(model, self.objectives[axis]) <= bound - 1)
+        for design in known:
+            others = []
+            for index in among:
+                other = model.new_bool_var("")
+                model.add(self._in(model, self.option[index]) != design[index]).only_enforce_if(other)
+                others.append(other)
+            model.add_bool_or(others)
+        return self._ask(model)
+
     @staticmethod
     def _in(model: cp_model.CpModel, variable: Any) -> Any:
         return model.get_int_var_from_proto_index(variable.index)

@@ -34,6 +34,10 @@ class Prover(Protocol):
         """A design with these objectives that comes before `design` in the order of the file."""
         ...
 
+    def another_design(self, below: Sequence[int], known: Sequence[Design], among: Sequence[int]) -> Reply:
+        """A design with objectives below `below` that differs from each known one in some of the decisions `among`."""
+        ...
+
 
 class AllDesigns:
     """Every feasible design, looked at one by one."""
@@ -62,6 +66,14 @@ class AllDesigns:
         """See `Prover`."""
         reply = self._first((self.found.vectors == np.array(vector, dtype=np.int64)).all(axis=1))
         return reply if reply.answer == "design" and reply.design < design else Reply("none")
+
+    def another_design(self, below: Sequence[int], known: Sequence[Design], among: Sequence[int]) -> Reply:
+        """See `Prover`."""
+        mask = np.array((self.found.vectors < np.array(below, dtype=np.int64)).all(axis=1))
+        for design in known:
+            chosen = np.array([design[index] for index in among], dtype=np.int64)
+            mask &= (self.found.designs[:, list(among)] != chosen).any(axis=1)
+        return self._first(mask)
 
     def _first(self, mask: np.ndarray[tuple[int], np.dtype[np.bool_]]) -> Reply:
         """The first in the order of the file."""

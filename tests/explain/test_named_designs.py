@@ -19,6 +19,7 @@ from dse.api.explaining import Explainer, Wishes, conflicts_of, explain_changed
 from dse.api.problem import Changes, Problem
 from dse.api.recalling import named_design
 from dse.cli.main import run
+from dse.examples import example_path
 from dse.pareto.feasibility import Oracle
 from dse.results.explanation import Demand, Example, Explanation
 from dse.results.result import decisions_of
@@ -262,3 +263,28 @@ def test_offers_that_were_not_tried_are_said() -> None:
     assert isinstance(found.to_dict()["left_open"], list)
     assert Demand("rule", "x", "y").to_dict() == {"kind": "rule", "text": "x", "origin": "y"}
     assert decisions_of(problem.space, (0,) * len(problem.space.decisions))
+
+
+def test_an_infeasible_solve_that_was_stopped_is_verified() -> None:
+    """Cut off after any question, between a conflict and its closest limits as well; what is left out is remarked."""
+    problem, limits = dse.load(example_path("starter")), {"max_jitter": "1 ms", "max_price": "50 EUR"}
+    whole = dse.solve(problem, **limits).to_dict()
+    assert dse.verify(whole, problem=problem).status == "verified"
+    remarked = 0
+    for after in range(30):
+        with cut_off(after, OutOfTime):
+            data = dse.solve(problem, **limits).to_dict()
+        found = dse.verify(data, problem=problem)
+        assert (found.status, found.findings) == ("verified", ()), after
+        unsought = [clash for item in data["conflicts"] for clash in item["members"] if "looked_for" in clash]
+        assert len([text for text in found.remarks if "no time to look" in text]) == len(unsought)
+        remarked += len(unsought)
+        for item in data["conflicts"]:
+            for clash in item["members"]:
+                if "looked_for" in clash:  # a limit that was not looked for is not made up
+                    clash["closest"] = 1
+                    assert dse.verify(data, problem=problem).status == "rejected"
+                    clash["closest"] = None
+        if data["conflicts"] == whole["conflicts"]:
+            break
+    assert remarked
