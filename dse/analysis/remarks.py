@@ -1,17 +1,19 @@
-"""What a careful reader would remark about buses: of a design, and of a problem whatever the design.
+"""What a careful reader would remark: of a design, and of a problem whatever the design.
 
 The load of a bus counts bytes against its bandwidth, its busy time counts what its messages take; where both are stated
-they can contradict each other.
+they can contradict each other. So can the shortest and the longest processing of a thread, which come from different
+figures (docs/semantics.md, section 3.2): in OSATE's setting Deadline the longest is the deadline, or nothing.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from dataclasses import dataclass
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
 from fractions import Fraction
 from functools import partial
 
 from dse.analysis.binding import bus_stack, carrying_ns, message_bytes
+from dse.analysis.latency import Row, step_rows
 from dse.analysis.measures import build_measure, reachable_buses
 from dse.analysis.rates import NS_PER_S
 from dse.analysis.resources import busy_terms
@@ -19,11 +21,13 @@ from dse.analysis.terms import PPM
 from dse.analysis.views import View, tabulate
 from dse.space.metrics import busy_obstacle
 from dse.space.trees import at
-from dse.space.types import EMPTY, Bus, Connection, Metric, Space
+from dse.space.types import EMPTY, Bus, Connection, Flow, Metric, Space, Step
 from dse.units import Exact, format_bandwidth, format_duration, format_ratio, format_size
 
 MANY_CASES = 10_000
 """Bounds of figures that depend on more combinations of options than this are not looked for."""
+SHOWN = 3
+"""Contributions that contradict themselves are named up to so many."""
 TELLING = Fraction(101, 100)
 """By what factor a bus must be busier than its load says for a remark."""
 
@@ -44,6 +48,14 @@ class _Transfer:
 
 
 def design_remarks(space: Space, view: View) -> Iterator[str]:
+    """Everything to remark of a design."""
+    for flow in space.flows:
+        reversed_rows = dict.fromkeys(_reversed(row) for step in flow.steps for row in step_rows(space, step, view))
+        yield from _too_small(space, flow, [text for text in reversed_rows if text])
+    yield from _bus_remarks(space, view)
+
+
+def _bus_remarks(space: Space, view: View) -> Iterator[str]:
     """Buses of a design that are busier than their load says, or than there is time; transfers that take no time."""
     for number, bus in enumerate(space.buses):
         chosen = bus.types[view[bus.type_decision]]
@@ -67,7 +79,14 @@ def design_remarks(space: Space, view: View) -> Iterator[str]:
 
 
 def problem_remarks(space: Space) -> Iterator[str]:
-    """The same of every bus that a design may have."""
+    """The same of every bus that a design may have, and of every flow."""
+    alone = replace(space, processing="execution_time")  # a response time is never below an execution time
+    for flow in space.flows:
+        found: dict[str, None] = {}
+        for step in flow.steps:
+            rows = tabulate(space, partial(_reversed_row, alone, step), MANY_CASES)
+            found |= dict.fromkeys(case.value for case in rows or () if case.value)
+        yield from _too_small(space, flow, list(found))
     for number, bus in enumerate(space.buses):
         if bus.virtual:
             continue
@@ -79,6 +98,29 @@ def problem_remarks(space: Space) -> Iterator[str]:
         least = _least_busy(space, number)
         if least > PPM:
             yield f"{bus.name} is busy for at least {_percent(least)} of the time, whatever the design"
+
+
+def _reversed_row(space: Space, step: Step, view: View) -> str:
+    return next((text for row in step_rows(space, step, view) if (text := _reversed(row))), "")
+
+
+def _reversed(row: Row) -> str:
+    """A contribution whose minimum is above its maximum, in words; "" for others."""
+    if row.min_ns <= row.max_ns:
+        return ""
+    least, most = format_duration(row.min_ns), format_duration(row.max_ns)
+    return f"{row.contributor} at least {least} ({row.min_method}), at most {most} ({row.max_method})"
+
+
+def _too_small(space: Space, flow: Flow, found: Sequence[str]) -> Iterator[str]:
+    """That the maximum and the jitter of a flow are too small, for minima above maxima."""
+    if found:
+        more = f", and {len(found) - SHOWN} more" if len(found) > SHOWN else ""
+        setting = "" if space.profile == "dse" else f" (worst case by {space.worst_case.replace('_', ' ')})"
+        yield (
+            f"the maximum and the jitter of {flow.name} are too small: by profile {space.profile}{setting} it counts "
+            f"for {'; '.join(found[:SHOWN])}{more}"
+        )
 
 
 def _instant_type(bus: Bus, view: View) -> str | None:
