@@ -21,7 +21,7 @@ from dse.space.questions import (
 from dse.space.settings import SETTINGS, with_settings
 from dse.space.trees import NotOffered
 from dse.space.types import EMPTY, Design, Objective, Requirement, Rule, Space
-from dse.spec.grammar import ExpressionError, parse_assignment, parse_limit
+from dse.spec.grammar import ExpressionError, parse_assignment, parse_limit, parse_requirement
 from dse.spec.load import LoadedSpec, UnreadableError, load_spec, parse_spec
 
 LIMITED_METRICS = ("jitter", "latency", "utilisation", "load", "busy", "price", "power")
@@ -188,7 +188,21 @@ def _requirement_or_rule(space: Space, text: str) -> tuple[Requirement, ...] | R
             return read_requirements(space, body, ORIGIN)
         return read_rule(space, text, ORIGIN)
     except (ExpressionError, QuestionError) as error:
-        raise UsageError(f"--require {text!r}: {error}") from error
+        said = error if is_metric else _of_misspelt_metric(space, body) or error
+        raise UsageError(f"--require {text!r}: {said}") from error
+
+
+def _of_misspelt_metric(space: Space, text: str) -> QuestionError | None:
+    """What is wrong with a text that has the form of a requirement; None where it has not, or names a decision."""
+    try:
+        written = parse_requirement(text)
+        if "." not in written.metric.metric:
+            read_requirements(space, text, ORIGIN)
+    except ExpressionError:
+        return None
+    except QuestionError as error:
+        return error
+    return None
 
 
 def _objectives(space: Space, texts: Sequence[str]) -> tuple[Objective, ...]:

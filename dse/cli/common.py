@@ -24,6 +24,7 @@ LIMITS = ("jitter", "latency", "utilisation", "load", "busy", "price", "power")
 EXAMPLES = {"utilisation": "70%", "load": "50%", "busy": "80%", "price": "500EUR", "power": "10W"}
 OF = {"jitter": "flow", "latency": "flow", "utilisation": "processor", "load": "bus", "busy": "bus"}
 NOUNS = {"busy": "busy time"}
+ORDER = f"{__name__}.order"
 
 
 class Words(click.Choice[str]):
@@ -75,6 +76,36 @@ def question_options(command: F) -> F:
     for option in more:
         command = option(command)
     return command
+
+
+class OrderedCommand(click.Command):
+    """A command that knows in which order its options were given; click keeps it for each option by itself only."""
+
+    def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
+        """Note the names of the options, one for each time that one was given."""
+        _, _, given = self.make_parser(ctx).parse_args(list(args))
+        ctx.meta[ORDER] = [parameter.name for parameter in given]
+        return super().parse_args(ctx, args)
+
+
+def objective_options(*, hidden: bool = False) -> Callable[[F], F]:
+    """``--minimise`` and ``--maximise`` of an `OrderedCommand`; see `objectives_of`."""
+
+    def decorate(command: F) -> F:
+        what = "As for solve; changes no explanation." if hidden else "Objectives instead of those of the file."
+        for name, text in (("maximis", "The same, to be maximised."), ("minimis", what)):
+            names = f"--{name}e", f"--{name.removesuffix('s')}ze"
+            command = click.option(*names, multiple=True, metavar="METRIC", hidden=hidden, help=text)(command)
+        return command
+
+    return decorate
+
+
+def objectives_of(minimise: tuple[str, ...], maximise: tuple[str, ...]) -> tuple[str, ...]:
+    """The objectives of the running command, in the order in which they were given."""
+    given = {"minimise": iter(minimise), "maximise": iter(maximise)}
+    order = [name for name in click.get_current_context().meta[ORDER] if name in given]
+    return tuple(f"{sense} {next(given[sense])}" for sense in order)
 
 
 def json_option(command: F) -> F:

@@ -7,10 +7,13 @@ from typing import Any
 import click
 
 from dse.cli.common import (
+    OrderedCommand,
     changes_of,
     check_writable,
     console,
     json_option,
+    objective_options,
+    objectives_of,
     problem_argument,
     question_options,
     write_text,
@@ -18,11 +21,10 @@ from dse.cli.common import (
 from dse.cli.solve import Seconds
 
 
-@click.command("explain")
+@click.command("explain", cls=OrderedCommand)
 @problem_argument
 @question_options
-@click.option("--minimise", "--minimize", multiple=True, hidden=True, help="As for solve; changes no explanation.")
-@click.option("--maximise", "--maximize", multiple=True, hidden=True, help="As for solve; changes no explanation.")
+@objective_options(hidden=True)
 @click.option("--all", "every", is_flag=True, help="List all minimal conflicts.")
 @click.option("--limit", type=click.IntRange(1), default=100, show_default=True, help="At most so many conflicts.")
 @click.option(
@@ -55,8 +57,7 @@ def command(
     from dse.api.explaining import Wishes, explain_changed
     from dse.api.problem import load
 
-    texts = [f"minimise {text}" for text in minimise] + [f"maximise {text}" for text in maximise]
-    changes = changes_of(options, tuple(texts))
+    changes = changes_of(options, objectives_of(minimise, maximise))
     found = explain_changed(load(file), changes, Wishes(every, limit, offer, time_limit, seed))
     if json_path != "-":
         from dse.report.explanation import print_explanation

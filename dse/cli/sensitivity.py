@@ -9,10 +9,13 @@ import click
 
 from dse.cli.analyse import choices_of
 from dse.cli.common import (
+    OrderedCommand,
     changes_of,
     check_writable,
     console,
     json_option,
+    objective_options,
+    objectives_of,
     problem_argument,
     question_options,
     save,
@@ -38,7 +41,7 @@ class Share(click.ParamType[Any]):
         return quantity.value
 
 
-@click.command("sensitivity")
+@click.command("sensitivity", cls=OrderedCommand)
 @problem_argument
 @click.option(
     "--design",
@@ -47,10 +50,7 @@ class Share(click.ParamType[Any]):
     help="A decision of the design, on top of the baseline; or RESULT.json#ID, an alternative of a solve.",
 )
 @question_options
-@click.option(
-    "--minimise", "--minimize", multiple=True, metavar="METRIC", help="Objectives instead of those of the file."
-)
-@click.option("--maximise", "--maximize", multiple=True, metavar="METRIC", help="The same, to be maximised.")
+@objective_options()
 @click.option(
     "--swing",
     type=Share(),
@@ -107,7 +107,6 @@ def command(
     from dse.api.problem import load
     from dse.study.sensitivity import Settings, sensitivity_of
 
-    texts = [f"minimise {text}" for text in minimise] + [f"maximise {text}" for text in maximise]
     live = sys.stderr.isatty()
 
     def say(what: str) -> None:
@@ -117,7 +116,9 @@ def command(
     settings = Settings(swing, samples, seed, front)
     problem = load(file)
     claim_study(target, problem.name, "sensitivity")
-    result = sensitivity_of(problem, choices_of(design), changes_of(options, tuple(texts)), settings, say)
+    result = sensitivity_of(
+        problem, choices_of(design), changes_of(options, objectives_of(minimise, maximise)), settings, say
+    )
     if live:
         click.echo("\r\033[K", err=True, nl=False)
     if "-" not in (json_path, csv_path):

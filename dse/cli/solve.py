@@ -10,10 +10,13 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from dse.cli.common import (
+    OrderedCommand,
     changes_of,
     check_writable,
     console,
     json_option,
+    objective_options,
+    objectives_of,
     question_options,
     ranking_options,
     report_folder,
@@ -52,13 +55,10 @@ class Seconds(click.ParamType[float]):
         return float(quantity.value)
 
 
-@click.command("solve")
+@click.command("solve", cls=OrderedCommand)
 @click.argument("file", type=click.Path(exists=True, dir_okay=False), required=False)
 @question_options
-@click.option(
-    "--minimise", "--minimize", multiple=True, metavar="METRIC", help="Objectives instead of those of the file."
-)
-@click.option("--maximise", "--maximize", multiple=True, metavar="METRIC", help="The same, to be maximised.")
+@objective_options()
 @click.option(
     "--time-limit", type=Seconds(), help="Stop after this time with the front so far, e.g. 60s (exit code 5)."
 )
@@ -97,7 +97,7 @@ class Seconds(click.ParamType[float]):
 @click.option(
     "--within",
     metavar="SHARE",
-    help="Also designs with every objective at most so much worse, e.g. 5%; marked as dominated.",
+    help="Also designs with every objective at most so much worse, e.g. 5%; what dominates them is said.",
 )
 @click.option("--report", is_flag=True, help="Also write a report: HTML, Markdown, CSV and JSON.")
 @click.option("-o", "--output", "folder", default="reports", show_default=True, metavar="DIR", help="Where reports go.")
@@ -140,8 +140,7 @@ def command(
     from dse.pareto.front import Budget
     from dse.results.order import check_ranking, ranked_by
 
-    texts = [f"minimise {text}" for text in minimise] + [f"maximise {text}" for text in maximise]
-    changes = changes_of(options, tuple(texts))
+    changes = changes_of(options, objectives_of(minimise, maximise))
     asked, earlier = _question(file, resume, changes)
     if target is not None:
         _claim_report(target, asked)

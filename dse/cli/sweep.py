@@ -12,10 +12,13 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from dse.cli.common import (
+    OrderedCommand,
     changes_of,
     check_writable,
     console,
     json_option,
+    objective_options,
+    objectives_of,
     problem_argument,
     question_options,
     save,
@@ -30,7 +33,7 @@ if TYPE_CHECKING:
 PLAIN_STEP_S = 5.0
 
 
-@click.command("sweep")
+@click.command("sweep", cls=OrderedCommand)
 @problem_argument
 @click.option(
     "--vary",
@@ -42,10 +45,7 @@ PLAIN_STEP_S = 5.0
     "or a factor 'PATH=*0.5..2 step 0.1'. Several make a grid.",
 )
 @question_options
-@click.option(
-    "--minimise", "--minimize", multiple=True, metavar="METRIC", help="Objectives instead of those of the file."
-)
-@click.option("--maximise", "--maximize", multiple=True, metavar="METRIC", help="The same, to be maximised.")
+@objective_options()
 @click.option(
     "--seed",
     type=click.IntRange(0, 2**31 - 1),
@@ -106,14 +106,15 @@ def command(
 
     problem = load(file)
     claim_study(target, problem.name, "sweep")
-    texts = [f"minimise {text}" for text in minimise] + [f"maximise {text}" for text in maximise]
     path = None if no_store else Path(store) if store is not None else _beside(file, (json_path, csv_path), target)
     if path is not None:
         check_writable(path)
         claim(*(f"{os.path.realpath(path)}{ending}" for ending in ("-wal", "-shm", "-journal")))
     means = Means(workers or usable_cores(), scheduler, path)
     with Estimate(quiet=quiet) as progress:
-        result = sweep_with(problem, vary, changes_of(options, tuple(texts)), seed, means, progress)
+        result = sweep_with(
+            problem, vary, changes_of(options, objectives_of(minimise, maximise)), seed, means, progress
+        )
     if not quiet and "-" not in (json_path, csv_path):
         from dse.report.studies import print_sweep
 

@@ -297,7 +297,7 @@ def others_words(others: Others) -> str:
     count = len(others.designs)
     what = "with exactly the same objectives"
     if others.within:
-        what = f"beside the front with each objective at most {readable(others.within * 10**6, 'ppm')} worse"
+        what = f"with each objective at most {readable(others.within * 10**6, 'ppm')} worse"
     if not count:
         return f"No other design {what}" + (
             ": proved." if others.more is False else " was found before the search stopped."
@@ -312,11 +312,13 @@ def others_words(others: Others) -> str:
 
 
 def dominated_words(sibling: Sibling, result: Result) -> str:
-    """`` (dominated by #3 and #4)``; nothing for an exact tie."""
+    """`` (dominated by #3 and #4)``, `` (the objectives of #5)``; nothing for a tie with its own point."""
     if sibling.dominated_by:
         return f" (dominated by {listed([f'#{number}' for number in sibling.dominated_by])})"
-    vectors = [point.objectives for point in result.front]
-    return "" if sibling.objectives in vectors else " (not dominated by what was found before the search stopped)"
+    equal = [point.id for point in result.front if point.objectives == sibling.objectives]
+    if not equal:
+        return " (not dominated by what was found before the search stopped)"
+    return "" if sibling.id.startswith(f"{equal[0]}.") else f" (the objectives of #{equal[0]})"
 
 
 def proof_words(result: Result) -> str:

@@ -112,3 +112,27 @@ def test_shares(text: str, share: Fraction) -> None:
 def test_what_is_no_share_is_refused(text: str) -> None:
     with pytest.raises(UsageError, match="--within"):
         read_share(text)
+
+
+TIES = """
+dse: 1
+name: ties
+threads:
+  t: {price: [100 EUR, 103 EUR], power: [10 W, 9.9 W]}
+  u: {period: [10 ms, 20 ms], price: 1 EUR}
+rules: ["t.price == 100 EUR implies t.power == 10 W"]
+objectives: [minimise price, minimise power]
+"""
+
+
+def test_near_designs_with_the_objectives_of_another_point_are_not_dominated() -> None:
+    """Within 5 % of either point: the other one and its tie, which nothing dominates, and 104 EUR with 10 W."""
+    found = with_others(dse.solve(dse.loads(TIES)), 9, "5 %")
+    assert len(found.front) == 2
+    for others in (item for item in found.others if item.within):
+        other = next(point.id for point in found.front if point.id != others.of)
+        said = [dominated_words(sibling, found) for sibling in others.designs]
+        assert sorted(said) == [" (dominated by #1 and #2)"] * 2 + [f" (the objectives of #{other})"]
+        assert others_words(others).startswith("3 other designs with each objective at most 5 % worse")
+    ties = [sibling for item in found.others if not item.within for sibling in item.designs]
+    assert [dominated_words(sibling, found) for sibling in ties] == ["", ""]
