@@ -119,9 +119,9 @@ class Board:
         return self._implied[decision]
 
     def exactly_one(self, literals: Sequence[Any]) -> None:
-        """Exactly one of the literals is true; said once for the same literals."""
+        """Exactly one of the literals is true; said once for the same literals, and not of what is always true."""
         key = frozenset(literal.index for literal in literals)
-        if key not in self._choices:
+        if key != {self.true.index} and key not in self._choices:
             self._choices.add(key)
             self.model.add_exactly_one(literals)
 

@@ -273,7 +273,7 @@ def add_decisions(board: Board) -> None:
             continue
         literals = [board.model.new_bool_var(f"{decision.name}={option}") for option in decision.options]
         inactive = board.model.new_bool_var(f"{decision.name} inactive") if conditional else None
-        board.model.add_exactly_one([*literals, inactive] if inactive is not None else literals)
+        board.exactly_one([*literals, inactive] if inactive is not None else literals)
         for option, literal in enumerate(literals):
             if index in board.space.fixed and board.space.fixed[index] != option:
                 board.model.add_bool_and([literal.negated()])

@@ -201,8 +201,7 @@ def _explore(state: _State, budget: Budget, watch: Watch) -> None:
         if len(crew.solvers) == 1 < budget.workers and now - state.started > HELP_AFTER_S:
             crew.solvers += [_another(crew.solvers[0]) for _ in range(budget.workers - 1)]  # while it is idle
         for solver in crew.idle:
-            most = 1 if solver.is_hard else max(1, len(state.encoded.zones))
-            question = region.next_question(list(crew.busy.values()), most)
+            question = region.next_question(list(crew.busy.values()), solver.most_zones)
             if question is not None:
                 crew.start(solver, question, partial(_minimise_in, solver, state.evaluator, *question, state.hint))
         question, answer = crew.wait()

@@ -1,19 +1,54 @@
-"""CP-SAT's settings: the bare ones first, heavier means for what proves hard (decision records 8 and 9)."""
+"""CP-SAT's settings: from nothing but clause learning to a linear relaxation with cuts (decision records 8, 9, 11)."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from typing import Any
 
 from ortools.sat.python import cp_model
 
-from dse.pareto.answer import Answer, Unfinished
+INPROCESSING_FROM = 2.0
+"""Work from which on simplifying the clauses in between pays."""
 
-Settings = Callable[[Any], None]
-"""Sets the parameters of a solver."""
 
-TRY_AGAIN = 8
-"""Settings that were too weak for two calls in a row are left out, but for one call in so many."""
+@dataclass(frozen=True)
+class Settings:
+    """How much linear relaxation a call uses.
+
+    `weight` is how much work a unit of deterministic time is: linear programming takes longer than the solver counts.
+    `per_variable` is how much work a call takes at least for each variable of the model.
+    With `in_order` the search is depth first in the order of the model's decision strategy.
+    """
+
+    linearization_level: int
+    has_cuts: bool
+    weight: float
+    per_variable: float = 0.0
+    in_order: bool = False
+
+    def least_work(self, model: cp_model.CpModel) -> float:
+        """How much work a call can be expected to take at least."""
+        return self.per_variable * len(model.proto.variables)
+
+    def apply(self, parameters: Any, work: float) -> None:
+        """Set the parameters of a solver that is to do so much work at most."""
+        parameters.linearization_level = self.linearization_level
+        parameters.cut_level = int(self.has_cuts)
+        parameters.use_sat_inprocessing = work >= INPROCESSING_FROM and not self.in_order
+        parameters.max_deterministic_time = work / self.weight
+        if self.in_order:
+            parameters.search_branching = type(parameters.search_branching).FIXED_SEARCH
+
+
+BARE = Settings(0, has_cuts=False, weight=1.0)
+"""Nothing but propagation and clause learning: the models are small and tight, and most calls take milliseconds."""
+RELAXED = Settings(2, has_cuts=False, weight=1.8, per_variable=4e-5)
+"""A linear relaxation of the sums and the clauses: for many summands and few rules, as in a knapsack."""
+CUTTING = Settings(2, has_cuts=True, weight=1.5, per_variable=6e-5)
+"""The same with cuts, for sums at the edge of their limits under conditions."""
+WAYS = (BARE, RELAXED, CUTTING)
+BARE_IN_ORDER = Settings(0, has_cuts=False, weight=1.0, in_order=True)
+CUTTING_IN_ORDER = Settings(2, has_cuts=True, weight=1.0, in_order=True)
 
 
 def sound_solver(seed: int = 0) -> cp_model.CpSolver:
@@ -31,69 +66,3 @@ def sound_solver(seed: int = 0) -> cp_model.CpSolver:
     solver.parameters.symmetry_level = 0
     solver.parameters.auto_detect_greater_than_at_least_one_of = False
     return solver
-
-
-def bare(parameters: Any) -> None:
-    """Nothing but propagation and clause learning: the models are small and tight, and most calls take milliseconds."""
-    parameters.max_deterministic_time = 0.25
-    parameters.use_sat_inprocessing = False
-    parameters.linearization_level = 0
-
-
-def brief(parameters: Any) -> None:
-    """Bare settings for a moment: what they can do they do at once, the rest needs linear relaxation."""
-    bare(parameters)
-    parameters.max_deterministic_time = 0.05
-
-
-def relaxed(parameters: Any) -> None:
-    """A linear relaxation that has the clauses too, for sums at the edge of their limits."""
-    parameters.max_deterministic_time = 1.0
-    parameters.use_sat_inprocessing = False
-    parameters.linearization_level = 2
-
-
-def thorough(parameters: Any) -> None:
-    """The same with inprocessing, without a limit."""
-    parameters.linearization_level = 2
-
-
-WHOLE: Sequence[Settings] = (bare, relaxed, thorough)
-"""For a model as a whole: each longer than the one before, the last without a limit."""
-APART: Sequence[Settings] = (brief, relaxed, thorough)
-"""For a part of it."""
-
-
-def in_order(parameters: Any, work: float, linear: int) -> None:
-    """Depth first in the order of the decision strategy, with linear relaxation at a level."""
-    parameters.use_sat_inprocessing = False
-    parameters.linearization_level = linear
-    parameters.search_branching = type(parameters.search_branching).FIXED_SEARCH
-    parameters.max_deterministic_time = work
-
-
-class Ladder:
-    """Which settings to begin with: those that were too weak twice in a row are left out for a while."""
-
-    def __init__(self) -> None:
-        self.first = 0
-        self._climbs = 0
-        self._too_weak = 0
-
-    def climb(self, attempts: Sequence[Callable[[], Answer]], is_over: Callable[[], bool]) -> Answer:
-        """The first answer that an attempt gives; unfinished when the time is over."""
-        self._climbs += 1
-        start = 0 if self._climbs % TRY_AGAIN == 0 else min(self.first, len(attempts) - 1)
-        for level in range(start, len(attempts)):
-            answer = attempts[level]()
-            if not isinstance(answer, Unfinished):
-                if level == start:
-                    self.first, self._too_weak = level, 0
-                return answer
-            if is_over():
-                return answer
-            if level == self.first:
-                self._too_weak += 1
-                if self._too_weak == 2:
-                    self.first, self._too_weak = level + 1, 0
-        return Unfinished()

@@ -6,7 +6,7 @@ Every question the search asks goes through `Solver.minimise`, which answers wit
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from functools import partial
 from typing import Any
 
@@ -16,25 +16,36 @@ from dse.encode.forms import EXACT_LIMIT
 from dse.encode.model import EncodedSpace
 from dse.pareto.answer import Answer, Found, NoSuchDesign, Unfinished, weighted
 from dse.pareto.parts import Part, Parts
-from dse.pareto.settings import APART, WHOLE, Ladder, Settings, brief, in_order, sound_solver
+from dse.pareto.portfolio import FIRST_LIMIT, Attempt, Portfolio, Race
+from dse.pareto.settings import BARE, BARE_IN_ORDER, CUTTING, CUTTING_IN_ORDER, RELAXED, WAYS, Settings, sound_solver
 from dse.pareto.zones import Bound
 from dse.space.types import Design
 
-ORDERED_SEARCH = ((0.01, 0), (0.05, 2))
-"""Deterministic time, and linearisation level, of the attempts to find a canonical design."""
-ORDERED_TO_THE_END = ((0.01, 0), (2.0, 2))
+ORDERED_SEARCH = ((BARE_IN_ORDER, 0.01), (CUTTING_IN_ORDER, 0.05))
+"""Settings and work of the attempts to find a canonical design."""
+ORDERED_TO_THE_END = ((BARE_IN_ORDER, 0.01), (CUTTING_IN_ORDER, 2.0))
 """The same where nothing else tells one design from the others."""
+BRIEF = (BARE, 0.05)
+"""The first attempt at a part: what bare settings can do they do at once, the rest needs linear relaxation."""
+ANY = (BRIEF, (CUTTING, 1.5), (CUTTING, 100.0))
+"""The same for a design that is not the first: fixed, so that it does not depend on what was asked before."""
+APART = 4
+"""How much longer questions are asked part by part than as a whole."""
+APART_WAYS = (CUTTING, RELAXED, BARE)
+"""The settings for parts for which a moment was not enough."""
+MOST_RELAXED_ZONES = 2
+"""How many zones a question should be about where linear relaxation is what helps."""
 FEW_VARIABLES = 1_000
 """In larger models the linear relaxation costs more than it helps a depth-first search."""
 
 
 class Solver:
-    """A model with its search settings, a deadline and a stop switch.
+    """A model with what is known of the settings for it, a deadline and a stop switch.
 
-    `calls` counts the questions asked. Same model, same seed, same answers: one CP-SAT worker, and limits in
-    deterministic time. Solving releases the GIL: several solvers, each with a model of its own, can work in threads
-    (see `dse.pareto.crew`), and share what is known of the `parts` of the space. Between questions the model may only
-    become stricter, by `exclude`.
+    `calls` counts the questions asked, `work` what they took (`dse.pareto.settings`). Same model, same seed, same
+    answers: one CP-SAT worker, and limits in deterministic time. Solving releases the GIL: several solvers, each with
+    a model of its own, can work in threads (see `dse.pareto.crew`), and share what is known of the `parts` of the
+    space. Between questions the model may only become stricter, by `exclude`.
     """
 
     def __init__(
@@ -45,9 +56,12 @@ class Solver:
         self.deadline = deadline
         self.parts = parts if parts is not None else Parts(encoded)
         self.calls = 0
+        self.work = 0.0
         self.stopped = False
-        self._whole = Ladder()
-        self._apart = Ladder()
+        expected = [settings.least_work(encoded.model) for settings in WAYS]
+        self._whole = Portfolio(expected if len(self.parts) == 1 else [expected[0], FIRST_LIMIT])
+        self._asked = Portfolio(expected)
+        self._apart = Portfolio([CUTTING.least_work(encoded.model) * (1 + number) for number in range(len(APART_WAYS))])
         self._running: cp_model.CpSolver | None = None
 
     def stop(self) -> None:
@@ -57,9 +71,12 @@ class Solver:
             self._running.stop_search()
 
     @property
-    def is_hard(self) -> bool:
-        """Whether the last questions were too hard for bare settings."""
-        return self._whole.first > 0
+    def most_zones(self) -> int:
+        """How many zones a question should be about: fewer where relaxation matters, which a union makes weak."""
+        most = max(1, len(self.encoded.zones))
+        if self._whole.favourite == 0:
+            return most
+        return 1 if len(self.parts) > 1 else min(MOST_RELAXED_ZONES, most)
 
     def exclude(self, design: Design, *, unless: Sequence[Any] = ()) -> None:
         """Forbid one design: at least one decision differs, or one of the literals `unless` is true."""
@@ -76,7 +93,6 @@ class Solver:
         if not zones:
             return NoSuchDesign()
         self.calls += 1
-        self._restrict(zones)
         model = self.encoded.model
         model.clear_objective()
         if any(weights):
@@ -85,15 +101,16 @@ class Solver:
         most = [max(bounds) - 1 for bounds in zip(*zones, strict=True)]
         assert weighted(weights, most) < EXACT_LIMIT, "weights leave exact arithmetic"
         self.hint(hint)
-        attempts: list[Callable[[], Answer]] = [partial(self._solve_whole, settings) for settings in WHOLE]
+        attempts: list[Attempt] = [partial(self._solve_in, zones, settings) for settings in WAYS]
         if len(self.parts) > 1:
-            attempts[1:] = [partial(self._solve_apart, weights, zones)]
-        return self._whole.climb(attempts, self._out_of_time)
+            attempts[1:] = [_Apart(self, weights, zones).attempt]
+        return self._whole.answer(attempts, self._work_done, self.out_of_time)
 
     def ask(self) -> Answer:
         """Solve the model as it stands."""
         self.calls += 1
-        return self._whole.climb([partial(self._solve_whole, settings) for settings in WHOLE], self._out_of_time)
+        attempts = [partial(self._solve_whole, settings) for settings in WAYS]
+        return self._asked.answer(attempts, self._work_done, lambda: self.out_of_time() or self._is_stuck())
 
     def set_point(self, point: Bound) -> None:
         """Fix the objectives."""
@@ -113,44 +130,29 @@ class Solver:
             for constraint, bound in zip(switch.constraints, zone, strict=True):
                 _set_domain(proto.constraints[constraint].linear, 0, bound - 1)
 
-    def _solve_whole(self, configure: Settings) -> Answer:
-        return self._run(configure)
+    def _solve_in(self, zones: Sequence[Bound], settings: Settings, work: float) -> Answer:
+        self._restrict(zones)  # anew: an attempt part by part may have come before
+        return self._solve_whole(settings, work)
 
-    def _solve_apart(self, weights: Sequence[int], zones: Sequence[Bound]) -> Answer:
-        """The best of all parts: each for a moment, then with heavier settings those that may hold something better.
+    def _solve_whole(self, settings: Settings, work: float) -> Answer:
+        answer = self._run(settings, work)
+        if isinstance(answer, Unfinished) and answer.best is not None:
+            self.hint(answer.best.design)
+        return answer
 
-        What is found in one part limits the others, and what earlier questions proved of a part may answer for it.
-        """
-        best = self.parts.best(weights, zones)
-        waiting = [
-            (weighted(weights, part.floor(open_zones)), number)
-            for number, part in enumerate(self.parts.all)
-            if (open_zones := part.open(zones))
-        ]
+    def race_apart(self) -> Race:
+        """The attempts at one part."""
+        return self._apart.race()
 
-        def attempt(configure: Settings) -> Answer:
-            nonlocal best, waiting
-            left = []
-            for bound, number in sorted(waiting):
-                if best is not None and bound >= weighted(weights, best.point):
-                    continue
-                answer = self._solve_part(self.parts.all[number], configure, weights, zones, best)
-                if isinstance(answer, Found):
-                    best = answer
-                elif isinstance(answer, Unfinished):
-                    if self._out_of_time():
-                        return answer
-                    best = answer.best or best
-                    left.append((bound if answer.bound is None else max(bound, answer.bound), number))
-            waiting = left
-            return Unfinished() if left else best or NoSuchDesign()
-
-        return self._apart.climb([partial(attempt, settings) for settings in APART], self._out_of_time)
-
-    def _solve_part(
-        self, part: Part, configure: Settings, weights: Sequence[int], zones: Sequence[Bound], best: Found | None
+    def solve_part(
+        self,
+        part: Part,
+        attempt: tuple[Settings, float],
+        weights: Sequence[int],
+        zones: Sequence[Bound],
+        best: Found | None,
     ) -> Answer:
-        """A better design than `best` in a part of the space."""
+        """A better design than `best` in a part of the space, with some settings and so much work."""
         zones = part.open(zones)
         if not zones or (best is not None and not any(weights)):
             return NoSuchDesign()
@@ -160,20 +162,20 @@ class Solver:
         if better_than is not None:
             objective.domain.extend([-EXACT_LIMIT, better_than - 1])
         try:
-            answer = self._within(part, configure)
+            answer = self._within(part, *attempt)
         finally:
             objective.domain.clear()
         part.learn(answer, weights, zones, better_than)
         return answer
 
-    def _within(self, part: Part, configure: Settings) -> Answer:
+    def _within(self, part: Part, settings: Settings, work: float) -> Answer:
         """One run of the solver in a part of the space."""
         variables = self.encoded.model.proto.variables
         before = [list(variables[index].domain) for index in part.literals]
         for index in part.literals:
             _set_domain(variables[index], 1, 1)
         try:
-            return self._run(configure)
+            return self._run(settings, work)
         finally:
             for index, (low, high) in zip(part.literals, before, strict=True):
                 _set_domain(variables[index], low, high)
@@ -194,7 +196,11 @@ class Solver:
         suggestion.vars.extend(values.keys())
         suggestion.values.extend(values.values())
 
-    def _out_of_time(self) -> bool:
+    def _work_done(self) -> float:
+        return self.work
+
+    def out_of_time(self) -> bool:
+        """Whether there is no time left, or the search was stopped."""
         return self.stopped or (self.deadline is not None and time.monotonic() >= self.deadline)
 
     def first_in_order(self, *, to_the_end: bool = False) -> Answer:
@@ -205,10 +211,10 @@ class Solver:
         """
         self.calls += 1
         is_large = len(self.encoded.model.proto.variables) > FEW_VARIABLES
-        for work, linear in ORDERED_TO_THE_END if to_the_end else ORDERED_SEARCH:
-            if linear and is_large and not to_the_end:
+        for settings, work in ORDERED_TO_THE_END if to_the_end else ORDERED_SEARCH:
+            if settings.linearization_level and is_large and not to_the_end:
                 break
-            answer = self._run(partial(in_order, work=work, linear=linear))
+            answer = self._run(settings, work)
             if not isinstance(answer, Unfinished):
                 return answer
         return Unfinished()
@@ -219,41 +225,45 @@ class Solver:
         What is hard as a whole is asked part by part, in their order; those proved not to have it are left out.
         """
         self.calls += 1
-        answer = self._run(brief)
+        answer = self._run(*ANY[0])
         if not isinstance(answer, Unfinished):
             return answer
         zone = tuple(value + 1 for value in point)
         for part in self.parts.all:
             if part.open([zone]):
-                for configure in APART if len(self.parts) > 1 else APART[1:]:
-                    answer = self._within(part, configure)
-                    if isinstance(answer, Found) or self._out_of_time():
+                for attempt in ANY if len(self.parts) > 1 else ANY[1:]:
+                    answer = self._within(part, *attempt)
+                    if isinstance(answer, Found) or self.out_of_time():
                         return answer
                     if isinstance(answer, NoSuchDesign):
                         break
         return NoSuchDesign()
 
-    def _run(self, configure: Settings) -> Answer:
+    def _run(self, settings: Settings, work: float) -> Answer:
         """One run of the solver, or several until the solution's open terms are exact."""
         while True:
-            answer = self._once(configure)
+            answer = self._once(settings, work)
             if answer is not None:
                 return answer
-            if self.encoded.contention is not None and self.encoded.contention.is_stuck:
+            if self._is_stuck():
                 return Unfinished()
 
-    def _once(self, configure: Settings) -> Answer | None:
+    def _is_stuck(self) -> bool:
+        return self.encoded.contention is not None and self.encoded.contention.is_stuck
+
+    def _once(self, settings: Settings, work: float) -> Answer | None:
         """One run of the solver; None where its solution was not exact, and the model is sharper now."""
-        if self._out_of_time():
+        if self.out_of_time():
             return Unfinished()
         solver = sound_solver(self.seed)
         parameters: Any = solver.parameters
-        configure(parameters)
+        settings.apply(parameters, work)
         if self.deadline is not None:
             parameters.max_time_in_seconds = max(0.01, self.deadline - time.monotonic())
         self._running = solver
         status = solver.solve(self.encoded.model)
         self._running = None
+        self.work += solver.response_proto.deterministic_time * settings.weight
         assert status != cp_model.MODEL_INVALID, "the model is invalid"
         if status == cp_model.INFEASIBLE:
             return NoSuchDesign()
@@ -269,6 +279,61 @@ class Solver:
                 return found
         has_bound = self.encoded.model.has_objective()
         return Unfinished(solver.response_proto.inner_objective_lower_bound if has_bound else None, found)
+
+
+class _Apart:
+    """A question asked part by part: in rounds, those first whose bound leaves most room for something better.
+
+    What is found in one part limits the others, and what earlier questions proved of a part may answer for it.
+    """
+
+    def __init__(self, solver: Solver, weights: Sequence[int], zones: Sequence[Bound]) -> None:
+        self.solver = solver
+        self.weights = weights
+        self.zones = zones
+        self.best = solver.parts.best(weights, zones)
+        self.waiting = [
+            (0, weighted(weights, part.floor(open_zones)), number)
+            for number, part in enumerate(solver.parts.all)
+            if (open_zones := part.open(zones))
+        ]
+        self.races: dict[int, Race] = {}
+
+    def attempt(self, work: float) -> Answer:
+        """Go on for so much work, and more: what was done is not lost."""
+        solver = self.solver
+        end = solver.work + APART * work
+        while self.waiting:
+            turn, bound, number = self.waiting.pop(self.waiting.index(min(self.waiting)))
+            if self.best is not None and bound >= weighted(self.weights, self.best.point):
+                continue
+            answer = self._ask(number)
+            if isinstance(answer, Found):
+                self.best = answer
+            elif isinstance(answer, Unfinished):
+                self.best = answer.best or self.best
+                self.waiting.append((turn + 1, bound if answer.bound is None else max(bound, answer.bound), number))
+                if solver.out_of_time() or solver.work >= end:
+                    return Unfinished(best=self.best)
+        return self.best or NoSuchDesign()
+
+    def _ask(self, number: int) -> Answer:
+        """One attempt at a part: bare settings for a moment, then those that have cost the least where that failed."""
+        solver = self.solver
+        if number not in self.races:
+            self.races[number] = solver.race_apart()
+            return solver.solve_part(solver.parts.all[number], BRIEF, self.weights, self.zones, self.best)
+        race = self.races[number]
+        way, limit = next(race)
+        before = solver.work
+        answer = solver.solve_part(
+            solver.parts.all[number], (APART_WAYS[way], limit), self.weights, self.zones, self.best
+        )
+        if not isinstance(answer, Unfinished):
+            race.won(way, solver.work - before)
+        elif not solver.out_of_time():
+            race.lost(way, limit)
+        return answer
 
 
 def _set_domain(bounded: Any, low: int, high: int) -> None:

@@ -21,7 +21,7 @@ from dse.pareto import canonical, front
 from dse.pareto.answer import Answer, Found, NoSuchDesign, Unfinished
 from dse.pareto.canonical import canonical_design
 from dse.pareto.front import Budget, FrontSearch, Progress, Watch, search_front
-from dse.pareto.settings import Settings, thorough
+from dse.pareto.settings import CUTTING, Settings
 from dse.pareto.subproblem import Solver
 from dse.pareto.zones import dominates
 from dse.space.questions import read_requirements
@@ -319,10 +319,11 @@ def failing(monkeypatch: pytest.MonkeyPatch, first: int, calls: Iterator[int]) -
     """Every solver run from the one with number `first` on is stopped before it can tell."""
     solve = Solver._solve_whole
 
-    def stopped(self: Solver, configure: Settings) -> Answer:
+    def stopped(self: Solver, settings: Settings, work: float) -> Answer:
         if next(calls) >= first:
+            self.stop()
             return Unfinished()
-        return solve(self, configure)
+        return solve(self, settings, work)
 
     monkeypatch.setattr(Solver, "_solve_whole", stopped)
 
@@ -377,10 +378,10 @@ def test_a_run_that_only_the_light_settings_cannot_finish_is_tried_again(monkeyp
     expected = search_front(evaluator)
     solve = Solver._solve_whole
 
-    def only_thorough(self: Solver, configure: Settings) -> Answer:
-        return solve(self, configure) if configure is thorough else Unfinished()
+    def only_heavy(self: Solver, settings: Settings, work: float) -> Answer:
+        return solve(self, settings, work) if settings is CUTTING and work > 1 else Unfinished()
 
-    monkeypatch.setattr(Solver, "_solve_whole", only_thorough)
+    monkeypatch.setattr(Solver, "_solve_whole", only_heavy)
     assert search_front(evaluator).points == expected.points
 
 
@@ -422,8 +423,8 @@ def test_a_solver_that_lies_is_caught_by_the_referee(claim: str, monkeypatch: py
     evaluator = Evaluator(load_space(BY_NAME["types"]))
     run = Solver._run
 
-    def lie(self: Solver, configure: Settings) -> Answer:
-        answer = run(self, configure)
+    def lie(self: Solver, settings: Settings, work: float) -> Answer:
+        answer = run(self, settings, work)
         if not isinstance(answer, Found):
             return answer
         if claim == "objectives":

@@ -15,7 +15,7 @@ from dse.encode.model import EncodedSpace, encode
 from dse.pareto.answer import Answer, Found, NoSuchDesign, Unfinished, weighted
 from dse.pareto.front import search_front
 from dse.pareto.parts import Part, Parts
-from dse.pareto.settings import Settings, bare, brief
+from dse.pareto.settings import BARE, Settings
 from dse.pareto.subproblem import Solver
 from dse.pareto.zones import Bound, strictly_inside
 
@@ -31,11 +31,8 @@ def evaluator_with_parts(name: str, monkeypatch: pytest.MonkeyPatch) -> Evaluato
 
 
 def too_hard_as_a_whole(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Bare settings never finish on a question to be minimised as a whole."""
-    solve = Solver._solve_whole
-    monkeypatch.setattr(
-        Solver, "_solve_whole", lambda self, settings: Unfinished() if settings is bare else solve(self, settings)
-    )
+    """No settings ever finish on a question to be minimised as a whole."""
+    monkeypatch.setattr(Solver, "_solve_whole", lambda self, settings, work: Unfinished())
 
 
 @pytest.mark.parametrize("is_brief_too_short", [False, True])
@@ -47,10 +44,10 @@ def test_the_front_is_the_same_part_by_part(
     expected = search_front(evaluator)
     within, asked = Solver._within, []
 
-    def part(self: Solver, part: Part, configure: Settings) -> Answer:
+    def part(self: Solver, part: Part, settings: Settings, work: float) -> Answer:
         asked.append(part)
-        answer = within(self, part, configure)
-        if is_brief_too_short and configure is brief:
+        answer = within(self, part, settings, work)
+        if is_brief_too_short and settings is BARE and work < 1:
             return Unfinished(best=answer if isinstance(answer, Found) else None)
         return answer
 
@@ -105,9 +102,9 @@ def count_runs(monkeypatch: pytest.MonkeyPatch) -> list[Settings]:
     runs: list[Settings] = []
     run = Solver._run
 
-    def counted(self: Solver, configure: Settings) -> Answer:
-        runs.append(configure)
-        return run(self, configure)
+    def counted(self: Solver, settings: Settings, work: float) -> Answer:
+        runs.append(settings)
+        return run(self, settings, work)
 
     monkeypatch.setattr(Solver, "_run", counted)
     return runs

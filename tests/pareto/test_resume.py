@@ -48,9 +48,13 @@ def test_a_search_stopped_at_any_call_goes_on_to_the_same_front(
     for stop in range(1, 8):
         asked: list[bool] = []
 
-        def failing(self: Solver, configure: Settings, asked: list[bool] = asked, stop: int = stop) -> Answer:
+        def failing(
+            self: Solver, settings: Settings, work: float, asked: list[bool] = asked, stop: int = stop
+        ) -> Answer:
             asked.append(True)
-            return Unfinished() if len(asked) >= stop else solve(self, configure)
+            if len(asked) >= stop:
+                self.stop()
+            return solve(self, settings, work)
 
         monkeypatch.setattr(Solver, "_solve_whole", failing)
         stopped = dse.solve(BY_NAME[name], workers=1)

@@ -19,10 +19,11 @@ from dse.verification.model import other_solver
 MODELS = [("lost_solution.txt", 0), ("infeasible_with.txt", None), ("infeasible_without.txt", None)]
 HERE = Path(__file__).parent
 SETTINGS = {
-    "bare": settings.bare,
-    "relaxed": settings.relaxed,
-    "thorough": settings.thorough,
-    "in order": lambda parameters: settings.in_order(parameters, 1, 2),
+    "bare": settings.BARE,
+    "relaxed": settings.RELAXED,
+    "cutting": settings.CUTTING,
+    "bare in order": settings.BARE_IN_ORDER,
+    "cutting in order": settings.CUTTING_IN_ORDER,
 }
 
 
@@ -32,11 +33,12 @@ def solved(solver: cp_model.CpSolver, name: str) -> tuple[int, Any]:
     return solver.solve(model), solver.objective_value
 
 
+@pytest.mark.parametrize("work", [1.0, 10.0])
 @pytest.mark.parametrize("setting", SETTINGS)
 @pytest.mark.parametrize(("name", "least"), MODELS)
-def test_no_solution_is_lost(setting: str, name: str, least: int | None) -> None:
+def test_no_solution_is_lost(setting: str, name: str, least: int | None, work: float) -> None:
     solver = settings.sound_solver()
-    SETTINGS[setting](solver.parameters)
+    SETTINGS[setting].apply(solver.parameters, work)
     assert_sound(solver, name, least)
 
 

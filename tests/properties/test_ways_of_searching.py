@@ -12,11 +12,11 @@ import random
 import pytest
 
 from dse.encode import model, sums
-from dse.pareto import front
+from dse.pareto import front, portfolio
 from dse.pareto.answer import Answer, Found, Unfinished
 from dse.pareto.front import Budget, FrontSearch, search_front
 from dse.pareto.parts import Part
-from dse.pareto.settings import Settings, bare, brief
+from dse.pareto.settings import Settings
 from dse.pareto.subproblem import Solver
 from tests.oracle.generator import random_problem
 from tests.properties.pair import Pair
@@ -26,6 +26,8 @@ COUNT = int(os.environ.get("DSE_RANDOM_PROBLEMS", "500")) // 10
 FIRST = int(os.environ.get("DSE_FIRST_SEED", "0"))
 WAYS = 3
 MOST_COMBINATIONS = 1500
+LIGHT = 1.0
+"""So much work may be drawn to have been too little."""
 
 
 @pytest.mark.parametrize("seed", range(FIRST, FIRST + COUNT))
@@ -47,16 +49,16 @@ def searched(pair: Pair, draw: random.Random, changed: pytest.MonkeyPatch) -> Fr
     changed.setattr(model, "FEWEST_OBJECTIVES", draw.choice([1, 2, 3]))
     changed.setattr(front, "HELP_AFTER_S", draw.choice([0.0, front.HELP_AFTER_S]))
     changed.setattr(front, "EXACT_LIMIT", draw.choice([1, front.EXACT_LIMIT, front.EXACT_LIMIT]))
-    changed.setattr(Solver, "is_hard", draw.random() < 0.3)
-    often = draw.choice([0.0, 0.5, 1.0])
+    changed.setattr(portfolio, "LOOK_AFTER", draw.randint(1, 8))
+    often, seldom = draw.choice([0.0, 0.5, 0.9]), draw.choice([0.0, 0.5])
     whole, within = Solver._solve_whole, Solver._within
 
-    def solve_whole(self: Solver, configure: Settings) -> Answer:
-        return Unfinished() if configure is bare and draw.random() < often else whole(self, configure)
+    def solve_whole(self: Solver, settings: Settings, work: float) -> Answer:
+        return Unfinished() if work < LIGHT and draw.random() < often else whole(self, settings, work)
 
-    def solve_within(self: Solver, part: Part, configure: Settings) -> Answer:
-        answer = within(self, part, configure)
-        is_stopped = configure is brief and draw.random() < often
+    def solve_within(self: Solver, part: Part, settings: Settings, work: float) -> Answer:
+        answer = within(self, part, settings, work)
+        is_stopped = work < LIGHT and draw.random() < seldom
         return Unfinished(best=answer if isinstance(answer, Found) else None) if is_stopped else answer
 
     changed.setattr(Solver, "_solve_whole", solve_whole)
