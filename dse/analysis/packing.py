@@ -10,7 +10,7 @@ from fractions import Fraction
 from typing import TypeAlias
 
 from dse.analysis.limits import HOLDS, Limit, build_limit, judge
-from dse.analysis.scheduling import members, subset_responses, utilisation
+from dse.analysis.scheduling import counted_ns, members, subset_responses, utilisation
 from dse.analysis.views import View
 from dse.space.trees import at, consulted
 from dse.space.types import Design, OpenCore, Space
@@ -131,7 +131,7 @@ def _check_of(space: Space, view: View, latest: Mapping[int, tuple[str, Fraction
         for number in numbers:
             operator, bound = latest.get(number, ("", Fraction(0)))
             response = known.get((number, "thread"), 0)
-            if operator and (response is None or not HOLDS[operator](Fraction(response), bound)):
+            if operator and not HOLDS[operator](Fraction(counted_ns(response)), bound):
                 return False
         return True
 

@@ -125,7 +125,12 @@ def bounded_response_ns(space: Space, component: int, part: Part, view: View) ->
         if found is None:
             return alone
         response = found.response_ns
-    return max(alone, UNBOUNDED_NS if response is None else min(response, UNBOUNDED_NS))
+    return max(alone, counted_ns(response))
+
+
+def counted_ns(response_ns: Exact | None) -> Exact:
+    """A response time as a number: `UNBOUNDED_NS` where it has no bound, or one beyond that."""
+    return UNBOUNDED_NS if response_ns is None else min(response_ns, UNBOUNDED_NS)
 
 
 def longest_alone_ns(space: Space, component: int, part: Part, view: View) -> int:

@@ -27,7 +27,7 @@ from dse.encode.rates import RateVariables
 from dse.encode.reasons import Reason, reason_of
 from dse.encode.schedulability import add_rows
 from dse.space.cores import rules_on_cores
-from dse.space.types import Design, Space
+from dse.space.types import Design, OpenCore, Space
 
 MOST_LESSONS = 60
 """After so many lessons the search for the first design with some figures gives up."""
@@ -113,7 +113,7 @@ class Contention:
             if item.guard is None or is_true(self.model.get_int_var_from_proto_index(item.guard))
         ]
         limits = [item.limit for item in held]
-        open_ = [item for item in self.space.open_cores if item.index not in self.space.fixed]
+        open_ = [item for item in self.space.open_cores if self._is_free(item)]
         if self._seeks_first and self.movable:
             first = first_placement(self.space, design, open_, limits)
             if first is not None:
@@ -129,6 +129,15 @@ class Contention:
                     return other
         self._learn(late, view)
         return None
+
+    def _is_free(self, item: OpenCore) -> bool:
+        """Whether nothing fixes a thread's core: neither the question, nor who asks it of the model."""
+        domains = [
+            list(self.model.proto.variables[index].domain)
+            for index in (self.places.options[item.index] if item.index < len(self.places.options) else ())
+            if index != self.places.true
+        ]
+        return item.index not in self.space.fixed and bool(domains) and all(item == [0, 1] for item in domains)
 
     def _learn(self, late: Sequence[Deadline], view: View) -> None:
         self._lessons += 1

@@ -15,7 +15,7 @@ from dse.analysis.limits import HOLDS, Limit
 from dse.analysis.rates import NS_PER_S, is_event_triggered, rate_hz
 from dse.analysis.recall import Watching
 from dse.analysis.response_time import Stream, Task, response_time_ns
-from dse.analysis.scheduling import core_of_each, subset_responses, work_ns
+from dse.analysis.scheduling import core_of_each, counted_ns, subset_responses, work_ns
 from dse.analysis.views import View
 from dse.encode.places import Places, Thread
 from dse.space.trees import at
@@ -47,10 +47,8 @@ class _Case:
 
     def is_late(self, response_ns: Exact | None) -> bool:
         """Whether a response time breaks the limit."""
-        if response_ns is None:
-            return True
         compare = HOLDS[self.limit.requirement.operator]
-        return not compare(Fraction(response_ns), self.limit.bound(self.view))
+        return not compare(Fraction(counted_ns(response_ns)), self.limit.bound(self.view))
 
 
 def reason_of(space: Space, places: Places, limit: Limit, view: View) -> Reason:

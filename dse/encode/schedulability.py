@@ -46,10 +46,10 @@ Level: TypeAlias = tuple[Rate, int]
 
 @dataclass
 class _Owners:
-    """Threads of a level on one core: literals of which each makes the level's demand hold, and what they work."""
+    """Threads of a level on one core: for each a literal of its being there, and all that make the demand hold."""
 
-    members: list[tuple[Thread, int]] = field(default_factory=list)
-    guards: list[int | None] = field(default_factory=list)
+    members: dict[int, tuple[Thread, int]] = field(default_factory=dict)
+    demanding: list[int] = field(default_factory=list)
 
 
 def add_rows(
@@ -138,26 +138,26 @@ class _Rows:
         by_number = {thread.number: thread for thread in self.threads}
         for core in range(self.cores):
             levels: dict[Level, _Owners] = {}
-            alone: list[tuple[Thread, int, int, int | None]] = []
+            alone: list[tuple[Thread, int, int]] = []
             for number, items in wanted.items():
                 thread = by_number[number]
                 if core >= len(thread.cores[self.processor]):
                     continue
                 for item in items:
                     for literal, rate, latest in self._demands(item, thread):
-                        pair = self._both(thread, core, literal)
+                        pair = self._guarded(self._both(thread, core, literal), item.guard)
                         if pair is None:
                             continue
                         if thread.priority is not None:
-                            alone.append((thread, pair, latest, item.guard))
+                            alone.append((thread, pair, latest))
                         elif rate is not None:
                             owners = levels.setdefault((rate, latest), _Owners())
-                            owners.members.append((thread, pair))
-                            owners.guards.append(item.guard)
+                            owners.members.setdefault(thread.number, (thread, pair))
+                            owners.demanding.append(pair)
             for (rate, latest), owners in levels.items():
                 self._add_level(core, rate, latest, owners)
-            for thread, pair, latest, guard in alone:
-                self._add_alone(core, thread, pair, latest, guard)
+            for thread, pair, latest in alone:
+                self._add_alone(core, thread, pair, latest)
 
     def _demands(self, item: Deadline, thread: Thread) -> Iterable[tuple[int, Rate | None, int]]:
         """Literals with the rate (None: dispatched by events) and the time to end in where they hold."""
@@ -193,19 +193,28 @@ class _Rows:
         self.model.add_implication(made, self.literal(literal))
         return made.index
 
+    def _guarded(self, pair: int | None, guard: int | None) -> int | None:
+        """A literal that is true where both are; without a guard the literal itself."""
+        if pair is None or guard is None:
+            return pair
+        made = self.model.new_bool_var("")
+        self.model.add_bool_or([made, self.literal(-pair - 1), self.literal(-guard - 1)])
+        self.model.add_implication(made, self.literal(pair))
+        self.model.add_implication(made, self.literal(guard))
+        return made.index
+
     def _add_level(self, core: int, rate: Rate, latest: int, owners: _Owners) -> None:
         """What delays the last of the owners: each of them once, and whatever is more urgent."""
-        own = {thread.number for thread, _ in owners.members}
         urgent: list[tuple[int, Rate, Thread]] = []
         for thread in self.threads:
             if core >= len(thread.cores[self.processor]):
                 continue
             for other, literals in self.here(thread, core).items():
-                if other > rate or (thread.priority is not None and thread.number not in own):
+                if other > rate or thread.priority is not None:
                     urgent += [(literal, other, thread) for literal in literals]
-        self._add_demand(latest, urgent, owners.members, list(zip(owners.members, owners.guards, strict=True)))
+        self._add_demand(latest, urgent, list(owners.members.values()), owners.demanding)
 
-    def _add_alone(self, core: int, thread: Thread, pair: int, latest: int, guard: int | None) -> None:
+    def _add_alone(self, core: int, thread: Thread, pair: int, latest: int) -> None:
         """A thread with a stated priority: delayed by those whose stated priority is no lower."""
         urgent = []
         for other in self.threads:
@@ -214,27 +223,24 @@ class _Rows:
             if thread.priority is not None and other.priority >= thread.priority:
                 for rate, literals in self.here(other, core).items():
                     urgent += [(literal, rate, other) for literal in literals]
-        self._add_demand(latest, urgent, [(thread, pair)], [((thread, pair), guard)])
+        self._add_demand(latest, urgent, [(thread, pair)], [pair])
 
     def _add_demand(
         self,
         latest: int,
         urgent: Sequence[tuple[int, Rate, Thread]],
         members: Sequence[tuple[Thread, int]],
-        owners: Sequence[tuple[tuple[Thread, int], int | None]],
+        demanding: Sequence[int],
     ) -> None:
-        """Where an owner is there (and its guard true), some point has room for what is urgent and for the members."""
+        """Where one of the literals `demanding` is true, some point has room for what is urgent and for the members."""
         points = scheduling_points(latest, sorted({rate for _, rate, _ in urgent}))
         if points is None:
             return
-        needed: Any = None
-        if len(owners) == 1 and owners[0][1] is None:
-            needed = owners[0][0][1]
-        else:
+        needed = demanding[0]
+        if len(demanding) > 1:
             needed = self.model.new_bool_var("").index
-            for (_, pair), guard in owners:
-                held = [] if guard is None else [self.literal(-guard - 1)]
-                self.model.add_bool_or([self.literal(needed), self.literal(-pair - 1), *held])
+            for pair in demanding:
+                self.model.add_implication(self.literal(pair), self.literal(needed))
         chosen = [needed] if len(points) == 1 else [self.model.new_bool_var("").index for _ in points]
         if len(points) > 1:
             self.model.add_bool_or([self.literal(-needed - 1), *map(self.literal, chosen)])

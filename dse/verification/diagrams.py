@@ -54,15 +54,15 @@ class Diagrams:
         ]
         self._nodes: dict[tuple[int, tuple[Any, ...]], Node] = {}
 
-    def diagram(self, formula: Callable[[View], Any], name: str) -> Diagram:
+    def diagram(self, formula: Callable[[View], Any], name: str, most: int = MOST_LEAVES) -> Diagram:
         """The diagram of a formula.
 
         Raises
         ------
         TooLarge
-            when it has more than `MOST_LEAVES` leaves.
+            when it has more than `most` leaves.
         """
-        left = [MOST_LEAVES]
+        left = [most]
 
         def grow(partial: Mapping[int, int]) -> Diagram:
             try:
@@ -81,7 +81,7 @@ class Diagrams:
     def _leaf(self, left: list[int], value: Any, name: str) -> Any:
         left[0] -= 1
         if left[0] < 0:
-            raise TooLarge(f"{name} depends on more than {MOST_LEAVES} combinations of options")
+            raise TooLarge(f"{name} depends on too many combinations of options to tabulate")
         return value
 
     def node(self, decision: int, branches: tuple[Any, ...]) -> Diagram:

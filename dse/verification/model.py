@@ -14,7 +14,10 @@ from typing import Any, Literal
 
 from ortools.sat.python import cp_model
 
+from dse.analysis.limits import judge
+from dse.analysis.views import View
 from dse.space.types import INACTIVE, Design
+from dse.verification.contention import Lesson, lessons_of, on_other_cores
 from dse.verification.diagrams import Diagram, Node, TooLarge, leaves
 from dse.verification.tables import EXACT, Tables
 
@@ -63,6 +66,8 @@ class SecondModel:
             self.model.add(sum(self._value(part) for part in total.parts) == divisor * variable)
             self.objectives.append(variable)
         self.option = [self._canonical(index) for index in range(len(self.chosen))]
+        self.places = {number: self._placed(diagram) for number, diagram in tables.places.items()}
+        self.free_cores = {item.index for item in tables.space.open_cores} if tables.late else set[int]()
         problem = self.model.validate()
         assert not problem, problem
 
@@ -77,6 +82,11 @@ class SecondModel:
             self.model.add_element(self.chosen[diagram.decision], branches, target)
             self._looked_up[id(diagram)] = target
         return self._looked_up[id(diagram)]
+
+    def _placed(self, diagram: Diagram) -> Any:
+        """The number of a thread's core, as a variable."""
+        value = self._value(diagram)
+        return self.model.new_constant(value) if isinstance(value, int) else value
 
     def _canonical(self, index: int) -> Any:
         """The option as the canonical design has it: -1 where the decision is not used."""
@@ -106,6 +116,8 @@ class SecondModel:
         same: Any = model.new_constant(1)
         found = []
         for index, option in enumerate(design):
+            if index in self.free_cores:  # of threads that can be moved: no part of the order
+                continue
             variable = self._in(model, self.option[index])
             smaller, alike = model.new_bool_var(""), model.new_bool_var("")
             model.add(variable <= option - 1).only_enforce_if(smaller)
@@ -136,7 +148,10 @@ class SecondModel:
         return model.get_int_var_from_proto_index(variable.index)
 
     def _ask(self, model: cp_model.CpModel) -> Reply:
-        """Solve; a design that only the coarse bounds admit is left out and the question asked again."""
+        """Solve; a design that only the coarse bounds admit is left out and the question asked again.
+
+        Of one with threads that are late the model learns why.
+        """
         while True:
             status, values = self._solve(model)
             if status == cp_model.INFEASIBLE:
@@ -146,9 +161,38 @@ class SecondModel:
             evaluation = self.tables.evaluator.evaluate(values)
             if evaluation.is_feasible:
                 return Reply("design", evaluation.design)
+            late = [limit for limit in self.tables.late if not judge(limit, View(values)).holds]
+            if late and not evaluation.breaches:
+                moved = on_other_cores(self.tables.evaluator, self.tables.late, evaluation)
+                if moved is not None:
+                    return Reply("design", moved.design)
+                for lesson in lessons_of(self.tables.space, late, values):
+                    for taught in (model, self.model):
+                        self._teach(taught, lesson)
+                continue
             broken = [verdict.requirement.text for verdict in evaluation.verdicts if not verdict.holds]
             assert not evaluation.breaches and not self.tables.is_exact, (values, evaluation.breaches, broken)
             self._leave_out(model, values)
+
+    def _teach(self, model: cp_model.CpModel, lesson: Lesson) -> None:
+        """Some decision has an option outside the box, or some thread another core than the first of its group."""
+        ways = []
+        for decision, options in lesson.box.items():
+            left = [option for option in self.tables.allowed[decision] if option not in options]
+            if left:
+                other = model.new_bool_var("")
+                domain = cp_model.Domain.from_values(left)
+                model.add_linear_expression_in_domain(self._in(model, self.chosen[decision]), domain).only_enforce_if(
+                    other
+                )
+                ways.append(other)
+        for first, *others in lesson.groups:
+            for thread in others:
+                apart = model.new_bool_var("")
+                one, another = (self._in(model, self.places[number]) for number in (first, thread))
+                model.add(one != another).only_enforce_if(apart)
+                ways.append(apart)
+        model.add_bool_or(ways)
 
     def _leave_out(self, model: cp_model.CpModel, values: Design) -> None:
         others = []

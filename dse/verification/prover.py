@@ -14,6 +14,8 @@ from dse.verification.model import Reply, SecondModel
 from dse.verification.tables import Tables, build_tables
 
 Method: TypeAlias = Literal["auto", "exhaustion", "model"]
+FEW_JUDGED = 2_000
+"""So many where the analysis has to judge each of them."""
 FEW = 200_000
 """So many combinations are looked at one by one before a model is asked instead."""
 
@@ -105,7 +107,8 @@ def make_prover(evaluator: Evaluator, method: Method = "auto", deadline: float |
     tables = build_tables(evaluator)
     if method != "model":
         try:
-            return AllDesigns(exhaust(tables, FEW) if method == "auto" else exhaust(tables)), tables
+            few = FEW_JUDGED if tables.late else FEW
+            return AllDesigns(exhaust(tables, few) if method == "auto" else exhaust(tables)), tables
         except TooMany:
             if method == "exhaustion":
                 raise

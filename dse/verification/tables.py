@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
 from functools import partial
 from math import ceil, floor, lcm
 from typing import Any
@@ -16,11 +16,16 @@ from dse.analysis.validity import is_broken
 from dse.analysis.views import View
 from dse.space.trees import Choice
 from dse.space.types import EMPTY, Space
-from dse.verification.diagrams import NO_DESIGN, Diagram, Diagrams, Node, as_fraction, leaves
+from dse.verification.contention import is_late_limit, place_of
+from dse.verification.diagrams import NO_DESIGN, Diagram, Diagrams, Node, TooLarge, as_fraction, leaves
 
 EXACT = 2**52
 """Sums stay below this, so that 64-bit arithmetic and the solver's are exact."""
 COARSE = 10**6
+FEW_DECISIONS = 10
+"""With more open decisions a response time surely has too many cases to tabulate."""
+FEW_LEAVES = 300
+"""A response time with more cases than this is judged design by design."""
 
 
 @dataclass(frozen=True)
@@ -55,11 +60,15 @@ class Tables:
     bounds: tuple[Bound, ...]
     objectives: tuple[tuple[Sum, int], ...]
     met: tuple[Diagram | None, ...]
+    late: tuple[Limit, ...] = ()
+    """Limits on response times that no bound holds: the analysis judges them design by design."""
+    places: Mapping[int, Diagram] = field(default_factory=dict)
+    """For each thread that may share a core with others a number for its core; empty where there are no such limits."""
 
     @property
     def is_exact(self) -> bool:
         """Whether the bounds admit exactly the designs that the requirements do."""
-        return all(bound.exact for bound in self.bounds)
+        return not self.late and all(bound.exact for bound in self.bounds)
 
 
 def build_tables(evaluator: Evaluator) -> Tables:
@@ -74,6 +83,7 @@ def build_tables(evaluator: Evaluator) -> Tables:
     objectives = tuple(builder.objective(number) for number in range(len(evaluator.objectives)))
     bounds = tuple(bound for limit in evaluator.limits for bound in builder.limit(limit))
     builder.structure()
+    late = tuple(builder.late)
     return Tables(
         space=evaluator.space,
         evaluator=evaluator,
@@ -82,6 +92,8 @@ def build_tables(evaluator: Evaluator) -> Tables:
         bounds=bounds,
         objectives=objectives,
         met=tuple(builder.met(number) for number in range(len(evaluator.space.decisions))),
+        late=late,
+        places=builder.places() if late else {},
     )
 
 
@@ -91,6 +103,7 @@ class _Builder:
         self.space = evaluator.space
         self.make = Diagrams(evaluator.space)
         self.conditions: list[tuple[str, Diagram]] = []
+        self.late: list[Limit] = []
 
     def structure(self) -> None:
         """What the architecture and the rules demand."""
@@ -150,6 +163,15 @@ class _Builder:
     def limit(self, limit: Limit) -> list[Bound]:
         """The inequalities of a requirement; one for each thread where every core has its limit."""
         operator, name = limit.requirement.operator, limit.requirement.text
+        if is_late_limit(limit):
+            try:
+                if sum(decision.is_open for decision in self.space.decisions) > FEW_DECISIONS:
+                    raise TooLarge(name)
+                for term in limit.measure.terms:
+                    self.make.diagram(term.value, name, FEW_LEAVES)
+            except TooLarge:
+                self.late.append(limit)
+                return []
         bound = self.make.diagram(limit.bound, name)
         self.defined(bound, name)
         parts = [self.term(term, name) for term in limit.measure.terms]
@@ -177,6 +199,17 @@ class _Builder:
         sums = [*low, edge]
         made = tuple(part for item in sums for part in item.parts)
         return Bound(name, Sum(made, sum(item.low for item in sums), sum(item.high for item in sums)), exact)
+
+    def places(self) -> dict[int, Diagram]:
+        """The core of each thread, as a number."""
+        found = {}
+        for number, component in enumerate(self.space.components):
+            if component.processor is not None:
+                name = f"the core of {component.name}"
+                diagram = self.make.diagram(partial(place_of, self.space, number), name)
+                self.defined(diagram, name)
+                found[number] = self.make.mapped(diagram, lambda leaf: -1 if leaf is NO_DESIGN else leaf)
+        return found
 
     def met(self, index: int) -> Diagram | None:
         """Where the walk through the decision's home meets it."""

@@ -1,0 +1,164 @@
+"""Limits on response times in the second proof: what a refused solution teaches the second model.
+
+Such a limit depends on whatever shares a core, so that no diagram holds it. The model does without at first, and the
+analysis judges each of its solutions. Where threads are late, other cores are tried (they change nothing else); where
+that is in vain, a set of threads is named that cannot share a core at these options, and each option that changes
+nothing of that is added: every combination in the box is looked at.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from fractions import Fraction
+from itertools import product
+from typing import TypeAlias
+
+from dse.analysis.evaluate import Evaluation, Evaluator
+from dse.analysis.limits import HOLDS, Limit, judge
+from dse.analysis.packing import placements
+from dse.analysis.scheduling import core_of_each, counted_ns, subset_responses
+from dse.analysis.views import CyclicActivation, View
+from dse.space.trees import NotOffered, at, leaves
+from dse.space.types import Design, Space
+
+MOST_COMBINATIONS = 400
+"""A box of options grows as long as it has no more combinations than this."""
+
+Groups: TypeAlias = tuple[tuple[int, ...], ...]
+
+
+@dataclass(frozen=True)
+class Lesson:
+    """Not all at once: each decision has one of the options beside it, and the threads of each group share a core."""
+
+    box: Mapping[int, frozenset[int]]
+    groups: Groups
+
+
+class _Noting(Sequence[int]):
+    """A design that remembers which decisions are looked at."""
+
+    def __init__(self, design: Sequence[int]) -> None:
+        self.design = design
+        self.seen: dict[int, int] = {}
+
+    def __getitem__(self, decision: int) -> int:  # type: ignore[override]
+        self.seen[decision] = self.design[decision]
+        return self.design[decision]
+
+    def __len__(self) -> int:
+        return len(self.design)
+
+
+def is_late_limit(limit: Limit) -> bool:
+    """Whether a limit is an upper one on a response time."""
+    return limit.requirement.metric.kind == "response time" and limit.requirement.operator in ("<=", "<")
+
+
+def place_of(space: Space, number: int, view: View) -> int:
+    """A number for the core that a thread runs on: the same for two threads only where they share one.
+
+    Negative where it runs on none, or where first-fit decides.
+    """
+    component = space.components[number]
+    processor, core = at(component.processor, view), at(component.core, view)
+    if processor is None:
+        return -1 - number
+    if core is None:
+        if at(space.processors[processor].cores, view) > 1:
+            return -1 - number
+        core = 1
+    most = max(count for slot in space.processors for count in leaves(slot.cores))
+    return int(processor * (most + 1) + core)
+
+
+def on_other_cores(evaluator: Evaluator, late: Sequence[Limit], refused: Evaluation) -> Evaluation | None:
+    """The design with cores on which the analysis accepts it, with the same objectives; None where none is found."""
+    space = evaluator.space
+    open_ = [item for item in space.open_cores if item.index < len(space.decisions) and item.index not in space.fixed]
+    design = tuple(max(option, 0) for option in refused.design)
+    for other in placements(space, design, open_, late) if open_ else ():
+        found = evaluator.evaluate(other)
+        if found.is_feasible and found.objectives == refused.objectives:
+            return found
+    return None
+
+
+def lessons_of(space: Space, late: Sequence[Limit], design: Design) -> list[Lesson]:
+    """Why the threads are late that are late in a design."""
+    view = View(design)
+    return [_lesson(space, limit, design) for limit in late if not judge(limit, view).holds]
+
+
+def _lesson(space: Space, limit: Limit, design: Design) -> Lesson:
+    groups = _least(space, limit, design)
+
+    def is_late(given: Sequence[int]) -> bool:
+        view = View(given)
+        return not judge(limit, view).holds if groups is None else _breaks(space, limit, groups, view)
+
+    noting = _Noting(design)
+    assert is_late(noting), "a thread is late no more"
+    return Lesson(_box(space, is_late, design, noting.seen), groups or ())
+
+
+def _breaks(space: Space, limit: Limit, groups: Sequence[Sequence[int]], view: View) -> bool:
+    """Whether the thread is late where only these threads are there."""
+    known = subset_responses(space, groups, view)
+    key = limit.requirement.metric.index or 0
+    if (key, "thread") not in known:
+        return False
+    response = known[key, "thread"]
+    return not HOLDS[limit.requirement.operator](Fraction(counted_ns(response)), limit.bound(view))
+
+
+def _least(space: Space, limit: Limit, design: Design) -> Groups | None:
+    """Groups of threads of which none can be left out; None where first-fit decides who shares a core."""
+    view, number = View(design), limit.requirement.metric.index or 0
+    found: dict[tuple[int, int], list[int]] = {}
+    for processor in range(len(space.processors)):
+        for thread, core in core_of_each(space, processor, view).items():
+            if place_of(space, thread, view) >= 0:
+                found.setdefault((processor, core), []).append(thread)
+    groups = [tuple(group) for group in found.values()]
+    if not _breaks(space, limit, groups, view):
+        return None
+    for group in list(groups):
+        fewer = [item for item in groups if item != group]
+        if number not in group and _breaks(space, limit, fewer, view):
+            groups = fewer
+    for thread in [item for group in groups for item in group if item != number]:
+        fewer = [left for group in groups if (left := tuple(item for item in group if item != thread))]
+        if _breaks(space, limit, fewer, view):
+            groups = fewer
+    return tuple(groups)
+
+
+def _box(
+    space: Space, is_late: Callable[[Sequence[int]], bool], design: Design, seen: Mapping[int, int]
+) -> dict[int, frozenset[int]]:
+    """Options of the decisions that were looked at, of which every combination is late."""
+    box = {decision: [option] for decision, option in seen.items()}
+    size = 1
+    for decision in sorted(box, key=lambda item: len(space.decisions[item].options)):
+        if decision in space.fixed:
+            continue
+        for option in range(len(space.decisions[decision].options)):
+            grown = size // len(box[decision]) * (len(box[decision]) + 1)
+            if option == seen[decision] or grown > MOST_COMBINATIONS:
+                continue
+            others = [[option] if item == decision else options for item, options in box.items()]
+            if all(_is_late_at(is_late, design, dict(zip(box, chosen, strict=True))) for chosen in product(*others)):
+                size = grown
+                box[decision].append(option)
+    return {decision: frozenset(options) for decision, options in box.items()}
+
+
+def _is_late_at(is_late: Callable[[Sequence[int]], bool], design: Design, changes: Mapping[int, int]) -> bool:
+    """Whether the threads are late with some options changed, by decisions that were looked at only."""
+    noting = _Noting(tuple(changes.get(decision, option) for decision, option in enumerate(design)))
+    try:
+        return is_late(noting) and noting.seen.keys() <= changes.keys()
+    except (NotOffered, CyclicActivation):
+        return False
