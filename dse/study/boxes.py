@@ -114,10 +114,9 @@ class Box:
 
     def _ranges(self, function: DesignFunction) -> list[Interval]:
         ranges = [(value, value) for value in function.inputs.nominal]
-        for item, (low, high) in zip(self.uncertain, self.ends, strict=True):
+        for item in self.uncertain:
             for variable in item.variables:
-                scale = variable.nominal if item.is_factor else Fraction(1)
-                ranges[variable.index] = (low * scale, high * scale)
+                ranges[variable.index] = item.range_of(variable)
         return ranges
 
     def _programs(self, function: DesignFunction, ranges: Sequence[Interval]) -> list[Program]:

@@ -12,6 +12,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, fields, is_dataclass, replace
 from fractions import Fraction
 from functools import cached_property
+from math import floor
 from typing import Any
 
 import numpy
@@ -54,6 +55,15 @@ class Variable:
     def is_whole(self) -> bool:
         """Whether the file's values become whole numbers of the unit."""
         return self.kind not in (RATE, RATE_OF_DATA, TOTAL, TRANSMISSION)
+
+    @property
+    def is_count(self) -> bool:
+        """Whether it counts things (cores, places in a queue): there is nothing between two of its values."""
+        return self.kind is COUNT
+
+    def settled(self, value: Fraction) -> Fraction:
+        """The nearest value that it can have: a whole number where the file's values become one; never too small."""
+        return Fraction(max(self.least, floor(value + Fraction(1, 2)))) if self.is_whole else value
 
     @property
     def least(self) -> int:
@@ -418,4 +428,4 @@ def steps_or_none(program: Program, values: Values) -> list[Fraction] | None:
 
 def _nearby(variable: Variable, source: random.Random) -> Fraction:
     value = variable.nominal * Fraction(source.randint(900, 1100), 1000)
-    return Fraction(max(variable.least, round(value))) if variable.is_whole else value
+    return variable.settled(value)

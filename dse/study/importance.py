@@ -112,14 +112,18 @@ def _sobol(
     """First-order and total indices: a row for each varying output (of size `sizes`), a column for each input."""
     from scipy.stats import sobol_indices
 
-    units = numpy.array(sizes)[list(varying)].reshape(-1, 1)
+    rows = list(varying)
+    if len(rows) == len(uncertain) == 1:
+        rows *= 2  # of one input and one output SciPy makes a number, where it then expects an array
+    units = numpy.array(sizes)[rows].reshape(-1, 1)
 
     def scaled(values: Any) -> Any:
-        return outputs(values)[list(varying)] / units
+        return outputs(values)[rows] / units
 
     result = sobol_indices(func=scaled, n=SOBOL_SAMPLES, dists=list(uncertain), rng=numpy.random.default_rng(seed))
-    shape = (len(varying), len(uncertain))
-    return numpy.reshape(result.first_order, shape), numpy.reshape(result.total_order, shape)
+    shape = (len(rows), len(uncertain))
+    first, total = (numpy.reshape(item, shape)[: len(varying)] for item in (result.first_order, result.total_order))
+    return first, total
 
 
 def _effects(

@@ -213,15 +213,13 @@ def bars(
 ) -> tuple[Bar, ...]:
     """For each metric and each input that moves it, the metric at both ends of the input's range.
 
-    The range is the stated one, else the value less and plus `swing` of it.
+    The range is the stated one, else the value less and plus `swing` of it; whole numbers move in whole steps, at least
+    one.
     """
     nominal = function.exact(function.inputs.nominal)
     found: list[Bar] = []
     for variable in function.inputs.variables:
-        ends = stated.get(variable.index)
-        if ends is None:
-            least, most = domain(function, variable)
-            ends = (max(variable.nominal * (1 - swing), least), min(variable.nominal * (1 + swing), most))
+        ends = stated.get(variable.index) or _swung(function, variable, swing)
         if ends[0] == ends[1]:
             continue
         way = Way(function, {variable.index: Fraction(1)}, ())
@@ -233,3 +231,12 @@ def bars(
                 found.append(Bar(name, unit, variable.path, variable.unit, ends, values, nominal[number]))
     order = {name: number for number, name in enumerate(metrics)}
     return tuple(sorted(found, key=lambda bar: (order[bar.metric], -bar.swing, bar.path)))
+
+
+def _swung(function: DesignFunction, variable: Variable, swing: Fraction) -> tuple[Fraction, Fraction]:
+    """The value less and plus a share of it, as far as the input can go."""
+    least, most = domain(function, variable)
+    step = variable.nominal * swing
+    if variable.is_whole and variable.nominal:
+        step = Fraction(max(1, round(step)))
+    return max(variable.nominal - step, least), min(variable.nominal + step, most)

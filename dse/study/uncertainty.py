@@ -53,8 +53,10 @@ class Uncertain:
     def columns(self, values: Any) -> dict[int, Any]:
         """The variables' samples for samples of the input."""
         if not self.is_factor:
-            return {variable.index: numpy.maximum(values, variable.least) for variable in self.variables}
-        return {variable.index: numpy.maximum(values * float(variable.nominal), 0.0) for variable in self.variables}
+            return {item.index: _settled(item, numpy.maximum(values, item.least)) for item in self.variables}
+        return {
+            item.index: _settled(item, numpy.maximum(values * float(item.nominal), 0.0)) for item in self.variables
+        }
 
     def ends(self) -> tuple[Fraction, Fraction]:
         """Both bounds.
@@ -78,7 +80,28 @@ class Uncertain:
     def set(self, values: list[Fraction], place: Fraction) -> None:
         """Put a value of the input into a list of all variables' values."""
         for variable in self.variables:
-            values[variable.index] = variable.nominal * place if self.is_factor else place
+            values[variable.index] = self._value(variable, place)
+
+    def range_of(self, variable: Variable) -> tuple[Fraction, Fraction]:
+        """The bounds of one of its variables.
+
+        Raises
+        ------
+        UsageError
+            when there are none.
+        """
+        low, high = self.ends()
+        return self._value(variable, low), self._value(variable, high)
+
+    def _value(self, variable: Variable, place: Fraction) -> Fraction:
+        """A variable's value for one of the input; counts move in whole steps."""
+        value = variable.nominal * place if self.is_factor else place
+        return variable.settled(value) if variable.is_count else value
+
+
+def _settled(variable: Variable, values: Any) -> Any:
+    """Samples of a variable as it can have them: counts in whole steps."""
+    return numpy.maximum(numpy.floor(values + 0.5), variable.least) if variable.is_count else values
 
 
 def read_uncertainties(problem: Problem, inputs: InputSpace) -> tuple[Uncertain, ...]:
@@ -283,9 +306,7 @@ def stated_ends(uncertain: Sequence[Uncertain]) -> Mapping[int, tuple[Fraction, 
     for item in uncertain:
         if item.low is None or item.high is None:
             continue
-        for variable in item.variables:
-            scale = variable.nominal if item.is_factor else Fraction(1)
-            found[variable.index] = (item.low * scale, item.high * scale)
+        found |= {variable.index: item.range_of(variable) for variable in item.variables}
     return found
 
 
