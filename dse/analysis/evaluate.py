@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from functools import cached_property
 
 from dse.analysis.limits import Limit, Verdict, build_limit, judge
-from dse.analysis.measures import Measure, all_metrics, build_measure
+from dse.analysis.measures import Measure, all_metrics, build_measure, flow_figure_ns
 from dse.analysis.rates import active_circle, rate_hz
 from dse.analysis.validity import Rulebook, canonical
 from dse.analysis.views import CyclicActivation, View
@@ -51,6 +51,7 @@ class Evaluator:
         )
         self.limits: tuple[Limit, ...] = tuple(build_limit(space, item) for item in space.requirements)
         self._known: dict[Design, Evaluation] = {}
+        self._figures: dict[Design, dict[str, int]] = {}
 
     @cached_property
     def metrics(self) -> tuple[Measure, ...]:
@@ -102,6 +103,16 @@ class Evaluator:
         return found
 
     def metric_values(self, design: Design) -> dict[str, int]:
-        """Every metric of a valid design, in its counting unit."""
-        view = View(design)
-        return {measure.metric.name: measure.integer(view) for measure in self.metrics}
+        """Every metric of a valid design, in its counting unit; the last ones are remembered, as by `evaluate`."""
+        found = self._figures.get(design)
+        if found is None:
+            view = View(design)
+            found = {measure.metric.name: self._integer(measure, view) for measure in self.metrics}
+            if len(self._figures) >= REMEMBERED:
+                self._figures.clear()
+            self._figures[design] = found
+        return dict(found)
+
+    def _integer(self, measure: Measure, view: View) -> int:
+        figure_ns = flow_figure_ns(self.space, measure.metric, view)
+        return measure.integer(view) if figure_ns is None else figure_ns

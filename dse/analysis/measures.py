@@ -13,6 +13,7 @@ from math import lcm
 
 from dse.analysis.binding import bus_stack, byte_times_ns
 from dse.analysis.latency import counts_responses, step_rows
+from dse.analysis.recall import Recall
 from dse.analysis.resources import (
     busy_scale,
     busy_terms,
@@ -149,8 +150,7 @@ def _latency_terms(space: Space, flow: Flow, kind: str) -> Iterator[Term]:
         names = space.components if step.kind == "component" else space.connections
 
         def value(view: View, step: Step = step, space: Space = space) -> Fraction:
-            least, most = _step_range_ns(space, step, view)
-            return ZERO + (least if kind == "min latency" else most if kind == "latency" else most - least)
+            return ZERO + _figure_of(kind, _step_range_ns(space, step, view))
 
         def ends(view: View, step: Step = step, value: Callable[..., Fraction] = value) -> tuple[Fraction, Fraction]:
             """Response times are no shorter than execution times; each counts for its job and for those queued."""
@@ -159,6 +159,32 @@ def _latency_terms(space: Space, flow: Flow, kind: str) -> Iterator[Term]:
 
         is_scheduled = step.kind == "component" and counts_responses(space) and kind != "min latency"
         yield Term(names[step.index].name, value, ends=ends if is_scheduled else None)
+
+
+def _figure_of(kind: str, range_ns: tuple[int, int]) -> int:
+    """The figure of a flow, or of an element of one, in ns."""
+    least, most = range_ns
+    return least if kind == "min latency" else most if kind == "latency" else most - least
+
+
+_RANGES: Recall[tuple[int, int]] = Recall()
+
+
+def flow_figure_ns(space: Space, metric: Metric, view: View) -> int | None:
+    """The latency, minimum latency or jitter of a flow at once; None for other metrics.
+
+    The same as the measure's value. What an element of a flow adds depends on few decisions, and is remembered from
+    design to design.
+    """
+    if metric.kind not in ("latency", "min latency", "jitter"):
+        return None
+    flow = space.flows[metric.index or 0]
+    key = ("flow", metric.index)
+    found: tuple[int, int] | None = view.memo.get(key)
+    if found is None:
+        ranges = [_RANGES.recall(space, step, view, _step_range_ns) for step in flow.steps]
+        found = view.memo[key] = (sum(least for least, _ in ranges), sum(most for _, most in ranges))
+    return _figure_of(metric.kind, found)
 
 
 def _queue_size(space: Space, step: Step, view: View) -> int:

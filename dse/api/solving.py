@@ -143,7 +143,8 @@ def _texts(given: str | Sequence[str]) -> Sequence[str]:
 class Watcher:
     """Who is told how a solve goes.
 
-    `progress` is called after every solver call, `checkpoint` every second with the result so far.
+    `progress` is called after every solver call, `checkpoint` now and then with the result so far: every second, or as
+    rarely as it takes to cost a few per cent of the time.
     """
 
     progress: Callable[[Progress], None] | None = None

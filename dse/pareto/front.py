@@ -19,6 +19,7 @@ from dse.errors import RefereeError, UsageError
 from dse.pareto.answer import Answer, Found, NoSuchDesign, Unfinished
 from dse.pareto.canonical import canonical_design
 from dse.pareto.crew import Crew, stop_on_interrupt
+from dse.pareto.pace import Pace
 from dse.pareto.subproblem import Solver
 from dse.pareto.zones import (
     Bound,
@@ -33,8 +34,6 @@ from dse.space.types import Design
 
 CHAIN = 16
 """So many points in a row get their canonical designs one from another, whatever the number of workers."""
-CHECKPOINT_S = 1.0
-"""How often the state of a running search is handed out."""
 HELP_AFTER_S = 0.5
 """After how long further solvers join: a small problem is done before they are ready."""
 MOST_BOXES = 20_000
@@ -195,7 +194,7 @@ def search_front(
 def _explore(state: _State, budget: Budget, watch: Watch) -> None:
     """Search zones until none is open, or time is up; each solver of the crew has a zone of its own."""
     crew, region = state.crew, state.region
-    saved = time.monotonic()
+    pace = Pace(state.started)
     while region.open and not crew.stopped:
         now = time.monotonic()
         if len(crew.solvers) == 1 < budget.workers and now - state.started > HELP_AFTER_S:
@@ -204,19 +203,23 @@ def _explore(state: _State, budget: Budget, watch: Watch) -> None:
             question = region.next_question(list(crew.busy.values()), solver.most_zones)
             if question is not None:
                 crew.start(solver, question, partial(_minimise_in, solver, state.evaluator, *question, state.hint))
+        size = len(state.designs) + len(region.open)
+        if watch.checkpoint is not None and pace.is_due(size):
+            pace.spend(size, partial(_hand_out, state, watch.checkpoint))  # while the solvers work
         question, answer = crew.wait()
         if isinstance(answer, Unfinished):
             crew.stop()
         state.take(question, answer)
         if watch.progress is not None:
             watch.progress(state.progress())
-        if watch.checkpoint is not None and now - saved >= CHECKPOINT_S and region.open:
-            saved = now
-            watch.checkpoint(state.snapshot())
     if region.open:
         crew.stop()
     for question, answer in crew.drain():
         state.take(question, answer)
+
+
+def _hand_out(state: _State, checkpoint: Callable[[FrontSearch], None]) -> None:
+    checkpoint(state.snapshot())
 
 
 def _another(solver: Solver) -> Solver:

@@ -54,9 +54,7 @@ class Uncertain:
         """The variables' samples for samples of the input."""
         if not self.is_factor:
             return {item.index: _settled(item, numpy.maximum(values, item.least)) for item in self.variables}
-        return {
-            item.index: _settled(item, numpy.maximum(values * float(item.nominal), 0.0)) for item in self.variables
-        }
+        return {item.index: _settled(item, numpy.maximum(values * float(item.nominal), 0.0)) for item in self.variables}
 
     def ends(self) -> tuple[Fraction, Fraction]:
         """Both bounds.

@@ -1,4 +1,4 @@
-"""The benchmark command: ``python -m tests.benchmarks [--quick] [--only fronts,curves,startup,analysis]``."""
+"""The benchmark command: ``python -m tests.benchmarks [--quick] [--only fronts,curves,startup,commands,analysis]``."""
 
 from __future__ import annotations
 
@@ -12,11 +12,18 @@ from pathlib import Path
 from typing import Any
 
 from .cases import ROOT
+from .commands import run_commands
 from .minizinc import installed
 from .run import run_analysis, run_curves, run_fronts, run_startup, write
 from .tables import markdown
 
-PARTS = {"fronts": run_fronts, "curves": run_curves, "startup": run_startup, "analysis": run_analysis}
+PARTS = {
+    "fronts": run_fronts,
+    "curves": run_curves,
+    "startup": run_startup,
+    "commands": run_commands,
+    "analysis": run_analysis,
+}
 PACKAGES = ("ortools", "numpy", "pymoo", "moocore")
 
 

@@ -55,6 +55,10 @@ def generated(family: str, threads: int, objectives: int, seed: int = 1, periods
 INMARK = Case("inmark, jitter <= 20 ms", file="problems/inmark.yaml", max_jitter="20 ms")
 
 
+MANY_POINTS = generated("many-buses", 100, 3, 15)
+"""201 points of 100 threads: checkpoints that are made anew took eight times as long as the search."""
+
+
 def fronts(*, quick: bool, seed: int) -> list[Case]:
     """Problems whose proven fronts are timed beside the peers'."""
     small = [generated(family, 6, 3, seed) for family in FAMILIES]
@@ -65,6 +69,13 @@ def fronts(*, quick: bool, seed: int) -> list[Case]:
     large = [generated(family, 100, 3, seed) for family in ("many-buses", "automotive", "two-computers")]
     largest = [generated(family, 300, 2, seed) for family in ("event-driven", "two-computers", "robot")]
     return [INMARK, *small, *middle, *many, *large, *largest, generated("event-driven", 1000, 2, seed)]
+
+
+def commands(*, quick: bool, seed: int) -> list[Case]:
+    """Problems that are solved by the command itself: many points, so that what is kept of them is large."""
+    if quick:
+        return [INMARK, generated("many-buses", 10, 3, seed)]
+    return [INMARK, *(generated("many-buses", threads, 3, seed) for threads in (30, 100)), MANY_POINTS]
 
 
 def curves(*, quick: bool, seed: int) -> dict[str, list[tuple[float, Case]]]:

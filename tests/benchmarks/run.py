@@ -275,11 +275,11 @@ def run_startup(options: Any, say: Say, save: Save) -> list[dict[str, Any]]:
     worked: dict[str, list[float]] = {name: [] for name in STARTS}
     for _ in range(max(5, options.repeats * 2)):
         for name, arguments in STARTS.items():
-            started, before = time.perf_counter(), _children_s()
+            started, before = time.perf_counter(), processor_s()
             done = subprocess.run([sys.executable, "-c", *arguments], cwd=ROOT, capture_output=True, check=False)
             if done.returncode == 0:
                 seconds[name].append(time.perf_counter() - started)
-                worked[name].append(_children_s() - before)
+                worked[name].append(processor_s() - before)
     rows = []
     for name, measured in seconds.items():
         ratios = [one / other for one, other in zip(measured, seconds[IMPORT], strict=False)]
@@ -290,7 +290,8 @@ def run_startup(options: Any, say: Say, save: Save) -> list[dict[str, Any]]:
     return rows
 
 
-def _children_s() -> float:
+def processor_s() -> float:
+    """User and system seconds of the processes that have ended."""
     used = resource.getrusage(resource.RUSAGE_CHILDREN)
     return used.ru_utime + used.ru_stime
 

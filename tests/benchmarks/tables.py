@@ -16,6 +16,7 @@ def markdown(record: dict[str, Any]) -> str:
         ("fronts", _fronts),
         ("curves", _curves),
         ("startup", _startup),
+        ("commands", _commands),
         ("analysis", _analysis),
     ):
         if record.get(name):
@@ -194,6 +195,21 @@ def _slope(pairs: list[tuple[float, float]]) -> float:
     mean_x = sum(x for x, _ in pairs) / len(pairs)
     mean_y = sum(y for _, y in pairs) / len(pairs)
     return sum((x - mean_x) * (y - mean_y) for x, y in pairs) / sum((x - mean_x) ** 2 for x, _ in pairs)
+
+
+def _commands(rows: list[dict[str, Any]]) -> Iterator[str]:
+    yield "## Whole processes, with a result that is kept"
+    yield ""
+    yield "`dse solve -q --workers 1` without and with `--json PATH`, which is written while it searches; processor"
+    yield "seconds of the process, in turns."
+    yield ""
+    body = []
+    for row in rows:
+        worked = [_show(item) for item in row["processor_seconds"].values()]
+        size = f"{row['bytes'] / 1e6:.2f}"
+        times = _show(row["kept_times_plain"])
+        body.append([row["case"], f"{row['points']} ({row['status']})", *worked, times, size, row["agreement"]])
+    yield from _table(("problem", "points", "without", "with --json", "times", "MB", "answers"), body)
 
 
 def _startup(rows: list[dict[str, Any]]) -> Iterator[str]:

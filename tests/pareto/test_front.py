@@ -17,7 +17,7 @@ from dse.analysis.views import View
 from dse.encode.forms import EXACT_LIMIT
 from dse.encode.model import encode
 from dse.errors import RefereeError
-from dse.pareto import canonical, front
+from dse.pareto import canonical, front, pace
 from dse.pareto.answer import Answer, Found, NoSuchDesign, Unfinished
 from dse.pareto.canonical import canonical_design
 from dse.pareto.front import Budget, FrontSearch, Progress, Watch, search_front
@@ -364,7 +364,7 @@ def test_a_stopped_search_is_taken_up_where_it_ended(name: str) -> None:
 
 
 def test_the_state_of_a_running_search_is_handed_out(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(front, "CHECKPOINT_S", 0.0)
+    monkeypatch.setattr(pace, "CHECKPOINT_S", 0.0)
     evaluator = Evaluator(load_space(BY_NAME["bindings"]))
     states: list[FrontSearch] = []
     search = search_front(evaluator, watch=Watch(checkpoint=states.append))
