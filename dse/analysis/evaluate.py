@@ -114,5 +114,5 @@ class Evaluator:
         return dict(found)
 
     def _integer(self, measure: Measure, view: View) -> int:
-        figure_ns = flow_figure_ns(self.space, measure.metric, view)
-        return measure.integer(view) if figure_ns is None else figure_ns
+        figure_ns = None if measure.rounded else flow_figure_ns(self.space, measure.metric, view)
+        return measure.integer(view) if figure_ns is None else measure.counted(figure_ns)

@@ -150,7 +150,8 @@ def _latency_terms(space: Space, flow: Flow, kind: str) -> Iterator[Term]:
         names = space.components if step.kind == "component" else space.connections
 
         def value(view: View, step: Step = step, space: Space = space) -> Fraction:
-            return ZERO + _figure_of(kind, _step_range_ns(space, step, view))
+            figure: Fraction = ZERO + _figure_of(kind, _step_range_ns(space, step, view))
+            return figure
 
         def ends(view: View, step: Step = step, value: Callable[..., Fraction] = value) -> tuple[Fraction, Fraction]:
             """Response times are no shorter than execution times; each counts for its job and for those queued."""
@@ -161,16 +162,16 @@ def _latency_terms(space: Space, flow: Flow, kind: str) -> Iterator[Term]:
         yield Term(names[step.index].name, value, ends=ends if is_scheduled else None)
 
 
-def _figure_of(kind: str, range_ns: tuple[int, int]) -> int:
+def _figure_of(kind: str, range_ns: tuple[int | Fraction, int | Fraction]) -> int | Fraction:
     """The figure of a flow, or of an element of one, in ns."""
     least, most = range_ns
     return least if kind == "min latency" else most if kind == "latency" else most - least
 
 
-_RANGES: Recall[tuple[int, int]] = Recall()
+_RANGES: Recall[tuple[int | Fraction, int | Fraction]] = Recall()
 
 
-def flow_figure_ns(space: Space, metric: Metric, view: View) -> int | None:
+def flow_figure_ns(space: Space, metric: Metric, view: View) -> int | Fraction | None:
     """The latency, minimum latency or jitter of a flow at once; None for other metrics.
 
     The same as the measure's value. What an element of a flow adds depends on few decisions, and is remembered from
@@ -180,7 +181,7 @@ def flow_figure_ns(space: Space, metric: Metric, view: View) -> int | None:
         return None
     flow = space.flows[metric.index or 0]
     key = ("flow", metric.index)
-    found: tuple[int, int] | None = view.memo.get(key)
+    found: tuple[int | Fraction, int | Fraction] | None = view.memo.get(key)
     if found is None:
         ranges = [_RANGES.recall(space, step, view, _step_range_ns) for step in flow.steps]
         found = view.memo[key] = (sum(least for least, _ in ranges), sum(most for _, most in ranges))

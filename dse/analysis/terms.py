@@ -52,7 +52,11 @@ class Measure:
         """The value in units of 1 / `scale`; when `rounded`, each term is rounded up (demand)."""
         if self.rounded:
             return sum(ceil(term.value(view) * self.scale) for term in self.terms)
-        total = self.value(view) * self.scale
+        return self.counted(self.value(view))
+
+    def counted(self, value: int | Fraction) -> int:
+        """A value in `unit` in units of 1 / `scale`."""
+        total = value * self.scale
         assert total.denominator == 1, f"{self.metric.name}: {total} is no integer"
         return int(total)
 
