@@ -113,6 +113,11 @@ class Evaluator:
             self._figures[design] = found
         return dict(found)
 
+    def weigh(self, design: Design) -> None:
+        """Find, and remember, whatever is asked about a design later: where figures are slow, while there is time."""
+        if not self.evaluate(design).breaches:
+            self.metric_values(design)
+
     def _integer(self, measure: Measure, view: View) -> int:
         figure_ns = None if measure.rounded else flow_figure_ns(self.space, measure.metric, view)
         return measure.integer(view) if figure_ns is None else measure.counted(figure_ns)

@@ -16,7 +16,7 @@ from functools import partial
 from heapq import merge
 from itertools import count
 
-from dse.analysis.patience import look_at_the_clock
+from dse.timelimit import look_at_the_clock
 from dse.units import Exact
 
 STEPS_A_LOOK = 256

@@ -21,13 +21,13 @@ from functools import lru_cache
 from typing import Literal, TypeAlias
 
 from dse.analysis.binding import transmission_ns
-from dse.analysis.patience import look_at_the_clock
 from dse.analysis.rates import NS_PER_S, RateKey, is_event_triggered, rate_hz
 from dse.analysis.recall import Recall
 from dse.analysis.response_time import Stream, Task, response_time_ns
 from dse.analysis.views import View
 from dse.space.trees import at, leaves
 from dse.space.types import Component, Space
+from dse.timelimit import look_at_the_clock
 from dse.units import Exact, Rounded
 
 UNBOUNDED_NS = 10**14

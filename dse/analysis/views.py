@@ -13,6 +13,7 @@ from typing import Any, Generic, TypeVar
 
 from dse.space.trees import NotOffered
 from dse.space.types import Space
+from dse.timelimit import look_at_the_clock
 
 T = TypeVar("T")
 
@@ -74,11 +75,17 @@ def tabulate(
 
     Cases in which the design cannot be valid (an option that is not offered, a cycle of event-triggered components) are
     left out: the constraints that forbid them stand elsewhere.
+
+    Raises
+    ------
+    OutOfTime
+        when the time limit in force is over.
     """
     cases: list[Case[T]] = []
     taken = dict(given or {})
     stack: list[dict[int, int]] = [taken]
     while stack:
+        look_at_the_clock()
         partial = stack.pop()
         try:
             value = formula(PartialView(partial))

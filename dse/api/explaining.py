@@ -11,7 +11,6 @@ from pathlib import Path
 
 from dse.analysis.limits import build_limit
 from dse.analysis.measures import PPM, build_measure
-from dse.analysis.patience import OutOfTime
 from dse.analysis.rates import NS_PER_S
 from dse.analysis.unbounded import unbounded_in
 from dse.analysis.views import View
@@ -25,6 +24,7 @@ from dse.results.explanation import Demand, Example, Explanation, GiveUp, Minima
 from dse.results.result import Clash, Conflict, decisions_of
 from dse.space.activation import exclusions
 from dse.space.types import Design, Requirement, Rule, Space
+from dse.timelimit import OutOfTime
 from dse.units import DIMENSIONLESS, Quantity, convert, format_duration, format_number
 
 MOST_CONFLICTS = 100

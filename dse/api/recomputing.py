@@ -16,6 +16,8 @@ from dse.results.verification import Finding
 from dse.space.size import space_size
 from dse.space.types import Design, Space
 
+BEYOND = 2**62
+"""No objective reaches it."""
 MOST_FINDINGS = 50
 
 
@@ -78,7 +80,12 @@ class Bench:
         return [1 if item.sense == "minimise" else -1 for item in self.space.objectives]
 
     def minimised(self, region: Mapping[str, Any], place: str) -> tuple[int, ...]:
-        """Figures by objective as a vector to be minimised; anything but one integer for each is a finding, and 0."""
+        """Figures by objective as a vector to be minimised; anything but one integer for each is a finding, and 0.
+
+        An unexplored region may leave out objectives: it has no bound in them.
+        """
+        if place.startswith("unexplored") and set(region) < set(self.names):
+            region = {name: sign * BEYOND for name, sign in zip(self.names, self.signs, strict=True)} | dict(region)
         if set(region) != set(self.names) or not all(type(value) is int for value in region.values()):
             self.find(place, f"needs a whole number for each of {', '.join(self.names)}")
             return (0,) * len(self.names)

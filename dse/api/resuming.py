@@ -10,7 +10,7 @@ from dse.api.belonging import problem_of
 from dse.api.problem import Problem
 from dse.api.recalling import named_design, restated
 from dse.errors import UsageError
-from dse.pareto.front import FrontSearch
+from dse.pareto.front import ANYTHING, FrontSearch
 from dse.results.reading import check_form, read_result
 from dse.space.types import Space
 
@@ -34,13 +34,14 @@ def read_search(path: str | Path, problem: str | Path | None = None) -> tuple[Pr
 
 def _search(space: Space, data: Mapping[str, Any]) -> FrontSearch:
     signs = {item.metric.name: -1 if item.sense == "maximise" else 1 for item in space.objectives}
+    anywhere = {name: sign * ANYTHING for name, sign in signs.items()}  # where nothing is known of an objective
     points = {}
     for point in data["front"]:
         vector = tuple(int(point["objectives"][name]) for name in signs)
         points[vector] = named_design(space, point["decisions"])
     return FrontSearch(
         points=points,
-        unexplored=tuple(_bound(region, signs) for region in data["unexplored"]),
+        unexplored=tuple(_bound({**anywhere, **region}, signs) for region in data["unexplored"]),
         refuted=tuple(_bound(region, signs) for region in data["refuted"]),
         calls=int(data["search"]["solver_calls"]),
         elapsed_s=0.0,

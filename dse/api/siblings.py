@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import time
 from collections.abc import Iterator
 from dataclasses import replace
 from fractions import Fraction
@@ -14,6 +13,7 @@ from dse.pareto.alternatives import Finder, Neighbourhood
 from dse.pareto.crew import stop_on_interrupt
 from dse.results.changes import changes_between
 from dse.results.result import Others, OthersAsked, Point, Result, Sibling, decisions_of
+from dse.timelimit import NEVER, OutOfTime, TimeLimit, until
 from dse.units import DIMENSIONLESS, UnitError, parse_quantity
 
 DEFAULT_COUNT = 3
@@ -26,7 +26,7 @@ def with_others(
     top: int | None = None,
     *,
     seed: int = 0,
-    time_limit_s: float | None = None,
+    limit: TimeLimit = NEVER,
 ) -> Result:
     """The result with other designs of its first points; Ctrl-C keeps those that were found until then.
 
@@ -40,8 +40,10 @@ def with_others(
         a share such as ``"5 %"``: also designs whose objectives are each at most so much worse than the point's.
     top
         at how many points, in the order of rank; all when None.
-    seed, time_limit_s
+    seed
         of the solver.
+    limit
+        until when they are looked for; where that is too short it is not known whether there are more.
 
     Raises
     ------
@@ -52,9 +54,12 @@ def with_others(
         return result
     share = None if within is None else read_share(within)
     started = time.monotonic()
-    deadline = None if time_limit_s is None else started + time_limit_s
     evaluator = Evaluator(result.space)
-    finder = Finder(evaluator, seed=seed, deadline=deadline)
+    try:
+        with until(limit):
+            finder = Finder(evaluator, seed=seed, deadline=limit.deadline)
+    except OutOfTime:
+        return replace(result, others=tuple(Others(point.id, Fraction(0), (), None) for point in result.front[:top]))
     front = [point.design for point in result.front]
     found: list[Others] = []
     with stop_on_interrupt(finder.stop):

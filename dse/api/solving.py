@@ -16,10 +16,11 @@ from dse.api.origins import origin_of
 from dse.api.problem import Changes, Problem, baseline_design, changed, load
 from dse.api.resuming import read_search
 from dse.errors import UsageError
-from dse.pareto.front import Budget, FrontSearch, Progress, Watch, search_front
+from dse.pareto.front import ANYTHING, Budget, FrontSearch, Progress, Watch, search_front
 from dse.results.order import ranked_by
 from dse.results.result import ObjectiveInfo, Point, Result, Search, decisions_of, ranked
 from dse.space.size import space_size
+from dse.timelimit import TimeLimit
 
 EXPLANATION_TIME_S = 30.0
 
@@ -82,6 +83,7 @@ def solve(
     UsageError
         when a limit, requirement, objective or decision is.
     """
+    limit = TimeLimit.after(time_limit_s)
     limits = {
         "jitter": max_jitter,
         "latency": max_latency,
@@ -103,7 +105,7 @@ def solve(
         deadlines=deadlines,
     )
     loaded = problem if isinstance(problem, Problem) else load(problem)
-    return solve_changed(loaded, changes, Budget(time_limit_s, seed, workers), Watcher(progress))
+    return solve_changed(loaded, changes, Budget(limit, seed, workers), Watcher(progress))
 
 
 def resume(
@@ -131,8 +133,9 @@ def resume(
     UsageError
         when the file is no result, or of another problem: its text has changed since.
     """
+    limit = TimeLimit.after(time_limit_s)
     asked, earlier = read_search(path, problem)
-    return solve_asked(asked, Budget(time_limit_s, seed, workers), Watcher(progress), earlier)
+    return solve_asked(asked, Budget(limit, seed, workers), Watcher(progress), earlier)
 
 
 def _texts(given: str | Sequence[str]) -> Sequence[str]:
@@ -172,7 +175,8 @@ def solve_asked(asked: Problem, budget: Budget, watcher: Watcher, earlier: Front
     search = search_front(evaluator, budget, watch, earlier)
     result = result_of(asked, evaluator, search, budget)
     if result.status == "infeasible":
-        wishes = Wishes(time_limit_s=_time_to_explain(budget, started), seed=budget.seed)
+        left_s = EXPLANATION_TIME_S if budget.limit.seconds is None else budget.limit.left_s
+        wishes = Wishes(time_limit_s=left_s, seed=budget.seed)
         conflicts, give_up = conflicts_of(asked, wishes)
         result = replace(result, conflicts=conflicts, give_up=give_up)
     result = with_verdicts(ranked_by(result, "ideal"), started=started, time_limit_s=budget.time_limit_s)
@@ -218,13 +222,6 @@ def _potential(evaluator: Evaluator, search: FrontSearch) -> Mapping[str, int]:
     return _region(evaluator, tuple(min(column) for column in zip(*search.floors, strict=True)))
 
 
-def _time_to_explain(budget: Budget, started: float) -> float:
-    """Explaining an infeasible problem takes what the time limit leaves, or half a minute."""
-    if budget.time_limit_s is None:
-        return EXPLANATION_TIME_S
-    return max(0.0, started + budget.time_limit_s - time.monotonic())
-
-
 def _points(evaluator: Evaluator, search: FrontSearch) -> tuple[Point, ...]:
     space = evaluator.space
     names = [measure.metric.name for measure in evaluator.objectives]
@@ -244,8 +241,11 @@ def _points(evaluator: Evaluator, search: FrontSearch) -> tuple[Point, ...]:
 
 
 def _region(evaluator: Evaluator, bound: tuple[int, ...]) -> Mapping[str, int]:
-    """A region as exclusive bounds by objective: below for what is minimised, above for what is maximised."""
+    """A region as exclusive bounds by objective: below for what is minimised, above for what is maximised.
+
+    An objective of which nothing is known has none.
+    """
     senses = [objective.sense for objective in evaluator.space.objectives]
     names = [measure.metric.name for measure in evaluator.objectives]
-    values = [-value if sense == "maximise" else value for value, sense in zip(bound, senses, strict=True)]
-    return dict(zip(names, values, strict=True))
+    signed = zip(names, bound, senses, strict=True)
+    return {name: -value if sense == "maximise" else value for name, value, sense in signed if value < ANYTHING}

@@ -24,6 +24,7 @@ from dse.cli.common import (
     tell_carried,
 )
 from dse.files.writing import is_stream, write_files
+from dse.timelimit import TimeLimit
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -130,6 +131,7 @@ def command(
     Ctrl-C ends the search and keeps what was found. While it searches, --json PATH holds the result so far, marked
     incomplete, from which --resume goes on.
     """
+    limit = TimeLimit.after(time_limit)
     if json_path == "-" and csv_path == "-":
         raise click.UsageError("only one of --json and --csv can go to standard output")
     check_writable(json_path, csv_path, renews=resume)
@@ -155,14 +157,14 @@ def command(
         from dse.cli.robust import show_robust, solve_robustly
 
         with _Reporter(quiet=quiet) as progress:
-            study = solve_robustly(file, changes, Budget(time_limit, seed, workers), progress)
+            study = solve_robustly(file, changes, Budget(limit, seed, workers), progress)
         return show_robust(study, rank_by or "ideal", top, (json_path, csv_path, target), quiet=quiet)
     with _Reporter(quiet=quiet) as progress:
         watcher = Watcher(progress, _checkpoint(json_path))
-        result = solve_asked(asked, Budget(time_limit, seed, workers), watcher, earlier)
+        result = solve_asked(asked, Budget(limit, seed, workers), watcher, earlier)
     result = ranked_by(result, rank_by or "ideal")
     if alternatives is not None or within is not None:
-        result = with_others(result, alternatives or DEFAULT_COUNT, within, top, seed=seed, time_limit_s=time_limit)
+        result = with_others(result, alternatives or DEFAULT_COUNT, within, top, seed=seed, limit=limit)
     failure = save((json_path, result.to_json), (csv_path, result.to_csv))
     if not quiet and "-" not in (json_path, csv_path):
         from dse.report.terminal import print_result

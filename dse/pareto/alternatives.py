@@ -8,7 +8,7 @@ call: nothing is enumerated.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from math import floor
@@ -19,10 +19,11 @@ from ortools.sat.python import cp_model
 from dse.analysis.evaluate import Evaluator
 from dse.encode.model import EncodedSpace, encode
 from dse.errors import RefereeError
-from dse.pareto.answer import Found, NoSuchDesign
+from dse.pareto.answer import Answer, Found, NoSuchDesign, Unfinished
 from dse.pareto.crew import heard
 from dse.pareto.subproblem import Solver
 from dse.space.types import Design
+from dse.timelimit import OutOfTime
 
 
 @dataclass(frozen=True)
@@ -89,7 +90,10 @@ class Finder:
             _bound(encoded, lower, upper)
             encoded.model.clear_objective()
             encoded.model.maximize(spread.goal())
-            answer = heard(solver, solver.ask)
+            try:
+                answer = heard(solver, self._weighed(solver))
+            except OutOfTime:
+                answer = Unfinished()
             if isinstance(answer, NoSuchDesign):
                 return Neighbourhood(tuple(found), more=False)
             if not isinstance(answer, Found):
@@ -106,6 +110,17 @@ class Finder:
                 return Neighbourhood(tuple(found), more=True)
             found.append((evaluation.design, evaluation.objectives))
             spread.add(evaluation.design)
+
+    def _weighed(self, solver: Solver) -> Callable[[], Answer]:
+        """A question that finds, with a design, all its figures, for as long as there is time."""
+
+        def ask() -> Answer:
+            answer = solver.ask()
+            if isinstance(answer, Found):
+                self.evaluator.weigh(answer.design)
+            return answer
+
+        return ask
 
     def _upper(self, objectives: Sequence[int], within: Fraction) -> list[int]:
         """The largest steps that keep each objective within the share of its own size."""

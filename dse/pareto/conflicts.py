@@ -16,10 +16,10 @@ from dataclasses import dataclass
 
 from ortools.sat.python import cp_model
 
-from dse.analysis.patience import OutOfTime
 from dse.pareto.feasibility import Oracle
 from dse.pareto.settings import sound_solver
 from dse.space.types import Design
+from dse.timelimit import OutOfTime
 
 
 @dataclass(frozen=True)

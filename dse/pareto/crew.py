@@ -11,6 +11,7 @@ from contextlib import contextmanager
 from typing import Any, Generic, TypeVar
 
 from dse.pareto.subproblem import Solver
+from dse.timelimit import until
 
 Tag = TypeVar("Tag")
 Outcome = TypeVar("Outcome")
@@ -48,11 +49,13 @@ class Crew(Generic[Tag, Outcome]):
         return any(solver.stopped for solver in self.solvers)
 
     def start(self, solver: Solver, tag: Tag, job: Callable[[], Outcome]) -> None:
-        """Begin a job on an idle solver."""
+        """Begin a job on an idle solver, whose deadline is in force around it."""
 
         def work() -> None:
             try:
-                self._answers.put((solver, job()))
+                with until(solver.deadline):
+                    answer = job()
+                self._answers.put((solver, answer))
             except BaseException as error:  # noqa: BLE001 (handed to the waiting thread, which raises it)
                 self._answers.put((solver, error))
 

@@ -15,7 +15,6 @@ from typing import TypeAlias
 from dse.analysis.evaluate import Evaluator
 from dse.analysis.limits import Limit, judge
 from dse.analysis.measures import Measure
-from dse.analysis.patience import OutOfTime
 from dse.analysis.validity import is_broken
 from dse.analysis.views import View
 from dse.encode.model import encode
@@ -25,6 +24,7 @@ from dse.pareto.crew import heard
 from dse.pareto.subproblem import Solver
 from dse.pareto.switchboard import Switchboard
 from dse.space.types import INACTIVE, Design, Objective, Requirement, Rule, Space
+from dse.timelimit import OutOfTime
 
 
 @dataclass(frozen=True)

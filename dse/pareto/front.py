@@ -9,10 +9,11 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import partial
 
 from dse.analysis.evaluate import Evaluator
+from dse.analysis.latency import counts_responses
 from dse.encode.forms import EXACT_LIMIT
 from dse.encode.model import EncodedObjective, EncodedSpace, encode
 from dse.errors import RefereeError, UsageError
@@ -31,7 +32,10 @@ from dse.pareto.zones import (
     strictly_inside,
 )
 from dse.space.types import Design
+from dse.timelimit import NEVER, OutOfTime, TimeLimit, until
 
+ANYTHING = 2**62
+"""The bound of a region in an objective of which nothing is known; far beyond exact arithmetic."""
 CHAIN = 16
 """So many points in a row get their canonical designs one from another, whatever the number of workers."""
 HELP_AFTER_S = 0.5
@@ -78,9 +82,9 @@ class FrontSearch:
 
 @dataclass(frozen=True)
 class Budget:
-    """How long, with which seed, and on how many regions at the same time."""
+    """Until when, with which seed, and on how many regions at the same time."""
 
-    time_limit_s: float | None = None
+    limit: TimeLimit = NEVER
     seed: int = 0
     workers: int = 1
 
@@ -101,6 +105,7 @@ class _State:
     encoded: EncodedSpace
     region: SearchRegion
     started: float
+    limit: TimeLimit
     crew: Crew[Question, Answer] = field(default_factory=Crew)
     designs: dict[Bound, Design] = field(default_factory=dict)
     first: set[Bound] = field(default_factory=set)
@@ -172,16 +177,24 @@ def search_front(
         when the solver's figures and the analysis disagree.
     UsageError
         when `earlier` is not the outcome of a search of this space.
+    OutOfTime
+        when there was no time to look at the points of `earlier`.
     """
     budget, watch = budget or Budget(), watch or Watch()
     started = time.monotonic()
-    deadline = None if budget.time_limit_s is None else started + budget.time_limit_s
-    encoded = encode(evaluator)
-    state = _State(evaluator, encoded, SearchRegion(encoded.everywhere), started)
+    with until(budget.limit):
+        if earlier is not None:
+            earlier = _checked(evaluator, earlier)
+        try:
+            encoded = encode(evaluator)
+        except OutOfTime:
+            known = earlier or FrontSearch({}, (tuple(ANYTHING for _ in evaluator.objectives),), (), 0, 0.0)
+            return replace(known, elapsed_s=time.monotonic() - started)
+    state = _State(evaluator, encoded, SearchRegion(encoded.everywhere), started, budget.limit)
     state.untaught = encoded.copy() if encoded.learns else None
     if earlier is not None:
         _restore(state, earlier)
-    state.crew.solvers.append(Solver(encoded, seed=budget.seed, deadline=deadline))
+    state.crew.solvers.append(Solver(encoded, seed=budget.seed, deadline=budget.limit.deadline))
     with stop_on_interrupt(state.interrupt):
         _explore(state, budget, watch)
         _make_canonical(state)
@@ -202,7 +215,8 @@ def _explore(state: _State, budget: Budget, watch: Watch) -> None:
         for solver in crew.idle:
             question = region.next_question(list(crew.busy.values()), solver.most_zones)
             if question is not None:
-                crew.start(solver, question, partial(_minimise_in, solver, state.evaluator, *question, state.hint))
+                job = partial(_minimise_in, solver, state.evaluator, *question, state.hint)
+                crew.start(solver, question, partial(_in_time, state, job))
         size = len(state.designs) + len(region.open)
         if watch.checkpoint is not None and pace.is_due(size):
             pace.spend(size, partial(_hand_out, state, watch.checkpoint))  # while the solvers work
@@ -222,6 +236,17 @@ def _hand_out(state: _State, checkpoint: Callable[[FrontSearch], None]) -> None:
     checkpoint(state.snapshot())
 
 
+def _in_time(state: _State, job: Callable[[], Answer]) -> Answer:
+    """The answer to a question, with all figures of the design where they are slow to find: all before time is up."""
+    try:
+        answer = job()
+        if isinstance(answer, Found) and counts_responses(state.evaluator.space):
+            state.evaluator.weigh(answer.design)
+        return answer
+    except OutOfTime:
+        return Unfinished()
+
+
 def _another(solver: Solver) -> Solver:
     """A solver of the same model, as it stands, that shares what is known of its parts."""
     return Solver(solver.encoded.copy(), seed=solver.seed, deadline=solver.deadline, parts=solver.parts)
@@ -232,8 +257,9 @@ def _make_canonical(state: _State) -> None:
     if state.region.open:
         return
     crew: Crew[list[Bound], list[tuple[Design, bool]]] = Crew(state.crew.solvers)
+    limit = state.limit.for_the_last_steps()  # the front is proved; what is left makes the result reproducible
     for solver in crew.solvers:
-        solver.deadline = None  # the front is proved; what is left is short, and makes the result reproducible
+        solver.deadline = limit.deadline
     points = sorted(state.designs)
     waiting = [points[start : start + CHAIN] for start in range(0, len(points), CHAIN)][::-1]
     while waiting or crew.busy:
@@ -252,11 +278,39 @@ def _make_canonical(state: _State) -> None:
 
 
 def _canonical_designs(solver: Solver, evaluator: Evaluator, chain: list[Found]) -> list[tuple[Design, bool]]:
-    """The canonical design of each point, and whether it is the first; each is looked for near the one before."""
+    """The canonical design of each point, and whether it is the first; each is looked for near the one before.
+
+    Where time is up the design that is known stays.
+    """
     designs: list[tuple[Design, bool]] = []
     for known in chain:
-        designs.append(_first_accepted(solver, evaluator, known, designs[-1][0] if designs else None))
+        try:
+            found = _first_accepted(solver, evaluator, known, designs[-1][0] if designs else None)
+            if counts_responses(evaluator.space):
+                evaluator.weigh(found[0])
+        except OutOfTime:
+            found = known.design, False
+        designs.append(found)
     return designs
+
+
+def _checked(evaluator: Evaluator, earlier: FrontSearch) -> FrontSearch:
+    """A stopped search, after the referee has looked at its points.
+
+    Raises
+    ------
+    UsageError
+        when it has a point that is none of this space.
+    OutOfTime
+        when there was no time to look at them all.
+    """
+    points: dict[tuple[int, ...], Design] = {}
+    for vector, design in earlier.points.items():
+        evaluation = evaluator.evaluate(design)
+        if not evaluation.is_feasible or evaluation.objectives != vector:
+            raise UsageError(f"the search to go on with has a design with the figures {vector}; it has others")
+        points[vector] = evaluation.design
+    return replace(earlier, points=points)
 
 
 def _restore(state: _State, earlier: FrontSearch) -> None:
@@ -269,12 +323,14 @@ def _restore(state: _State, earlier: FrontSearch) -> None:
     """
     objectives = state.encoded.objectives
     for vector, design in earlier.points.items():
-        evaluation = state.evaluator.evaluate(design)
-        if not evaluation.is_feasible or evaluation.objectives != vector:
-            raise UsageError(f"the search to go on with has a design with the figures {vector}; it has others")
-        state.designs[_steps(objectives, _signed(state.evaluator, vector))] = evaluation.design
+        state.designs[_steps(objectives, _signed(state.evaluator, vector))] = design
     state.region.refuted = RefutedBoxes(_steps(objectives, box) for box in earlier.refuted)
-    state.region.open = [_steps(objectives, zone) for zone in earlier.unexplored]
+    everywhere = counted(objectives, state.encoded.everywhere)
+    zones = [
+        tuple(most if bound >= ANYTHING else bound for bound, most in zip(zone, everywhere, strict=True))
+        for zone in earlier.unexplored
+    ]
+    state.region.open = [_steps(objectives, zone) for zone in zones]
     state.calls_before = earlier.calls
 
 

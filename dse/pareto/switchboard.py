@@ -14,7 +14,6 @@ from ortools.sat.python import cp_model
 from dse.analysis.evaluate import Evaluator
 from dse.analysis.limits import Limit, judge
 from dse.analysis.measures import Measure
-from dse.analysis.patience import OutOfTime
 from dse.analysis.validity import canonical
 from dse.analysis.views import View
 from dse.encode.model import Demands
@@ -23,6 +22,7 @@ from dse.pareto.answer import Found, Unfinished
 from dse.pareto.crew import heard
 from dse.pareto.subproblem import Solver
 from dse.space.types import Design, Space
+from dse.timelimit import OutOfTime
 
 
 class Switchboard:

@@ -14,6 +14,7 @@ from dse.pareto.front import Budget, FrontSearch, search_front
 from dse.results.result import decisions_of
 from dse.results.values import exact
 from dse.space.types import Design, Space
+from dse.timelimit import in_force
 
 Vector = tuple[int, ...]
 
@@ -42,8 +43,8 @@ class Figures:
 
 
 def search_space(evaluator: Evaluator, seed: int) -> FrontSearch:
-    """The front of an evaluator's space on one solver: a study runs several side by side."""
-    return search_front(evaluator, Budget(None, seed, 1))
+    """The front of an evaluator's space on one solver, within the limit in force: a study runs several side by side."""
+    return search_front(evaluator, Budget(in_force(), seed, 1))
 
 
 def check_objectives(space: Space) -> None:

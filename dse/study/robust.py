@@ -8,6 +8,7 @@ design found is proved robust: that front is the robust front.
 
 from __future__ import annotations
 
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from fractions import Fraction
 
@@ -18,13 +19,14 @@ from dse.analysis.views import View
 from dse.api.problem import Changes, Problem
 from dse.api.solving import Watcher, result_of
 from dse.errors import UsageError
-from dse.pareto.front import Budget, FrontSearch, Watch, search_front
+from dse.pareto.front import ANYTHING, Budget, FrontSearch, Watch, search_front
 from dse.results.robust import Failure, RobustResult
 from dse.space.types import Design, Space
 from dse.study.boxes import Box, Corner, Worst
 from dse.study.fronts import check_objectives
 from dse.study.functions import Bound, DesignFunction, InputSpace, Variable
 from dse.study.uncertainty import read_uncertainties
+from dse.timelimit import OutOfTime, TimeLimit, until
 from dse.units import PERIOD, RATE, RATE_OF_DATA, SIZE
 
 Demand = tuple[int, Corner]
@@ -50,24 +52,26 @@ def solve_robust(problem: Problem, changes: Changes, budget: Budget, watcher: Wa
             "the problem states no uncertainty: name what may vary under `uncertainty` (docs/problem-file.md)"
         )
     study = _Study(inputs, Box(uncertain), budget, watcher or Watcher())
-    nominal = study.search(())
+    nominal = study.search((), budget.limit.at_most(budget.limit.left_s / 2))
     result = result_of(inputs.problem, study.evaluator(()), nominal, budget)
     demands: dict[Demand, None] = {}
-    for design in nominal.points.values():
-        demands |= dict.fromkeys(study.demands(design))
-    failures = tuple(failure for point in result.front for failure in study.failures(point.id, point.design))
+    failures: list[Failure] = []
+    with suppress(OutOfTime), until(budget.limit):
+        for design in nominal.points.values():
+            demands |= dict.fromkeys(study.demands(design))
+        for point in result.front:
+            failures += study.failures(point.id, point.design)
     while True:
-        search = study.search(tuple(demands))
-        found = [demand for design in search.points.values() for demand in study.broken(design)]
+        search = study.search(tuple(demands), budget.limit)
+        proved, found = study.sorted_out(search)
         if not found or not search.is_complete:
             break
         demands |= dict.fromkeys(found)
-    if found:  # stopped early: what is not proved robust is left out
-        kept = {vector: design for vector, design in search.points.items() if not study.broken(design)}
-        search = replace(search, points=kept)
+    if len(proved) < len(search.points):  # stopped early: what is not proved robust is left out
+        search = replace(search, points=proved, unexplored=search.unexplored or study.anywhere)
     robust = result_of(inputs.problem, study.evaluator(tuple(demands)), search, budget)
     words = {item.path: item.words for item in uncertain}
-    return RobustResult(robust, result, words, len(demands), failures)
+    return RobustResult(robust, result, words, len(demands), tuple(failures))
 
 
 @dataclass
@@ -102,9 +106,26 @@ class _Study:
             limit, measure=replace(limit.measure, terms=terms), bound=lambda view: limit.bound(_own(view, key))
         )
 
-    def search(self, demands: tuple[Demand, ...]) -> FrontSearch:
+    def search(self, demands: tuple[Demand, ...], limit: TimeLimit) -> FrontSearch:
         """The front of the designs that meet the demands."""
-        return search_front(self.evaluator(demands), self.budget, Watch(self.watcher.progress))
+        return search_front(self.evaluator(demands), replace(self.budget, limit=limit), Watch(self.watcher.progress))
+
+    @property
+    def anywhere(self) -> tuple[tuple[int, ...], ...]:
+        """The region of which nothing is known."""
+        return (tuple(ANYTHING for _ in self.space.objectives),)
+
+    def sorted_out(self, search: FrontSearch) -> tuple[dict[tuple[int, ...], Design], list[Demand]]:
+        """The points of a search that are proved robust, and what the others break; as far as there is time."""
+        proved: dict[tuple[int, ...], Design] = {}
+        found: list[Demand] = []
+        with suppress(OutOfTime), until(self.budget.limit.for_the_last_steps()):
+            for vector, design in search.points.items():
+                broken = self.broken(design)
+                found += broken
+                if not broken:
+                    proved[vector] = design
+        return proved, found
 
     def worst(self, design: Design) -> list[tuple[Bound, Worst]]:
         """The worst corner of each comparison, for a design."""

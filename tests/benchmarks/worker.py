@@ -43,6 +43,7 @@ def _ours(case: Case, task: dict[str, Any]) -> dict[str, Any]:
     from dse.api.solving import result_of
     from dse.encode.model import encode
     from dse.pareto.front import Budget, Progress, Watch, search_front
+    from dse.timelimit import TimeLimit
 
     import_s = time.perf_counter() - started
     started = time.perf_counter()
@@ -54,7 +55,7 @@ def _ours(case: Case, task: dict[str, Any]) -> dict[str, Any]:
     def watch(progress: Progress) -> None:
         proof.update(seconds=progress.elapsed_s, calls=progress.calls)
 
-    budget = Budget(task["limit_s"], task.get("solver_seed", 0), task.get("workers", 1))
+    budget = Budget(TimeLimit.after(task["limit_s"]), task.get("solver_seed", 0), task.get("workers", 1))
     started = time.perf_counter()
     search = search_front(evaluator, budget, Watch(watch))
     search_s = time.perf_counter() - started

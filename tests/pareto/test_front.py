@@ -26,6 +26,7 @@ from dse.pareto.subproblem import Solver
 from dse.pareto.zones import dominates
 from dse.space.questions import read_requirements
 from dse.space.types import Space
+from dse.timelimit import TimeLimit
 
 BY_NAME = {path.stem: path for path in PROBLEMS}
 each_problem = pytest.mark.parametrize("path", PROBLEMS, ids=lambda path: path.stem)
@@ -386,7 +387,7 @@ def test_a_run_that_only_the_light_settings_cannot_finish_is_tried_again(monkeyp
 
 
 def test_no_time_at_all() -> None:
-    search = search_front(Evaluator(load_space(BY_NAME["types"])), Budget(time_limit_s=0.0))
+    search = search_front(Evaluator(load_space(BY_NAME["types"])), Budget(TimeLimit.after(0.0)))
     assert not search.is_complete
     assert search.points == {}
     assert len(search.unexplored) == 1

@@ -8,7 +8,7 @@ import pytest
 from support import space_of
 
 from dse.analysis.evaluate import Evaluator
-from dse.analysis.patience import OutOfTime, look_at_the_clock, until
+from dse.timelimit import OutOfTime, look_at_the_clock, until
 
 PRIMES = (10007, 10009, 10037, 10039, 10061, 10067, 10069, 10079, 10091, 10093, 10099, 10103)
 THREADS = "".join(
