@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -15,6 +16,7 @@ from dse.results.variants import find_variants
 from dse.results.verification import Finding
 from dse.space.size import space_size
 from dse.space.types import Design, Space
+from dse.timelimit import OutOfTime, look_at_the_clock
 
 BEYOND = 2**62
 """No objective reaches it."""
@@ -45,6 +47,22 @@ class Bench:
         """Note that something is wrong."""
         if len(self.findings) < MOST_FINDINGS:
             self.findings.append(Finding(place, text))
+
+    @contextmanager
+    def in_time(self, so_far: str) -> Iterator[None]:
+        """Note how far a check has come, where its time is up.
+
+        Raises
+        ------
+        OutOfTime
+            then.
+        """
+        try:
+            look_at_the_clock()
+            yield
+        except OutOfTime:
+            self.left_open.append(f"{so_far}, the others were not")
+            raise
 
     def compare(self, place: str, expected: Any, stated: Any) -> None:
         """Note every difference between what should be stated and what is."""
@@ -97,19 +115,19 @@ class Bench:
         return ", ".join(f"{name} {sign * value}" for name, sign, value in pairs)
 
 
-def check_statements(bench: Bench, asked: Problem) -> None:
+def check_statements(bench: Bench) -> None:
     """Objectives and units, the size of the space, and whether the status fits what is listed."""
-    bench.asked = asked
-    data, evaluator = bench.data, Evaluator(asked.space)
+    data, space = bench.data, bench.space
+    evaluator = Evaluator(space)
     objectives = [
         {"name": measure.metric.name, "sense": item.sense, "unit": measure.counting_unit}
-        for measure, item in zip(evaluator.objectives, asked.space.objectives, strict=True)
+        for measure, item in zip(evaluator.objectives, space.objectives, strict=True)
     ]
     bench.compare("objectives", objectives, data["objectives"])
     units = {measure.metric.name: measure.counting_unit for measure in evaluator.metrics}
     bench.compare("metric_units", units, data["metric_units"])
     bench.compare("rounded", list(evaluator.rounded), data.get("rounded", []))
-    bench.compare("search.space_size", space_size(asked.space), data["search"]["space_size"])
+    bench.compare("search.space_size", space_size(space), data["search"]["space_size"])
     listed = {key: bool(data[key]) for key in ("front", "refuted", "unexplored")}
     fits = {
         "complete": listed["front"] and not listed["unexplored"],
@@ -128,13 +146,15 @@ def check_front(bench: Bench) -> None:
     evaluator = Evaluator(bench.space)
     ids = []
     for position, point in enumerate(bench.data["front"]):
-        evaluation = recomputed(bench, evaluator, point, f"front[{position}]", f"point {point['id']}")
+        with bench.in_time(f"{position} of {len(bench.data['front'])} points were recomputed"):
+            evaluation = recomputed(bench, evaluator, point, f"front[{position}]", f"point {point['id']}")
         if evaluation is not None:
             ids.append(point["id"])
             bench.designs.append(evaluation.design)
             pairs = zip(bench.signs, evaluation.objectives, strict=True)
             bench.vectors.append(tuple(sign * value for sign, value in pairs))
     for at, one in enumerate(bench.vectors):
+        look_at_the_clock()
         for later, other in enumerate(bench.vectors):
             if one == other and at < later:
                 bench.find("front", f"points {ids[at]} and {ids[later]} have the same objectives")

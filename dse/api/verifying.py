@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -21,6 +21,7 @@ from dse.results.reading import read_result
 from dse.results.result import Result
 from dse.results.verification import Verification
 from dse.space.settings import settings_of
+from dse.timelimit import OutOfTime, TimeLimit, until
 from dse.verification.prover import Method
 
 
@@ -48,7 +49,7 @@ def verify(
     method
         ``exhaustion`` looks at every design, ``model`` asks a second model; ``auto`` looks where there are few enough.
     time_limit_s
-        for the second model, in seconds.
+        seconds for everything; what could not be looked at by then is said in `left_open`.
 
     Returns
     -------
@@ -62,16 +63,16 @@ def verify(
     ProblemError
         when the problem is wrong.
     """
-    started = time.monotonic()
-    deadline = None if time_limit_s is None else started + time_limit_s
+    started, limit = time.monotonic(), TimeLimit.after(time_limit_s)
     if isinstance(result, Result):
         data, name = result.to_dict(), "the result"
     elif isinstance(result, Mapping):
         data, name = dict(result), "the result"
     else:
         data, name = read_result(result), str(result)
-    found = belonging(data, name, problem)
-    bench = _checked(data, found, name, method, deadline)
+    with until(limit):
+        found = belonging(data, name, problem)
+        bench = _checked(data, found, name, method, limit)
     status = "rejected" if bench.findings else "unfinished" if bench.left_open else "verified"
     return Verification(
         result=name,
@@ -85,21 +86,29 @@ def verify(
     )
 
 
-def _checked(data: Mapping[str, Any], found: Belonging, name: str, method: Method, deadline: float | None) -> Bench:
+def _checked(data: Mapping[str, Any], found: Belonging, name: str, method: Method, limit: TimeLimit) -> Bench:
     """All checks, one after the other; later ones need what earlier ones found sound."""
     bench = Bench(data, found.problem, has_moved=not found.is_same_text)
+    checks: dict[str, Callable[[], None]] = {
+        "the question": lambda: _check_question(bench),
+        "objectives, units and status": lambda: check_statements(bench),
+        "the points": lambda: check_front(bench),
+        "other designs": lambda: check_others(bench, method, limit.deadline),
+        "contention": lambda: check_contention(bench, limit.deadline),
+        "that nothing is missing": lambda: check_claims(bench, method, limit.deadline),
+        "conflicts": lambda: check_conflicts(bench, method, limit.deadline),
+    }
+    waiting = dict(checks)
     try:
         _check_problem(bench, found, name)
         if found.differs:
             return bench  # nothing else would agree
-        asked = restated(found.problem, data["problem"]["effective"])
-        _check_question(bench, asked)
-        check_statements(bench, asked)
-        check_front(bench)
-        check_others(bench, method, deadline)
-        check_contention(bench, deadline)
-        check_claims(bench, method, deadline)
-        check_conflicts(bench, method, deadline)
+        for what, check in checks.items():
+            limit.check()
+            check()
+            del waiting[what]
+    except OutOfTime:
+        bench.left_open.append(f"the time was too short; not looked at to the end: {', '.join(waiting)}")
     except UsageError as error:
         bench.find("problem.effective", str(error))
     except (KeyError, IndexError, TypeError, ValueError, AttributeError, ArithmeticError) as error:
@@ -134,9 +143,10 @@ def _check_problem(bench: Bench, found: Belonging, name: str) -> None:
     bench.checked.append("the problem, with what it includes and its samples, by what it means")
 
 
-def _check_question(bench: Bench, asked: Problem) -> None:
+def _check_question(bench: Bench) -> None:
     """The question is that of the file, with additions; and what the result states of it is all of it."""
     stated: Mapping[str, Any] = bench.data["problem"]["effective"]
+    bench.asked = asked = restated(bench.problem, stated)
     rebuilt = dict(origin_of(asked).effective)
     once = {**stated, "requirements": list(dict.fromkeys(stated["requirements"]))}  # one may be asked for twice
     bench.compare("problem.effective", {**rebuilt, "requirements": list(dict.fromkeys(rebuilt["requirements"]))}, once)

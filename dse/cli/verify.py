@@ -24,7 +24,7 @@ from dse.cli.solve import Seconds
     help="Look at every design, or ask a second model; auto looks where there are few enough.",
 )
 @click.option(
-    "--time-limit", type=Seconds(), help="For the second model, e.g. 60s (exit code 5 when it was too short)."
+    "--time-limit", type=Seconds(), help="Stop after this time and say what was confirmed, e.g. 60s (exit code 5)."
 )
 @json_option
 def command(result: str, problem: str | None, method: str, time_limit: float | None, json_path: str | None) -> int:

@@ -14,6 +14,7 @@ from typing import Any, TypeAlias
 from dse.analysis.views import CyclicActivation, PartialView, Undecided, View
 from dse.space.trees import NotOffered
 from dse.space.types import Space
+from dse.timelimit import look_at_the_clock
 
 MOST_LEAVES = 100_000
 
@@ -61,10 +62,13 @@ class Diagrams:
         ------
         TooLarge
             when it has more than `most` leaves.
+        OutOfTime
+            when the time limit in force is over.
         """
         left = [most]
 
         def grow(partial: Mapping[int, int]) -> Diagram:
+            look_at_the_clock()
             try:
                 value = formula(PartialView(partial))
             except Undecided as question:

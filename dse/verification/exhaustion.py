@@ -10,6 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from dse.space.types import INACTIVE
+from dse.timelimit import look_at_the_clock
 from dse.verification.diagrams import Diagram, Node, scope
 from dse.verification.tables import Sum, Tables
 
@@ -42,6 +43,7 @@ def exhaust(tables: Tables, limit: int = MOST_ROWS) -> Exhaustion:
     count = len(columns[0]) if columns else 1
     looked_at = count
     for bound in tables.bounds:
+        look_at_the_clock()
         columns = _kept(columns, _sums(bound.sum, columns, count) <= 0)
         count = len(columns[0]) if columns else count
     if not tables.is_exact:
@@ -67,6 +69,7 @@ def _structural_designs(tables: Tables, limit: int) -> list[Any]:
     columns: list[Any] = [None] * len(order)
     count, known = 1, set[int]()
     for index in order:
+        look_at_the_clock()
         met = tables.met[index]
         options = np.array(tables.allowed[index], dtype=np.int16)
         if met is not None and scope(met) <= known:
@@ -145,8 +148,8 @@ def _values(diagram: Diagram, columns: Sequence[Any], count: int, kind: Any = np
 
 def _exactly(tables: Tables, columns: Sequence[Any], count: int) -> npt.NDArray[np.bool_]:
     """The analysis' own verdict on each row, where the bounds alone are too coarse."""
-    rows = range(count)
-    return np.array(
-        [tables.evaluator.evaluate(tuple(int(column[row]) for column in columns)).is_feasible for row in rows],
-        dtype=bool,
-    )
+    found = np.empty(count, dtype=bool)
+    for row in range(count):
+        look_at_the_clock()
+        found[row] = tables.evaluator.evaluate(tuple(int(column[row]) for column in columns)).is_feasible
+    return found

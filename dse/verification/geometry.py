@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import TypeAlias
 
+from dse.timelimit import look_at_the_clock
+
 Bound: TypeAlias = tuple[int, ...]
 """Exclusive upper bounds: the points strictly below it in every objective."""
 
@@ -18,6 +20,7 @@ def uncovered(points: Sequence[Bound], regions: Sequence[Bound], outer: Bound) -
     """
     parts = [] if _within(outer, regions) else [outer]
     for point in points:
+        look_at_the_clock()
         hit = [part for part in parts if _strictly_below(point, part)]
         if not hit:
             continue

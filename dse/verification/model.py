@@ -17,6 +17,7 @@ from ortools.sat.python import cp_model
 from dse.analysis.limits import judge
 from dse.analysis.views import View
 from dse.space.types import INACTIVE, Design
+from dse.timelimit import OutOfTime, look_at_the_clock
 from dse.verification.contention import Lesson, lessons_of, on_other_cores
 from dse.verification.diagrams import Diagram, Node, TooLarge, leaves
 from dse.verification.tables import EXACT, Tables
@@ -28,9 +29,9 @@ MOST_STOPS = 500
 
 @dataclass(frozen=True)
 class Reply:
-    """``none`` is a proof that there is no such design, ``unknown`` says nothing; the analysis accepts `design`."""
+    """``none`` is a proof that there is no such design; the analysis accepts `design`."""
 
-    answer: Literal["design", "none", "unknown"]
+    answer: Literal["design", "none"]
     design: Design = ()
 
 
@@ -76,6 +77,7 @@ class SecondModel:
         if not isinstance(diagram, Node):
             return int(diagram)
         if id(diagram) not in self._looked_up:
+            look_at_the_clock()
             branches = [self._value(branch) for branch in diagram.branches]
             ends = [int(item) for item in leaves(diagram)]
             target = self.model.new_int_var(min(ends), max(ends), "")
@@ -151,13 +153,19 @@ class SecondModel:
         """Solve; a design that only the coarse bounds admit is left out and the question asked again.
 
         Of one with threads that are late the model learns why.
+
+        Raises
+        ------
+        OutOfTime
+            when the deadline comes before the answer.
         """
         while True:
+            look_at_the_clock()
             status, values = self._solve(model)
             if status == cp_model.INFEASIBLE:
                 return Reply("none")
             if values is None:
-                return Reply("unknown")
+                raise OutOfTime
             evaluation = self.tables.evaluator.evaluate(values)
             if evaluation.is_feasible:
                 return Reply("design", evaluation.design)
@@ -210,7 +218,7 @@ class SecondModel:
             if left <= 0:
                 return cp_model.UNKNOWN, None
             solver.parameters.max_time_in_seconds = left
-        status = _in_a_thread(solver, model)
+        status = _in_a_thread(solver, model, self.deadline)
         assert status != cp_model.MODEL_INVALID, "the model is invalid"
         if status in (cp_model.OPTIMAL, cp_model.FEASIBLE):
             return status, tuple(solver.value(self._in(model, variable)) for variable in self.chosen)
@@ -231,8 +239,8 @@ def other_solver() -> cp_model.CpSolver:
     return solver
 
 
-def _in_a_thread(solver: cp_model.CpSolver, model: cp_model.CpModel) -> Any:
-    """Solve while this thread waits in short steps, so that Ctrl-C ends it."""
+def _in_a_thread(solver: cp_model.CpSolver, model: cp_model.CpModel, deadline: float | None) -> Any:
+    """Solve while this thread waits in short steps: Ctrl-C ends it, and the deadline if its own clock does not."""
     found: list[Any] = []
     done = threading.Event()
 
@@ -246,7 +254,8 @@ def _in_a_thread(solver: cp_model.CpSolver, model: cp_model.CpModel) -> Any:
     try:
         thread.start()
         while not done.wait(0.2):
-            pass
+            if deadline is not None and time.monotonic() > deadline:
+                solver.stop_search()
     except KeyboardInterrupt:
         for _ in range(MOST_STOPS):
             solver.stop_search()  # again, for a call that was about to begin
