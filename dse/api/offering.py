@@ -11,7 +11,6 @@ from pydantic import TypeAdapter, ValidationError
 
 from dse.analysis.evaluate import Evaluator
 from dse.analysis.measures import build_measure
-from dse.analysis.patience import OutOfTime
 from dse.analysis.views import View
 from dse.api.problem import Changes, Problem, changed
 from dse.errors import ProblemError, UsageError
@@ -23,6 +22,7 @@ from dse.space.types import Metric, Space
 from dse.spec.grammar import ExpressionError, parse_assignment
 from dse.spec.load import LoadedSpec
 from dse.spec.model import Spec
+from dse.timelimit import OutOfTime
 
 MOST_COMBINATIONS = 200
 SECTIONS = {

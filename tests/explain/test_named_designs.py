@@ -14,7 +14,6 @@ from conflicting import Brute, infeasible
 
 import dse
 from dse.analysis.evaluate import Evaluator
-from dse.analysis.patience import OutOfTime
 from dse.api.explaining import Explainer, Wishes, conflicts_of, explain_changed
 from dse.api.problem import Changes, Problem
 from dse.api.recalling import named_design
@@ -24,6 +23,7 @@ from dse.pareto.feasibility import Oracle
 from dse.results.explanation import Demand, Example, Explanation
 from dse.results.result import decisions_of
 from dse.space.types import INACTIVE, Design
+from dse.timelimit import OutOfTime
 
 PROBLEMS = 40
 
