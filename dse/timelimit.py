@@ -50,6 +50,11 @@ class TimeLimit:
         return math.inf if self.deadline is None else max(0.0, self.deadline - time.monotonic())
 
     @property
+    def rest_s(self) -> float | None:
+        """The same, None without a limit: what another limit can be made of."""
+        return None if self.deadline is None else self.left_s
+
+    @property
     def is_over(self) -> bool:
         """Whether the time is up."""
         return self.deadline is not None and time.monotonic() >= self.deadline

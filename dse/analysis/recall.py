@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import fields
 from typing import Any, Generic, TypeVar
 
 from dse.analysis.views import View
@@ -10,6 +11,17 @@ from dse.space.types import Space
 
 T = TypeVar("T")
 KEPT_SPACES = 8
+
+
+DEMANDS = frozenset(("requirements", "rules", "objectives", "references", "baseline", "fixed", "assumptions"))
+"""What is asked of designs; no formula looks at it."""
+FIGURES = tuple(item.name for item in fields(Space) if item.name not in DEMANDS)
+
+
+def _same_figures(space: Space, other: Space) -> bool:
+    """Whether two spaces differ at most in their demands."""
+    pairs = ((getattr(space, name), getattr(other, name)) for name in FIGURES)
+    return all(one is two or (isinstance(one, str) and one == two) for one, two in pairs)
 
 
 class Watching(View):
@@ -48,9 +60,7 @@ class Recall(Generic[T]):
     def recall(self, space: Space, key: Any, view: View, formula: Callable[[Space, Any, View], T]) -> T:
         """``formula(space, key, view)``, from memory where it has been asked before."""
         if id(space) not in self._trees:
-            if len(self._trees) >= KEPT_SPACES:
-                self._trees.pop(next(iter(self._trees)), None)
-            self._trees[id(space)] = (space, {})
+            self._admit(space)
         node = self._trees[id(space)][1].setdefault(key, _Node())
         while node.decision is not None:
             branch = node.branches.get(view[node.decision])
@@ -63,6 +73,13 @@ class Recall(Generic[T]):
             self._plant(self._trees[id(space)][1][key], watching.asked, value)
             return value
         return node.value
+
+    def _admit(self, space: Space) -> None:
+        """A space that was not asked about before: one that differs in its demands only has the same values."""
+        shared = next((found for other, found in self._trees.values() if _same_figures(space, other)), {})
+        if len(self._trees) >= KEPT_SPACES:
+            self._trees.pop(next(iter(self._trees)), None)
+        self._trees[id(space)] = (space, shared)
 
     @staticmethod
     def _plant(node: _Node[T], asked: dict[int, int], value: T) -> None:

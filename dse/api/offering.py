@@ -22,7 +22,7 @@ from dse.space.types import Metric, Space
 from dse.spec.grammar import ExpressionError, parse_assignment
 from dse.spec.load import LoadedSpec
 from dse.spec.model import Spec
-from dse.timelimit import OutOfTime
+from dse.timelimit import OutOfTime, until
 
 MOST_COMBINATIONS = 200
 SECTIONS = {
@@ -132,7 +132,8 @@ def cheapest_offers(
         if position >= MOST_COMBINATIONS:
             return _by_price(found), False
         try:
-            found.append(_tried(with_offers(problem, group, changes).space, group, seed, deadline))
+            with until(deadline):
+                found.append(_tried(with_offers(problem, group, changes).space, group, seed, deadline))
         except (OutOfTime, KeyboardInterrupt):
             return _by_price(found), False
     return _by_price(found), True

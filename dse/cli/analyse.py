@@ -10,6 +10,7 @@ from dse.cli.common import (
     changes_of,
     check_writable,
     console,
+    in_time,
     json_option,
     problem_argument,
     question_options,
@@ -29,6 +30,7 @@ from dse.errors import EXIT_COMPLETE, EXIT_INFEASIBLE
 @click.option("--response-times", is_flag=True, help="Also the response time of every thread, by core and priority.")
 @question_options
 @json_option
+@in_time
 def command(file: str, design: tuple[str, ...], response_times: bool, json_path: str | None, **options: Any) -> int:
     """One design (the baseline, unless told otherwise): latency contributors, CPU and bus tables, verdicts.
 

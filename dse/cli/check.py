@@ -11,6 +11,7 @@ from dse.cli.common import (
     changes_of,
     check_writable,
     console,
+    in_time,
     json_option,
     problem_argument,
     question_options,
@@ -22,6 +23,7 @@ from dse.cli.common import (
 @problem_argument
 @question_options
 @json_option
+@in_time
 def command(file: str, json_path: str | None, **options: Any) -> int:
     """Validate a problem file; describe its decisions, its size, and what a careful reader would remark.
 

@@ -5,14 +5,16 @@ from __future__ import annotations
 import os
 import sys
 from collections.abc import Callable
+from functools import wraps
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, TypeVar
+from typing import TYPE_CHECKING, Any, TypeVar, cast
 
 import click
 
 from dse.errors import UsageError
 from dse.files import writing as files
 from dse.files.guard import PathLike, claim
+from dse.timelimit import TimeLimit, until
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -112,6 +114,44 @@ def json_option(command: F) -> F:
     """``--json PATH``."""
     text = "Also write JSON; - for standard output (then nothing else goes there)."
     return click.option("--json", "json_path", metavar="PATH", help=text)(command)
+
+
+def time_limit_option(what: str) -> Callable[[F], F]:
+    """``--time-limit``: a `TimeLimit` that begins with the command; `what` there is when it comes."""
+    text = f"Stop after this time {what}, e.g. 60s (exit code 5)."
+    begun = lambda ctx, param, value: TimeLimit.after(value)  # noqa: E731 (as click calls it)
+    return click.option("--time-limit", type=Seconds(), callback=begun, metavar="DURATION", help=text)
+
+
+def in_time(command: F) -> F:
+    """``--time-limit`` of a command whose answer is whole or none: it ends with a message and exit code 5."""
+
+    @wraps(command)
+    def limited(*arguments: Any, time_limit: TimeLimit, **options: Any) -> Any:
+        with until(time_limit):
+            return command(*arguments, **options)
+
+    return cast(F, time_limit_option("without an answer")(limited))
+
+
+class Seconds(click.ParamType[float]):
+    """A time limit: seconds, or a duration with its unit."""
+
+    name = "duration"
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> float:
+        """Seconds from ``90``, ``90s`` or ``1.5 min``."""
+        from dse.units import TIME, UnitError, parse_quantity
+
+        try:
+            quantity = parse_quantity(str(value))
+        except UnitError as error:
+            self.fail(f"{value!r}: {error.message}", param, ctx)
+        if quantity.unit and quantity.dimension != TIME:
+            self.fail(f"{value!r} is no duration", param, ctx)
+        if quantity.value <= 0:
+            self.fail("a time limit is positive", param, ctx)
+        return float(quantity.value)
 
 
 class Top(click.ParamType[int | None]):

@@ -6,7 +6,7 @@ import json
 
 import click
 
-from dse.cli.common import check_writable, console, json_option, write_text
+from dse.cli.common import check_writable, console, in_time, json_option, write_text
 
 
 @click.command("compare")
@@ -16,6 +16,7 @@ from dse.cli.common import check_writable, console, json_option, write_text
     "--problem", type=click.Path(exists=True, dir_okay=False), metavar="FILE", help="The problem file, if it has moved."
 )
 @json_option
+@in_time
 def command(one: str, other: str, problem: str | None, json_path: str | None) -> int:
     """Two results (RESULT.json), two designs (RESULT.json#ID), or a design and baseline, side by side."""
     check_writable(json_path)

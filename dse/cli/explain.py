@@ -16,9 +16,10 @@ from dse.cli.common import (
     objectives_of,
     problem_argument,
     question_options,
+    time_limit_option,
     write_text,
 )
-from dse.cli.solve import Seconds
+from dse.timelimit import TimeLimit, until
 
 
 @click.command("explain", cls=OrderedCommand)
@@ -33,7 +34,7 @@ from dse.cli.solve import Seconds
     metavar="'DECISION += OPTION'",
     help="A further option, e.g. 'computer.type += Spectra': would it help, and at what price?",
 )
-@click.option("--time-limit", type=Seconds(), help="Stop after this time with what was proved so far (exit code 5).")
+@time_limit_option("with what was proved so far")
 @click.option("--seed", type=click.IntRange(0, 2**31 - 1), default=0, show_default=True, help="Of the solver.")
 @json_option
 def command(
@@ -43,7 +44,7 @@ def command(
     every: bool,
     limit: int,
     offer: tuple[str, ...],
-    time_limit: float | None,
+    time_limit: TimeLimit,
     seed: int,
     json_path: str | None,
     **options: Any,
@@ -58,7 +59,9 @@ def command(
     from dse.api.problem import load
 
     changes = changes_of(options, objectives_of(minimise, maximise))
-    found = explain_changed(load(file), changes, Wishes(every, limit, offer, time_limit, seed))
+    with until(time_limit):
+        problem = load(file)
+    found = explain_changed(problem, changes, Wishes(every, limit, offer, time_limit.rest_s, seed))
     if json_path != "-":
         from dse.report.explanation import print_explanation
 

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from dse.cli.common import check_writable, tell_carried, write_text
+from dse.cli.common import check_writable, in_time, tell_carried, write_text
 
 if TYPE_CHECKING:
     from dse.api.exporting import Format
@@ -27,6 +27,7 @@ FORMATS: tuple[Format, ...] = ("problem", "ros2", "dot", "graphml")
 @click.option(
     "--problem", type=click.Path(exists=True, dir_okay=False), metavar="FILE", help="The problem file, if it has moved."
 )
+@in_time
 def command(result: str, alternative: str, form: Format, output: str, problem: str | None) -> int:
     """A chosen design: the problem file with its decisions fixed, ROS 2 parameters, Graphviz or GraphML.
 

@@ -8,7 +8,7 @@ from typing import Any
 
 import click
 
-from dse.cli.common import console, ranking_options, report_folder, tell_carried
+from dse.cli.common import console, in_time, ranking_options, report_folder, tell_carried
 from dse.cli.studies import is_study, read_json, readable_study, sections_in
 from dse.files.writing import write_files
 
@@ -40,6 +40,7 @@ from dse.files.writing import write_files
 )
 @click.option("--figures", metavar="png,svg", help="Write the plots in these formats instead; no browser is needed.")
 @ranking_options
+@in_time
 def command(
     result: str,
     folder: str,

@@ -19,8 +19,10 @@ from dse.cli.common import (
     problem_argument,
     question_options,
     save,
+    time_limit_option,
 )
 from dse.cli.studies import claim_study, folder_of, study_report_options, write_study
+from dse.timelimit import TimeLimit, until
 
 
 class Share(click.ParamType[Any]):
@@ -76,6 +78,7 @@ class Share(click.ParamType[Any]):
     "--front/--no-front", default=True, help="Whether to tell the chance of each alternative of the front too."
 )
 @click.option("--all", "show_all", is_flag=True, help="Show every margin and bar, not the closest and longest only.")
+@time_limit_option("with what was found so far")
 @study_report_options
 @json_option
 @click.option("--csv", "csv_path", metavar="PATH", help="Also write the margins as CSV; - for standard output.")
@@ -88,6 +91,7 @@ def command(
     samples: int,
     seed: int,
     front: bool,
+    time_limit: TimeLimit,
     show_all: bool,
     report: bool,
     folder: str,
@@ -114,11 +118,11 @@ def command(
             click.echo(f"\r\033[K{what}", err=True, nl=False)
 
     settings = Settings(swing, samples, seed, front)
-    problem = load(file)
-    claim_study(target, problem.name, "sensitivity")
-    result = sensitivity_of(
-        problem, choices_of(design), changes_of(options, objectives_of(minimise, maximise)), settings, say
-    )
+    changes = changes_of(options, objectives_of(minimise, maximise))
+    with until(time_limit):
+        problem = load(file)
+        claim_study(target, problem.name, "sensitivity")
+        result = sensitivity_of(problem, choices_of(design), changes, settings, say)
     if live:
         click.echo("\r\033[K", err=True, nl=False)
     if "-" not in (json_path, csv_path):

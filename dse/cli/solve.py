@@ -22,6 +22,7 @@ from dse.cli.common import (
     report_folder,
     save,
     tell_carried,
+    time_limit_option,
 )
 from dse.files.writing import is_stream, write_files
 from dse.timelimit import TimeLimit
@@ -36,33 +37,11 @@ if TYPE_CHECKING:
 PLAIN_STEP_S = 2.0
 
 
-class Seconds(click.ParamType[float]):
-    """A time limit: seconds, or a duration with its unit."""
-
-    name = "duration"
-
-    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> float:
-        """Seconds from ``90``, ``90s`` or ``1.5 min``."""
-        from dse.units import TIME, UnitError, parse_quantity
-
-        try:
-            quantity = parse_quantity(str(value))
-        except UnitError as error:
-            self.fail(f"{value!r}: {error.message}", param, ctx)
-        if quantity.unit and quantity.dimension != TIME:
-            self.fail(f"{value!r} is no duration", param, ctx)
-        if quantity.value <= 0:
-            self.fail("a time limit is positive", param, ctx)
-        return float(quantity.value)
-
-
 @click.command("solve", cls=OrderedCommand)
 @click.argument("file", type=click.Path(exists=True, dir_okay=False), required=False)
 @question_options
 @objective_options()
-@click.option(
-    "--time-limit", type=Seconds(), help="Stop after this time with the front so far, e.g. 60s (exit code 5)."
-)
+@time_limit_option("with the front so far")
 @click.option(
     "--seed",
     type=click.IntRange(0, 2**31 - 1),
@@ -109,7 +88,7 @@ def command(
     file: str | None,
     minimise: tuple[str, ...],
     maximise: tuple[str, ...],
-    time_limit: float | None,
+    time_limit: TimeLimit,
     seed: int,
     workers: int,
     resume: str | None,
@@ -131,7 +110,6 @@ def command(
     Ctrl-C ends the search and keeps what was found. While it searches, --json PATH holds the result so far, marked
     incomplete, from which --resume goes on.
     """
-    limit = TimeLimit.after(time_limit)
     if json_path == "-" and csv_path == "-":
         raise click.UsageError("only one of --json and --csv can go to standard output")
     check_writable(json_path, csv_path, renews=resume)
@@ -157,14 +135,14 @@ def command(
         from dse.cli.robust import show_robust, solve_robustly
 
         with _Reporter(quiet=quiet) as progress:
-            study = solve_robustly(file, changes, Budget(limit, seed, workers), progress)
+            study = solve_robustly(file, changes, Budget(time_limit, seed, workers), progress)
         return show_robust(study, rank_by or "ideal", top, (json_path, csv_path, target), quiet=quiet)
     with _Reporter(quiet=quiet) as progress:
         watcher = Watcher(progress, _checkpoint(json_path))
-        result = solve_asked(asked, Budget(limit, seed, workers), watcher, earlier)
+        result = solve_asked(asked, Budget(time_limit, seed, workers), watcher, earlier)
     result = ranked_by(result, rank_by or "ideal")
     if alternatives is not None or within is not None:
-        result = with_others(result, alternatives or DEFAULT_COUNT, within, top, seed=seed, limit=limit)
+        result = with_others(result, alternatives or DEFAULT_COUNT, within, top, seed=seed, limit=time_limit)
     failure = save((json_path, result.to_json), (csv_path, result.to_csv))
     if not quiet and "-" not in (json_path, csv_path):
         from dse.report.terminal import print_result

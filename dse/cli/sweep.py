@@ -22,10 +22,12 @@ from dse.cli.common import (
     problem_argument,
     question_options,
     save,
+    time_limit_option,
 )
 from dse.cli.studies import claim_study, folder_of, study_report_options, write_study
 from dse.files.guard import claim
 from dse.files.writing import is_stream
+from dse.timelimit import TimeLimit, until
 
 if TYPE_CHECKING:
     from dse.study.sweep import SweepProgress
@@ -66,6 +68,7 @@ PLAIN_STEP_S = 5.0
     "folder.",
 )
 @click.option("--no-store", is_flag=True, help="Keep nothing; a stopped sweep begins anew.")
+@time_limit_option("with the runs that are finished")
 @study_report_options
 @json_option
 @click.option(
@@ -82,6 +85,7 @@ def command(
     scheduler: str | None,
     store: str | None,
     no_store: bool,
+    time_limit: TimeLimit,
     report: bool,
     folder: str,
     json_path: str | None,
@@ -104,13 +108,14 @@ def command(
     from dse.study.sweep import Means, sweep_with
     from dse.study.workers import usable_cores
 
-    problem = load(file)
+    with until(time_limit):
+        problem = load(file)
     claim_study(target, problem.name, "sweep")
     path = None if no_store else Path(store) if store is not None else _beside(file, (json_path, csv_path), target)
     if path is not None:
         check_writable(path)
         claim(*(f"{os.path.realpath(path)}{ending}" for ending in ("-wal", "-shm", "-journal")))
-    means = Means(workers or usable_cores(), scheduler, path)
+    means = Means(workers or usable_cores(), scheduler, path, time_limit)
     with Estimate(quiet=quiet) as progress:
         result = sweep_with(
             problem, vary, changes_of(options, objectives_of(minimise, maximise)), seed, means, progress

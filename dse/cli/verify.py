@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import click
 
-from dse.cli.common import check_writable, console, json_option, write_text
-from dse.cli.solve import Seconds
+from dse.cli.common import check_writable, console, json_option, time_limit_option, write_text
+from dse.timelimit import TimeLimit
 
 
 @click.command("verify")
@@ -23,11 +23,9 @@ from dse.cli.solve import Seconds
     show_default=True,
     help="Look at every design, or ask a second model; auto looks where there are few enough.",
 )
-@click.option(
-    "--time-limit", type=Seconds(), help="Stop after this time and say what was confirmed, e.g. 60s (exit code 5)."
-)
+@time_limit_option("and say what was confirmed")
 @json_option
-def command(result: str, problem: str | None, method: str, time_limit: float | None, json_path: str | None) -> int:
+def command(result: str, problem: str | None, method: str, time_limit: TimeLimit, json_path: str | None) -> int:
     """Re-check a result without trusting the solver or the encoding that made it.
 
     Exit code 0 when everything the result says was confirmed, 3 when it is rejected (with what is wrong), 5 when
@@ -36,7 +34,7 @@ def command(result: str, problem: str | None, method: str, time_limit: float | N
     check_writable(json_path)
     from dse.api.verifying import verify
 
-    found = verify(result, problem=problem, method=method, time_limit_s=time_limit)  # type: ignore[arg-type]
+    found = verify(result, problem=problem, method=method, time_limit_s=time_limit.rest_s)  # type: ignore[arg-type]
     if json_path != "-":
         from dse.report.verification import print_verification
 

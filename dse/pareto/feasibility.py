@@ -24,7 +24,7 @@ from dse.pareto.crew import heard
 from dse.pareto.subproblem import Solver
 from dse.pareto.switchboard import Switchboard
 from dse.space.types import INACTIVE, Design, Objective, Requirement, Rule, Space
-from dse.timelimit import OutOfTime
+from dse.timelimit import OutOfTime, until
 
 
 @dataclass(frozen=True)
@@ -162,7 +162,8 @@ class Oracle:
             raise OutOfTime
         self.calls += 1
         try:
-            yield
+            with until(self.deadline):
+                yield
         except KeyboardInterrupt:
             self.deadline = time.monotonic()
             raise OutOfTime from None

@@ -24,9 +24,9 @@ def sensitivity_sections(data: Data) -> Iterator[Section]:
     chosen = decisions_text(data["decisions"], list(data["decisions"]))
     texts = [f"Design: {chosen or 'the only one'}."]
     texts += [f"Broken as it is, and left out of what follows: {text}." for text in data["broken"]]
-    yield Section(
-        "margins", "Margins", (*texts, scaling_words(data["execution_times"])), (), (_margin_table(data, currency),)
-    )
+    texts += [scaling_words(data["execution_times"])] if data["execution_times"] is not None else []
+    texts += [left_out_words(data["left_out"])] if data.get("left_out") else []
+    yield Section("margins", "Margins", tuple(texts), (), (_margin_table(data, currency),))
     plots, tables = [], []
     for metric in dict.fromkeys(bar["metric"] for bar in data["tornado"]):
         bars = [bar for bar in data["tornado"] if bar["metric"] == metric]
@@ -41,6 +41,15 @@ def sensitivity_sections(data: Data) -> Iterator[Section]:
     )
     if data["uncertainty"] is not None:
         yield _uncertain_section(data["uncertainty"], currency)
+
+
+def left_out_words(parts: Sequence[str]) -> str:
+    """What there was no time for.
+
+    >>> left_out_words(["margins of further inputs", "uncertain inputs"])
+    'Stopped by the time limit; not looked at: margins of further inputs, uncertain inputs.'
+    """
+    return f"Stopped by the time limit; not looked at: {', '.join(parts)}."
 
 
 def scaling_words(found: Data) -> str:

@@ -10,7 +10,7 @@ from rich.console import Console
 
 from dse.report.parts import decisions_text
 from dse.report.plain import basis_words, plain, plain_table, print_hanging
-from dse.report.sensitivitysection import INDICES, scaling_words, weakest
+from dse.report.sensitivitysection import INDICES, left_out_words, scaling_words, weakest
 from dse.results.robust import RobustResult
 from dse.results.sensitivity import Break, Margin, SensitivityResult, UncertainResult
 from dse.results.sweep import Change, SweepResult, SweepRun
@@ -195,6 +195,8 @@ def print_sensitivity(console: Console, result: SensitivityResult, *, show_all: 
         _print_tornado(console, result, metric, show_all)
     if result.uncertain is not None:
         _print_uncertain(console, result.uncertain, show_all)
+    if result.left_out:
+        console.print(left_out_words(result.left_out), style="bold", markup=False)
 
 
 def _print_margins(console: Console, result: SensitivityResult, show_all: bool) -> None:
@@ -237,7 +239,8 @@ def _requirement(side: Break) -> str:
 
 
 def _print_scaling(console: Console, result: SensitivityResult) -> None:
-    console.print(scaling_words(result.scaling.to_dict()), style="bold", markup=False)
+    if result.scaling is not None:
+        console.print(scaling_words(result.scaling.to_dict()), style="bold", markup=False)
 
 
 def _print_tornado(console: Console, result: SensitivityResult, metric: str, show_all: bool) -> None:

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from fractions import Fraction
 from typing import TYPE_CHECKING, Any
 
-from dse.errors import EXIT_COMPLETE, EXIT_INFEASIBLE
+from dse.errors import EXIT_COMPLETE, EXIT_INCOMPLETE, EXIT_INFEASIBLE
 from dse.results.values import exact
 
 if TYPE_CHECKING:
@@ -207,23 +207,27 @@ class SensitivityResult:
     """The sensitivity of one design.
 
     `broken` are the requirements that the design breaks as it is; margins and scaling then look at the others.
-    `swing` says over what the bars go.
+    `swing` says over what the bars go. `left_out` names what the time limit left no time for; where that is the factor
+    on all execution times, `scaling` is None.
     """
 
     problem: Mapping[str, Any]
     decisions: Mapping[str, str]
     broken: tuple[str, ...]
     margins: tuple[Margin, ...]
-    scaling: Scaling
+    scaling: Scaling | None
     bars: tuple[Bar, ...]
     swing: str
     uncertain: UncertainResult | None = None
     currency: str = "EUR"
+    left_out: tuple[str, ...] = ()
 
     @property
     def exit_code(self) -> int:
         """What the command line answers with."""
-        return EXIT_INFEASIBLE if self.broken else EXIT_COMPLETE
+        if self.broken:
+            return EXIT_INFEASIBLE
+        return EXIT_INCOMPLETE if self.left_out else EXIT_COMPLETE
 
     def of_metric(self, metric: str) -> list[Bar]:
         """The bars of a metric, the longest first."""
@@ -245,10 +249,11 @@ class SensitivityResult:
             "decisions": dict(self.decisions),
             "broken": list(self.broken),
             "margins": [item.to_dict() for item in self.margins],
-            "execution_times": self.scaling.to_dict(),
+            "execution_times": None if self.scaling is None else self.scaling.to_dict(),
             "swing": self.swing,
             "tornado": [item.to_dict() for item in self.bars],
             "uncertainty": None if self.uncertain is None else self.uncertain.to_dict(),
+            **({"left_out": list(self.left_out)} if self.left_out else {}),
         }
 
     def to_json(self) -> str:

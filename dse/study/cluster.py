@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 from dse.errors import DseError, UsageError
 from dse.study.workers import MOST_DEATHS, Task
+from dse.timelimit import NEVER, OutOfTime, TimeLimit
 
 if TYPE_CHECKING:
     from distributed import Client
@@ -27,7 +28,9 @@ class ClusterError(DseError):
     """The cluster went away, or cannot do the work; what was finished is in the store."""
 
 
-def run_on_cluster(task: Task, payloads: Sequence[str], address: str) -> Generator[tuple[int, str], None, None]:
+def run_on_cluster(
+    task: Task, payloads: Sequence[str], address: str, limit: TimeLimit = NEVER
+) -> Generator[tuple[int, str], None, None]:
     """(number, outcome) of each payload as it is finished, wherever that was.
 
     A worker that dies costs its current run only: the scheduler gives it to another.
@@ -38,10 +41,12 @@ def run_on_cluster(task: Task, payloads: Sequence[str], address: str) -> Generat
         when there is no scheduler at the address, it has no workers, or the extra ``cluster`` is not installed.
     ClusterError
         when the scheduler goes away, or a run has cost several workers.
+    OutOfTime
+        when the limit comes before the last of them; what is under way then is lost.
     """
     client = _connected(address)
     try:
-        yield from _outcomes(client, task, payloads)
+        yield from _outcomes(client, task, payloads, limit)
     finally:
         logging.getLogger("distributed").setLevel(logging.CRITICAL)  # what it says of connections that we close
         client.close(timeout=5)
@@ -109,13 +114,16 @@ def _brief(error: BaseException) -> str:
     return (str(error).splitlines() or [type(error).__name__])[0][:200]
 
 
-def _outcomes(client: Client, task: Task, payloads: Sequence[str]) -> Generator[tuple[int, str], None, None]:
+def _outcomes(
+    client: Client, task: Task, payloads: Sequence[str], limit: TimeLimit
+) -> Generator[tuple[int, str], None, None]:
     import distributed
 
     submitted: list[Any] = client.map(task, list(payloads), pure=False, retries=MOST_DEATHS)
     numbers = {future.key: number for number, future in enumerate(submitted)}
     try:
-        for future in distributed.as_completed(submitted, loop=client.loop):
+        left_s = None if limit.seconds is None else limit.left_s
+        for future in distributed.as_completed(submitted, loop=client.loop, timeout=left_s):
             if future.status == "cancelled" or future.status == "lost":
                 raise ClusterError("the scheduler is gone; run the same command again to go on")
             error = future.exception()
@@ -125,6 +133,10 @@ def _outcomes(client: Client, task: Task, payloads: Sequence[str]) -> Generator[
                 ) from error
             yield numbers[future.key], future.result()
             future.release()
+    except TimeoutError as error:
+        if limit.is_over:
+            raise OutOfTime from error
+        raise ClusterError(f"the scheduler is gone ({_brief(error)}); run the same command again to go on") from error
     except (OSError, distributed.client.FutureCancelledError) as error:
         raise ClusterError(f"the scheduler is gone ({_brief(error)}); run the same command again to go on") from error
     finally:

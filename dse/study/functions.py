@@ -26,6 +26,7 @@ from dse.space.types import Design, Space
 from dse.spec.model import Spec, TransmissionTime
 from dse.study.quantities import BASE, COUNT, FIELDS, PARTS, TOTAL
 from dse.study.trace import MOST_GUARDS, Node, Program, Traced, watching
+from dse.timelimit import look_at_the_clock
 from dse.units import PERIOD, RATE, RATE_OF_DATA, TRANSMISSION, Kind, Money, TimeRange, Total
 
 CHUNK = 8192
@@ -251,6 +252,7 @@ class DesignFunction:
 
     def _formulas(self, space: Space) -> tuple[Outputs, list[Fraction], list[Any]]:
         """Run the analysis on the design: what its outputs are, their values, the comparisons made on the way."""
+        look_at_the_clock()
         with watching() as guards:
             evaluator = Evaluator(space)
             measures = list({item.metric.name: item for item in (*evaluator.metrics, *evaluator.objectives)}.values())
@@ -307,6 +309,7 @@ class DesignFunction:
         TooManyGuardsError
             when there are more guards than are worth remembering.
         """
+        look_at_the_clock()
         space, view = self.inputs.at(values, traced=traced), View(self.design)
         wanted = dict.fromkeys(bound.requirement for bound in bounds)
         found: dict[int, Fraction] = {}
@@ -339,6 +342,7 @@ class DesignFunction:
         """
         parts = []
         for start in range(0, size, CHUNK):
+            look_at_the_clock()
             end = min(start + CHUNK, size)
             parts.append(self._sampled({index: column[start:end] for index, column in columns.items()}, end - start))
         return [_joined(pieces, size) for pieces in zip(*parts, strict=True)]

@@ -41,13 +41,16 @@ def _held(function: DesignFunction) -> tuple[Bound, ...]:
 
 def margins(function: DesignFunction) -> tuple[Margin, ...]:
     """The margin of every input that reaches a requirement of the design, in the order of the file."""
+    return tuple(each_margin(function))
+
+
+def each_margin(function: DesignFunction) -> Iterator[Margin]:
+    """The same, one by one."""
     of = reaches(function, _held(function))
-    found = []
     for variable in function.inputs.variables:
         bounds = of(variable)
         if bounds:
-            found.append(_margin(function, variable, bounds))
-    return tuple(found)
+            yield _margin(function, variable, bounds)
 
 
 def reaches(function: DesignFunction, bounds: Sequence[Bound]) -> Callable[[Variable], tuple[Bound, ...]]:

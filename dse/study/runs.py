@@ -18,6 +18,7 @@ from dse.study.breaks import break_points
 from dse.study.fronts import front_outcome
 from dse.study.quantities import effective_text
 from dse.study.store import run_key, semantics_version
+from dse.timelimit import OutOfTime, look_at_the_clock
 
 OTHER_VERSION = "other version"
 
@@ -64,6 +65,11 @@ def solve_payload(payload: str, semantics: str) -> str:
 
     An effective problem that is not valid is an outcome too (``status`` ``invalid``). `semantics` is the version that
     the caller expects: a machine with another one says so rather than answer.
+
+    Raises
+    ------
+    OutOfTime
+        when the limit of time in force ends it.
     """
     if semantics != semantics_version():
         return _text({"kind": "error", "status": OTHER_VERSION, "message": f"this machine has {semantics_version()}"})
@@ -74,8 +80,10 @@ def solve_payload(payload: str, semantics: str) -> str:
             metric, values = content["exact"]
             axis = read_limit_axis(space, metric, values)
             assert isinstance(axis, LimitAxis)
-            return _text(break_points(space, axis, content["seed"]))
-        return _text(front_outcome(space, content["seed"]))
+            return _finished(break_points(space, axis, content["seed"]))
+        return _finished(front_outcome(space, content["seed"]))
+    except OutOfTime:
+        raise
     except ProblemError as error:
         messages = [
             f"{item.path}: {item.message}" + (f" ({item.hint})" if item.hint else "") for item in error.diagnostics
@@ -94,6 +102,19 @@ def effective_space(content: Mapping[str, Any]) -> Space:
         axis = read_limit_axis(space, metric, values)
         space = limited(space, axis.values[0])
     return space
+
+
+def _finished(outcome: Mapping[str, Any]) -> str:
+    """An outcome that was not cut short.
+
+    Raises
+    ------
+    OutOfTime
+        when it was, by the limit of time in force.
+    """
+    if outcome["status"] == "incomplete":
+        look_at_the_clock()
+    return _text(outcome)
 
 
 def _text(outcome: Mapping[str, Any]) -> str:

@@ -2,26 +2,30 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import suppress
+from dataclasses import dataclass, replace
 from fractions import Fraction
 from pathlib import Path
+from typing import TypeVar
 
 from dse.analysis.evaluate import Evaluator
 from dse.api.problem import Changes, Problem, complete_design, load, read_choices
 from dse.errors import UsageError
 from dse.results.result import decisions_of
-from dse.results.sensitivity import SensitivityResult, UncertainResult
+from dse.results.sensitivity import Chance, SensitivityResult, UncertainResult
 from dse.space.settings import settings_of
 from dse.space.types import Design, Space
 from dse.study.fronts import search_space
 from dse.study.functions import DesignFunction, InputSpace
 from dse.study.importance import SAMPLES, chance, indices, random_shares
-from dse.study.margins import bars, broken_texts, margins, scaling
+from dse.study.margins import bars, broken_texts, each_margin, scaling
 from dse.study.uncertainty import Uncertain, read_uncertainties, stated_ends
+from dse.timelimit import OutOfTime, TimeLimit, look_at_the_clock, until
 from dse.units import format_ratio
 
 SWING = Fraction(1, 10)
+T = TypeVar("T")
 
 
 @dataclass(frozen=True)
@@ -47,6 +51,7 @@ def sensitivity(
     samples: int = SAMPLES,
     seed: int = 0,
     front: bool = True,
+    time_limit_s: float | None = None,
 ) -> SensitivityResult:
     """How far each input of a design may move before a requirement breaks, and which inputs matter.
 
@@ -66,6 +71,8 @@ def sensitivity(
         of the uncertain inputs that the problem states; recorded in the result.
     front
         whether to solve for the front, and tell of each alternative how likely it meets every requirement.
+    time_limit_s
+        seconds for everything; what there was no time for is named in `left_out`.
 
     Raises
     ------
@@ -74,6 +81,7 @@ def sensitivity(
     UsageError
         when a decision does not exist, or the design is none.
     """
+    limit = TimeLimit.after(time_limit_s)
     loaded = problem if isinstance(problem, Problem) else load(problem)
     texts = (
         [f"'{name}' = {option}" for name, option in design.items()]
@@ -81,7 +89,8 @@ def sensitivity(
         else list(design or ())
     )
     settings = Settings(Fraction(swing).limit_denominator(10**9), samples, seed, front)
-    return sensitivity_of(loaded, texts, (changes or Changes()).with_settings(processing=processing), settings)
+    with until(limit):
+        return sensitivity_of(loaded, texts, (changes or Changes()).with_settings(processing=processing), settings)
 
 
 def sensitivity_of(
@@ -91,7 +100,13 @@ def sensitivity_of(
     settings: Settings,
     say: Callable[[str], None] | None = None,
 ) -> SensitivityResult:
-    """`sensitivity` with its settings in one; `say` is told what is under way."""
+    """`sensitivity` with its settings in one, as far as the limit of time in force admits; `say` is told what goes on.
+
+    Raises
+    ------
+    OutOfTime
+        when there was not even time to set it up.
+    """
     if settings.samples < 1:
         raise UsageError("at least one sample")
     if not 0 < settings.swing < 1:
@@ -104,6 +119,7 @@ def sensitivity_of(
     function = DesignFunction(inputs, design)
     tell("margins")
     metrics = watched_metrics(space)
+    part = _Parts()
     found = SensitivityResult(
         problem={
             "name": problem.name,
@@ -113,14 +129,47 @@ def sensitivity_of(
         },
         decisions=decisions_of(space, design),
         broken=tuple(broken_texts(function)),
-        margins=margins(function),
-        scaling=scaling(function),
-        bars=bars(function, settings.swing, stated_ends(uncertain), metrics),
+        margins=part.collected("margins of further inputs", each_margin(function)),
+        scaling=part.made("the factor on all execution times", lambda: scaling(function)),
+        bars=part.made(
+            "how far each input moves a metric",
+            lambda: bars(function, settings.swing, stated_ends(uncertain), metrics),
+        )
+        or (),
         swing=f"stated range, else {format_ratio(settings.swing)} less and more",
-        uncertain=_uncertain(inputs, function, uncertain, settings, tell) if uncertain else None,
+        uncertain=part.made("uncertain inputs", lambda: _uncertain(inputs, function, uncertain, settings, tell, part))
+        if uncertain
+        else None,
         currency=space.currency,
     )
-    return found
+    return replace(found, left_out=tuple(part.left_out))
+
+
+class _Parts:
+    """What is made of a result as far as the limit of time in force admits; `left_out` names the rest."""
+
+    def __init__(self) -> None:
+        self.left_out: list[str] = []
+
+    def made(self, what: str, make: Callable[[], T]) -> T | None:
+        """A part, or None when there was no time for all of it."""
+        try:
+            look_at_the_clock()
+            return make()
+        except OutOfTime:
+            self.left_out.append(what)
+            return None
+
+    def collected(self, what: str, items: Iterator[T]) -> tuple[T, ...]:
+        """As many of some items as there was time for."""
+        found: list[T] = []
+        with suppress(OutOfTime):
+            look_at_the_clock()
+            for item in items:
+                found.append(item)  # noqa: PERF402 (what came before the time was up is kept)
+            return tuple(found)
+        self.left_out.append(what)
+        return tuple(found)
 
 
 def chosen_design(space: Space, texts: Sequence[str]) -> Design:
@@ -150,23 +199,35 @@ def _uncertain(
     uncertain: Sequence[Uncertain],
     settings: Settings,
     tell: Callable[[str], None],
+    part: _Parts,
 ) -> UncertainResult:
     shares = random_shares(len(uncertain), settings.samples, settings.seed)
     space = inputs.problem.space
-    alternatives: list[Design] = []
-    if settings.front and space.objectives:
-        tell("front")
-        alternatives = list(search_space(Evaluator(space), settings.seed).points.values())
-    chances = []
-    for number, design in enumerate(alternatives, start=1):
-        tell(f"alternative {number} of {len(alternatives)}")
-        chances.append(chance(DesignFunction(inputs, design), uncertain, shares))
+    tell("design")
+    design_chance = chance(function, uncertain, shares)
     tell("indices")
+    metrics = watched_metrics(space)
+    found = part.made("what moves each metric", lambda: indices(function, uncertain, metrics, settings.seed))
+
+    def chances() -> Iterator[Chance]:
+        alternatives: list[Design] = []
+        if settings.front and space.objectives:
+            tell("front")
+            search = search_space(Evaluator(space), settings.seed)
+            alternatives = list(search.points.values())
+            if not search.is_complete:
+                part.left_out.append("further alternatives of the front")
+        for number, design in enumerate(alternatives, start=1):
+            tell(f"alternative {number} of {len(alternatives)}")
+            yield chance(DesignFunction(inputs, design), uncertain, shares)
+
     return UncertainResult(
         inputs={item.path: item.words for item in uncertain},
         samples=settings.samples,
         seed=settings.seed,
-        chances=tuple(sorted(chances, key=lambda item: -item.all_met)),
-        indices=indices(function, uncertain, watched_metrics(space), settings.seed),
-        design_chance=chance(function, uncertain, shares),
+        chances=tuple(
+            sorted(part.collected("chances of further alternatives", chances()), key=lambda item: -item.all_met)
+        ),
+        indices=found or (),
+        design_chance=design_chance,
     )

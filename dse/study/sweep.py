@@ -22,6 +22,7 @@ from dse.study.quantities import Inputs, copied, merged_data
 from dse.study.runs import OTHER_VERSION, Run, make_payload, solve_payload
 from dse.study.store import Store, semantics_version
 from dse.study.workers import Task, check_workers, run_all
+from dse.timelimit import NEVER, OutOfTime, TimeLimit
 
 
 @dataclass(frozen=True)
@@ -45,11 +46,12 @@ class SweepProgress:
 
 @dataclass(frozen=True)
 class Means:
-    """Where runs are solved and kept: worker processes here, or a Dask scheduler's address; a store, or None."""
+    """Where runs are solved, and until when: processes here, or a Dask scheduler's address; where they are kept."""
 
     workers: int = 1
     scheduler: str | None = None
     store: Path | None = None
+    limit: TimeLimit = NEVER
 
 
 def sweep(
@@ -62,6 +64,7 @@ def sweep(
     workers: int = 1,
     scheduler: str | None = None,
     store: str | Path | None = None,
+    time_limit_s: float | None = None,
     progress: Callable[[SweepProgress], None] | None = None,
 ) -> SweepResult:
     """The front, or the break-points of a limit, for every combination of values.
@@ -87,13 +90,16 @@ def sweep(
         address of a Dask scheduler, which solves the runs instead.
     store
         a file that keeps every finished run; runs that are there already are not solved again.
+    time_limit_s
+        seconds for the sweep; then it holds what was finished.
     progress
         called after every run.
 
     Returns
     -------
     SweepResult
-        runs in the order of the values. Stopped by Ctrl-C it holds what was finished, status ``incomplete``.
+        runs in the order of the values. Stopped by Ctrl-C or its time limit it holds what was finished, status
+        ``incomplete``.
 
     Raises
     ------
@@ -102,9 +108,10 @@ def sweep(
     UsageError
         when a path, metric, range, step or unit is wrong, the store is damaged or foreign, or the cluster is not there.
     """
+    limit = TimeLimit.after(time_limit_s)
     loaded = problem if isinstance(problem, Problem) else load(problem)
     texts = [vary] if isinstance(vary, str) else list(vary)
-    means = Means(workers, scheduler, Path(store) if store is not None else None)
+    means = Means(workers, scheduler, Path(store) if store is not None else None, limit)
     return sweep_with(loaded, texts, (changes or Changes()).with_settings(processing=processing), seed, means, progress)
 
 
@@ -224,7 +231,7 @@ def _solved(
                     store.keep(runs[number].key, text)
                 if progress is not None:
                     progress(SweepProgress(len(runs), len(done), found, time.monotonic() - started))
-        except KeyboardInterrupt:
+        except (KeyboardInterrupt, OutOfTime):
             pass
         finally:
             outcomes.close()
@@ -237,8 +244,8 @@ def _solved(
 def _outcomes(payloads: Sequence[str], means: Means) -> Generator[tuple[int, str], None, None]:
     task: Task = partial(solve_payload, semantics=semantics_version())
     if means.scheduler is not None:
-        return run_on_cluster(task, payloads, means.scheduler)
-    return run_all(task, payloads, means.workers)
+        return run_on_cluster(task, payloads, means.scheduler, means.limit)
+    return run_all(task, payloads, means.workers, means.limit)
 
 
 def _varied(axis: Axis) -> VariedAxis:

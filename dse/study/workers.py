@@ -19,6 +19,7 @@ from multiprocessing.connection import Connection, wait
 from typing import Any
 
 from dse.errors import DseError, UsageError
+from dse.timelimit import NEVER, OutOfTime, TimeLimit, until
 
 MOST_DEATHS = 3
 """A run that has cost this many workers is given up."""
@@ -29,19 +30,26 @@ class LostRunError(DseError):
     """A run took several workers with it: most likely it needs more memory than there is."""
 
 
-def run_all(task: Task, payloads: Sequence[str], workers: int) -> Generator[tuple[int, str], None, None]:
+def run_all(
+    task: Task, payloads: Sequence[str], workers: int, limit: TimeLimit = NEVER
+) -> Generator[tuple[int, str], None, None]:
     """(number, outcome) of each payload as it is finished; in this process when there is one worker.
 
     Raises
     ------
+    OutOfTime
+        when the limit comes before the last of them; what is under way then is lost.
     LostRunError
         when a run has cost `MOST_DEATHS` workers.
     """
     if workers <= 1 or len(payloads) <= 1:
         for number, payload in enumerate(payloads):
-            yield number, _interruptible(task, payload)
+            limit.check()
+            with until(limit):
+                outcome = _interruptible(task, payload)
+            yield number, outcome
         return
-    crew = _Crew(task, payloads, min(workers, len(payloads)))
+    crew = _Crew(task, payloads, min(workers, len(payloads)), limit)
     try:
         yield from crew.outcomes()
     finally:
@@ -78,8 +86,8 @@ class _Worker:
 
 
 class _Crew:
-    def __init__(self, task: Task, payloads: Sequence[str], workers: int) -> None:
-        self.task, self.payloads = task, payloads
+    def __init__(self, task: Task, payloads: Sequence[str], workers: int, limit: TimeLimit) -> None:
+        self.task, self.payloads, self.limit = task, payloads, limit
         self.context = multiprocessing.get_context("spawn")
         self.waiting = deque(range(len(payloads)))
         self.deaths = dict.fromkeys(self.waiting, 0)
@@ -98,7 +106,10 @@ class _Crew:
         while left:
             for worker in self.workers:
                 self._feed(worker)
-            ready = wait([worker.pipe for worker in self.workers if worker.run is not None])
+            left_s = None if self.limit.seconds is None else self.limit.left_s
+            ready = wait([worker.pipe for worker in self.workers if worker.run is not None], left_s)
+            if not ready:
+                raise OutOfTime
             for worker in [item for item in self.workers if item.pipe in ready]:
                 number = worker.run
                 assert number is not None
