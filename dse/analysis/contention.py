@@ -58,7 +58,7 @@ class ContentionReferee:
         Raises
         ------
         OutOfTime
-            when a limit of time (`dse.analysis.patience.until`) is up.
+            when a limit of time (`dse.timelimit.until`) is up.
         """
         view = View(design)
         return tuple(

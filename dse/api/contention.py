@@ -9,13 +9,13 @@ from pathlib import Path
 from typing import Any
 
 from dse.analysis.contention import ContentionReferee, cores_of, with_contention
-from dse.analysis.patience import OutOfTime, until
 from dse.api.recalling import named_design
 from dse.api.recomputing import Bench
 from dse.errors import UsageError
 from dse.results.contention import NOT_CHECKED, Contended, judge
 from dse.results.result import Result
 from dse.space.types import Design
+from dse.timelimit import OutOfTime, TimeLimit, until
 
 LEAST_TIME_S = 10.0
 """Without a time limit the referee has as long as the search took, at least this long."""
@@ -23,29 +23,29 @@ GRACE_S = 0.3
 """A search that took all of its time leaves this much for a first look: most fronts need less."""
 
 
-def with_verdicts(result: Result, *, started: float, time_limit_s: float | None) -> Result:
+def with_verdicts(result: Result, *, started: float, limit: TimeLimit) -> Result:
     """The result with what each of its designs keeps with contention; those that time does not suffice for have none.
 
-    `started` is when the search began, in seconds of the monotonic clock, `time_limit_s` its limit. Where the question
+    `started` is when the search began, in seconds of the monotonic clock, `limit` its limit. Where the question
     counts contention already, and no deadline is only told, the result stays as it is; so does one that Ctrl-C ended.
     """
     counted = with_contention(result.space)
     if counted is None or result.interrupted:
         return result
     now = time.monotonic()
-    limit = now + max(LEAST_TIME_S, now - started) if time_limit_s is None else started + time_limit_s
+    own_s = max(LEAST_TIME_S, now - started) if limit.seconds is None else limit.left_s
     designs = {str(point.id): point.design for point in result.front}
     designs |= {sibling.id: sibling.design for others in result.others for sibling in others.designs}
     todo = {number: design for number, design in designs.items() if number not in result.contended}
-    found = {**result.contended, **_judged(ContentionReferee(counted), todo, max(limit, now + GRACE_S))}
+    found = {**result.contended, **_judged(ContentionReferee(counted), todo, TimeLimit.after(max(own_s, GRACE_S)))}
     return replace(result, contended={number: found[number] for number in designs if number in found})
 
 
-def _judged(referee: ContentionReferee, designs: Mapping[str, Design], deadline: float) -> dict[str, Contended]:
+def _judged(referee: ContentionReferee, designs: Mapping[str, Design], limit: TimeLimit) -> dict[str, Contended]:
     """As many as time suffices for, in their order; Ctrl-C ends it, and keeps what was found until then."""
     found = {}
     try:
-        with until(deadline):
+        with until(limit):
             for number, design in designs.items():
                 found[number] = judge(referee, design)
     except (OutOfTime, KeyboardInterrupt):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from collections.abc import Iterator
 from dataclasses import replace
 from fractions import Fraction
@@ -73,7 +74,7 @@ def with_others(
                 found.append(_others(result, evaluator, point, near, share, len(ties.designs) + 1))
     asked = OthersAsked(count, share, tuple(point.id for point in result.front[:top]))
     found_all = replace(result, others=tuple(found), others_asked=asked)
-    return with_verdicts(found_all, started=started, time_limit_s=time_limit_s)
+    return with_verdicts(found_all, started=started, limit=limit)
 
 
 def read_share(text: str) -> Fraction:

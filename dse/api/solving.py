@@ -179,7 +179,7 @@ def solve_asked(asked: Problem, budget: Budget, watcher: Watcher, earlier: Front
         wishes = Wishes(time_limit_s=left_s, seed=budget.seed)
         conflicts, give_up = conflicts_of(asked, wishes)
         result = replace(result, conflicts=conflicts, give_up=give_up)
-    result = with_verdicts(ranked_by(result, "ideal"), started=started, time_limit_s=budget.time_limit_s)
+    result = with_verdicts(ranked_by(result, "ideal"), started=started, limit=budget.limit)
     return replace(result, search=replace(result.search, wall_s=round(time.monotonic() - started, 3)))
 
 

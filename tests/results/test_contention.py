@@ -17,7 +17,6 @@ from click.testing import CliRunner
 
 import dse
 from dse.analysis.contention import cores_of, is_left_out, with_contention
-from dse.analysis.patience import OutOfTime
 from dse.api import contention as referee
 from dse.api.problem import loads
 from dse.api.reopening import reopen
@@ -28,6 +27,7 @@ from dse.report.document import Document
 from dse.report.drawing import Drafter
 from dse.results.result import Result
 from dse.space.settings import deadline_requirements
+from dse.timelimit import OutOfTime
 
 SHARED = """
 dse: 1
