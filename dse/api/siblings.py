@@ -60,7 +60,9 @@ def with_others(
         with until(limit):
             finder = Finder(evaluator, seed=seed, deadline=limit.deadline)
     except OutOfTime:
-        return replace(result, others=tuple(Others(point.id, Fraction(0), (), None) for point in result.front[:top]))
+        shares = [Fraction(0)] if share is None else [Fraction(0), share]
+        unknown = tuple(Others(point.id, within, (), None) for point in result.front[:top] for within in shares)
+        return replace(result, others=unknown, others_asked=_asked(result, count, share, top))
     front = [point.design for point in result.front]
     found: list[Others] = []
     with stop_on_interrupt(finder.stop):
@@ -72,9 +74,12 @@ def with_others(
                 known = [*front, *(design for design, _ in ties.designs)]
                 near = finder.near(objectives, point.design, count, share, known)
                 found.append(_others(result, evaluator, point, near, share, len(ties.designs) + 1))
-    asked = OthersAsked(count, share, tuple(point.id for point in result.front[:top]))
-    found_all = replace(result, others=tuple(found), others_asked=asked)
+    found_all = replace(result, others=tuple(found), others_asked=_asked(result, count, share, top))
     return with_verdicts(found_all, started=started, limit=limit)
+
+
+def _asked(result: Result, count: int, share: Fraction | None, top: int | None) -> OthersAsked:
+    return OthersAsked(count, share, tuple(point.id for point in result.front[:top]))
 
 
 def read_share(text: str) -> Fraction:

@@ -67,7 +67,7 @@ def judge(referee: ContentionReferee, design: Design) -> Contended:
     Raises
     ------
     OutOfTime
-        when a limit of time (`dse.analysis.patience.until`) is up.
+        when a limit of time (`dse.timelimit.until`) is up.
     """
     return Contended(tuple(Broken.of(miss) for miss in referee.misses(design)))
 
