@@ -6,12 +6,12 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import partial
-from pathlib import Path
-from typing import Any
+from typing import Any, Unpack
 
 from dse.analysis.bounds import Impossible, impossible
 from dse.analysis.remarks import problem_remarks
-from dse.api.problem import Changes, Problem, changed, load
+from dse.api.problem import Problem, Source, load
+from dse.api.question import Question
 from dse.space.activation import exclusions
 from dse.space.figures import mentions
 from dse.space.questions import unoffered_types
@@ -68,23 +68,15 @@ class Description:
         }
 
 
-def check(
-    problem: Problem | str | Path,
-    changes: Changes | None = None,
-    *,
-    processing: str | None = None,
-    deadlines: str | None = None,
-) -> Description:
+def check(problem: Source, **question: Unpack[Question]) -> Description:
     """Validate a problem and describe its space.
 
     Parameters
     ----------
     problem
-        a loaded problem, or the path of a problem file.
-    changes
-        what the question adds to that of the file.
-    processing, deadlines
-        a shorthand for settings among them.
+        a loaded problem, the path of a problem file, or its content as text or mapping.
+    question
+        changes to the question, in the words of `Problem.ask`.
 
     Raises
     ------
@@ -93,13 +85,12 @@ def check(
     UsageError
         when a change does not fit the problem.
     """
-    loaded = problem if isinstance(problem, Problem) else load(problem)
-    asked = (changes or Changes()).with_settings(processing=processing, deadlines=deadlines)
-    space = changed(loaded, asked).space
+    asked = load(problem).ask(**question)
+    space = asked.space
     decisions = tuple(item for item in space.decisions if item.is_open)
-    told = told_deadlines(space, partial(_deadline_origin, loaded))
+    told = told_deadlines(space, partial(_deadline_origin, asked))
     found = tuple(impossible(space, (*space.requirements, *told)))
-    remarks = (*_remarks(space), *_setting_remarks(loaded, space), *_rounded(loaded))
+    remarks = (*_remarks(space), *_setting_remarks(asked, space), *_rounded(asked))
     return Description(space, decisions, space_size(space), remarks, found)
 
 

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import time
 from collections.abc import Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from fractions import Fraction
 from math import ceil
-from pathlib import Path
+from typing import Unpack
 
 from dse.analysis.limits import build_limit
 from dse.analysis.measures import PPM, build_measure
@@ -16,7 +16,8 @@ from dse.analysis.unbounded import unbounded_in
 from dse.analysis.views import View
 from dse.api.offering import cheapest_offers, with_offers
 from dse.api.origins import origin_of
-from dse.api.problem import Changes, Problem, changed, load
+from dse.api.problem import Problem, Source, load
+from dse.api.question import Question
 from dse.pareto.conflicts import Conflicts, ConflictSet, Correction, find_conflicts
 from dse.pareto.feasibility import Fixed, Member, Oracle
 from dse.pareto.relaxations import Closest, closest_limit
@@ -42,29 +43,21 @@ class Wishes:
 
 
 def explain(
-    problem: Problem | str | Path,
-    changes: Changes | None = None,
+    problem: Source,
     *,
-    require: str | Sequence[str] = (),
-    fix: str | Sequence[str] = (),
-    processing: str | None = None,
-    deadlines: str | None = None,
     every: bool = False,
     limit: int = MOST_CONFLICTS,
     offer: str | Sequence[str] = (),
     time_limit_s: float | None = None,
     seed: int = 0,
+    **question: Unpack[Question],
 ) -> Explanation:
     """Why a problem has no design, and the smallest changes that mend it.
 
     Parameters
     ----------
     problem
-        a loaded problem, or the path of a problem file.
-    changes
-        limits, requirements, rules, fixed decisions and profile beyond the file.
-    require, fix, processing, deadlines
-        a shorthand for the most frequent of them.
+        a loaded problem, the path of a problem file, or its content as text or mapping.
     every, limit
         list all minimal conflicts, at most `limit`; else those that proving the smallest set to give up came across.
     offer
@@ -74,6 +67,8 @@ def explain(
         Ctrl-C. What was not looked at is said.
     seed
         of the solver. The set of all conflicts and every figure are independent of it.
+    question
+        changes to the question, in the words of `Problem.ask`.
 
     Raises
     ------
@@ -82,26 +77,22 @@ def explain(
     UsageError
         when a change or an offer is.
     """
-    loaded = problem if isinstance(problem, Problem) else load(problem)
-    given = changes or Changes()
-    asked = replace(given, require=(*given.require, *_texts(require)), fix=(*given.fix, *_texts(fix)))
-    asked = asked.with_settings(processing=processing, deadlines=deadlines)
-    return explain_changed(loaded, asked, Wishes(every, limit, _texts(offer), time_limit_s, seed))
+    return explain_asked(load(problem).ask(**question), Wishes(every, limit, _texts(offer), time_limit_s, seed))
 
 
 def _texts(given: str | Sequence[str]) -> Sequence[str]:
     return (given,) if isinstance(given, str) else given
 
 
-def explain_changed(problem: Problem, changes: Changes, wishes: Wishes) -> Explanation:
-    """Explain a problem with a caller's changes; see `explain`."""
+def explain_asked(asked: Problem, wishes: Wishes) -> Explanation:
+    """Explain the question of a problem as it stands; see `explain`."""
     started = time.monotonic()
     for text in wishes.offers:
-        with_offers(problem, (text,), changes)  # a mistake in an offer is told before the work
-    explainer = Explainer.of(changed(problem, changes), wishes, started)
+        with_offers(asked, (text,))  # a mistake in an offer is told before the work
+    explainer = Explainer.of(asked, wishes, started)
     found = explainer.explanation()
     if wishes.offers and found.status in ("infeasible", "feasible"):
-        offers, complete = cheapest_offers(problem, changes, wishes.offers, wishes.seed, explainer.oracle.deadline)
+        offers, complete = cheapest_offers(asked, wishes.offers, wishes.seed, explainer.oracle.deadline)
         left = () if complete else ("further offers and combinations of them",)
         found = found.with_(offers=offers, offered=tuple(wishes.offers), left_open=(*found.left_open, *left))
         found = found.with_(complete=found.complete and complete)

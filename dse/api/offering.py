@@ -12,7 +12,7 @@ from pydantic import TypeAdapter, ValidationError
 from dse.analysis.evaluate import Evaluator
 from dse.analysis.measures import build_measure
 from dse.analysis.views import View
-from dse.api.problem import Changes, Problem, changed
+from dse.api.problem import Problem, changed
 from dse.errors import ProblemError, UsageError
 from dse.pareto.feasibility import find_design
 from dse.results.explanation import Offer
@@ -34,7 +34,7 @@ SECTIONS = {
 }
 
 
-def with_offers(problem: Problem, texts: tuple[str, ...], changes: Changes) -> Problem:
+def with_offers(problem: Problem, texts: tuple[str, ...]) -> Problem:
     """The problem rebuilt with further options, and the caller's changes applied to it.
 
     Raises
@@ -49,7 +49,7 @@ def with_offers(problem: Problem, texts: tuple[str, ...], changes: Changes) -> P
         built = Problem(loaded, build_space(loaded))
     except ProblemError as error:
         raise UsageError(f"with the offer {', '.join(texts)}: {error.diagnostics[0]}") from error
-    return changed(built, changes)
+    return changed(built, problem.changes)
 
 
 def _offered(loaded: LoadedSpec, text: str) -> LoadedSpec:
@@ -115,7 +115,7 @@ def _value(owner: Any, field: str, value: str, text: str) -> Any:
 
 
 def cheapest_offers(
-    problem: Problem, changes: Changes, texts: Sequence[str], seed: int, deadline: float | None
+    problem: Problem, texts: Sequence[str], seed: int, deadline: float | None
 ) -> tuple[tuple[Offer, ...], bool]:
     """Each offer alone, cheapest design first; where none suffices, the smallest combinations that do.
 
@@ -133,7 +133,7 @@ def cheapest_offers(
             return _by_price(found), False
         try:
             with until(deadline):
-                found.append(_tried(with_offers(problem, group, changes).space, group, seed, deadline))
+                found.append(_tried(with_offers(problem, group).space, group, seed, deadline))
         except (OutOfTime, KeyboardInterrupt):
             return _by_price(found), False
     return _by_price(found), True

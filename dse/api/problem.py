@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeAlias, Unpack
 
+from dse.api.question import LIMITED_METRICS, Changes, Question, changes_of
 from dse.errors import UsageError
 from dse.space.build import build_space, every_mistake
 from dse.space.cores import with_all_cores, with_open_cores
@@ -24,7 +25,6 @@ from dse.space.types import EMPTY, Design, Objective, Requirement, Rule, Space
 from dse.spec.grammar import ExpressionError, parse_assignment, parse_limit, parse_requirement
 from dse.spec.load import LoadedSpec, UnreadableError, load_spec, parse_spec
 
-LIMITED_METRICS = ("jitter", "latency", "utilisation", "load", "busy", "price", "power")
 ORIGIN = "command line"
 
 
@@ -34,61 +34,78 @@ class Problem:
 
     loaded: LoadedSpec
     space: Space
+    changes: Changes = field(default_factory=Changes)
+    """What a caller has asked beyond the file."""
+    stated: Space | None = None
+    """The space as the file states it, where `changes` have made another of it."""
 
     @property
     def name(self) -> str:
         """The problem's own name."""
         return self.space.name
 
-
-@dataclass(frozen=True)
-class Changes:
-    """What a caller adds to the question of the file.
-
-    `limits` are (metric, text) pairs such as ("jitter", "20 ms") or ("jitter", "my_flow=20 ms"); `require` holds
-    requirements and rules; `objectives`, where given, replace those of the file; `fix` holds ``decision = option``
-    texts. The others are settings, each with the values that the problem file has for it.
-    """
-
-    limits: Sequence[tuple[str, str]] = ()
-    require: Sequence[str] = ()
-    objectives: Sequence[str] = ()
-    fix: Sequence[str] = ()
-    profile: str | None = None
-    worst_case: str | None = None
-    processing: str | None = None
-    deadlines: str | None = None
-
     @property
-    def settings(self) -> dict[str, str | None]:
-        """The settings by name (`dse.space.settings`); None where the file's holds."""
-        return {name: getattr(self, name) for name in SETTINGS}
+    def base(self) -> Problem:
+        """The problem as its file states it."""
+        return self if self.stated is None else Problem(self.loaded, self.stated)
 
-    @property
-    def is_anything(self) -> bool:
-        """Whether there is any change."""
-        return any((self.limits, self.require, self.objectives, self.fix, *self.settings.values()))
+    def ask(self, **question: Unpack[Question]) -> Problem:
+        """The problem with a changed question; `dse.api.question.Question` lists the keywords.
 
-    def with_settings(self, **given: str | None) -> Changes:
-        """The same with further settings; those given as None stay."""
-        kept: dict[str, Any] = {name: value for name, value in given.items() if value is not None}
-        return replace(self, **kept)
+        Further limits, requirements and fixed decisions are added to those asked before; objectives and settings take
+        the place of those.
+
+        Raises
+        ------
+        UsageError
+            for texts that do not parse or name what is not there.
+
+        Examples
+        --------
+        >>> lamp = load({"dse": 1, "name": "Idle", "devices": {"lamp": {"period": ["1 s", "2 s"], "price": "3 EUR"}}})
+        >>> asked = lamp.ask(fix="lamp.period = 2 s", minimise="price").ask(max_price="5 EUR")
+        >>> [item.text for item in asked.space.requirements]
+        ['price <= 5 EUR']
+        """
+        return changed(self, changes_of(question))
+
+    def __repr__(self) -> str:
+        """One line: the name, and how much there is to decide."""
+        return f"<Problem {self.name!r}: {sum(item.is_open for item in self.space.decisions)} open decisions>"
 
 
-def load(path: str | Path) -> Problem:
-    """Read a problem file.
+Source: TypeAlias = Problem | str | Path | Mapping[str, Any]
+"""What every verb takes: a loaded problem, the path of a problem file, or its content as text or as a mapping."""
+
+
+def load(source: Source) -> Problem:
+    """Read a problem.
 
     Parameters
     ----------
-    path
-        the YAML file.
+    source
+        the path of a YAML file; or its content, as text of several lines or as a mapping (then nothing is included). A
+        problem that is loaded already is given back.
 
     Raises
     ------
     ProblemError
         with every mistake in the file and its includes, each with its line and column.
+
+    Examples
+    --------
+    >>> load({"dse": 1, "name": "Idle", "devices": {"lamp": {"period": ["1 s", "2 s"]}}}).name
+    'Idle'
     """
-    return _problem(lambda: load_spec(Path(path)))
+    if isinstance(source, Problem):
+        return source
+    if isinstance(source, Mapping):
+        import yaml
+
+        return loads(yaml.safe_dump(dict(source), sort_keys=False, allow_unicode=True), "<mapping>")
+    if isinstance(source, str) and "\n" in source:
+        return loads(source)
+    return _problem(lambda: load_spec(Path(source)))
 
 
 def load_carried(name: str | Path, texts: Mapping[str, str]) -> Problem:
@@ -113,14 +130,15 @@ def _problem(read: Callable[[], LoadedSpec]) -> Problem:
 
 
 def changed(problem: Problem, changes: Changes) -> Problem:
-    """The problem with a caller's changes applied; a requirement that is there in the same words is not listed again.
+    """The problem with further changes; a requirement that is there in the same words is not listed again.
 
     Raises
     ------
     UsageError
         for texts that do not parse or name what is not there.
     """
-    space = set_up(problem, changes.settings)
+    base, changes = problem.base, problem.changes.then(changes)
+    space = set_up(base, changes.settings)
     requirements: list[Requirement] = list(space.requirements)
     rules: list[Rule] = list(space.rules)
     for metric, text in changes.limits:
@@ -134,7 +152,7 @@ def changed(problem: Problem, changes: Changes) -> Problem:
     objectives = _objectives(space, changes.objectives) if changes.objectives else space.objectives
     space = replace(space, requirements=tuple(requirements), rules=tuple(rules), objectives=objectives)
     fixed = dict(read_choices(with_all_cores(space), changes.fix))
-    return replace(problem, space=with_open_cores(replace(space, fixed=fixed)))
+    return Problem(base.loaded, with_open_cores(replace(space, fixed=fixed)), changes, base.space)
 
 
 def set_up(problem: Problem, given: Mapping[str, str | None]) -> Space:

@@ -7,15 +7,15 @@ from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from math import ceil
-from pathlib import Path
-from typing import Literal, TypeAlias
+from typing import Literal, TypeAlias, Unpack
 
 from dse.analysis.evaluate import Evaluator
 from dse.analysis.latency import flow_rows
 from dse.analysis.rates import is_event_triggered
 from dse.analysis.scheduling import processor_responses
 from dse.analysis.views import View
-from dse.api.problem import Changes, Problem, changed, complete_design, load, read_choices
+from dse.api.problem import Source, complete_design, load, read_choices
+from dse.api.question import Question
 from dse.errors import UsageError
 from dse.results.analysis import FlowTable
 from dse.results.result import decisions_of
@@ -33,7 +33,7 @@ MOST_DRIFT_PPM = 100_000
 
 
 def simulate(
-    problem: Problem | str | Path,
+    problem: Source,
     design: Mapping[str, str] | Sequence[str] | None = None,
     *,
     duration: str | None = None,
@@ -45,15 +45,14 @@ def simulate(
     contention: bool = True,
     bus_contention: bool = False,
     endless_queues: bool = False,
-    processing: str | None = None,
-    changes: Changes | None = None,
+    **question: Unpack[Question],
 ) -> Simulation:
     """Simulate one design and compare what is observed with the analysis.
 
     Parameters
     ----------
     problem
-        a loaded problem, or the path of a problem file.
+        a loaded problem, the path of a problem file, or its content as text or mapping.
     design
         decisions by name (or texts ``name = option``), on top of the baseline; the baseline alone when left out.
     duration
@@ -76,10 +75,8 @@ def simulate(
         a physical bus carries one message at a time, first come, first served.
     endless_queues
         every queue holds whatever arrives, also where its size is stated: nothing is lost for want of room.
-    processing
-        what the bounds count for a thread, ``execution_time`` or ``response_time``, instead of what the file says.
-    changes
-        further changes to the question, as for `dse.solve`.
+    question
+        changes to the question, in the words of `Problem.ask`.
 
     Raises
     ------
@@ -88,8 +85,7 @@ def simulate(
     UsageError
         when a decision or option does not exist, decisions are left open, or the design is not valid.
     """
-    loaded = problem if isinstance(problem, Problem) else load(problem)
-    space = changed(loaded, (changes or Changes()).with_settings(processing=processing)).space
+    space = load(problem).ask(**question).space
     texts = [f"'{name}' = {option}" for name, option in design.items()] if isinstance(design, Mapping) else design or ()
     chosen = complete_design(space, {**space.baseline, **space.fixed, **read_choices(space, texts)})
     evaluation = Evaluator(space).evaluate(chosen)

@@ -3,17 +3,18 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from importlib.metadata import version
 from pathlib import Path
-from typing import Literal
+from typing import Literal, Unpack
 
 from dse.analysis.evaluate import Evaluator
 from dse.api.contention import with_verdicts
 from dse.api.explaining import Wishes, conflicts_of
 from dse.api.origins import origin_of
-from dse.api.problem import Changes, Problem, baseline_design, changed, load
+from dse.api.problem import Problem, Source, baseline_design, load
+from dse.api.question import Question
 from dse.api.resuming import read_search
 from dse.errors import UsageError
 from dse.pareto.front import ANYTHING, Budget, FrontSearch, Progress, Watch, search_front
@@ -26,50 +27,28 @@ EXPLANATION_TIME_S = 30.0
 
 
 def solve(
-    problem: Problem | str | Path,
+    problem: Source,
     *,
-    max_jitter: str | Sequence[str] = (),
-    max_latency: str | Sequence[str] = (),
-    max_utilisation: str | Sequence[str] = (),
-    max_load: str | Sequence[str] = (),
-    max_busy: str | Sequence[str] = (),
-    max_price: str | Sequence[str] = (),
-    max_power: str | Sequence[str] = (),
-    require: str | Sequence[str] = (),
-    minimise: str | Sequence[str] = (),
-    maximise: str | Sequence[str] = (),
-    fix: str | Sequence[str] = (),
-    profile: str | None = None,
-    worst_case: str | None = None,
-    processing: str | None = None,
-    deadlines: str | None = None,
     time_limit_s: float | None = None,
     seed: int = 0,
     workers: int = 2,
     progress: Callable[[Progress], None] | None = None,
+    **question: Unpack[Question],
 ) -> Result:
     """The proven Pareto front of a problem.
 
     Parameters
     ----------
     problem
-        a loaded problem, or the path of a problem file.
-    max_jitter, max_latency, max_utilisation, max_load, max_busy, max_price, max_power
-        further limits, as text with a unit: ``"20 ms"`` for every flow, processor or bus, ``"my_flow=20 ms"`` for one.
-    require
-        further requirements and rules, in the words of the problem file.
-    minimise, maximise
-        metrics; where any is given, they replace the objectives of the file.
-    fix
-        decisions, such as ``"gnss_provider.period = 20 ms"``.
-    profile, worst_case, processing, deadlines
-        replace those of the file.
+        a loaded problem, the path of a problem file, or its content as text or mapping.
     time_limit_s
         seconds of wall time for the search; then the front so far is returned as ``incomplete``.
     seed, workers
         of the solver, and how many regions are searched at the same time. The front does not depend on them.
     progress
         called after every solver call.
+    question
+        changes to the question, in the words of `Problem.ask`.
 
     Returns
     -------
@@ -84,28 +63,7 @@ def solve(
         when a limit, requirement, objective or decision is.
     """
     limit = TimeLimit.after(time_limit_s)
-    limits = {
-        "jitter": max_jitter,
-        "latency": max_latency,
-        "utilisation": max_utilisation,
-        "load": max_load,
-        "busy": max_busy,
-        "price": max_price,
-        "power": max_power,
-    }
-    objectives = [f"minimise {text}" for text in _texts(minimise)] + [f"maximise {text}" for text in _texts(maximise)]
-    changes = Changes(
-        limits=[(metric, text) for metric, texts in limits.items() for text in _texts(texts)],
-        require=_texts(require),
-        objectives=objectives,
-        fix=_texts(fix),
-        profile=profile,
-        worst_case=worst_case,
-        processing=processing,
-        deadlines=deadlines,
-    )
-    loaded = problem if isinstance(problem, Problem) else load(problem)
-    return solve_changed(loaded, changes, Budget(limit, seed, workers), Watcher(progress))
+    return solve_asked(load(problem).ask(**question), Budget(limit, seed, workers), Watcher(progress))
 
 
 def resume(
@@ -138,10 +96,6 @@ def resume(
     return solve_asked(asked, Budget(limit, seed, workers), Watcher(progress), earlier)
 
 
-def _texts(given: str | Sequence[str]) -> Sequence[str]:
-    return (given,) if isinstance(given, str) else given
-
-
 @dataclass(frozen=True)
 class Watcher:
     """Who is told how a solve goes.
@@ -152,11 +106,6 @@ class Watcher:
 
     progress: Callable[[Progress], None] | None = None
     checkpoint: Callable[[Result], None] | None = None
-
-
-def solve_changed(problem: Problem, changes: Changes, budget: Budget, watcher: Watcher | None = None) -> Result:
-    """Solve a problem with changes; see `solve`."""
-    return solve_asked(changed(problem, changes), budget, watcher or Watcher())
 
 
 def solve_asked(asked: Problem, budget: Budget, watcher: Watcher, earlier: FrontSearch | None = None) -> Result:

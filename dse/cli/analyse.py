@@ -2,17 +2,18 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import Any
 
 import click
 
 from dse.cli.common import (
-    changes_of,
     check_writable,
     console,
     in_time,
     json_option,
     problem_argument,
+    question_of,
     question_options,
     write_text,
 )
@@ -38,10 +39,8 @@ def command(file: str, design: tuple[str, ...], response_times: bool, json_path:
     """
     check_writable(json_path)
     from dse.api.analysing import analyse
-    from dse.api.problem import load
 
-    changes = changes_of(options)
-    analysis = analyse(load(file), choices_of(design), response_times=response_times, changes=changes)
+    analysis = analyse(Path(file), choices_of(design), response_times=response_times, **question_of(options))
     if json_path != "-":
         from dse.report.terminal import print_analysis
 

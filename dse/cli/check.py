@@ -3,17 +3,18 @@
 from __future__ import annotations
 
 import json
+from pathlib import Path
 from typing import Any
 
 import click
 
 from dse.cli.common import (
-    changes_of,
     check_writable,
     console,
     in_time,
     json_option,
     problem_argument,
+    question_of,
     question_options,
     write_text,
 )
@@ -32,7 +33,7 @@ def command(file: str, json_path: str | None, **options: Any) -> int:
     check_writable(json_path)
     from dse.api.checking import check
 
-    description = check(file, changes_of(options))
+    description = check(Path(file), **question_of(options))
     if json_path != "-":
         from dse.report.description import print_description
 

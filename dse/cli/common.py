@@ -19,7 +19,7 @@ from dse.timelimit import TimeLimit, until
 if TYPE_CHECKING:
     from rich.console import Console
 
-    from dse.api.problem import Changes
+    from dse.api.question import Question
 
 F = TypeVar("F", bound=Callable[..., Any])
 LIMITS = ("jitter", "latency", "utilisation", "load", "busy", "price", "power")
@@ -210,20 +210,14 @@ def tell_carried(file: str | Path, *, is_carried: bool) -> None:
         click.echo(f"dse: {file} is not there: working with the problem that the result itself carries", err=True)
 
 
-def changes_of(options: dict[str, Any], objectives: tuple[str, ...] = ()) -> Changes:
-    """The changes that the options ask for."""
-    from dse.api.problem import Changes
+def question_of(options: dict[str, Any], objectives: tuple[str, ...] = ()) -> Question:
+    """The question that the options ask, in the words of `dse.Problem.ask`."""
+    from dse.space.settings import SETTINGS
 
-    return Changes(
-        limits=[(metric, text) for metric in LIMITS for text in options[f"max_{metric}"]],
-        require=options["require"],
-        objectives=objectives,
-        fix=options["fix"],
-        profile=options["profile"],
-        worst_case=options["worst_case"],
-        processing=options["processing"],
-        deadlines=options["deadlines"],
-    )
+    asked: Question = {"objectives": objectives, "require": options["require"], "fix": options["fix"]}
+    for name in (*(f"max_{metric}" for metric in LIMITS), *SETTINGS):
+        asked[name] = options[name]  # type: ignore[literal-required]  # every one is a key of Question
+    return asked
 
 
 def console(*, quiet: bool = False, err: bool = False) -> Console:

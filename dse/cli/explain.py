@@ -2,19 +2,20 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import Any
 
 import click
 
 from dse.cli.common import (
     OrderedCommand,
-    changes_of,
     check_writable,
     console,
     json_option,
     objective_options,
     objectives_of,
     problem_argument,
+    question_of,
     question_options,
     time_limit_option,
     write_text,
@@ -55,13 +56,12 @@ def command(
     is exact. Exit code 0 when the problem is feasible, 4 when it is proved infeasible.
     """
     check_writable(json_path)
-    from dse.api.explaining import Wishes, explain_changed
+    from dse.api.explaining import Wishes, explain_asked
     from dse.api.problem import load
 
-    changes = changes_of(options, objectives_of(minimise, maximise))
     with until(time_limit):
-        problem = load(file)
-    found = explain_changed(problem, changes, Wishes(every, limit, offer, time_limit.rest_s, seed))
+        asked = load(Path(file)).ask(**question_of(options, objectives_of(minimise, maximise)))
+    found = explain_asked(asked, Wishes(every, limit, offer, time_limit.rest_s, seed))
     if json_path != "-":
         from dse.report.explanation import print_explanation
 

@@ -13,18 +13,17 @@ from dse.cli.common import console, save
 from dse.files.writing import write_files
 
 if TYPE_CHECKING:
-    from dse.api.problem import Changes
+    from dse.api.problem import Problem
     from dse.pareto.front import Budget, Progress
     from dse.results.robust import RobustResult
 
 
-def solve_robustly(file: str, changes: Changes, budget: Budget, progress: Callable[[Progress], None]) -> RobustResult:
-    """Both fronts of a problem file."""
-    from dse.api.problem import load
+def solve_robustly(asked: Problem, budget: Budget, progress: Callable[[Progress], None]) -> RobustResult:
+    """Both fronts of the question of a problem."""
     from dse.api.solving import Watcher
-    from dse.study.robust import solve_robust
+    from dse.study.robust import robust_asked
 
-    return solve_robust(load(file), changes, budget, Watcher(progress))
+    return robust_asked(asked, budget, Watcher(progress))
 
 
 def show_robust(

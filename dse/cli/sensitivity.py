@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import sys
+from pathlib import Path
 from typing import Any
 
 import click
@@ -10,13 +11,13 @@ import click
 from dse.cli.analyse import choices_of
 from dse.cli.common import (
     OrderedCommand,
-    changes_of,
     check_writable,
     console,
     json_option,
     objective_options,
     objectives_of,
     problem_argument,
+    question_of,
     question_options,
     save,
     time_limit_option,
@@ -109,7 +110,7 @@ def command(
     check_writable(json_path, csv_path)
     target = folder_of(report, folder)
     from dse.api.problem import load
-    from dse.study.sensitivity import Settings, sensitivity_of
+    from dse.study.sensitivity import Settings, sensitivity_asked
 
     live = sys.stderr.isatty()
 
@@ -118,11 +119,10 @@ def command(
             click.echo(f"\r\033[K{what}", err=True, nl=False)
 
     settings = Settings(swing, samples, seed, front)
-    changes = changes_of(options, objectives_of(minimise, maximise))
     with until(time_limit):
-        problem = load(file)
+        problem = load(Path(file)).ask(**question_of(options, objectives_of(minimise, maximise)))
         claim_study(target, problem.name, "sensitivity")
-        result = sensitivity_of(problem, choices_of(design), changes, settings, say)
+        result = sensitivity_asked(problem, choices_of(design), settings, say)
     if live:
         click.echo("\r\033[K", err=True, nl=False)
     if "-" not in (json_path, csv_path):

@@ -2,17 +2,18 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import Any
 
 import click
 
 from dse.cli.analyse import choices_of
 from dse.cli.common import (
-    changes_of,
     check_writable,
     console,
     json_option,
     problem_argument,
+    question_of,
     question_options,
     write_text,
 )
@@ -80,11 +81,10 @@ def command(
     Exit code 4 when an observation contradicts the analysis.
     """
     check_writable(json_path)
-    from dse.api.problem import load
     from dse.api.simulating import simulate
 
     simulation = simulate(
-        load(file),
+        Path(file),
         choices_of(design),
         duration=duration,
         offsets=offsets,
@@ -95,7 +95,7 @@ def command(
         contention=contention,
         bus_contention=bus_contention,
         endless_queues=endless_queues,
-        changes=changes_of(options),
+        **question_of(options),
     )
     if json_path != "-":
         from dse.report.simulation import print_simulation

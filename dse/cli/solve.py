@@ -5,18 +5,19 @@ from __future__ import annotations
 import sys
 import time
 from collections.abc import Callable
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
 
 from dse.cli.common import (
     OrderedCommand,
-    changes_of,
     check_writable,
     console,
     json_option,
     objective_options,
     objectives_of,
+    question_of,
     question_options,
     ranking_options,
     report_folder,
@@ -28,9 +29,8 @@ from dse.files.writing import is_stream, write_files
 from dse.timelimit import TimeLimit
 
 if TYPE_CHECKING:
-    from pathlib import Path
-
-    from dse.api.problem import Changes, Problem
+    from dse.api.problem import Problem
+    from dse.api.question import Question
     from dse.pareto.front import FrontSearch, Progress
     from dse.results.result import Result
 
@@ -120,8 +120,7 @@ def command(
     from dse.pareto.front import Budget
     from dse.results.order import check_ranking, ranked_by
 
-    changes = changes_of(options, objectives_of(minimise, maximise))
-    asked, earlier = _question(file, resume, changes)
+    asked, earlier = _question(file, resume, question_of(options, objectives_of(minimise, maximise)))
     if target is not None:
         _claim_report(target, asked)
     if within is not None:
@@ -135,7 +134,7 @@ def command(
         from dse.cli.robust import show_robust, solve_robustly
 
         with _Reporter(quiet=quiet) as progress:
-            study = solve_robustly(file, changes, Budget(time_limit, seed, workers), progress)
+            study = solve_robustly(asked, Budget(time_limit, seed, workers), progress)
         return show_robust(study, rank_by or "ideal", top, (json_path, csv_path, target), quiet=quiet)
     with _Reporter(quiet=quiet) as progress:
         watcher = Watcher(progress, _checkpoint(json_path))
@@ -155,20 +154,21 @@ def command(
     return result.exit_code
 
 
-def _question(file: str | None, resume: str | None, changes: Changes) -> tuple[Problem, FrontSearch | None]:
+def _question(file: str | None, resume: str | None, question: Question) -> tuple[Problem, FrontSearch | None]:
     """The problem as it is asked, and the search to go on with."""
-    from dse.api.problem import changed, load
+    from dse.api.problem import load
+    from dse.api.question import changes_of
     from dse.api.resuming import read_search
 
     if resume is not None:
-        if changes.is_anything:
+        if changes_of(question).is_anything:
             raise click.UsageError("--resume goes on with the question of the result: no further limits or objectives")
         asked, earlier = read_search(resume, file)
         tell_carried(asked.loaded.path, is_carried=asked.loaded.is_carried)
         return asked, earlier
     if file is None:
         raise click.UsageError("missing argument FILE")
-    return changed(load(file), changes), None
+    return load(Path(file)).ask(**question), None
 
 
 def _checkpoint(json_path: str | None) -> Callable[[Result], None] | None:

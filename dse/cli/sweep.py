@@ -13,13 +13,13 @@ import click
 
 from dse.cli.common import (
     OrderedCommand,
-    changes_of,
     check_writable,
     console,
     json_option,
     objective_options,
     objectives_of,
     problem_argument,
+    question_of,
     question_options,
     save,
     time_limit_option,
@@ -105,11 +105,11 @@ def command(
     check_writable(json_path, csv_path)
     target = folder_of(report, folder)
     from dse.api.problem import load
-    from dse.study.sweep import Means, sweep_with
+    from dse.study.sweep import Means, sweep_asked
     from dse.study.workers import usable_cores
 
     with until(time_limit):
-        problem = load(file)
+        problem = load(Path(file)).ask(**question_of(options, objectives_of(minimise, maximise)))
     claim_study(target, problem.name, "sweep")
     path = None if no_store else Path(store) if store is not None else _beside(file, (json_path, csv_path), target)
     if path is not None:
@@ -117,9 +117,7 @@ def command(
         claim(*(f"{os.path.realpath(path)}{ending}" for ending in ("-wal", "-shm", "-journal")))
     means = Means(workers or usable_cores(), scheduler, path, time_limit)
     with Estimate(quiet=quiet) as progress:
-        result = sweep_with(
-            problem, vary, changes_of(options, objectives_of(minimise, maximise)), seed, means, progress
-        )
+        result = sweep_asked(problem, vary, seed, means, progress)
     if not quiet and "-" not in (json_path, csv_path):
         from dse.report.studies import print_sweep
 

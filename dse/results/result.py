@@ -9,11 +9,13 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from fractions import Fraction
 from functools import cached_property
+from html import escape
 from typing import TYPE_CHECKING, Any, Literal
 
 from dse.analysis.contention import cores_of, with_contention
 from dse.errors import EXIT_COMPLETE, EXIT_INCOMPLETE, EXIT_INFEASIBLE
 from dse.results.contention import Contended, contention_dict
+from dse.results.frames import unit_frame
 from dse.results.ranking import METHOD, competition_ranks, ideal_distances
 from dse.results.values import exact
 from dse.results.variants import find_variants
@@ -311,17 +313,35 @@ class Result:
         """`to_dict` as text; the same problem gives the same text but for ``search``, which tells of the run."""
         return json.dumps(self.to_dict(), ensure_ascii=False, indent=1) + "\n"
 
-    def frame(self) -> pandas.DataFrame:
+    def frame(self, units: str | Sequence[str] | None = None) -> pandas.DataFrame:
         """The front as a frame, in the order of rank.
 
-        Columns: ``id``, ``rank``; each objective by name and each further metric by name (integers in the units of
+        Columns: ``id``, ``rank``; each objective and each further metric as ``NAME [UNIT]`` (integers in the units of
         `objectives` and `metric_units`); each open decision by name (text, None where inactive).
-        """
-        import pandas
 
-        return pandas.DataFrame(
-            [dict(zip(self.columns, row, strict=True)) for row in self._rows()], columns=self.columns
-        )
+        Parameters
+        ----------
+        units
+            units such as ``"ms"`` or ``("ms", "%")`` for the columns of their kind, or ``"readable"`` for those that
+            engineers read; figures in them are floating-point.
+        """
+        rows = [dict(zip(self.columns, row, strict=True)) for row in self._rows()]
+        return unit_frame(self.columns, rows, self.units, units, self.space.currency)
+
+    @property
+    def units(self) -> Mapping[str, str]:
+        """The unit that the integers of each metric count, objectives included."""
+        return {**self.metric_units, **{item.name: item.unit for item in self.objectives}}
+
+    def __repr__(self) -> str:
+        """One line: what was asked, and what was found."""
+        return f"<Result of {self.problem.name!r}: {self.status}, {len(self.front)} points>"
+
+    def _repr_html_(self) -> str:
+        """The front as a table for a notebook, in the units that engineers read."""
+        frame = self.frame("readable")
+        told = f"{self.problem.name}: {self.status}, {len(self.front)} points"
+        return f"<p>{escape(told)}</p>{frame.to_html(index=False, escape=True, max_rows=60)}"
 
     @property
     def columns(self) -> list[str]:
@@ -347,7 +367,7 @@ class Result:
 
         A text that a spreadsheet would take for a formula gets an apostrophe.
         """
-        units = {**self.metric_units, **{item.name: item.unit for item in self.objectives}}
+        units = self.units
         out = io.StringIO()
         writer = csv.writer(out, lineterminator="\n")
         writer.writerow([_cell(f"{name} [{units[name]}]" if name in units else name) for name in self.columns])

@@ -12,6 +12,7 @@ from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 from dse.errors import EXIT_COMPLETE, EXIT_INCOMPLETE, EXIT_INFEASIBLE, EXIT_INVALID
+from dse.results.frames import unit_frame
 
 if TYPE_CHECKING:
     import pandas
@@ -200,16 +201,14 @@ class SweepResult:
             writer.writerow([row.get(name) for name in columns])
         return out.getvalue()
 
-    def frame(self) -> pandas.DataFrame:
+    def frame(self, units: str | Sequence[str] | None = None) -> pandas.DataFrame:
         """The rows of `to_csv` as a frame.
 
         Columns: each axis with values (text); ``from`` and ``to`` where a limit has break-points (exact, in the
-        limit's unit); ``status``, ``rank``; each metric (integer, or a fraction as text, in its base unit); each
-        decision (text, missing where inactive).
+        limit's unit); ``status``, ``rank``; each metric as ``NAME [UNIT]`` (integer, or a fraction as text); each
+        decision (text, missing where inactive). `units` as for `Result.frame`.
         """
-        import pandas
-
-        return pandas.DataFrame(list(self._rows()), columns=self.columns)
+        return unit_frame(self.columns, list(self._rows()), self._units(), units, str(self.problem["currency"]))
 
     @property
     def columns(self) -> list[str]:

@@ -20,7 +20,7 @@ import numpy
 from dse.analysis.evaluate import Evaluator
 from dse.analysis.limits import HOLDS, Limit, build_limit, thread_loads
 from dse.analysis.views import View
-from dse.api.problem import Changes, Problem, changed
+from dse.api.problem import Problem, changed
 from dse.space.build import build_space
 from dse.space.types import Design, Space
 from dse.spec.model import Spec, TransmissionTime
@@ -152,11 +152,11 @@ class _Tracer:
 class InputSpace:
     """The space of a problem as a function of its inputs: the same decisions and options whatever the inputs are."""
 
-    def __init__(self, problem: Problem, changes: Changes) -> None:
+    def __init__(self, problem: Problem) -> None:
         tracer = _Tracer()
         loaded = replace(problem.loaded, spec=tracer.spec(problem.loaded.spec))
-        self.problem = changed(problem, changes)
-        self.traced = changed(Problem(loaded, build_space(loaded)), changes).space
+        self.problem = problem
+        self.traced = changed(Problem(loaded, build_space(loaded)), problem.changes).space
         self.variables = tuple(tracer.variables)
         assert [item.options for item in self.traced.decisions] == [
             item.options for item in self.problem.space.decisions

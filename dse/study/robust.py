@@ -8,18 +8,21 @@ design found is proved robust: that front is the robust front.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from fractions import Fraction
+from typing import Unpack
 
 from dse.analysis.evaluate import Evaluator
 from dse.analysis.limits import HOLDS, Limit, build_limit
 from dse.analysis.measures import Term
 from dse.analysis.views import View
-from dse.api.problem import Changes, Problem
+from dse.api.problem import Problem, Source, load
+from dse.api.question import Question
 from dse.api.solving import Watcher, result_of
 from dse.errors import UsageError
-from dse.pareto.front import ANYTHING, Budget, FrontSearch, Watch, search_front
+from dse.pareto.front import ANYTHING, Budget, FrontSearch, Progress, Watch, search_front
 from dse.results.robust import Failure, RobustResult
 from dse.space.types import Design, Space
 from dse.study.boxes import Box, Corner, Worst
@@ -33,7 +36,40 @@ Demand = tuple[int, Corner]
 """A requirement, by number, at a corner."""
 
 
-def solve_robust(problem: Problem, changes: Changes, budget: Budget, watcher: Watcher | None = None) -> RobustResult:
+def solve_robust(
+    problem: Source,
+    *,
+    time_limit_s: float | None = None,
+    seed: int = 0,
+    workers: int = 2,
+    progress: Callable[[Progress], None] | None = None,
+    **question: Unpack[Question],
+) -> RobustResult:
+    """The nominal front, the front of the designs that hold for all stated uncertainty, and what the difference costs.
+
+    Parameters
+    ----------
+    problem
+        a loaded problem, the path of a problem file, or its content as text or mapping; it states `uncertainty`.
+    time_limit_s, seed, workers, progress
+        as for `dse.solve`.
+    question
+        changes to the question, in the words of `Problem.ask`.
+
+    Raises
+    ------
+    ProblemError
+        when the file, or an uncertainty that it states, is wrong.
+    UsageError
+        when nothing is stated, an input has no bounds, or nothing can be proved of a requirement over the stated
+        ranges.
+    """
+    return robust_asked(
+        load(problem).ask(**question), Budget(TimeLimit.after(time_limit_s), seed, workers), Watcher(progress)
+    )
+
+
+def robust_asked(problem: Problem, budget: Budget, watcher: Watcher | None = None) -> RobustResult:
     """The nominal front, the robust one, and what the difference costs.
 
     Raises
@@ -44,7 +80,7 @@ def solve_robust(problem: Problem, changes: Changes, budget: Budget, watcher: Wa
         when nothing is stated, an input has no bounds, or nothing can be proved of a requirement over the stated
         ranges.
     """
-    inputs = InputSpace(problem, changes)
+    inputs = InputSpace(problem)
     check_objectives(inputs.problem.space)
     uncertain = read_uncertainties(problem, inputs)
     if not uncertain:

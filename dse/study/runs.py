@@ -10,7 +10,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass
 from typing import Any
 
-from dse.api.problem import Changes, changed, loads
+from dse.api.problem import changed, loads
+from dse.api.question import Changes
 from dse.errors import DseError, ProblemError
 from dse.space.types import Space
 from dse.study.axes import LimitAxis, limited, read_limit_axis

@@ -6,11 +6,11 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from fractions import Fraction
-from pathlib import Path
-from typing import TypeVar
+from typing import TypeVar, Unpack
 
 from dse.analysis.evaluate import Evaluator
-from dse.api.problem import Changes, Problem, complete_design, load, read_choices
+from dse.api.problem import Problem, Source, complete_design, load, read_choices
+from dse.api.question import Question
 from dse.errors import UsageError
 from dse.results.result import decisions_of
 from dse.results.sensitivity import Chance, SensitivityResult, UncertainResult
@@ -42,29 +42,24 @@ class Settings:
 
 
 def sensitivity(
-    problem: Problem | str | Path,
+    problem: Source,
     design: Mapping[str, str] | Sequence[str] | None = None,
     *,
-    processing: str | None = None,
-    changes: Changes | None = None,
     swing: Fraction | float = SWING,
     samples: int = SAMPLES,
     seed: int = 0,
     front: bool = True,
     time_limit_s: float | None = None,
+    **question: Unpack[Question],
 ) -> SensitivityResult:
     """How far each input of a design may move before a requirement breaks, and which inputs matter.
 
     Parameters
     ----------
     problem
-        a loaded problem, or the path of a problem file.
+        a loaded problem, the path of a problem file, or its content as text or mapping.
     design
         decisions by name (or texts ``name = option``), on top of the baseline; the baseline alone when left out.
-    processing
-        what a flow counts for a thread, ``execution_time`` or ``response_time``, instead of what the file says.
-    changes
-        further changes to the question, as for `dse.solve`.
     swing
         how far the bars of the tornado chart go where no uncertainty is stated: 0.1 is less and plus a tenth.
     samples, seed
@@ -73,6 +68,8 @@ def sensitivity(
         whether to solve for the front, and tell of each alternative how likely it meets every requirement.
     time_limit_s
         seconds for everything; what there was no time for is named in `left_out`.
+    question
+        changes to the question, in the words of `Problem.ask`.
 
     Raises
     ------
@@ -82,7 +79,6 @@ def sensitivity(
         when a decision does not exist, or the design is none.
     """
     limit = TimeLimit.after(time_limit_s)
-    loaded = problem if isinstance(problem, Problem) else load(problem)
     texts = (
         [f"'{name}' = {option}" for name, option in design.items()]
         if isinstance(design, Mapping)
@@ -90,13 +86,12 @@ def sensitivity(
     )
     settings = Settings(Fraction(swing).limit_denominator(10**9), samples, seed, front)
     with until(limit):
-        return sensitivity_of(loaded, texts, (changes or Changes()).with_settings(processing=processing), settings)
+        return sensitivity_asked(load(problem).ask(**question), texts, settings)
 
 
-def sensitivity_of(
+def sensitivity_asked(
     problem: Problem,
     texts: Sequence[str],
-    changes: Changes,
     settings: Settings,
     say: Callable[[str], None] | None = None,
 ) -> SensitivityResult:
@@ -112,7 +107,7 @@ def sensitivity_of(
     if not 0 < settings.swing < 1:
         raise UsageError("the swing is a share above 0 and below 100 %")
     tell = say or (lambda _: None)
-    inputs = InputSpace(problem, changes)
+    inputs = InputSpace(problem)
     space = inputs.problem.space
     design = chosen_design(space, texts)
     uncertain = read_uncertainties(problem, inputs)

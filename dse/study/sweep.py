@@ -8,8 +8,10 @@ from collections.abc import Callable, Generator, Iterator, Sequence
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
+from typing import Unpack
 
-from dse.api.problem import Changes, Problem, changed, load
+from dse.api.problem import Problem, Source, load
+from dse.api.question import Changes, Question
 from dse.errors import DseError, UsageError
 from dse.results.sweep import SweepResult, SweepRun, VariedAxis
 from dse.results.sweepranking import rank_together
@@ -55,32 +57,27 @@ class Means:
 
 
 def sweep(
-    problem: Problem | str | Path,
+    problem: Source,
     vary: str | Sequence[str],
     *,
-    processing: str | None = None,
-    changes: Changes | None = None,
     seed: int = 0,
     workers: int = 1,
     scheduler: str | None = None,
     store: str | Path | None = None,
     time_limit_s: float | None = None,
     progress: Callable[[SweepProgress], None] | None = None,
+    **question: Unpack[Question],
 ) -> SweepResult:
     """The front, or the break-points of a limit, for every combination of values.
 
     Parameters
     ----------
     problem
-        a loaded problem, or the path of a problem file.
+        a loaded problem, the path of a problem file, or its content as text or mapping.
     vary
         what varies: ``"PATH=1ms,2ms"``, ``"PATH=1ms..5ms step 1ms"``, ``"PATH=*0.5..2 step 0.1"`` (a factor) for an
         input; ``"METRIC of NAME=a,b,c"`` for a limit, and ``"METRIC of NAME=5ms..100ms"`` for every break-point in an
         interval (one such at most).
-    processing
-        what a flow counts for a thread, ``execution_time`` or ``response_time``, instead of what the file says.
-    changes
-        further changes to the question, as for `dse.solve`.
     seed
         of the solver. The result does not depend on it.
     workers
@@ -94,6 +91,8 @@ def sweep(
         seconds for the sweep; then it holds what was finished.
     progress
         called after every run.
+    question
+        changes to the question, in the words of `Problem.ask`.
 
     Returns
     -------
@@ -109,37 +108,34 @@ def sweep(
         when a path, metric, range, step or unit is wrong, the store is damaged or foreign, or the cluster is not there.
     """
     limit = TimeLimit.after(time_limit_s)
-    loaded = problem if isinstance(problem, Problem) else load(problem)
     texts = [vary] if isinstance(vary, str) else list(vary)
     means = Means(workers, scheduler, Path(store) if store is not None else None, limit)
-    return sweep_with(loaded, texts, (changes or Changes()).with_settings(processing=processing), seed, means, progress)
+    return sweep_asked(load(problem).ask(**question), texts, seed, means, progress)
 
 
-def sweep_with(
-    problem: Problem,
+def sweep_asked(
+    asked: Problem,
     vary: Sequence[str],
-    changes: Changes,
     seed: int,
     means: Means,
     progress: Callable[[SweepProgress], None] | None = None,
 ) -> SweepResult:
-    """`sweep` with its means in one."""
+    """Sweep the question of a problem as it stands; see `sweep`."""
     check_workers(means.workers)
-    asked = changed(problem, changes)
     check_objectives(asked.space)
-    inputs = Inputs(merged_data(problem))
+    inputs = Inputs(merged_data(asked))
     axes = read_axes(asked, inputs, vary)
-    runs = plan(axes, inputs, changes, seed)
+    runs = plan(axes, inputs, asked.changes, seed)
     done, found = _solved(runs, means, progress)
     limits = [(axis.metric.name, axis.operator) for axis in axes if isinstance(axis, LimitAxis)]
     outcomes, scale = rank_together([done.get(number) for number in range(len(runs))], limits)
     return SweepResult(
         problem={
-            "name": problem.name,
-            "sha256": problem.loaded.sha256,
+            "name": asked.name,
+            "sha256": asked.loaded.sha256,
             **settings_of(asked.space),
             "currency": asked.space.currency,
-            "changes": _shown(changes),
+            "changes": _shown(asked.changes),
         },
         semantics=semantics_version(),
         axes=tuple(_varied(axis) for axis in axes),

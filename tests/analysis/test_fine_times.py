@@ -13,7 +13,7 @@ from support import brute_front
 
 import dse
 from dse.analysis.evaluate import Evaluator
-from dse.api.problem import Changes, Problem, loads
+from dse.api.problem import Problem, loads
 from dse.api.simulating import simulate
 from dse.pareto.front import Budget, search_front
 from dse.study.robust import solve_robust
@@ -171,5 +171,5 @@ uncertainty:
 @pytest.mark.parametrize(("limit", "points"), [("3 ns", 1), ("2.9 ns", 0)])
 def test_corners_between_whole_nanoseconds_are_not_rounded(limit: str, points: int) -> None:
     """1.5 + 1.5 ns keep 3 ns, although 2 + 2 ns would not."""
-    found = solve_robust(two(limit), Changes(), Budget())
+    found = solve_robust(two(limit))
     assert len(found.robust.front) == points

@@ -14,8 +14,8 @@ from conflicting import Brute, infeasible
 
 import dse
 from dse.analysis.evaluate import Evaluator
-from dse.api.explaining import Explainer, Wishes, conflicts_of, explain_changed
-from dse.api.problem import Changes, Problem
+from dse.api.explaining import Explainer, Wishes, conflicts_of, explain_asked
+from dse.api.problem import Problem
 from dse.api.recalling import named_design
 from dse.cli.main import run
 from dse.examples import example_path
@@ -258,7 +258,7 @@ def test_a_limit_that_has_a_bound_is_not_called_unbounded() -> None:
 
 def test_offers_that_were_not_tried_are_said() -> None:
     problem = dse.loads(SAME)
-    found = explain_changed(problem, Changes(), Wishes(offers=("first.period += 5 ms",), time_limit_s=0.0))
+    found = explain_asked(problem, Wishes(offers=("first.period += 5 ms",), time_limit_s=0.0))
     assert found.status == "incomplete" and found.left_open == ("whether there is a design",)
     assert isinstance(found.to_dict()["left_open"], list)
     assert Demand("rule", "x", "y").to_dict() == {"kind": "rule", "text": "x", "origin": "y"}

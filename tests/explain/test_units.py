@@ -119,11 +119,10 @@ def test_other_comparisons_too(metric: str, value: Fraction, unit: str, sign: st
 def test_an_uncertain_total_is_in_its_own_unit(unit: str) -> None:
     text = PROBLEM.replace("TOTAL", unit).replace("REQUIREMENT", f"share <= 40 {unit}")
     path = "uncertainty:\n  processor_types.P.totals.share: {range: RANGE}\n"
-    changes = dse.api.problem.Changes()
     for top, status in (("40", "complete"), ("41", "infeasible")):
         stated = dse.loads(text + path.replace("RANGE", f"30 .. {top} {unit}"))
-        study = dse.solve_robust(stated, changes, dse.pareto.front.Budget())
+        study = dse.solve_robust(stated)
         assert study.robust.status == status
     foreign = dse.loads(text + path.replace("RANGE", "30 .. 40 kg"))
     with pytest.raises(dse.ProblemError, match=f"expected a figure in {unit}"):
-        dse.solve_robust(foreign, changes, dse.pareto.front.Budget())
+        dse.solve_robust(foreign)

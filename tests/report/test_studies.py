@@ -13,9 +13,8 @@ from report.browser import Browser, needs_browser
 from study.studies import example, written
 
 import dse
-from dse.api.problem import Changes, load
+from dse.api.problem import load
 from dse.cli.main import run
-from dse.pareto.front import Budget
 from dse.report.document import Table
 from dse.report.parts import Section
 from dse.report.sections import sections_of
@@ -48,7 +47,7 @@ def studies(tmp_path_factory: pytest.TempPathFactory) -> dict[str, dict[str, Any
         ),
         "grid": read(dse.sweep(problem, [f"{price}=60 EUR,900 EUR", "bus_types.can_250k.bandwidth=*0.001,1,2"])),
         "sensitivity": read(dse.sensitivity(stated, samples=500)),
-        "robust": read(solve_robust(stated, Changes(), Budget())),
+        "robust": read(solve_robust(stated)),
     }
 
 

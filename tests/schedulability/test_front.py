@@ -9,7 +9,8 @@ from support import brute_front
 from thread_systems import draw, front, text_of
 
 from dse.analysis.evaluate import Evaluator
-from dse.api.problem import Changes, Problem, changed, loads
+from dse.api.problem import Problem, changed, loads
+from dse.api.question import Changes
 from dse.encode import contention
 from dse.pareto.front import Budget, search_front
 

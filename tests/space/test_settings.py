@@ -11,7 +11,8 @@ import pytest
 from click.testing import CliRunner
 
 import dse
-from dse.api.problem import Changes, changed, loads
+from dse.api.problem import changed, loads
+from dse.api.question import Changes
 from dse.api.recalling import restated
 from dse.cli.main import cli
 from dse.errors import ProblemError, UsageError

@@ -10,7 +10,8 @@ from typing import Any
 import pytest
 from study.studies import LONG, NAMES, example
 
-from dse.api.problem import Changes, changed
+from dse.api.problem import changed
+from dse.api.question import Changes
 from dse.space.types import Space
 from dse.study.axes import LimitAxis, limited, read_axis, read_limit_axis
 from dse.study.breaks import break_points

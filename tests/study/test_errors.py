@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 from study.studies import example, written
 
-from dse.api.problem import Changes, load
+from dse.api.problem import load
 from dse.cli.main import run
 from dse.errors import ProblemError, UsageError
 from dse.study.functions import InputSpace
@@ -108,6 +108,6 @@ def test_wrong_uncertainties_are_diagnostics(tmp_path: Path, entry: str, words: 
     path = written(tmp_path, "starter", f"\nuncertainty:\n  {entry}\n")
     problem = load(path)
     with pytest.raises(ProblemError) as caught:
-        read_uncertainties(problem, InputSpace(problem, Changes()))
+        read_uncertainties(problem, InputSpace(problem))
     assert words in str(caught.value)
     assert caught.value.diagnostics[0].line > 10

@@ -10,7 +10,7 @@ import pytest
 from study.studies import LONG, NAMES, edited, example, written
 
 from dse.api.analysing import analyse
-from dse.api.problem import Changes, Problem, complete_design, loads
+from dse.api.problem import Problem, complete_design, loads
 from dse.errors import UsageError
 from dse.results.analysis import Analysis
 from dse.results.sensitivity import Break, Margin
@@ -43,7 +43,7 @@ def function_of(problem: Problem, decisions: dict[str, str]) -> DesignFunction:
         options[name]: problem.space.decisions[options[name]].options.index(text) for name, text in decisions.items()
     }
     design: Design = complete_design(problem.space, chosen)
-    return DesignFunction(InputSpace(problem, Changes()), design)
+    return DesignFunction(InputSpace(problem), design)
 
 
 def value_text(margin: Margin, value: Fraction) -> str:

@@ -43,9 +43,8 @@ def test_what_changes_the_answer_changes_the_key(tmp_path: Path, monkeypatch: py
     assert sweep(file, vary, store=store).solved == 1
     file.write_text(text + "\n# a remark changes nothing\n", encoding="utf-8")
     assert sweep(file, vary, store=store).found == 1
-    from dse.api.problem import Changes
 
-    assert sweep(file, vary, store=store, changes=Changes(limits=[("price", "900 EUR")])).solved == 1
+    assert sweep(file, vary, store=store, max_price="900 EUR").solved == 1
     module.semantics_version.cache_clear()
     monkeypatch.setattr(module, "SEMANTICS", 2)
     try:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import dse
 from dse.analysis.evaluate import Evaluator
-from dse.api.problem import Changes
 from dse.study.functions import DesignFunction, InputSpace
 
 TWO = """
@@ -25,7 +24,7 @@ def test_a_response_time_that_is_remembered_has_its_inputs_all_the_same() -> Non
     design = (0,) * len(problem.space.decisions)
     assert Evaluator(problem.space).metric_values(design)["latency of f"] == 5_000_000
     for _ in range(2):
-        inputs = InputSpace(problem, Changes())
+        inputs = InputSpace(problem)
         function = DesignFunction(inputs, design)
         [program] = function.programs
         reached = program.variables(program.outputs[function.outputs.names.index("latency of f")])

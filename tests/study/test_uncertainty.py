@@ -14,8 +14,7 @@ from study.test_margins import design_of, function_of, with_response_times
 from support import evaluated
 
 from dse.analysis.evaluate import Evaluator
-from dse.api.problem import Changes, Problem, load, loads
-from dse.pareto.front import Budget
+from dse.api.problem import Problem, load, loads
 from dse.study.boxes import Box
 from dse.study.functions import DesignFunction, InputSpace
 from dse.study.importance import chance, indices, random_shares
@@ -32,7 +31,7 @@ def stated(folder: Path, name: str = "starter", text: str = "") -> Problem:
 
 def uncertain_text(problem: Problem) -> str:
     """Something uncertain of every kind that the problem has."""
-    variables = InputSpace(problem, Changes()).variables
+    variables = InputSpace(problem).variables
     lines = ["", "uncertainty:"]
     taken: set[str] = set()
     for variable in variables:
@@ -83,7 +82,7 @@ def test_samples_of_response_times_are_the_analysis(tmp_path: Path) -> None:
 
 
 def test_distributions_have_their_moments(tmp_path: Path) -> None:
-    path = next(item.path for item in InputSpace(example("starter"), Changes()).variables if item.unit == "bit/s")
+    path = next(item.path for item in InputSpace(example("starter")).variables if item.unit == "bit/s")
     cases = {
         "{range: 100 .. 300 kbit/s}": (200e3, 200e3 / 12**0.5),
         "{factor: 0 .. 2, distribution: uniform}": (None, None),
@@ -95,7 +94,7 @@ def test_distributions_have_their_moments(tmp_path: Path) -> None:
     (tmp_path / "s.csv").write_text("a,b\n1,100\n2,200\n")
     for text, (mean, deviation) in cases.items():
         problem = stated(tmp_path, text=f"\nuncertainty:\n  {path}: {text}\n")
-        inputs = InputSpace(problem, Changes())
+        inputs = InputSpace(problem)
         found = read_uncertainties(problem, inputs)
         [values] = columns_of(found, random_shares(1, 200_000, 1)).values()
         mean = float(found[0].variables[0].nominal) if mean is None else mean
@@ -219,8 +218,8 @@ def test_worst_corners_are_the_worst(tmp_path: Path, name: str) -> None:
 def test_the_robust_front_is_that_of_brute_force(tmp_path: Path, name: str) -> None:
     """Every design of the space, at every corner: those that hold at all of them, and their front."""
     problem = stated(tmp_path, name)
-    found = solve_robust(problem, Changes(), Budget())
-    inputs = InputSpace(problem, Changes())
+    found = solve_robust(problem)
+    inputs = InputSpace(problem)
     box = Box(read_uncertainties(problem, inputs))
     robust: dict[tuple[int, ...], tuple[int, ...]] = {}
     for design, evaluation in evaluated(Evaluator(problem.space)).items():
@@ -243,9 +242,9 @@ def test_the_robust_front_is_that_of_brute_force(tmp_path: Path, name: str) -> N
 
 
 def test_a_range_of_no_width_changes_nothing(tmp_path: Path) -> None:
-    path = InputSpace(example("starter"), Changes()).variables[0].path
+    path = InputSpace(example("starter")).variables[0].path
     problem = stated(tmp_path, text=f"\nuncertainty:\n  {path}: {{factor: 1 .. 1}}\n")
-    found = solve_robust(problem, Changes(), Budget())
+    found = solve_robust(problem)
     assert [point.design for point in found.robust.front] == [point.design for point in found.nominal.front]
     assert not found.failures and all(one == other for one, other in found.price.values())
 

@@ -1,0 +1,119 @@
+"""The words in which a caller changes a question: one set of keywords for `Problem.ask` and for every verb."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, fields, replace
+from typing import Any, TypeAlias, TypedDict
+
+from dse.errors import UsageError
+from dse.space.settings import SETTINGS
+
+LIMITED_METRICS = ("jitter", "latency", "utilisation", "load", "busy", "price", "power")
+"""The metrics that ``max_METRIC`` limits."""
+Texts: TypeAlias = str | Sequence[str]
+"""One text, or several."""
+
+
+class Question(TypedDict, total=False):
+    """What a caller adds to the question of a problem file.
+
+    ``max_METRIC`` limits a metric, as text with a unit: ``"20 ms"`` for every flow, processor or bus, ``"my_flow=20
+    ms"`` for one. ``require`` holds requirements and rules in the words of the problem file, ``minimise`` and
+    ``maximise`` metrics, which replace the objectives of the file, ``objectives`` the same with their sense and in
+    their order (``"minimise price"``), ``fix`` decisions such as ``"gnss_provider.period = 20 ms"``. The others are
+    settings, which replace those of the file.
+    """
+
+    max_jitter: Texts
+    max_latency: Texts
+    max_utilisation: Texts
+    max_load: Texts
+    max_busy: Texts
+    max_price: Texts
+    max_power: Texts
+    require: Texts
+    minimise: Texts
+    maximise: Texts
+    objectives: Texts
+    fix: Texts
+    profile: str | None
+    worst_case: str | None
+    processing: str | None
+    deadlines: str | None
+
+
+@dataclass(frozen=True)
+class Changes:
+    """A caller's changes, read.
+
+    `limits` are (metric, text) pairs such as ("jitter", "20 ms") or ("jitter", "my_flow=20 ms"); `require` holds
+    requirements and rules; `objectives`, where given, replace those of the file; `fix` holds ``decision = option``
+    texts. The others are settings, each with the values that the problem file has for it.
+    """
+
+    limits: Sequence[tuple[str, str]] = ()
+    require: Sequence[str] = ()
+    objectives: Sequence[str] = ()
+    fix: Sequence[str] = ()
+    profile: str | None = None
+    worst_case: str | None = None
+    processing: str | None = None
+    deadlines: str | None = None
+
+    @property
+    def settings(self) -> dict[str, str | None]:
+        """The settings by name (`dse.space.settings`); None where the file's holds."""
+        return {name: getattr(self, name) for name in SETTINGS}
+
+    @property
+    def is_anything(self) -> bool:
+        """Whether there is any change."""
+        return any((self.limits, self.require, self.objectives, self.fix, *self.settings.values()))
+
+    def then(self, more: Changes) -> Changes:
+        """These changes and further ones: limits, requirements and fixed decisions add up, the others replace."""
+        given: dict[str, Any] = {name: value for name, value in more.settings.items() if value is not None}
+        return replace(
+            self,
+            limits=(*self.limits, *more.limits),
+            require=(*self.require, *more.require),
+            objectives=more.objectives or self.objectives,
+            fix=(*self.fix, *more.fix),
+            **given,
+        )
+
+
+def changes_of(question: Mapping[str, Any]) -> Changes:
+    """The changes that the keywords of a `Question` ask for.
+
+    Raises
+    ------
+    UsageError
+        for a keyword that is none, or a value that is neither a text nor several.
+
+    Examples
+    --------
+    >>> changes_of({"max_jitter": "20 ms"}).limits
+    (('jitter', '20 ms'),)
+    """
+    known = (*Question.__annotations__,)
+    for name in question:
+        if name not in known:
+            raise UsageError(f"a question has no {name!r}: there are {', '.join(known)}")
+    limits = tuple((metric, text) for metric in LIMITED_METRICS for text in _texts(question, f"max_{metric}"))
+    objectives = (
+        *_texts(question, "objectives"),
+        *(f"minimise {text}" for text in _texts(question, "minimise")),
+        *(f"maximise {text}" for text in _texts(question, "maximise")),
+    )
+    settings = {item.name: question.get(item.name) for item in fields(Changes) if item.name in SETTINGS}
+    return Changes(limits, _texts(question, "require"), objectives, _texts(question, "fix"), **settings)
+
+
+def _texts(question: Mapping[str, Any], name: str) -> tuple[str, ...]:
+    given = question.get(name) or ()
+    texts = (given,) if isinstance(given, str) else tuple(given)
+    if not all(isinstance(text, str) for text in texts):
+        raise UsageError(f'{name}: expected text with a unit, or several, such as "20 ms"; got {given!r}')
+    return texts

@@ -1,0 +1,85 @@
+"""Tables as pandas frames: each column says its unit, and comes in the unit that a person wants."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from fractions import Fraction
+from typing import TYPE_CHECKING, Any
+
+from dse.errors import UsageError
+from dse.results.values import PREFERRED, display_unit
+from dse.units import MONEY, UnitError, parse_quantity
+
+if TYPE_CHECKING:
+    import pandas
+
+READABLE = "readable"
+"""Asks for the units that engineers read: ms, %, KB/s, W, the currency."""
+
+
+def unit_frame(
+    columns: Sequence[str],
+    rows: Sequence[Mapping[str, Any]],
+    units: Mapping[str, str],
+    wanted: str | Sequence[str] | None = None,
+    currency: str = "EUR",
+) -> pandas.DataFrame:
+    """A frame of `columns`; those with a unit are headed ``NAME [UNIT]``.
+
+    Parameters
+    ----------
+    columns, rows
+        the names of the columns, and for each row its values by name.
+    units
+        the counting unit of each column of figures, such as ``ns``, ``ct`` or ``1/3 ppm``.
+    wanted
+        units such as ``"ms"`` or ``("ms", "%")``: columns of their kind are converted, to floating point, the others
+        stay exact integers in their counting unit. ``"readable"`` converts all.
+    currency
+        what the counting unit ``ct`` is a hundredth of.
+
+    Raises
+    ------
+    UsageError
+        when a wanted unit is none.
+
+    Examples
+    --------
+    >>> list(unit_frame(["jitter"], [{"jitter": 2_500_000}], {"jitter": "ns"}, "ms").iloc[0].items())
+    [('jitter [ms]', 2.5)]
+    """
+    import pandas
+
+    texts = (wanted,) if isinstance(wanted, str) else tuple(wanted or ())
+    factors = {name: _factor(unit, texts, currency) for name, unit in units.items() if name in columns}
+    heads = [f"{name} [{factors[name][1]}]" if name in factors else name for name in columns]
+    values = [
+        [_in_unit(row.get(name), factors[name][0]) if name in factors else row.get(name) for name in columns]
+        for row in rows
+    ]
+    return pandas.DataFrame(values, columns=heads)
+
+
+def _in_unit(value: Any, factor: Fraction | None) -> Any:
+    """A figure divided by what makes one of the unit; as it is where none was asked for."""
+    return value if value is None or factor is None else float(Fraction(value) / factor)
+
+
+def _factor(unit: str, wanted: Sequence[str], currency: str) -> tuple[Fraction | None, str]:
+    """How many of a counting unit make one of the unit to show, and that unit's name; None to leave figures exact."""
+    if READABLE in wanted:
+        return display_unit(unit, currency)
+    scale, base = (unit.split(" ", 1)[0], unit.split(" ", 1)[1]) if unit.startswith("1/") else ("1/1", unit)
+    for text in wanted:
+        try:
+            quantity = parse_quantity(f"1 {text}")
+        except UnitError as error:
+            raise UsageError(f"units {text!r}: {error.message}") from error
+        if base == "ct":
+            if quantity.dimension == MONEY and text == currency:
+                return Fraction(100) * int(scale[2:]), text
+        elif base in PREFERRED:
+            one = parse_quantity(f"1 {base}")
+            if one.dimension == quantity.dimension:
+                return quantity.value / one.value * int(scale[2:]), text
+    return None, unit
