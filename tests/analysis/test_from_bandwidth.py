@@ -7,8 +7,6 @@ from fractions import Fraction
 import pytest
 
 import dse
-from dse.api.problem import Changes
-from dse.pareto.front import Budget
 from tests.properties.pair import Pair
 from tests.properties.test_against_oracle import figures_agree
 
@@ -79,9 +77,7 @@ def test_a_sweep_over_a_bandwidth_says_whether_it_moves_latencies() -> None:
     still = one.replace("transmission_time: from bandwidth", "transmission_time: {per_byte: 80 ns}")
     (remark,) = dse.sweep(dse.loads(still), "bus_types.fast.bandwidth=100Mbit/s,200Mbit/s").remarks
     assert remark.startswith("bus_types.fast.bandwidth moves no latency")
-    osate = dse.sweep(
-        dse.loads(one), "bus_types.fast.bandwidth=100Mbit/s,200Mbit/s", changes=Changes(profile="osate-2.2")
-    )
+    osate = dse.sweep(dse.loads(one), "bus_types.fast.bandwidth=100Mbit/s,200Mbit/s", profile="osate-2.2")
     assert osate.remarks == ("bus_types.fast.bandwidth moves no latency: under profile osate-2.2 none follows from it",)
 
 
@@ -95,5 +91,5 @@ def test_margins_and_robust_fronts_follow_the_bandwidth() -> None:
     assert margin.below is not None and margin.below.last == 100_066 * 8 * 100
     stated = "uncertainty: {bus_types.fast.bandwidth: {range: LOW .. 100 Mbit/s}}\n"
     for low, status in (("80.0528 Mbit/s", "complete"), ("80.0527 Mbit/s", "infeasible")):
-        study = dse.solve_robust(dse.loads(asked + stated.replace("LOW", low)), Changes(), Budget())
+        study = dse.solve_robust(dse.loads(asked + stated.replace("LOW", low)))
         assert study.robust.status == status

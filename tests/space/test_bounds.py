@@ -15,7 +15,7 @@ import dse
 from dse.analysis.bounds import impossible
 from dse.analysis.evaluate import Evaluator
 from dse.api.checking import impossible_words
-from dse.api.problem import Changes, loads
+from dse.api.problem import loads
 from dse.errors import ProblemError
 from dse.space.settings import deadline_requirements
 from dse.space.types import Requirement, Space
@@ -111,7 +111,7 @@ def test_each_is_said_with_its_place_and_both_figures(tmp_path: Path) -> None:
 
 def test_settings_that_change_what_is_stated_are_remarked() -> None:
     def remarks(more: str = "", **settings: str) -> str:
-        return " | ".join(dse.check(loads(PROBLEM + more), Changes(**settings)).remarks)
+        return " | ".join(dse.check(loads(PROBLEM + more), **settings).remarks)
 
     assert "whether the deadlines of 3 threads are met is told of each design, and not searched for" in remarks()
     assert "no deadline counts of what runs on no processor: sensor" in remarks()
