@@ -272,6 +272,6 @@ def test_an_equality_is_robust_where_nothing_that_is_uncertain_moves_it(
     limit: str, high: str, robust: int, nominal: int
 ) -> None:
     problem = loads(EQUALITY.replace("LIMIT", limit).replace("HIGH", high))
-    found = solve_robust(problem, Changes(), Budget())
+    found = solve_robust(problem)
     assert (len(found.robust.front), len(found.nominal.front)) == (robust, nominal)
     assert [item.value for item in found.failures] == ([400_000] if nominal > robust else [])
