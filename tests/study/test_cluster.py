@@ -131,5 +131,5 @@ class Talker(socketserver.BaseRequestHandler):
 
 def test_without_the_extra_it_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(sys.modules, "distributed", None)
-    with pytest.raises(UsageError, match=r"pip install 'dse\[cluster\]'"):
+    with pytest.raises(UsageError, match=r"pip install 'dse-pareto\[cluster\]'"):
         sweep(example("starter"), "price=100 EUR,200 EUR", scheduler="tcp://127.0.0.1:9")

@@ -161,8 +161,10 @@ def test_functions_are_the_analysis(name: str) -> None:
 
 
 def with_response_times(folder: Path) -> Problem:
+    """The starter with both threads on one core, where they wait for each other."""
     path = written(folder, "starter")
     text = path.read_text(encoding="utf-8").replace("\nname:", "\nprocessing: response_time\nname:", 1)
+    text = text.replace("\n    processor: computer", "\n    processor: computer\n    core: 1")
     text = text.replace("requirements:", "requirements:\n  - response time of controller <= 1.2 ms", 1)
     return loads(text.partition("\nbaseline:")[0])
 
