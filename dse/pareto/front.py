@@ -21,6 +21,7 @@ from dse.pareto.answer import Answer, Found, NoSuchDesign, Unfinished
 from dse.pareto.canonical import canonical_design
 from dse.pareto.crew import Crew, stop_on_interrupt
 from dse.pareto.pace import Pace
+from dse.pareto.settings import BARE_IN_ORDER
 from dse.pareto.subproblem import Solver
 from dse.pareto.zones import (
     Bound,
@@ -283,6 +284,7 @@ def _canonical_designs(solver: Solver, evaluator: Evaluator, chain: list[Found])
     Where time is up the design that is known stays.
     """
     designs: list[tuple[Design, bool]] = []
+    solver.in_order = BARE_IN_ORDER  # whatever chain came before
     for known in chain:
         try:
             found = _first_accepted(solver, evaluator, known, designs[-1][0] if designs else None)
@@ -389,13 +391,14 @@ def _first_accepted(solver: Solver, evaluator: Evaluator, known: Found, near: De
 
     Where the search adds to the model as it goes, only the strictly first one is the same whatever way it went.
     """
-    strictly = _has_rounded_limits(evaluator) or bool(solver.encoded.open_terms)
+    is_rounded = _has_rounded_limits(evaluator)
+    strictly = is_rounded or bool(solver.encoded.open_terms)
     while True:
         found = canonical_design(solver, known, near, strictly=strictly)
         if found is None:
             return known.design, False
-        if _is_accepted(evaluator, solver.encoded, Found(known.point, found[0])):
-            return found
+        if not is_rounded or _is_accepted(evaluator, solver.encoded, Found(known.point, found[0])):
+            return found  # where no limit is rounded, the referee sees it with the others (`_State.snapshot`)
         solver.exclude(found[0])
 
 

@@ -48,6 +48,7 @@ CUTTING = Settings(2, has_cuts=True, weight=1.5, per_variable=6e-5)
 """The same with cuts, for sums at the edge of their limits under conditions."""
 WAYS = (BARE, RELAXED, CUTTING)
 BARE_IN_ORDER = Settings(0, has_cuts=False, weight=1.0, in_order=True)
+RELAXED_IN_ORDER = Settings(2, has_cuts=False, weight=1.0, in_order=True)
 CUTTING_IN_ORDER = Settings(2, has_cuts=True, weight=1.0, in_order=True)
 
 

@@ -17,11 +17,21 @@ from dse.encode.model import EncodedSpace
 from dse.pareto.answer import Answer, Found, NoSuchDesign, Unfinished, weighted
 from dse.pareto.parts import Part, Parts
 from dse.pareto.portfolio import FIRST_LIMIT, Attempt, Portfolio, Race
-from dse.pareto.settings import BARE, BARE_IN_ORDER, CUTTING, CUTTING_IN_ORDER, RELAXED, WAYS, Settings, sound_solver
+from dse.pareto.settings import (
+    BARE,
+    BARE_IN_ORDER,
+    RELAXED_IN_ORDER,
+    CUTTING,
+    CUTTING_IN_ORDER,
+    RELAXED,
+    WAYS,
+    Settings,
+    sound_solver,
+)
 from dse.pareto.zones import Bound
 from dse.space.types import Design
 
-ORDERED_SEARCH = ((BARE_IN_ORDER, 0.01), (CUTTING_IN_ORDER, 0.05))
+ORDERED_SEARCH = ((BARE_IN_ORDER, 0.01), (RELAXED_IN_ORDER, 0.05), (CUTTING_IN_ORDER, 0.05))
 """Settings and work of the attempts to find a canonical design."""
 ORDERED_TO_THE_END = ((BARE_IN_ORDER, 0.01), (CUTTING_IN_ORDER, 2.0))
 """The same where nothing else tells one design from the others."""
@@ -62,6 +72,7 @@ class Solver:
         self._whole = Portfolio(expected if len(self.parts) == 1 else [expected[0], FIRST_LIMIT])
         self._asked = Portfolio(expected)
         self._apart = Portfolio([CUTTING.least_work(encoded.model) * (1 + number) for number in range(len(APART_WAYS))])
+        self.in_order = BARE_IN_ORDER
         self._running: cp_model.CpSolver | None = None
 
     def stop(self) -> None:
@@ -207,15 +218,17 @@ class Solver:
         """The first solution in the order of the model's decision strategy; unfinished when that takes too long.
 
         The strategy is followed strictly (fixed search), linear relaxation only refutes branches; `to_the_end` tries
-        longer.
+        longer. The settings that did it last time (`in_order`) come first.
         """
         self.calls += 1
-        is_large = len(self.encoded.model.proto.variables) > FEW_VARIABLES
-        for settings, work in ORDERED_TO_THE_END if to_the_end else ORDERED_SEARCH:
-            if settings.linearization_level and is_large and not to_the_end:
-                break
+        attempts = list(ORDERED_TO_THE_END if to_the_end else ORDERED_SEARCH)
+        if not to_the_end and len(self.encoded.model.proto.variables) > FEW_VARIABLES:
+            attempts = attempts[:1]
+        attempts.sort(key=lambda attempt: attempt[0] is not self.in_order)
+        for settings, work in attempts:
             answer = self._run(settings, work)
             if not isinstance(answer, Unfinished):
+                self.in_order = settings
                 return answer
         return Unfinished()
 
