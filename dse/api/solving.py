@@ -31,7 +31,7 @@ def solve(
     *,
     time_limit_s: float | None = None,
     seed: int = 0,
-    workers: int = 2,
+    workers: int = 1,
     progress: Callable[[Progress], None] | None = None,
     **question: Unpack[Question],
 ) -> Result:
@@ -72,7 +72,7 @@ def resume(
     problem: str | Path | None = None,
     time_limit_s: float | None = None,
     seed: int = 0,
-    workers: int = 2,
+    workers: int = 1,
     progress: Callable[[Progress], None] | None = None,
 ) -> Result:
     """Go on with a search that was stopped, to the same front as an undisturbed one.
@@ -121,7 +121,7 @@ def solve_asked(asked: Problem, budget: Budget, watcher: Watcher, earlier: Front
     if watcher.checkpoint is not None:
         write = watcher.checkpoint
         watch = Watch(watcher.progress, lambda state: write(result_of(asked, evaluator, state, budget)))
-    search = search_front(evaluator, budget, watch, earlier)
+    search = search_front(evaluator, budget, watch, earlier, baseline_design(space))
     result = result_of(asked, evaluator, search, budget)
     if result.status == "infeasible":
         left_s = EXPLANATION_TIME_S if budget.limit.seconds is None else budget.limit.left_s

@@ -52,7 +52,7 @@ PLAIN_STEP_S = 2.0
 @click.option(
     "--workers",
     type=click.IntRange(1, 64),
-    default=2,
+    default=1,
     show_default=True,
     help="Regions searched at the same time; the front does not depend on it.",
 )

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Mapping
+from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from functools import partial
 
@@ -110,6 +111,7 @@ class _State:
     crew: Crew[Question, Answer] = field(default_factory=Crew)
     designs: dict[Bound, Design] = field(default_factory=dict)
     first: set[Bound] = field(default_factory=set)
+    incumbent: Found | None = None
     hint: Design | None = None
     calls_before: int = 0
     interrupted: bool = False
@@ -133,6 +135,15 @@ class _State:
             for zone in zones:
                 self.region.refute(capped(zone, axis, answer.point))
             self.region.cut(answer.point)
+        elif answer.best is not None and not self.designs:
+            self.incumbent = answer.best
+
+    def start_from(self, design: Design) -> None:
+        """Take a design for an incumbent, if it meets what is required."""
+        evaluation = self.evaluator.evaluate(design)
+        if evaluation.is_feasible:
+            point = _steps(self.encoded.objectives, _signed(self.evaluator, evaluation.objectives))
+            self.incumbent, self.hint = Found(point, evaluation.design), evaluation.design
 
     def progress(self) -> Progress:
         """Where the search stands."""
@@ -142,9 +153,12 @@ class _State:
     def snapshot(self) -> FrontSearch:
         """The state in counted units, every point refereed."""
         objectives = self.encoded.objectives
+        designs = self.designs
+        if not designs and self.region.open and self.incumbent is not None:
+            designs = {self.incumbent.point: self.incumbent.design}
         points = {
             _signed(self.evaluator, counted(objectives, point)): _refereed(self.evaluator, self.encoded, design, point)
-            for point, design in sorted(self.designs.items())
+            for point, design in sorted(designs.items())
         }
         zones = sorted(self.region.open)
         return FrontSearch(
@@ -155,7 +169,7 @@ class _State:
             elapsed_s=time.monotonic() - self.started,
             floors=tuple(counted(objectives, self.region.refuted.floor(zone)) for zone in zones),
             not_first=frozenset(
-                _signed(self.evaluator, counted(objectives, point)) for point in self.designs.keys() - self.first
+                _signed(self.evaluator, counted(objectives, point)) for point in designs.keys() - self.first
             ),
             interrupted=self.interrupted,
         )
@@ -166,11 +180,14 @@ def search_front(
     budget: Budget | None = None,
     watch: Watch | None = None,
     earlier: FrontSearch | None = None,
+    start: Design | None = None,
 ) -> FrontSearch:
     """All non-dominated points of the evaluator's space, each with its canonical design.
 
     Ctrl-C and the time limit end the search early: the points found so far are non-dominated all the same, and the open
     regions say where more may lie. `earlier` is the outcome of a stopped search of the same space, which is continued.
+    `start` is a design to start from, such as today's. Where the search is stopped before its first point, the best
+    design that it has come across is all there is: in an open region, and not proved to be non-dominated.
 
     Raises
     ------
@@ -193,6 +210,9 @@ def search_front(
             return replace(known, elapsed_s=time.monotonic() - started)
     state = _State(evaluator, encoded, SearchRegion(encoded.everywhere), started, budget.limit)
     state.untaught = encoded.copy() if encoded.learns else None
+    if start is not None:
+        with until(budget.limit), suppress(OutOfTime):
+            state.start_from(start)
     if earlier is not None:
         _restore(state, earlier)
     state.crew.solvers.append(Solver(encoded, seed=budget.seed, deadline=budget.limit.deadline))
@@ -324,8 +344,6 @@ def _restore(state: _State, earlier: FrontSearch) -> None:
         when the earlier outcome is not one of this space.
     """
     objectives = state.encoded.objectives
-    for vector, design in earlier.points.items():
-        state.designs[_steps(objectives, _signed(state.evaluator, vector))] = design
     state.region.refuted = RefutedBoxes(_steps(objectives, box) for box in earlier.refuted)
     everywhere = counted(objectives, state.encoded.everywhere)
     zones = [
@@ -333,6 +351,12 @@ def _restore(state: _State, earlier: FrontSearch) -> None:
         for zone in earlier.unexplored
     ]
     state.region.open = [_steps(objectives, zone) for zone in zones]
+    for vector, design in earlier.points.items():
+        point = _steps(objectives, _signed(state.evaluator, vector))
+        if any(strictly_inside(point, zone) for zone in state.region.open):  # found, but not proved
+            state.incumbent, state.hint = Found(point, design), design
+        else:
+            state.designs[point] = design
     state.calls_before = earlier.calls
 
 

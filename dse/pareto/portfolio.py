@@ -11,7 +11,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Sequence
 from typing import TypeAlias
 
-from dse.pareto.answer import Answer, Unfinished
+from dse.pareto.answer import Answer, Found, Unfinished
 
 Attempt: TypeAlias = Callable[[float], Answer]
 """Tries to answer a question with so much work."""
@@ -61,14 +61,16 @@ class Portfolio:
         `work` tells how much was done so far.
         """
         race = self.race()
+        best: Found | None = None
         for position, limit in race:
             before = work()
             answer = attempts[position](limit)
             if not isinstance(answer, Unfinished):
                 race.won(position, work() - before)
                 return answer
+            best = answer.best or best
             if is_over():
-                return answer
+                return Unfinished(answer.bound, best)
             race.lost(position, limit)
         raise AssertionError("a race has no end")
 

@@ -20,10 +20,10 @@ from dse.pareto.portfolio import FIRST_LIMIT, Attempt, Portfolio, Race
 from dse.pareto.settings import (
     BARE,
     BARE_IN_ORDER,
-    RELAXED_IN_ORDER,
     CUTTING,
     CUTTING_IN_ORDER,
     RELAXED,
+    RELAXED_IN_ORDER,
     WAYS,
     Settings,
     sound_solver,

@@ -10,6 +10,7 @@ from rich.cells import cell_len, set_cell_size
 
 from dse.report.contention import contended_words, cores_origin, placed_words
 from dse.results.changes import Change, Delta
+from dse.results.missing import is_proved
 from dse.results.reasons import Comparison, Dominant, Improvement, Margin, Reasoner, Reasons
 from dse.results.result import Others, Point, Result, Sibling
 from dse.results.values import counted, display_unit, readable
@@ -330,6 +331,11 @@ def proof_words(result: Result) -> str:
     if result.status == "infeasible":
         return "Infeasible, proved: no design meets every requirement and rule."
     regions = len(result.unexplored)
+    if any(not is_proved(result, point) for point in result.front):
+        return (
+            "Stopped before the first point was proved: the design shown meets every requirement and rule, and better "
+            "ones may be missing."
+        )
     return (
         f"Incomplete front, stopped early: {points} so far; "
         f"{format_count(regions)} region{'s' if regions != 1 else ''} of the objective space may hold more."

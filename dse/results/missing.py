@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy
 
-from dse.results.result import Result
+from dse.results.result import Point, Result
 
 MOST_AT_ONCE = 10**6
 """Maximum number of figures that are compared in one step."""
@@ -36,6 +36,18 @@ class Outlook:
         if self.best is None:
             return 0
         return max(0, self.best - self.bound if self.sense == "minimise" else self.bound - self.best)
+
+
+def is_proved(result: Result, point: Point) -> bool:
+    """Whether a point is proved to be non-dominated: it is in none of the regions that may hold something better.
+
+    A search that is stopped before its first point shows the best design that it has come across.
+    """
+    signs = {info.name: 1 if info.sense == "minimise" else -1 for info in result.objectives}
+    return not any(
+        all(sign * point.objectives[name] < sign * region[name] for name, sign in signs.items())
+        for region in result.unexplored
+    )
 
 
 def outlooks_of(result: Result) -> tuple[Outlook, ...]:

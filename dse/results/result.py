@@ -198,7 +198,8 @@ class Result:
     """The outcome of `dse.solve`.
 
     `status` is ``complete`` (the front is proved), ``incomplete`` (stopped early: every point is non-dominated among
-    all designs, but others may be missing in the `unexplored` regions) or ``infeasible`` (proved). The front is in the
+    all designs, but others may be missing in the `unexplored` regions; where none was proved in time, the one design
+    shown is feasible and no more, and lies in such a region) or ``infeasible`` (proved). The front is in the
     order of rank. `baseline` is today's design where the problem states all of it; `ranking` is the method as asked
     for, `ranking_words` the method with its parameters; `others` are further designs at or near points of the front,
     where they were asked for; `give_up`, where no single member of the conflicts mends the problem, are the fewest that
