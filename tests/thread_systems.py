@@ -148,7 +148,8 @@ def _response(number: int, threads: Any, cores: Any, period: list[int], jitter: 
         if other != number and cores[other] == cores[number] and _delays(other, number, threads, period)
     ]
     load = sum((Fraction(work[item], period[item]) for item in (*rivals, number)), Fraction(0))
-    if load > 1 or max(jitter[item] for item in (*rivals, number)) >= LATE // 2:
+    latest = max(jitter[item] for item in (*rivals, number))
+    if load > 1 or latest >= LATE // 2 or (load == 1 and latest):  # then each window has more work than room
         return LATE
     worst, jobs, end = 0, 0, 0
     while True:
@@ -193,7 +194,11 @@ def front(system: Mapping[str, Any], *, by_response: bool = False) -> set[tuple[
     for choice in every_choice(system):
         if not is_in_time(system, choice):
             continue
-        times = responses(system, choice) if by_response else [item[choice["type"]] for item in system["threads"]]
+        times = (
+            [min(item, 10**8) for item in responses(system, choice)]
+            if by_response
+            else [item[choice["type"]] for item in system["threads"]]
+        )
         latency = sum((choice["periods"][number] or 0) + times[number] for number in path)
         found.add((system["types"][choice["type"]]["price"] * 100, latency * 10**6))
     return {one for one in found if not any(o != one and o[0] <= one[0] and o[1] <= one[1] for o in found)}

@@ -159,7 +159,15 @@ def _latency_terms(space: Space, flow: Flow, kind: str) -> Iterator[Term]:
             return least, least + (2 + _queue_size(space, step, view)) * UNBOUNDED_NS
 
         is_scheduled = step.kind == "component" and counts_responses(space) and kind != "min latency"
-        yield Term(names[step.index].name, value, ends=ends if is_scheduled else None)
+        waits = (step.index, Fraction(1)) if is_scheduled and _counts_waiting(space, step.index) else None
+        yield Term(names[step.index].name, value, ends=ends if is_scheduled else None, waits=waits)
+
+
+def _counts_waiting(space: Space, number: int) -> bool:
+    """Whether the longest processing of a thread is its response time, whatever the design."""
+    component = space.components[number]
+    executes = all(leaf is not None for leaf in leaves(component.execution_ns))
+    return space.profile == "dse" and component.response_ns is None and executes
 
 
 def _figure_of(kind: str, range_ns: tuple[int | Fraction, int | Fraction]) -> int | Fraction:
@@ -214,11 +222,13 @@ def _response_term(space: Space, number: int) -> Term:
     def value(view: View) -> Fraction:
         return ZERO + bounded_response_ns(space, number, "thread", view)
 
+    executes = all(leaf is not None for leaf in leaves(space.components[number].execution_ns))
+
     def ends(view: View) -> tuple[Fraction, Fraction]:
         least = ZERO + longest_alone_ns(space, number, "thread", view)
         return least, least + UNBOUNDED_NS
 
-    return Term(name, value, component=name, ends=ends)
+    return Term(name, value, component=name, ends=ends, waits=(number, Fraction(1)) if executes else None)
 
 
 def _figure_trees(space: Space, metric: Metric) -> Iterator[tuple[Slot | Component, Tree]]:

@@ -32,6 +32,8 @@ class Term:
     rate: RateKey | None = None
     component: str = ""
     ends: Callable[[View], tuple[Fraction, Fraction]] | None = None
+    waits: tuple[int, Fraction] | None = None
+    """A thread, and how often its waiting for others counts at least on top of the lower end, in every design."""
 
 
 @dataclass(frozen=True)
@@ -103,4 +105,5 @@ def scaled_term(term: Term, factor: Fraction) -> Term:
         return low, high
 
     bounds = scaled_ends if ends is not None else None
-    return Term(term.label, lambda view: term.value(view) * factor, scaled, term.rate, term.component, bounds)
+    waits = (term.waits[0], term.waits[1] * factor) if term.waits is not None and factor > 0 else None
+    return Term(term.label, lambda view: term.value(view) * factor, scaled, term.rate, term.component, bounds, waits)

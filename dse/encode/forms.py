@@ -57,6 +57,10 @@ class OpenTerm:
 
     variable: cp_model.IntVar
     value: Callable[[View], int]
+    least: Form | None = None
+    """What the variable is at least where no thread waits for another."""
+    waits: tuple[int, Fraction] | None = None
+    """A thread, and what a nanosecond of its waiting adds at least."""
 
 
 class Board:

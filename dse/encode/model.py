@@ -21,7 +21,7 @@ from dse.analysis.measures import Measure
 from dse.analysis.recall import Watching
 from dse.analysis.validity import Predicate, Rulebook, has_conditional_home
 from dse.analysis.views import View
-from dse.encode.contention import Contention, contention_of
+from dse.encode.contention import Contention, contention_of, is_upward
 from dse.encode.forms import Board, OpenTerm
 from dse.encode.rates import RateVariables, add_acyclic_activation
 from dse.encode.requirements import add_limit
@@ -118,9 +118,17 @@ class EncodedSpace:
         """Whether the model becomes stricter with what its solutions show."""
         return bool(self.open_terms) or self.contention is not None
 
+    @property
+    def is_loose(self) -> bool:
+        """Whether the objectives of a solution may be larger than those of its design, unless they are minimised."""
+        return bool(self.open_terms) and self.contention is not None and self.contention.is_upward
+
     def settled(self, design: Design, value: Callable[[cp_model.IntVar], int]) -> Design | None:
         """The design of a solution as the analysis accepts it; None where the model has learnt from it instead."""
-        if self.open_terms and self.sharpen(design, value):
+        if self.open_terms and self.contention is not None and self.contention.is_upward:
+            if self.contention.raised(self.open_terms, design, value):
+                return None
+        elif self.open_terms and self.sharpen(design, value):
             return None
         if self.contention is None:
             return design
@@ -239,6 +247,8 @@ def _encode(evaluator: Evaluator) -> EncodedSpace:
     contention = contention_of(board, rates)
     if contention is not None:
         contention.add_known_rows()
+        contention.is_upward = is_upward(space)
+        contention.add_waiting(board.open_terms)
     zones = add_zone_switches(board.model, objectives)
     problem = board.model.validate()
     assert not problem, problem

@@ -72,6 +72,60 @@ def reason_of(space: Space, places: Places, limit: Limit, view: View) -> Reason:
     return _by_options(case, responses, kept)
 
 
+def reason_of_value(space: Space, places: Places, value: Callable[[View], int], view: View, least: int) -> Reason:
+    """Conditions under which a figure that grows with response times is at least as large as in the design."""
+    found: dict[tuple[int, int], list[int]] = {}
+    for processor in range(len(space.processors)):
+        for number, core in core_of_each(space, processor, view).items():
+            if processor not in places.threads[number].cores:  # first-fit: who shares its core follows from everything
+                return _seen(space, places, value, view, ())
+            found.setdefault((processor, core), []).append(number)
+    groups = [(processor, tuple(numbers)) for (processor, _), numbers in found.items()]
+
+    def with_only(given: Sequence[tuple[int, tuple[int, ...]]], part: View) -> int:
+        part.memo["responses"] = subset_responses(space, [threads for _, threads in given], part)
+        return value(part)
+
+    for group in list(groups):
+        fewer = [item for item in groups if item != group]
+        if with_only(fewer, View(view.design)) >= least:
+            groups = fewer
+    for number in [item for _, threads in groups for item in threads]:
+        fewer = [(slot, left) for slot, threads in groups if (left := tuple(n for n in threads if n != number))]
+        if with_only(fewer, View(view.design)) >= least:
+            groups = fewer
+    return _seen(space, places, lambda seen: with_only(groups, seen), view, groups)
+
+
+class _Noting:
+    """A design that remembers which decisions are looked at."""
+
+    def __init__(self, design: Sequence[int]) -> None:
+        self.design = design
+        self.seen: dict[int, int] = {}
+
+    def __getitem__(self, decision: int) -> int:
+        self.seen[decision] = self.design[decision]
+        return self.design[decision]
+
+
+def _seen(
+    space: Space,
+    places: Places,
+    formula: Callable[[View], object],
+    view: View,
+    groups: Sequence[tuple[int, tuple[int, ...]]],
+) -> Reason:
+    """Every option that a formula consults."""
+    noting = _Noting(view.design)
+    seen = View(noting)  # type: ignore[arg-type]
+    formula(seen)
+    for _, threads in groups:
+        for number in threads:
+            at(space.components[number].processor, seen)
+    return Reason(tuple((places.chosen(decision, option),) for decision, option in noting.seen.items()), tuple(groups))
+
+
 def _groups(case: _Case) -> list[tuple[int, tuple[int, ...]]] | None:
     """Who shares a core in the design; None where that follows from everything (first-fit)."""
     found: dict[tuple[int, int], list[int]] = {}

@@ -65,7 +65,7 @@ def add_rows(
     rows.add_levels(wanted)
     rows.add_utilisation(wanted)
     if len(threads) == len(places.on(processor)) and not rules_on_cores(space):
-        _number_cores(space, model, places, processor)
+        number_cores(space, model, places, processor)
 
 
 class _Rows:
@@ -325,7 +325,7 @@ def scheduling_points(latest: int, rates: Sequence[Rate]) -> list[int] | None:
     return sorted(points)
 
 
-def _number_cores(space: Space, model: cp_model.CpModel, places: Places, processor: int) -> None:
+def number_cores(space: Space, model: cp_model.CpModel, places: Places, processor: int) -> None:
     """Equal cores are numbered as their first threads stand in the file: core c + 1 needs an earlier thread on core c.
 
     Only where nothing tells cores apart: each thread of the processor may be on each of them.

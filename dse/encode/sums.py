@@ -142,5 +142,7 @@ def _made_form(board: Board, measure: Measure, term: Term, rounded: Callable[[Fr
     variable = board.model.new_int_var(lows.low, highs.high, "")
     board.model.add(variable >= board.expression(lows))
     board.model.add(variable <= board.expression(highs))
-    board.open_terms.append(OpenTerm(variable, lambda view: rounded(term.value(view) * measure.scale)))
+    waits = None if term.waits is None else (term.waits[0], term.waits[1] * measure.scale)
+    value = OpenTerm(variable, lambda view: rounded(term.value(view) * measure.scale), lows, waits)
+    board.open_terms.append(value)
     return Form(0, {variable.index: 1}, lows.low, highs.high)

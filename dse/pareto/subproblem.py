@@ -290,6 +290,8 @@ class Solver:
             found = Found(point, settled)
             if status == cp_model.OPTIMAL:
                 return found
+            if self.encoded.is_loose:  # what is not the least may be larger than the design has it
+                found = None
         has_bound = self.encoded.model.has_objective()
         return Unfinished(solver.response_proto.inner_objective_lower_bound if has_bound else None, found)
 

@@ -11,7 +11,7 @@ from thread_systems import draw, front, text_of
 from dse.analysis.evaluate import Evaluator
 from dse.api.problem import Problem, changed, loads
 from dse.api.question import Changes
-from dse.encode import contention
+from dse.encode import contention, sums
 from dse.pareto.front import Budget, search_front
 
 SEEDS = 1500 if os.environ.get("DSE_LONG_TESTS") else 20
@@ -58,6 +58,16 @@ def test_clauses_alone_are_exact(kind: str, seed: int, monkeypatch: pytest.Monke
     monkeypatch.setattr(contention, "add_rows", lambda *_: None)
     system = draw(seed, kind=kind)
     assert found(text_of(system)) == front(system)
+
+
+@pytest.mark.parametrize("kind", ["plain", "chained", "stated", "fixed"])
+@pytest.mark.parametrize("seed", range(SEEDS))
+def test_response_times_in_flows_are_exact(kind: str, seed: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    """No response time is tabulated: bounds first, and what solutions teach."""
+    monkeypatch.setattr(sums, "SCHEDULE_CASE_LIMIT", 1)
+    system = draw(seed, kind=kind)
+    text = text_of(system).replace("deadlines: all", "deadlines: all\nprocessing: response_time")
+    assert found(text) == front(system, by_response=True)
 
 
 ONE_CORE = """
