@@ -43,7 +43,7 @@ def _canonical(solver: Solver, known: Found, near: Design | None, *, strictly: b
     solver.set_point(known.point)
     model.clear_objective()
     model.clear_hints()
-    model.add_decision_strategy(_options_in_order(solver), cp_model.CHOOSE_FIRST, cp_model.SELECT_MAX_VALUE)
+    model.add_decision_strategy(solver.in_order_of_the_file(), cp_model.CHOOSE_FIRST, cp_model.SELECT_MAX_VALUE)
     try:
         answer = solver.first_in_order(to_the_end=strictly)
     finally:
@@ -58,23 +58,6 @@ def _canonical(solver: Solver, known: Found, near: Design | None, *, strictly: b
     solver.hint(near)
     answer = solver.any_solution(known.point)
     return (answer.design, False) if isinstance(answer, Found) else None
-
-
-def _options_in_order(solver: Solver) -> list[Any]:
-    """The literals in the order of the file.
-
-    A depth-first search that tries each as true first meets the canonical design first.
-    """
-    ordered = []
-    contention = solver.encoded.contention
-    moved = contention.moved if contention is not None else ()
-    for index in _open(solver):
-        if index in moved:  # whoever settles a design gives it the first cores
-            continue
-        inactive = solver.encoded.inactive[index]
-        ordered += [inactive] if inactive is not None else []
-        ordered += solver.encoded.options[index]
-    return ordered
 
 
 def _by_digits(solver: Solver, known: Found) -> Design | None:

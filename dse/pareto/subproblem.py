@@ -35,6 +35,8 @@ ORDERED_SEARCH = ((BARE_IN_ORDER, 0.01), (RELAXED_IN_ORDER, 0.05), (CUTTING_IN_O
 """Settings and work of the attempts to find a canonical design."""
 ORDERED_TO_THE_END = ((BARE_IN_ORDER, 0.01), (CUTTING_IN_ORDER, 2.0))
 """The same where nothing else tells one design from the others."""
+FIRST_DESIGN = ((BARE_IN_ORDER, 0.1), (BARE, 0.5))
+"""The same for any design at all, where the first attempt at a question has found none."""
 BRIEF = (BARE, 0.05)
 """The first attempt at a part: what bare settings can do they do at once, the rest needs linear relaxation."""
 ANY = (BRIEF, (CUTTING, 1.5), (CUTTING, 100.0))
@@ -73,6 +75,7 @@ class Solver:
         self._asked = Portfolio(expected)
         self._apart = Portfolio([CUTTING.least_work(encoded.model) * (1 + number) for number in range(len(APART_WAYS))])
         self.in_order = BARE_IN_ORDER
+        self._has_looked_for_any = False
         self._running: cp_model.CpSolver | None = None
 
     def stop(self) -> None:
@@ -104,15 +107,11 @@ class Solver:
         if not zones:
             return NoSuchDesign()
         self.calls += 1
-        model = self.encoded.model
-        model.clear_objective()
-        if any(weights):
-            variables = [objective.variable for objective in self.encoded.objectives]
-            model.minimize(cp_model.LinearExpr.weighted_sum(variables, list(weights)))
+        self._set_objective(weights)
         most = [max(bounds) - 1 for bounds in zip(*zones, strict=True)]
         assert weighted(weights, most) < EXACT_LIMIT, "weights leave exact arithmetic"
         self.hint(hint)
-        attempts: list[Attempt] = [partial(self._solve_in, zones, settings) for settings in WAYS]
+        attempts: list[Attempt] = [partial(self._solve_in, weights, zones, settings) for settings in WAYS]
         if len(self.parts) > 1:
             attempts[1:] = [_Apart(self, weights, zones).attempt]
         return self._whole.answer(attempts, self._work_done, self.out_of_time)
@@ -141,9 +140,58 @@ class Solver:
             for constraint, bound in zip(switch.constraints, zone, strict=True):
                 _set_domain(proto.constraints[constraint].linear, 0, bound - 1)
 
-    def _solve_in(self, zones: Sequence[Bound], settings: Settings, work: float) -> Answer:
+    def _solve_in(self, weights: Sequence[int], zones: Sequence[Bound], settings: Settings, work: float) -> Answer:
+        """One attempt at a question as a whole; where the first one finds nothing, any design is looked for."""
         self._restrict(zones)  # anew: an attempt part by part may have come before
-        return self._solve_whole(settings, work)
+        answer = self._solve_whole(settings, work)
+        if isinstance(answer, Unfinished) and answer.best is None and not self._has_looked_for_any:
+            self._has_looked_for_any = True
+            found = self._any_design()
+            self._set_objective(weights)
+            if isinstance(found, Found):
+                self.hint(found.design)
+                return Unfinished(answer.bound, found)
+            return found if isinstance(found, NoSuchDesign) else answer
+        return answer
+
+    def _set_objective(self, weights: Sequence[int]) -> None:
+        """Minimise the weighted sum of the objectives, if there is one."""
+        model = self.encoded.model
+        model.clear_objective()
+        if any(weights):
+            variables = [objective.variable for objective in self.encoded.objectives]
+            model.minimize(cp_model.LinearExpr.weighted_sum(variables, list(weights)))
+
+    def _any_design(self) -> Answer:
+        """Some design in the region, whatever its objectives; first depth first in the order of the file."""
+        model = self.encoded.model
+        model.clear_objective()
+        model.add_decision_strategy(self.in_order_of_the_file(), cp_model.CHOOSE_FIRST, cp_model.SELECT_MAX_VALUE)
+        answer: Answer = Unfinished()
+        try:
+            for settings, work in FIRST_DESIGN:
+                answer = self._run(settings, work)
+                if not isinstance(answer, Unfinished):
+                    break
+        finally:
+            model.proto.search_strategy.clear()
+        return answer
+
+    def in_order_of_the_file(self) -> list[Any]:
+        """The literals of the decisions that are open, an option that comes first before the others.
+
+        A depth-first search that tries each as true first meets the first design first.
+        """
+        ordered = []
+        contention = self.encoded.contention
+        moved = contention.moved if contention is not None else ()
+        for index, literals in enumerate(self.encoded.options):
+            if len(literals) == 1 or index in moved:  # whoever settles a design gives it the first cores
+                continue
+            inactive = self.encoded.inactive[index]
+            ordered += [inactive] if inactive is not None else []
+            ordered += literals
+        return ordered
 
     def _solve_whole(self, settings: Settings, work: float) -> Answer:
         answer = self._run(settings, work)

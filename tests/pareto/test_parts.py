@@ -70,6 +70,7 @@ def test_the_model_is_left_as_it_was(monkeypatch: pytest.MonkeyPatch) -> None:
     assert isinstance(whole, Found)
     assert isinstance(apart, Found)
     assert sum(apart.point) == sum(whole.point)
+    encoded.model.clear_hints()  # each question has its own
     assert str(encoded.model.proto) == str(before.proto)
 
 
@@ -219,3 +220,41 @@ def test_a_part_learns_what_the_least_sum_leaves_no_room_for() -> None:
     assert part.floor([(6, 2, 2)]) == (5, 0, 0)
     part.learn(NoSuchDesign(), (10, 1, 1), [(6, 2, 2)], None)
     assert part.open([(6, 2, 2)]) == []
+
+
+# --- any design at all ---------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("name", ["types", "bindings", "protocols"])
+def test_where_the_first_attempt_finds_nothing_any_design_is_looked_for(
+    name: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """And the question is still answered as it was asked, with the model left as it was."""
+    evaluator = Evaluator(load_space(BY_NAME[name]))
+    encoded = encode(evaluator)
+    weights = [1] * len(encoded.objectives)
+    expected = Solver(encode(evaluator)).minimise(weights, [encoded.everywhere])
+    solver, whole = Solver(encoded), Solver._solve_whole
+    looked: list[Answer] = []
+    any_design = Solver._any_design
+
+    def failing_once(self: Solver, settings: Settings, work: float) -> Answer:
+        return whole(self, settings, work) if looked else Unfinished()
+
+    def looking(self: Solver) -> Answer:
+        looked.append(any_design(self))
+        assert not self.encoded.model.has_objective()
+        return looked[-1]
+
+    monkeypatch.setattr(Solver, "_solve_whole", failing_once)
+    monkeypatch.setattr(Solver, "_any_design", looking)
+    answer = solver.minimise(weights, [encoded.everywhere])
+    assert isinstance(answer, Found) and isinstance(expected, Found)
+    assert weighted(weights, answer.point) == weighted(weights, expected.point)
+    assert len(looked) == 1 and isinstance(looked[0], Found)
+    assert evaluator.evaluate(looked[0].design).is_feasible
+    assert not solver.encoded.model.proto.search_strategy
+    nothing = [tuple(1 for _ in encoded.objectives)]
+    looked.clear()
+    solver._has_looked_for_any = False
+    assert isinstance(solver.minimise(weights, nothing), NoSuchDesign) or not any(answer.point)
