@@ -8,7 +8,7 @@ from typing import Literal, TypeAlias
 
 from dse.analysis.views import CyclicActivation, View
 from dse.space.circles import shortest_circle, strong_components
-from dse.space.trees import at, leaves
+from dse.space.trees import NotOffered, at, leaves
 from dse.space.types import Component, Connection, Space
 
 NS_PER_S = 10**9
@@ -97,18 +97,24 @@ def _delivery_hz(space: Space, number: int, view: View) -> Fraction:
 
 def active_circle(space: Space, view: View) -> list[int]:
     """The components of a shortest circle of dispatches in a design that has one, the first again at the end."""
-    graph: dict[int, list[int]] = {number: [] for number in range(len(space.components))}
-    for target, component in enumerate(space.components):
-        for connection in (space.connections[number] for number in component.triggers):
+    eager = {number for number, item in enumerate(space.components) if _is_surely_eager(item, view)}
+    graph: dict[int, list[int]] = {number: [] for number in eager}
+    for target in sorted(eager):
+        for connection in (space.connections[number] for number in space.components[target].triggers):
             stated = connection.rate_hz is not None or connection.data_rate is not None
-            source = connection.source
-            if source is None or stated or not is_event_triggered(component, view):
-                continue
-            if is_event_triggered(space.components[source], view):
-                graph[source].append(target)
+            if connection.source in eager and not stated:
+                graph[connection.source].append(target)
     circles = [members for members in strong_components(graph) if len(members) > 1 or members[0] in graph[members[0]]]
     circle = shortest_circle(graph, min(min(members) for members in circles))
     return [*circle, circle[0]]
+
+
+def _is_surely_eager(component: Component, view: View) -> bool:
+    """Whether it is event-triggered; an option that is not offered is none."""
+    try:
+        return is_event_triggered(component, view)
+    except NotOffered:
+        return False
 
 
 def source_rates_hz(space: Space) -> Mapping[RateKey, frozenset[Fraction]]:

@@ -8,6 +8,8 @@ from dataclasses import dataclass, field, replace
 from difflib import get_close_matches
 from typing import Any, TypeAlias
 
+from pydantic import BaseModel
+
 from dse.errors import Diagnostic
 from dse.space.trees import NOT_OFFERED, Choice, PerProcessorType, Tree, graft
 from dse.space.types import EMPTY, UNKNOWN_TYPE, Decision, Processor, Reference
@@ -185,8 +187,23 @@ def type_choice(decision: int | None, branches: Sequence[Tree]) -> Tree:
     return Choice(decision, tuple(branches))
 
 
-def _tuples(given: Alternatives | ByProcessorType | None) -> list[Alternatives]:
-    if given is None:
+@dataclass(frozen=True)
+class Unstated:
+    """What a type counts with in a field that it does not state: no option of anything."""
+
+    value: Any
+
+
+def stated(model: Any, field_name: str, section: Any = None) -> Any:
+    """The alternatives that a model (or a `section` of it) states for a field, its default, or None."""
+    holder = model if section is None else section
+    found = getattr(holder, field_name)
+    given = holder.model_fields_set if isinstance(holder, BaseModel) else ()
+    return found if found is None or field_name in given else Unstated(found[0])
+
+
+def _tuples(given: Alternatives | ByProcessorType | Unstated | None) -> list[Alternatives]:
+    if given is None or isinstance(given, Unstated):
         return []
     return list(given.values()) if isinstance(given, Mapping) else [given]
 
@@ -206,8 +223,11 @@ class FieldReader:
     by_type: Callable[[Mapping[str, Tree], Path], Tree] | None = None
     machines: frozenset[str] | None = None
 
-    def read(self, given_by: Callable[[Any], Alternatives | ByProcessorType | None]) -> Tree:
-        """The tree of the field; alternatives anywhere in it become one decision of the owner."""
+    def read(self, given_by: Callable[[Any], Alternatives | ByProcessorType | Unstated | None]) -> Tree:
+        """The tree of the field; alternatives anywhere in it become one decision of the owner.
+
+        A type that does not state the field leaves nothing to decide, also where it counts with a default.
+        """
         owner = self.owner
         own = given_by(owner.own) if owner.own is not None else None
         given = [own] if own is not None or not owner.types else [given_by(model) for _, model in owner.types]
@@ -225,7 +245,8 @@ class FieldReader:
         branches = [self._tree(item, path, union, decision) for item, path in zip(given, paths, strict=True)]
         tree = type_choice(owner.type_decision if len(branches) > 1 else None, branches)
         self.ledger.settle(decision, graft(tree, lambda leaf: self._met(leaf, decision, union)))
-        texts = {value: self.write(value) for value in union}
+        defaults = (item.value for item in given if isinstance(item, Unstated))
+        texts = {value: self.write(value) for value in (*union, *defaults)}
         self.ledger.refer(f"{owner.name}.{self.field_name}", self.kind, tree, texts)
         return tree
 
@@ -235,8 +256,8 @@ class FieldReader:
         return {name: options for name, options in given.items() if name in self.machines}
 
     def _tree(self, given: Any, path: Path, union: Alternatives, decision: int | None) -> Tree:
-        if given is None:
-            return None
+        if given is None or isinstance(given, Unstated):
+            return None if given is None else given.value
         if isinstance(given, Mapping):
             subtrees = {name: self._leaf(options, union, decision) for name, options in given.items()}
             if self.by_type is None:

@@ -239,7 +239,13 @@ def read_option(space: Space, name: str, text: str) -> tuple[int | None, int]:
         raise QuestionError(f"nothing is called {shown(name)}", closest(name, fields or space.references))
     value = offered_value(reference, text)
     decision = space.decision_index(name)
-    return (None, 0) if decision is None else (decision, space.decisions[decision].values.index(value))
+    if decision is None:
+        return None, 0
+    if value not in space.decisions[decision].values:
+        options = ", ".join(space.decisions[decision].options)
+        message = f"{name} is {reference.texts[value]} only where a type does not state it: there is nothing to choose"
+        raise QuestionError(message, f"options: {options}")
+    return decision, space.decisions[decision].values.index(value)
 
 
 def offered_value(reference: Reference, text: str) -> Any:

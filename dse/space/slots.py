@@ -6,7 +6,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
-from dse.space.figures import FieldReader, Ledger, Owner, Path, per_processor_type, type_choice
+from dse.space.figures import FieldReader, Ledger, Owner, Path, per_processor_type, stated, type_choice
 from dse.space.trees import FROM_BANDWIDTH, Choice, Tree, graft, leaves
 from dse.space.types import EMPTY, UNKNOWN_TYPE, Bus, Connection, Figures, Processor
 from dse.spec.model import FROM_BANDWIDTH as IN_WORDS
@@ -73,7 +73,7 @@ def build_processor(ledger: Ledger, spec: Spec, name: str) -> Processor:
     given, path = spec.processors[name], ("processors", name)
     types = known_types(ledger, path, "processor type", given.type, spec.processor_types)
     (options, decision), owner = _slot(ledger, path, name, types or UNKNOWN, given.optional)
-    cores = FieldReader(ledger, owner, "cores", "count", str).read(lambda model: model.cores)
+    cores = FieldReader(ledger, owner, "cores", "count", str).read(lambda model: stated(model, "cores"))
     figures = read_figures(ledger, owner, spec.totals)
     return Processor(name, options, decision, given.optional, figures, graft(cores, lambda count: count or 0))
 
@@ -109,7 +109,7 @@ def _bus(ledger: Ledger, spec: Spec, name: str, index: Mapping[str, int]) -> Bus
     bandwidth = read("bandwidth", "bandwidth", format_bandwidth, lambda model: model.bandwidth)
     fixed, per_byte = (_transmission_part(ledger, owner, part, virtual) for part in ("fixed", "per_byte"))
     latency = read("latency", "time range", format_time_range, lambda model: model.latency)
-    overhead = read("overhead", "data size", format_size, lambda model: model.overhead)
+    overhead = read("overhead", "data size", format_size, lambda model: stated(model, "overhead"))
     carrier = None
     if given and given.bus:
         if types and not virtual:
@@ -161,7 +161,7 @@ def _transmission_part(ledger: Ledger, owner: Owner, part: str, virtual: bool) -
         times = model.transmission_time
         if isinstance(times, Mapping):
             return {key: getattr(value, part) for key, value in times.items()}
-        return None if times is None or times == IN_WORDS else getattr(times, part)
+        return None if times is None or times == IN_WORDS else stated(model, part, times)
 
     by_type = per_processor_type if virtual else _nothing_known
     reader = FieldReader(ledger, owner, f"transmission_time.{part}", "transmission time", format_time_range, by_type)

@@ -9,7 +9,8 @@ Where the documents leave something open, this is how they are read here:
  2. Alternatives inside types and inside entries of per-processor-type maps form one decision of the component that
     uses them. Its options are all values that some reachable type or entry offers, in file order and however they are
     spelled; an entry with a single value offers just that value (and the decision then has that value). A default (1
-    core, no overhead, no fixed time and no time per byte within a transmission time) counts as stated.
+    core, no overhead, no fixed time and no time per byte within a transmission time) is no option: where the chosen
+    type counts with it the decision is inactive, and rules compare with the default. Inside a map it counts as stated.
  3. A ``period`` counts as an aperiodic one where the protocol is aperiodic, not where none is stated; every decision of
     an empty slot but its type is inactive.
  4. A carrier counts as bound to (so an optional one may not be empty) only when its virtual bus carries a connection.

@@ -48,7 +48,13 @@ FIELDS = {
     "threads": ("type", "process", "processor", *_TASK_FIELDS),
     "connections": ("data_size", "bus", "rate", "data_rate", "port", "queue_size", "latency"),
 }
-DEFAULTS = {"cores": "1", "overhead": "0 B"}
+
+
+class Unstated(str):
+    """A default: what counts where a type does not state a field, and no option of anything."""
+
+
+DEFAULTS = {"cores": Unstated("1"), "overhead": Unstated("0 B")}
 """What a processor or bus type has that does not state it."""
 NONE = "none"
 
@@ -200,7 +206,7 @@ class Problem:
     def _leaves(self, name: str, raw: Any) -> list[Any]:
         """The values or lists that a stated field can come down to."""
         if not isinstance(raw, dict):
-            return [] if raw in (None, "from bandwidth") else [raw]
+            return [] if raw in (None, "from bandwidth") or isinstance(raw, Unstated) else [raw]
         slots = as_list(self.component(name).get("processor"))
         reachable = {t for slot in slots for t in self.types(slot)}
         return [leaf for key, leaf in raw.items() if key in reachable]
@@ -230,7 +236,7 @@ def looked_up(body: Mapping[str, Any], field: str) -> Any:
     if not part or raw is None or raw == "from bandwidth":
         return raw
     if raw.keys() <= {"fixed", "per_byte"}:
-        return raw.get(part, "0 ns")
+        return raw.get(part, Unstated("0 ns"))
     return {key: entry.get(part, "0 ns") for key, entry in raw.items()}
 
 

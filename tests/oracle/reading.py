@@ -8,7 +8,7 @@ from fractions import Fraction
 from typing import Any
 
 from . import quantities
-from .problem import FIELDS, NONE, Problem, as_list, looked_up, option_value
+from .problem import FIELDS, NONE, Problem, Unstated, as_list, looked_up, option_value
 from .quantities import NS_PER_S, TIME
 
 PER_PROCESSOR_TYPE = ("compute_execution_time", "callback_execution_time", "response_time")
@@ -92,9 +92,13 @@ class Reading:
             return "bus" in self.problem.component(name) and not self.is_local(name)
         if section in ("processors", "buses") and self.type_of(name) == NONE:
             return False
-        if self.offered(name, field) == ["from bandwidth"]:
+        if self.offered(name, field) == ["from bandwidth"] or self.has_default(name, field):
             return False
         return bool(self.offered(name, field)) and not (field == "period" and self.protocol(name) == "aperiodic")
+
+    def has_default(self, name: str, field: str) -> bool:
+        """Whether the chosen type does not state the field, which counts all the same."""
+        return any(isinstance(option, Unstated) for option in self.offered(name, field))
 
     # Bindings
 
@@ -434,7 +438,7 @@ class Reading:
         named = self._field_of(text)
         if named is None:
             return text
-        return self.get(*named) if self.is_active(*named) else None
+        return self.get(*named) if self.is_active(*named) or self.has_default(*named) else None
 
     def _compare(self, left: str, sign: str, right: str) -> bool | None:
         """Compares as options are compared: after their rounding."""

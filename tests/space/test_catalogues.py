@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import pytest
-from support import brute_front, space_of
+from support import brute_front, evaluated, space_of
 
 import dse
 from dse.analysis.evaluate import Evaluator
@@ -52,3 +52,50 @@ def test_a_type_of_another_catalogue_is_still_a_mistake() -> None:
         dse.loads(TEXT.replace("RULE", "p.type == wire"))
     with pytest.raises(dse.ProblemError, match='unknown name "odl"'):
         dse.loads(TEXT.replace("RULE", "forbid odl"))
+
+
+DEFAULTS = """
+dse: 1
+name: defaults
+processor_types: {two: {cores: [2, 4], price: 5 EUR}, one: {price: 1 EUR}}
+bus_types:
+  can: {bandwidth: 1 Mbit/s, overhead: [1 B, 2 B], transmission_time: {fixed: [1 ms, 2 ms]}}
+  serial: {bandwidth: 1 Mbit/s, transmission_time: {per_byte: 1 us}, price: 2 EUR}
+processors: {p: {type: [two, one]}}
+buses: {wire: {type: [can, serial]}}
+threads: {t: {processor: p, period: 10 ms, compute_execution_time: 1 ms}, u: {period: 10 ms}}
+connections: {c: {from: t, to: u, data_size: 8 B, bus: wire}}
+flows: {f: {path: [t, u]}}
+rules: [RULE]
+requirements: [utilisation of p <= 100 %, load of wire <= 100 %]
+objectives: [minimise latency of f, minimise price, maximise load of wire]
+"""
+
+
+@pytest.mark.parametrize(
+    ("rule", "designs"),
+    [("p.cores >= 1", 3 * 5), ("p.cores >= 2", 2 * 5), ("p.cores == 1", 5), ("wire.overhead == 0 B", 3),
+     ("wire.transmission_time.fixed != 2 ms", 3 * 3), ("wire.transmission_time.per_byte == 0 ns", 3 * 4)],
+)  # fmt: skip
+def test_a_default_is_no_option_and_rules_know_it(rule: str, designs: int) -> None:
+    """A type that does not state a field leaves nothing to decide; what it counts with is compared all the same."""
+    space = space_of(DEFAULTS.replace("RULE", rule))
+    options = {item.name: item.options for item in space.decisions if item.is_open}
+    assert options == {
+        "p.type": ("two", "one"), "p.cores": ("2", "4"), "wire.type": ("can", "serial"),
+        "wire.transmission_time.fixed": ("1 ms", "2 ms"), "wire.overhead": ("1 B", "2 B"),
+    }  # fmt: skip
+    evaluator = Evaluator(space)
+    assert sum(not item.breaches for item in evaluated(evaluator).values()) == designs
+    found = search_front(evaluator, Budget())
+    assert found.is_complete and found.points == brute_front(evaluator)
+    result = dse.solve(dse.loads(DEFAULTS.replace("RULE", rule)))
+    for point in result.front:
+        assert ("p.cores" in point.decisions) == (point.decisions["p.type"] == "two")
+        assert ("wire.overhead" in point.decisions) == (point.decisions["wire.type"] == "can")
+
+
+def test_a_default_cannot_be_chosen() -> None:
+    problem = dse.loads(DEFAULTS.replace("RULE", "p.cores >= 1"))
+    with pytest.raises(dse.UsageError, match=r"p\.cores is 1 only where a type does not state it.*options: 2, 4"):
+        dse.solve(problem, fix="p.cores = 1")
