@@ -24,9 +24,7 @@ if TYPE_CHECKING:
     from dse.api.reopening import reopen as reopen
     from dse.api.siblings import with_others as with_others
     from dse.api.simulating import simulate as simulate
-    from dse.api.solving import resume as resume
     from dse.api.solving import solve as solve
-    from dse.api.verifying import verify as verify
     from dse.errors import Diagnostic as Diagnostic
     from dse.errors import DseError as DseError
     from dse.errors import ProblemError as ProblemError
@@ -42,9 +40,11 @@ if TYPE_CHECKING:
     from dse.results.simulation import Simulation as Simulation
     from dse.results.sweep import SweepResult as SweepResult
     from dse.results.verification import Verification as Verification
+    from dse.study.resuming import resume as resume
     from dse.study.robust import solve_robust as solve_robust
     from dse.study.sensitivity import sensitivity as sensitivity
     from dse.study.sweep import sweep as sweep
+    from dse.study.verifying import verify as verify
 
 _HOMES = {
     "analyse": "dse.api.analysing",
@@ -58,10 +58,10 @@ _HOMES = {
     "loads": "dse.api.problem",
     "reopen": "dse.api.reopening",
     "with_others": "dse.api.siblings",
-    "resume": "dse.api.solving",
+    "resume": "dse.study.resuming",
     "simulate": "dse.api.simulating",
     "solve": "dse.api.solving",
-    "verify": "dse.api.verifying",
+    "verify": "dse.study.verifying",
     "Diagnostic": "dse.errors",
     "DseError": "dse.errors",
     "ProblemError": "dse.errors",

@@ -46,13 +46,14 @@ class Limit:
     """A requirement ready to evaluate: the sum of `measure` against `bound`, both in the measure's unit.
 
     `each` is the limit that every single term of the measure must keep too (a thread cannot use more than one core), or
-    None.
+    None. `is_elsewhere`: its figures are not those of the space that it limits, but of one with other inputs.
     """
 
     requirement: Requirement
     measure: Measure
     bound: Callable[[View], Fraction]
     each: Fraction | None = None
+    is_elsewhere: bool = False
 
 
 @dataclass(frozen=True)

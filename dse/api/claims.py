@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 from dse.analysis.evaluate import Evaluator
 from dse.api.recomputing import Bench
+from dse.errors import UsageError
 from dse.results.result import decisions_of
+from dse.space.types import Design
 from dse.verification.diagrams import TooLarge
 from dse.verification.exhaustion import TooMany
 from dse.verification.geometry import Bound, inside, uncovered
@@ -28,19 +30,69 @@ def check_claims(bench: Bench, method: Method, deadline: float | None) -> None:
     for at, region in enumerate(open_):
         if any(inside(vector, region) for vector in bench.vectors):
             bench.find(f"unexplored[{at}]", "holds a point of the front")
-    evaluator = Evaluator(bench.space)
     try:
-        prover, tables = make_prover(evaluator, method, deadline)
-    except (TooLarge, TooMany) as error:
+        prover = _Refining(bench, method, deadline)
+        _check_proofs(bench, prover, refuted, open_)
+    except (TooLarge, TooMany, _UnprovableError) as error:
         bench.left_open.append(f"completeness could not be proved again: {error}")
-        return
-    _check_cover(bench, prover, (refuted, open_), outer_bound(tables))
+
+
+def _check_proofs(bench: Bench, prover: _Refining, refuted: Sequence[Bound], open_: Sequence[Bound]) -> None:
+    _check_cover(bench, prover, (refuted, open_), prover.outer)
     _check_emptiness(bench, prover, refuted)
-    if data["status"] == "incomplete":
+    if bench.data["status"] == "incomplete":
         _check_unexplored(bench, prover, open_)
     else:
         _check_first_designs(bench, prover)
     bench.checked.append(f"{len(refuted)} refuted regions hold no design: {prover.words}")
+
+
+class _UnprovableError(Exception):
+    """Of some design nothing can be said over all stated values."""
+
+
+class _Refining:
+    """A prover of the question as it is asked; of a robust one it learns from designs that are found and not robust."""
+
+    def __init__(self, bench: Bench, method: Method, deadline: float | None) -> None:
+        self.bench, self.method, self.deadline = bench, method, deadline
+        self.outer = self._begin()
+
+    def _begin(self) -> Bound:
+        witness = self.bench.witness
+        evaluator = Evaluator(self.bench.space) if witness is None else witness.evaluator()
+        self.prover, tables = make_prover(evaluator, self.method, self.deadline)
+        return outer_bound(tables)
+
+    @property
+    def words(self) -> str:
+        """How it knows."""
+        return self.prover.words
+
+    def in_region(self, below: Sequence[int | None], from_on: Sequence[int | None] | None = None) -> Reply:
+        """See `Prover`."""
+        return self._true(lambda: self.prover.in_region(below, from_on))
+
+    def earlier_design(self, vector: Sequence[int], design: Design) -> Reply:
+        """See `Prover`."""
+        return self._true(lambda: self.prover.earlier_design(vector, design))
+
+    def another_design(self, below: Sequence[int], known: Sequence[Design], among: Sequence[int]) -> Reply:
+        """See `Prover`."""
+        return self._true(lambda: self.prover.another_design(below, known, among))
+
+    def _true(self, ask: Callable[[], Reply]) -> Reply:
+        witness = self.bench.witness
+        while True:
+            reply = ask()
+            if reply.answer != "design" or witness is None:
+                return reply
+            try:
+                if not witness.learn(reply.design):
+                    return reply
+            except UsageError as error:
+                raise _UnprovableError(str(error)) from error
+            self._begin()
 
 
 def _holds(bench: Bench, place: str, reply: Reply, what: str) -> bool:

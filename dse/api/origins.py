@@ -21,6 +21,7 @@ def origin_of(problem: Problem) -> Origin:
             for decision, option in space.fixed.items()
         },
         **settings_of(space),
+        "robust": problem.robust,
     }
     loaded = problem.loaded
     return Origin(

@@ -38,6 +38,8 @@ class Problem:
     """What a caller has asked beyond the file."""
     stated: Space | None = None
     """The space as the file states it, where `changes` have made another of it."""
+    robust: bool = False
+    """Whether every requirement is to hold for all values that `uncertainty` states (`dse.study.robust`)."""
 
     @property
     def name(self) -> str:

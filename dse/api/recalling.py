@@ -28,6 +28,7 @@ def restated(problem: Problem, effective: Mapping[str, Any]) -> Problem:
     space = problem.space
     try:
         space = set_up(problem, _settings(effective))
+        robust = _robust(effective)
         requirements = [
             item for text in dict.fromkeys(effective["requirements"]) for item in _requirements(space, text)
         ]
@@ -37,7 +38,7 @@ def restated(problem: Problem, effective: Mapping[str, Any]) -> Problem:
         fixed = named_choices(with_all_cores(space), effective["fixed"])
     except (KeyError, TypeError, AttributeError, ExpressionError, QuestionError) as error:
         raise UsageError(f"the result does not state a question that fits the problem: {error}") from error
-    return replace(problem, space=with_open_cores(replace(space, fixed=fixed)))
+    return replace(problem, space=with_open_cores(replace(space, fixed=fixed)), robust=robust)
 
 
 def _settings(effective: Mapping[str, Any]) -> dict[str, str]:
@@ -53,6 +54,13 @@ def _settings(effective: Mapping[str, Any]) -> dict[str, str]:
             raise UsageError(f"the result states the {name} {effective[name]!r}: it is one of {', '.join(allowed)}")
         found[name] = effective[name]
     return found
+
+
+def _robust(effective: Mapping[str, Any]) -> bool:
+    """Whether requirements were to hold for all stated values."""
+    if not isinstance(effective.get("robust"), bool):
+        raise UsageError("the result does not state whether it is robust: `robust` is true or false")
+    return bool(effective["robust"])
 
 
 def named_choices(space: Space, decisions: Mapping[str, str]) -> dict[int, int]:

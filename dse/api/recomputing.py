@@ -5,10 +5,11 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Any, Protocol
 
 from dse.analysis.evaluate import Evaluation, Evaluator
 from dse.api.problem import Problem, baseline_design
+from dse.errors import UsageError
 from dse.results.changes import changes_between
 from dse.results.ranking import FORMER_WORDS, rank, same_score
 from dse.results.result import decisions_of, ranked
@@ -17,10 +18,31 @@ from dse.results.verification import Finding
 from dse.space.size import space_size
 from dse.space.types import Design, Space
 from dse.timelimit import OutOfTime, look_at_the_clock
+from dse.verification.prover import Method
 
 BEYOND = 2**62
 """No objective reaches it."""
 MOST_FINDINGS = 50
+
+
+class Witness(Protocol):
+    """Knows of designs whether every requirement holds for all values that are stated of uncertain inputs."""
+
+    def evaluator(self) -> Evaluator:
+        """The evaluator of designs that may be robust, as far as is known."""
+        ...
+
+    def learn(self, design: Design) -> bool:
+        """Whether a design is not robust, which `evaluator` knows from now on."""
+        ...
+
+    def broken(self, design: Design) -> list[str]:
+        """What a design breaks for some stated values, in words."""
+        ...
+
+    def check(self, bench: Bench, method: Method, deadline: float | None) -> None:
+        """What else a robust result states."""
+        ...
 
 
 @dataclass
@@ -29,7 +51,8 @@ class Bench:
 
     `has_moved`: the lines of the problem file are not where they were, for comments or the layout have changed.
 
-    `vectors` and `designs` are those of the points that could be recomputed, objectives to be minimised.
+    `vectors` and `designs` are those of the points that could be recomputed, objectives to be minimised. `witness` is
+    there where the question is robust.
     """
 
     data: Mapping[str, Any]
@@ -39,6 +62,7 @@ class Bench:
     left_open: list[str] = field(default_factory=list)
     remarks: list[str] = field(default_factory=list)
     asked: Problem | None = None
+    witness: Witness | None = None
     designs: list[Design] = field(default_factory=list)
     vectors: list[tuple[int, ...]] = field(default_factory=list)
     has_moved: bool = False
@@ -184,10 +208,23 @@ def recomputed(
             alone = f", by {verdict.worst_term} alone" if verdict.worst_term else ""
             text = f"{called} breaks {verdict.requirement.text!r}{alone}"
             bench.find(place, f"{text}: {verdict.value} {verdict.unit}, the limit is {verdict.limit}")
+    if bench.witness is not None and evaluation.is_feasible:
+        _hear(bench, bench.witness, evaluation.design, place, called)
     objectives = dict(zip(bench.names, evaluation.objectives, strict=True))
     bench.compare(f"{place}.objectives", objectives, point["objectives"])
     bench.compare(f"{place}.metrics", evaluator.metric_values(evaluation.design), point["metrics"])
     return evaluation if evaluation.is_feasible else None
+
+
+def _hear(bench: Bench, witness: Witness, design: Design, place: str, called: str) -> None:
+    """Note what a design of a robust front breaks for some stated values."""
+    try:
+        for text in witness.broken(design):
+            bench.find(place, f"{called} {text}")
+    except OutOfTime:
+        raise
+    except UsageError as error:
+        bench.left_open.append(f"{place}: {error}")
 
 
 def _design(bench: Bench, decisions: Mapping[str, Any], place: str) -> Design | None:

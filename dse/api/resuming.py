@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from dse.api.belonging import problem_of
+from dse.api.origins import origin_of
 from dse.api.problem import Problem
 from dse.api.recalling import named_design, restated
 from dse.errors import UsageError
@@ -27,12 +28,20 @@ def read_search(path: str | Path, problem: str | Path | None = None) -> tuple[Pr
     check_form(data, path)
     try:
         asked = restated(problem_of(data, path, problem), data["problem"]["effective"])
-        return asked, _search(asked.space, data)
+        if origin_of(asked).question != data["problem"].get("question"):
+            raise UsageError(
+                f"{path}: what it says of its question is not what was searched: they do not belong together"
+            )
+        return asked, search_in(asked.space, data)
     except (KeyError, TypeError, ValueError, AttributeError, ArithmeticError) as error:
         raise UsageError(f"{path}: is not a whole result: {error!r}") from error
 
 
-def _search(space: Space, data: Mapping[str, Any]) -> FrontSearch:
+def search_in(space: Space, data: Mapping[str, Any]) -> FrontSearch:
+    """The state of the search that data of a result hold: points, open and refuted regions.
+
+    Errors are those of data that are not as a result has them (KeyError, TypeError and the like).
+    """
     signs = {item.metric.name: -1 if item.sense == "maximise" else 1 for item in space.objectives}
     anywhere = {name: sign * ANYTHING for name, sign in signs.items()}  # where nothing is known of an objective
     points = {}
@@ -45,6 +54,9 @@ def _search(space: Space, data: Mapping[str, Any]) -> FrontSearch:
         refuted=tuple(_bound(region, signs) for region in data["refuted"]),
         calls=int(data["search"]["solver_calls"]),
         elapsed_s=0.0,
+        not_first=frozenset(
+            vector for vector, point in zip(points, data["front"], strict=True) if point.get("is_first") is False
+        ),
     )
 
 

@@ -6,7 +6,6 @@ import time
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from importlib.metadata import version
-from pathlib import Path
 from typing import Literal, Unpack
 
 from dse.analysis.evaluate import Evaluator
@@ -15,7 +14,6 @@ from dse.api.explaining import Wishes, conflicts_of
 from dse.api.origins import origin_of
 from dse.api.problem import Problem, Source, baseline_design, load
 from dse.api.question import Question
-from dse.api.resuming import read_search
 from dse.errors import UsageError
 from dse.pareto.front import ANYTHING, Budget, FrontSearch, Progress, Watch, search_front
 from dse.results.order import ranked_by
@@ -64,36 +62,6 @@ def solve(
     """
     limit = TimeLimit.after(time_limit_s)
     return solve_asked(load(problem).ask(**question), Budget(limit, seed, workers), Watcher(progress))
-
-
-def resume(
-    path: str | Path,
-    *,
-    problem: str | Path | None = None,
-    time_limit_s: float | None = None,
-    seed: int = 0,
-    workers: int = 1,
-    progress: Callable[[Progress], None] | None = None,
-) -> Result:
-    """Go on with a search that was stopped, to the same front as an undisturbed one.
-
-    Parameters
-    ----------
-    path
-        the incomplete result that `Result.to_json` or ``dse solve --json`` wrote.
-    problem
-        the problem file, where it is no longer where the result says.
-    time_limit_s, seed, workers, progress
-        as for `solve`.
-
-    Raises
-    ------
-    UsageError
-        when the file is no result, or of another problem: its text has changed since.
-    """
-    limit = TimeLimit.after(time_limit_s)
-    asked, earlier = read_search(path, problem)
-    return solve_asked(asked, Budget(limit, seed, workers), Watcher(progress), earlier)
 
 
 @dataclass(frozen=True)

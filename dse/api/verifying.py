@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -15,9 +16,9 @@ from dse.api.nearby import check_others
 from dse.api.origins import origin_of
 from dse.api.problem import Problem, set_up
 from dse.api.recalling import restated
-from dse.api.recomputing import Bench, check_front, check_statements
+from dse.api.recomputing import Bench, Witness, check_front, check_statements
 from dse.errors import UsageError
-from dse.results.reading import read_result
+from dse.results.reading import check_semantics, read_result
 from dse.results.result import Result
 from dse.results.verification import Verification
 from dse.space.settings import settings_of
@@ -25,54 +26,26 @@ from dse.timelimit import OutOfTime, TimeLimit, until
 from dse.verification.prover import Method
 
 
-def verify(
+def verify_with(
     result: Result | Mapping[str, Any] | str | Path,
+    robust: Callable[[Problem, Mapping[str, Any]], Witness],
     *,
     problem: Problem | str | Path | None = None,
     method: Method = "auto",
     time_limit_s: float | None = None,
 ) -> Verification:
-    """Check a result without trusting the solver or the encoding that made it.
-
-    The problem is read again and what it means compared, the question rebuilt, every figure of every point recomputed
-    by the analysis alone. Then the claim that nothing is missing: points and refuted regions must leave no part of
-    the objective space uncovered (integer geometry), and that the refuted regions are empty is proved again, by
-    looking at every design or by a second model.
-
-    Parameters
-    ----------
-    result
-        a result, its dictionary, or the file that it was written to.
-    problem
-        the problem, where it is no longer where the result says. Where there is none, the problem that the result
-        itself carries is taken, and the status is at best ``unfinished``: a forgery of both would pass.
-    method
-        ``exhaustion`` looks at every design, ``model`` asks a second model; ``auto`` looks where there are few enough.
-    time_limit_s
-        seconds for everything; what could not be looked at by then is said in `left_open`.
-
-    Returns
-    -------
-    Verification
-        with status ``verified``, ``rejected`` or ``unfinished``, and every finding.
-
-    Raises
-    ------
-    UsageError
-        when the file is no result or the problem is not found.
-    ProblemError
-        when the problem is wrong.
-    """
+    """Check a result; `robust` makes the witness of a robust question. See `dse.study.verifying.verify`."""
     started, limit = time.monotonic(), TimeLimit.after(time_limit_s)
     if isinstance(result, Result):
         data, name = result.to_dict(), "the result"
     elif isinstance(result, Mapping):
         data, name = dict(result), "the result"
+        check_semantics(data, name)
     else:
         data, name = read_result(result), str(result)
     with until(limit):
         found = belonging(data, name, problem)
-        bench = _checked(data, found, name, method, limit)
+        bench = _checked(data, found, name, Means(robust, method, limit))
     status = "rejected" if bench.findings else "unfinished" if bench.left_open else "verified"
     return Verification(
         result=name,
@@ -86,15 +59,27 @@ def verify(
     )
 
 
-def _checked(data: Mapping[str, Any], found: Belonging, name: str, method: Method, limit: TimeLimit) -> Bench:
+@dataclass(frozen=True)
+class Means:
+    """By what a result is checked: the witness of a robust question, the method of the second proof, until when."""
+
+    robust: Callable[[Problem, Mapping[str, Any]], Witness]
+    method: Method
+    limit: TimeLimit
+
+
+def _checked(data: Mapping[str, Any], found: Belonging, name: str, means: Means) -> Bench:
     """All checks, one after the other; later ones need what earlier ones found sound."""
     bench = Bench(data, found.problem, has_moved=not found.is_same_text)
+    method, limit = means.method, means.limit
     checks: dict[str, Callable[[], None]] = {
         "the question": lambda: _check_question(bench),
         "objectives, units and status": lambda: check_statements(bench),
+        "whether it is robust": lambda: _check_robust(bench, means),
         "the points": lambda: check_front(bench),
         "other designs": lambda: check_others(bench, method, limit.deadline),
         "contention": lambda: check_contention(bench, limit.deadline),
+        "what robustness costs": lambda: _check_costs(bench, means),
         "that nothing is missing": lambda: check_claims(bench, method, limit.deadline),
         "conflicts": lambda: check_conflicts(bench, method, limit.deadline),
     }
@@ -114,6 +99,21 @@ def _checked(data: Mapping[str, Any], found: Belonging, name: str, method: Metho
     except (KeyError, IndexError, TypeError, ValueError, AttributeError, ArithmeticError) as error:
         bench.find("the result", f"is not whole or not of the form dse-result/1 ({type(error).__name__}: {error})")
     return bench
+
+
+def _check_robust(bench: Bench, means: Means) -> None:
+    """Whoever knows what holds for all stated values is there where that is asked."""
+    assert bench.asked is not None
+    if bench.asked.robust:
+        bench.witness = means.robust(bench.problem, bench.data["problem"]["effective"])
+    elif "robust" in bench.data:
+        bench.find("robust", "is stated, but the question is not robust")
+
+
+def _check_costs(bench: Bench, means: Means) -> None:
+    """What a robust result says of the nominal front and of the difference."""
+    if bench.witness is not None:
+        bench.witness.check(bench, means.method, means.limit.deadline)
 
 
 def _check_problem(bench: Bench, found: Belonging, name: str) -> None:
@@ -147,7 +147,10 @@ def _check_question(bench: Bench) -> None:
     """The question is that of the file, with additions; and what the result states of it is all of it."""
     stated: Mapping[str, Any] = bench.data["problem"]["effective"]
     bench.asked = asked = restated(bench.problem, stated)
-    rebuilt = dict(origin_of(asked).effective)
+    origin = origin_of(asked)
+    rebuilt = dict(origin.effective)
+    if rebuilt == stated:
+        bench.compare("problem.question", origin.question, bench.data["problem"]["question"])
     once = {**stated, "requirements": list(dict.fromkeys(stated["requirements"]))}  # one may be asked for twice
     bench.compare("problem.effective", {**rebuilt, "requirements": list(dict.fromkeys(rebuilt["requirements"]))}, once)
     space = set_up(bench.problem, settings_of(asked.space))

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import click
 
@@ -18,12 +18,24 @@ if TYPE_CHECKING:
     from dse.results.robust import RobustResult
 
 
-def solve_robustly(asked: Problem, budget: Budget, progress: Callable[[Progress], None]) -> RobustResult:
-    """Both fronts of the question of a problem."""
-    from dse.api.solving import Watcher
-    from dse.study.robust import robust_asked
+def solve_robustly(
+    asked: Problem,
+    resume: tuple[str, str | None] | None,
+    budget: Budget,
+    tell: tuple[Callable[[Progress], None], Callable[[Any], None] | None],
+) -> RobustResult:
+    """Both fronts of the question of a problem, or of a stopped search: a result and its problem file, where given.
 
-    return robust_asked(asked, budget, Watcher(progress))
+    `tell` hears of progress, and of the state so far.
+    """
+    from dse.study.robust import RobustWatcher, robust_asked
+
+    watcher = RobustWatcher(*tell)
+    if resume is None:
+        return robust_asked(asked, budget, watcher)
+    from dse.study.resuming import resume_robust
+
+    return resume_robust(*resume, budget, watcher)
 
 
 def show_robust(

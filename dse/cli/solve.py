@@ -33,6 +33,7 @@ if TYPE_CHECKING:
     from dse.api.question import Question
     from dse.pareto.front import FrontSearch, Progress
     from dse.results.result import Result
+    from dse.results.robust import RobustResult
 
 PLAIN_STEP_S = 2.0
 
@@ -60,7 +61,7 @@ PLAIN_STEP_S = 2.0
     "--resume",
     type=click.Path(exists=True, dir_okay=False),
     metavar="RESULT",
-    help="Go on with the stopped search of a result file; the question is that of the result.",
+    help="Go on with the stopped search of a result file; the question is that of the result, robust or not.",
 )
 @click.option(
     "--robust",
@@ -126,15 +127,18 @@ def command(
     if within is not None:
         read_share(within)
     check_ranking(rank_by or "ideal", asked.space, has_baseline=baseline_design(asked.space) is not None)
-    if robust:
-        if file is None or resume is not None:
-            raise click.UsageError("--robust needs a problem file, and does not go on with a stopped search")
+    if robust and resume is not None and not asked.robust:
+        raise click.UsageError(
+            f"{resume}: its search is not robust, and --resume goes on with the question of the result"
+        )
+    if robust or asked.robust:
         if alternatives is not None or within is not None:
             raise click.UsageError("--robust shows one design for each point: no --alternatives, no --within")
         from dse.cli.robust import show_robust, solve_robustly
 
         with _Reporter(quiet=quiet) as progress:
-            study = solve_robustly(asked, Budget(time_limit, seed, workers), progress)
+            budget, tell = Budget(time_limit, seed, workers), (progress, _checkpoint(json_path))
+            study = solve_robustly(asked, (resume, file) if resume is not None else None, budget, tell)
         return show_robust(study, rank_by or "ideal", top, (json_path, csv_path, target), quiet=quiet)
     with _Reporter(quiet=quiet) as progress:
         watcher = Watcher(progress, _checkpoint(json_path))
@@ -171,13 +175,13 @@ def _question(file: str | None, resume: str | None, question: Question) -> tuple
     return load(Path(file)).ask(**question), None
 
 
-def _checkpoint(json_path: str | None) -> Callable[[Result], None] | None:
+def _checkpoint(json_path: str | None) -> Callable[[Result | RobustResult], None] | None:
     """What writes the result so far; where that fails the search goes on, and the user hears of it once."""
     if json_path is None or json_path == "-" or is_stream(json_path):
         return None
     told = False
 
-    def write(result: Result) -> None:
+    def write(result: Result | RobustResult) -> None:
         nonlocal told
         failure = save((json_path, result.to_json))
         if failure is not None and not told:

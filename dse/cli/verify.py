@@ -32,7 +32,7 @@ def command(result: str, problem: str | None, method: str, time_limit: TimeLimit
     nothing is wrong but not everything could be proved again.
     """
     check_writable(json_path)
-    from dse.api.verifying import verify
+    from dse.study.verifying import verify
 
     found = verify(result, problem=problem, method=method, time_limit_s=time_limit.rest_s)  # type: ignore[arg-type]
     if json_path != "-":

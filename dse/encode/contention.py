@@ -289,8 +289,12 @@ class Contention:
 
 
 def is_deadline(limit: Limit) -> bool:
-    """Whether a limit is an upper one on a response time."""
-    return limit.requirement.metric.kind == "response time" and limit.requirement.operator in ("<=", "<")
+    """Whether a limit is an upper one on a response time of the space itself."""
+    return (
+        not limit.is_elsewhere
+        and limit.requirement.metric.kind == "response time"
+        and limit.requirement.operator in ("<=", "<")
+    )
 
 
 def is_upward(space: Space) -> bool:

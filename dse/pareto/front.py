@@ -8,10 +8,10 @@ passes the referee (`Evaluator`), which computes its figures without the solver.
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
-from functools import partial
+from functools import cached_property, partial
 
 from dse.analysis.evaluate import Evaluator
 from dse.analysis.latency import counts_responses
@@ -21,6 +21,7 @@ from dse.errors import RefereeError, UsageError
 from dse.pareto.answer import Answer, Found, NoSuchDesign, Unfinished
 from dse.pareto.canonical import canonical_design
 from dse.pareto.crew import Crew, stop_on_interrupt
+from dse.pareto.outcome import ANYTHING, Frame, FrontSearch
 from dse.pareto.pace import Pace
 from dse.pareto.settings import BARE_IN_ORDER
 from dse.pareto.subproblem import Solver
@@ -36,8 +37,8 @@ from dse.pareto.zones import (
 from dse.space.types import Design
 from dse.timelimit import NEVER, OutOfTime, TimeLimit, until
 
-ANYTHING = 2**62
-"""The bound of a region in an objective of which nothing is known; far beyond exact arithmetic."""
+__all__ = ["ANYTHING", "Budget", "FrontSearch", "Progress", "Watch", "search_front"]
+
 CHAIN = 16
 """So many points in a row get their canonical designs one from another, whatever the number of workers."""
 HELP_AFTER_S = 0.5
@@ -54,32 +55,6 @@ class Progress:
     open_regions: int
     calls: int
     elapsed_s: float
-
-
-@dataclass(frozen=True)
-class FrontSearch:
-    """What a search found and proved.
-
-    `points` maps objective vectors (counted, as `Measure.integer` gives them) to designs. `unexplored` are the regions
-    still open and `refuted` those proved empty: exclusive upper bounds in the same units, minimised objectives
-    (maximised ones negated). `floors` has for each open region the least value that each objective may still have
-    there. `not_first` are the points whose design is not proved to be the first, in the order of the file, of those
-    that have them. `interrupted`: it was Ctrl-C that ended the search.
-    """
-
-    points: Mapping[tuple[int, ...], Design]
-    unexplored: tuple[Bound, ...]
-    refuted: tuple[Bound, ...]
-    calls: int
-    elapsed_s: float
-    floors: tuple[Bound, ...] = ()
-    not_first: frozenset[tuple[int, ...]] = frozenset()
-    interrupted: bool = False
-
-    @property
-    def is_complete(self) -> bool:
-        """Whether every region was refuted or is dominated."""
-        return not self.unexplored
 
 
 @dataclass(frozen=True)
@@ -142,13 +117,21 @@ class _State:
         """Take a design for an incumbent, if it meets what is required."""
         evaluation = self.evaluator.evaluate(design)
         if evaluation.is_feasible:
-            point = _steps(self.encoded.objectives, _signed(self.evaluator, evaluation.objectives))
+            point = self.frame.in_steps(_signed(self.evaluator, evaluation.objectives))
             self.incumbent, self.hint = Found(point, evaluation.design), evaluation.design
 
     def progress(self) -> Progress:
         """Where the search stands."""
         elapsed = time.monotonic() - self.started
         return Progress(len(self.designs), len(self.region.open), self.calls_before + self.crew.calls, elapsed)
+
+    @cached_property
+    def frame(self) -> Frame:
+        """How the search counts."""
+        objectives = self.encoded.objectives
+        return Frame(
+            self.encoded.everywhere, tuple(item.offset for item in objectives), tuple(item.step for item in objectives)
+        )
 
     def snapshot(self) -> FrontSearch:
         """The state in counted units, every point refereed."""
@@ -172,6 +155,7 @@ class _State:
                 _signed(self.evaluator, counted(objectives, point)) for point in designs.keys() - self.first
             ),
             interrupted=self.interrupted,
+            frame=self.frame,
         )
 
 
@@ -343,29 +327,21 @@ def _restore(state: _State, earlier: FrontSearch) -> None:
     UsageError
         when the earlier outcome is not one of this space.
     """
-    objectives = state.encoded.objectives
-    state.region.refuted = RefutedBoxes(_steps(objectives, box) for box in earlier.refuted)
-    everywhere = counted(objectives, state.encoded.everywhere)
+    frame = state.frame
+    state.region.refuted = RefutedBoxes(frame.in_steps(box) for box in earlier.refuted)
+    everywhere = frame.counted(frame.everywhere)
     zones = [
         tuple(most if bound >= ANYTHING else bound for bound, most in zip(zone, everywhere, strict=True))
         for zone in earlier.unexplored
     ]
-    state.region.open = [_steps(objectives, zone) for zone in zones]
+    state.region.open = [frame.in_steps(zone) for zone in zones]
     for vector, design in earlier.points.items():
-        point = _steps(objectives, _signed(state.evaluator, vector))
+        point = frame.in_steps(_signed(state.evaluator, vector))
         if any(strictly_inside(point, zone) for zone in state.region.open):  # found, but not proved
             state.incumbent, state.hint = Found(point, design), design
         else:
             state.designs[point] = design
     state.calls_before = earlier.calls
-
-
-def _steps(objectives: tuple[EncodedObjective, ...], values: Bound) -> Bound:
-    """Counted (minimised) objectives to solver steps."""
-    pairs = [divmod(value - item.offset, item.step) for item, value in zip(objectives, values, strict=True)]
-    if any(rest for _, rest in pairs):
-        raise UsageError(f"the search to go on with has a region {values}: the objectives cannot have these values")
-    return tuple(steps for steps, _ in pairs)
 
 
 def counted(objectives: tuple[EncodedObjective, ...], steps: Bound) -> Bound:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from textwrap import wrap
+from typing import Any
 
 from rich import box
 from rich.console import Console
@@ -18,7 +19,7 @@ def plain_table(console: Console, title: str = "") -> Table:
     return Table(title=title or None, title_justify="left", box=box.ASCII2 if ascii_only else box.SIMPLE_HEAD)
 
 
-def basis_words(settings: Mapping[str, str]) -> str:
+def basis_words(settings: Mapping[str, Any]) -> str:
     """By which rules the figures count, from settings by name (`dse.space.settings`), in a few words.
 
     >>> basis_words({"profile": "dse", "worst_case": "deadline", "processing": "response_time", "deadlines": "all"})
@@ -30,6 +31,8 @@ def basis_words(settings: Mapping[str, str]) -> str:
     found.append(f"processing by {settings['processing'].replace('_', ' ')}")
     if settings["deadlines"] != default_deadlines(settings["profile"]):
         found.append(f"deadlines: {settings['deadlines']}")
+    if settings.get("robust"):
+        found.append("robust: requirements hold for all stated values")
     return ", ".join(found)
 
 

@@ -60,8 +60,10 @@ def _robust(data: Data) -> Iterator[Section]:
         )
         worst = (figure_text(item[key], item["unit"], currency) for key in ("worst", "limit"))
         rows.append((f"#{item['nominal_id']}", *figures, item["requirement"], *worst))
+    count = len(found.get("unjudged", []))
+    unjudged = f", {count} were not looked at: the time was up" if count else ""
     kept = (
-        f"Of {len(front)} nominal alternatives {len(lost)} are not robust. "
+        f"Of {len(front)} nominal alternatives {len(lost)} are not robust{unjudged}. "
         f"{len(found['kept'])} of {len(data['front'])} robust alternatives are on the nominal front too, "
         f"{len(found['entered'])} take the place of better ones that are not robust."
     )

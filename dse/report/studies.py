@@ -323,6 +323,8 @@ def print_robust(console: Console, study: RobustResult) -> None:
         f"designs are on the nominal front too.",
         markup=False,
     )
+    if study.unjudged:
+        console.print(f"{len(study.unjudged)} of them were not looked at: the time was up.", markup=False)
     reasons: dict[str, int] = {}
     for item in study.failures:
         reasons[item.requirement] = reasons.get(item.requirement, 0) + 1

@@ -56,7 +56,7 @@ def print_result(console: Console, result: Result, top: int | None = TOP) -> Non
 
     `top` is how many alternatives are shown (None: all); which are not is said.
     """
-    console.print(f"{result.problem.name} ({basis_words(settings_of(result.space))})", style="bold", markup=False)
+    console.print(f"{result.problem.name} ({basis_words(result.problem.effective)})", style="bold", markup=False)
     if result.status == "infeasible":
         _print_infeasible(console, result)
         return

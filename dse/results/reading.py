@@ -10,6 +10,7 @@ from typing import Any
 from dse.errors import UsageError
 from dse.files.reading import UnreadableFileError, read_text
 from dse.results.result import FORMAT
+from dse.version import SEMANTICS
 
 
 def read_result(path: str | Path) -> dict[str, Any]:
@@ -28,7 +29,24 @@ def read_result(path: str | Path) -> dict[str, Any]:
         raise UsageError(f"{path}: cannot be read as a result: not JSON: {error}") from error
     if not isinstance(data, dict) or data.get("format") != FORMAT or not isinstance(data.get("front"), list):
         raise UsageError(f"{path}: is no result of `dse solve --json` ({FORMAT})")
+    check_semantics(data, path)
     return data
+
+
+def check_semantics(data: Mapping[str, Any], path: str | Path) -> None:
+    """Refuse a result whose figures have the meaning of another version.
+
+    Raises
+    ------
+    UsageError
+        naming both.
+    """
+    if data.get("semantics") != SEMANTICS:
+        stated = data.get("semantics", "one before they were counted")
+        raise UsageError(
+            f"{path}: another version of dse wrote it, whose figures mean something else (semantics {stated}, here "
+            f"{SEMANTICS}): solve the problem again"
+        )
 
 
 def check_form(data: Mapping[str, Any], path: str | Path) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+import hashlib
 import io
 import json
 from collections.abc import Mapping, Sequence
@@ -20,6 +21,7 @@ from dse.results.ranking import METHOD, competition_ranks, ideal_distances
 from dse.results.values import exact
 from dse.results.variants import find_variants
 from dse.space.types import Design, Space
+from dse.version import SEMANTICS
 
 if TYPE_CHECKING:
     import pandas
@@ -192,6 +194,15 @@ class Origin:
     texts: Mapping[str, str] = field(default_factory=dict, repr=False)
     is_carried: bool = False
 
+    @property
+    def question(self) -> str:
+        """The digest of all that was asked: what the figures mean, what the problem means, and what was asked of it.
+
+        Regions that were refuted belong to one question, and prove nothing of another.
+        """
+        asked = [SEMANTICS, self.identity, dict(self.effective)]
+        return hashlib.sha256(json.dumps(asked, ensure_ascii=False, sort_keys=True).encode()).hexdigest()
+
 
 @dataclass(frozen=True)
 class Result:
@@ -258,6 +269,7 @@ class Result:
         """The result in the form ``dse-result/1``."""
         return {
             "format": FORMAT,
+            "semantics": SEMANTICS,
             "problem": {
                 "name": self.problem.name,
                 "file": self.problem.file,
@@ -265,6 +277,7 @@ class Result:
                 "includes": [{"file": file, "sha256": digest} for file, digest in self.problem.includes],
                 "identity": self.problem.identity,
                 "effective": dict(self.problem.effective),
+                "question": self.problem.question,
             },
             "status": self.status,
             "ranking": {"method": self.ranking, "words": self.ranking_words},

@@ -14,6 +14,9 @@ from typing import Any
 from dse.results.result import Point, Result
 from dse.results.values import exact
 
+STATE = ("status", "unexplored", "refuted", "potential", "ranking")
+"""What else is told of the nominal front: how far it is proved, from which a stopped search goes on."""
+
 
 @dataclass(frozen=True)
 class Failure:
@@ -48,7 +51,8 @@ class RobustResult:
     Objectives are those of the nominal figures.
 
     `nominal` is the front without uncertainties. `inputs` says what was stated; `corners` how many (requirement,
-    values) pairs stand for all values in between.
+    values) pairs stand for all values in between. `unjudged` are the ids of nominal points of which the time was too
+    short to tell whether they are robust.
     """
 
     robust: Result
@@ -56,6 +60,7 @@ class RobustResult:
     inputs: Mapping[str, str]
     corners: int
     failures: tuple[Failure, ...]
+    unjudged: tuple[int, ...] = ()
 
     @property
     def exit_code(self) -> int:
@@ -87,17 +92,20 @@ class RobustResult:
 
     def to_dict(self) -> dict[str, Any]:
         """The robust front in the form ``dse-result/1``, with a further entry ``robust``."""
+        nominal = self.nominal.to_dict()
         return {
             **self.robust.to_dict(),
             "robust": {
                 "inputs": dict(self.inputs),
                 "currency": self.robust.space.currency,
                 "corners": self.corners,
-                "nominal_front": self.nominal.to_dict()["front"],
+                "nominal_front": nominal["front"],
+                "nominal": {name: nominal[name] for name in STATE},
                 "price": {name: {"nominal": one, "robust": other} for name, (one, other) in self.price.items()},
                 "kept": [point.id for point in self.kept],
                 "entered": [point.id for point in self.entered],
                 "lost": [item.to_dict() for item in self.failures],
+                **({"unjudged": list(self.unjudged)} if self.unjudged else {}),
             },
         }
 

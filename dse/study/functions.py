@@ -8,10 +8,10 @@ made; where they do not apply (a comparison would be decided otherwise) the form
 from __future__ import annotations
 
 import random
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, fields, is_dataclass, replace
 from fractions import Fraction
-from functools import cached_property
+from functools import cached_property, partial
 from math import floor
 from typing import Any
 
@@ -152,11 +152,13 @@ class _Tracer:
 class InputSpace:
     """The space of a problem as a function of its inputs: the same decisions and options whatever the inputs are."""
 
-    def __init__(self, problem: Problem) -> None:
+    def __init__(self, problem: Problem, ask: Callable[[Problem], Problem] | None = None) -> None:
+        """`ask` makes the question of `problem` from the problem as its file states it, where its changes do not."""
         tracer = _Tracer()
         loaded = replace(problem.loaded, spec=tracer.spec(problem.loaded.spec))
         self.problem = problem
-        self.traced = changed(Problem(loaded, build_space(loaded)), problem.changes).space
+        asked = ask or partial(changed, changes=problem.changes)
+        self.traced = asked(Problem(loaded, build_space(loaded))).space
         self.variables = tuple(tracer.variables)
         assert [item.options for item in self.traced.decisions] == [
             item.options for item in self.problem.space.decisions

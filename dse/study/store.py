@@ -16,12 +16,11 @@ from types import TracebackType
 
 from dse.errors import UsageError
 from dse.files.reading import MOST_BYTES, obstacle
+from dse.version import SEMANTICS
 
 APPLICATION_ID = 0x64736531
 """``dse1`` in the header of the file."""
 FORM = 1
-SEMANTICS = 1
-"""Raised when the meaning of the figures changes (docs/problem-file.md, the semantics of the analysis)."""
 ANSWERING = ("units", "spec", "space", "analysis", "encode", "pareto", "study")
 """The packages whose code decides what a run answers."""
 WAIT_S = 60.0

@@ -1,0 +1,209 @@
+"""The robust question: requirements that hold for all stated values of their inputs, as demands at corners.
+
+A robust design meets every requirement at every corner of the box of stated values. So the designs that meet some
+demands (a requirement at a corner each) hold all robust ones: what is refuted for them is refuted for the robust ones.
+A design that meets the demands and is not robust (`dse.study.boxes`) names corners to demand as well.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+from fractions import Fraction
+
+from dse.analysis.evaluate import Evaluator
+from dse.analysis.limits import HOLDS, Limit, build_limit
+from dse.analysis.terms import Term
+from dse.analysis.views import View
+from dse.api.problem import Problem
+from dse.errors import UsageError
+from dse.results.robust import Failure
+from dse.space.types import Design, Space
+from dse.study.boxes import Box, Corner, Worst
+from dse.study.fronts import check_objectives
+from dse.study.functions import Bound, DesignFunction, InputSpace, Variable
+from dse.study.uncertainty import read_uncertainties
+from dse.units import PERIOD, RATE, RATE_OF_DATA, SIZE
+
+Demand = tuple[int, Corner]
+"""A requirement, by number, at a corner."""
+
+
+class RobustQuestion:
+    """A problem as it is asked, its uncertainties, and what is demanded at corners so far."""
+
+    def __init__(self, problem: Problem, ask: Callable[[Problem], Problem] | None = None) -> None:
+        """The question of `problem`; `ask` makes it from the problem file, where its changes do not say all of it.
+
+        Raises
+        ------
+        ProblemError
+            when a stated uncertainty is wrong.
+        UsageError
+            when nothing is stated, there is nothing to minimise, or an input has no bounds.
+        """
+        self.inputs = InputSpace(problem, ask)
+        check_objectives(self.space)
+        uncertain = read_uncertainties(problem, self.inputs)
+        if not uncertain:
+            raise UsageError(
+                "the problem states no uncertainty: name what may vary under `uncertainty` (docs/problem-file.md)"
+            )
+        self.box = Box(uncertain)
+        self.demands: dict[Demand, Limit] = {}
+        self._nominal = Evaluator(self.space).limits
+        self._worsts: dict[Design, list[tuple[Bound, Worst]]] = {}
+        self._same_rates = not any(
+            _moves_rates(self.space, variable) for item in uncertain for variable in item.variables
+        )
+
+    @property
+    def space(self) -> Space:
+        """The space at the nominal figures."""
+        return self.inputs.problem.space
+
+    @property
+    def words(self) -> dict[str, str]:
+        """What may vary, by path."""
+        return {item.path: item.words for item in self.box.uncertain}
+
+    def nominal(self) -> Evaluator:
+        """The evaluator of the nominal figures."""
+        return Evaluator(self.space)
+
+    def evaluator(self) -> Evaluator:
+        """The evaluator of the nominal figures with what is demanded at corners so far."""
+        evaluator = Evaluator(self.space)
+        evaluator.limits = (*evaluator.limits, *self.demands.values())
+        return evaluator
+
+    def is_judged(self, design: Design) -> bool:
+        """Whether it is known if a design is robust."""
+        return design in self._worsts
+
+    def is_robust(self, design: Design) -> bool:
+        """Whether every requirement holds for all stated values.
+
+        Raises
+        ------
+        UsageError
+            when nothing can be proved of a requirement over the stated ranges.
+        """
+        return not self._broken(design)
+
+    def expect(self, design: Design) -> None:
+        """Demand each requirement where it is worst for a design."""
+        for bound, worst in self.worst(design):
+            self._demand(bound.requirement, worst.corner)
+
+    def learn(self, design: Design) -> bool:
+        """Demand what a design breaks where it breaks it; False when it is robust."""
+        broken = self._broken(design)
+        for number, corner in broken:
+            self._demand(number, corner)
+        return bool(broken)
+
+    def worst(self, design: Design) -> list[tuple[Bound, Worst]]:
+        """The worst corner of each comparison, for a design."""
+        if design not in self._worsts:
+            self._worsts[design] = self.box.worsts(DesignFunction(self.inputs, design))
+        return self._worsts[design]
+
+    def _broken(self, design: Design) -> list[Demand]:
+        operators = [item.operator for item in self.space.requirements]
+        return [
+            (bound.requirement, worst.corner)
+            for bound, worst in self.worst(design)
+            if not HOLDS[operators[bound.requirement]](worst.value, worst.limit)
+        ]
+
+    def _demand(self, number: int, corner: Corner) -> None:
+        if (number, corner) not in self.demands:
+            self.demands[number, corner] = self._limit(number, corner)
+
+    def _limit(self, number: int, corner: Corner) -> Limit:
+        values = self.box.values(self.inputs.nominal, corner)
+        limit = build_limit(self.inputs.at(values), self.space.requirements[number])
+        key = ("corner", corner)
+        terms = tuple(_elsewhere(term, key, same_rates=self._same_rates) for term in limit.measure.terms)
+        return replace(
+            limit,
+            measure=replace(limit.measure, terms=terms),
+            bound=lambda view: limit.bound(_own(view, key)),
+            is_elsewhere=True,
+        )
+
+    def failures(self, point: int, design: Design) -> list[Failure]:
+        """Why a nominal design is not robust: each requirement that breaks somewhere, at its worst."""
+        found: dict[int, Failure] = {}
+        requirements = self.space.requirements
+        for bound, worst in self.worst(design):
+            requirement = requirements[bound.requirement]
+            if HOLDS[requirement.operator](worst.value, worst.limit):
+                continue
+            if bound.requirement in found and _miss(found[bound.requirement]) >= abs(worst.value - worst.limit) / (
+                abs(worst.limit) or 1
+            ):
+                continue
+            ends = {
+                item.path: self.box.ends[number][worst.corner[number]]
+                * (item.variables[0].nominal if _is_single_factor(item) else 1)
+                for number, item in enumerate(self.box.uncertain)
+            }
+            unit = self._nominal[bound.requirement].measure.unit
+            text = f"{requirement.text} (by {bound.thread} alone)" if bound.thread else requirement.text
+            found[bound.requirement] = Failure(point, text, worst.value, worst.limit, unit, ends)
+        return list(found.values())
+
+
+def _miss(failure: Failure) -> Fraction:
+    """How far beyond its limit, as a share of it."""
+    return abs(failure.value - failure.limit) / (abs(failure.limit) or 1)
+
+
+def _is_single_factor(item: object) -> bool:
+    return bool(getattr(item, "is_factor", False)) and len(getattr(item, "variables", ())) == 1
+
+
+def _own(view: View, key: object) -> View:
+    """A view of the same design with a memory of its own: its rates are those of other figures."""
+    if key not in view.memo:
+        view.memo[key] = type(view)(view.design)
+    found: View = view.memo[key]
+    return found
+
+
+def _moves_rates(space: Space, variable: Variable) -> bool:
+    """Whether an input has a part in how often something runs or is sent (docs/semantics.md, section 2)."""
+    if variable.kind is SIZE:
+        return any(
+            item.data_rate is not None and variable.path.startswith(f"connections.{item.name}.")
+            for item in space.connections
+        )
+    return variable.kind in (PERIOD, RATE, RATE_OF_DATA)
+
+
+def _elsewhere(term: Term, key: object, *, same_rates: bool) -> Term:
+    """A term of a space with other figures, ready to be evaluated beside those of the nominal one.
+
+    Where the rates are not the nominal ones, it is tabulated as a whole.
+    """
+    coefficient = term.coefficient
+
+    def value(view: View) -> Fraction:
+        return term.value(_own(view, key))
+
+    def scaled(view: View) -> Fraction:
+        assert coefficient is not None
+        return coefficient(_own(view, key))
+
+    inner = term.ends
+
+    def ends(view: View) -> tuple[Fraction, Fraction]:
+        assert inner is not None
+        return inner(_own(view, key))
+
+    moved = replace(term, value=value, ends=ends if inner is not None else None)
+    if coefficient is None or not same_rates:
+        return replace(moved, coefficient=None, rate=None)
+    return replace(moved, coefficient=scaled)

@@ -1,0 +1,86 @@
+"""`dse.resume`: a stopped search goes on from the result that it left, as the question that it was: robust or not."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+from dse.api.recalling import restated
+from dse.api.resuming import read_search, search_in
+from dse.api.solving import Watcher, solve_asked
+from dse.errors import UsageError
+from dse.pareto.front import Budget, Progress
+from dse.results.reading import read_result
+from dse.results.result import Result
+from dse.results.robust import RobustResult
+from dse.study.corners import RobustQuestion
+from dse.study.robust import RobustSearch, RobustWatcher, solve_question
+from dse.timelimit import TimeLimit
+
+
+def resume(
+    path: str | Path,
+    *,
+    problem: str | Path | None = None,
+    time_limit_s: float | None = None,
+    seed: int = 0,
+    workers: int = 1,
+    progress: Callable[[Progress], None] | None = None,
+) -> Result | RobustResult:
+    """Go on with a search that was stopped, to the same front as an undisturbed one.
+
+    Parameters
+    ----------
+    path
+        the incomplete result that `Result.to_json` or ``dse solve --json`` wrote, also with ``--robust``.
+    problem
+        the problem file, where it is no longer where the result says.
+    time_limit_s, seed, workers, progress
+        as for `solve`.
+
+    Raises
+    ------
+    UsageError
+        when the file is no result, of another problem (which means something else since), or its question is not the
+        one that was searched.
+    """
+    budget = Budget(TimeLimit.after(time_limit_s), seed, workers)
+    asked, earlier = read_search(path, problem)
+    if asked.robust:
+        return resume_robust(path, problem, budget, RobustWatcher(progress))
+    return solve_asked(asked, budget, Watcher(progress), earlier)
+
+
+def resume_robust(path: str | Path, problem: str | Path | None, budget: Budget, watcher: RobustWatcher) -> RobustResult:
+    """Go on with a robust search; see `resume`."""
+    question, earlier = read_robust(path, problem)
+    return solve_question(question, budget, watcher, earlier)
+
+
+def read_robust(path: str | Path, problem: str | Path | None) -> tuple[RobustQuestion, RobustSearch]:
+    """The question of a robust result, and where its search stands.
+
+    Raises
+    ------
+    UsageError
+        as for `resume`.
+    """
+    asked, robust = read_search(path, problem)
+    data = read_result(path)
+    effective: Mapping[str, Any] = data["problem"]["effective"]
+    question = RobustQuestion(asked, partial(restated, effective=effective))
+    try:
+        if question.words != data["robust"]["inputs"]:
+            raise UsageError(f"{path}: what it says may vary is not what the problem says")
+        return question, RobustSearch(search_in(asked.space, nominal_data(data)), robust)
+    except (KeyError, TypeError, ValueError, AttributeError, ArithmeticError) as error:
+        raise UsageError(f"{path}: is not a whole robust result: {error!r}") from error
+
+
+def nominal_data(data: Mapping[str, Any]) -> dict[str, Any]:
+    """What a robust result says of the nominal front, in the form of a result."""
+    found = data["robust"]
+    problem = {**data["problem"], "effective": {**data["problem"]["effective"], "robust": False}}
+    return {**data, "problem": problem, "front": found["nominal_front"], **found["nominal"]}

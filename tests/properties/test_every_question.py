@@ -1,0 +1,252 @@
+"""Every option that changes the question, in random combinations, against looking at every design.
+
+A random problem with uncertain inputs and deadlines is asked with limits, requirements, rules, objectives, fixed
+decisions, settings and robustness as they come; the search is stopped at random calls and goes on from the file that
+it left. What comes out is the front of exhaustion, and `verify` confirms it, stopped or not. `DSE_QUESTIONS` says how
+many.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import random
+from collections import Counter
+from dataclasses import dataclass, replace
+from itertools import product
+from pathlib import Path
+from typing import Any
+
+import pytest
+from oracle.generator import random_problem
+from support import counted_down
+
+import dse
+from dse.analysis.evaluate import Evaluator
+from dse.analysis.validity import canonical
+from dse.analysis.views import View
+from dse.api.problem import Problem, changed, load, loads
+from dse.api.question import Changes
+from dse.errors import DseError, UsageError
+from dse.pareto.answer import Answer, Unfinished
+from dse.pareto.front import Budget
+from dse.pareto.subproblem import Solver
+from dse.pareto.zones import dominates
+from dse.results.result import Result
+from dse.results.robust import RobustResult
+from dse.space.settings import SETTINGS
+from dse.space.types import Design
+from dse.study.boxes import Box
+from dse.study.functions import InputSpace
+from dse.study.robust import robust_asked
+from dse.study.uncertainty import read_uncertainties
+
+QUESTIONS = int(os.environ.get("DSE_QUESTIONS", "16"))
+FIRST = int(os.environ.get("DSE_FIRST_QUESTION", "0"))
+MOST_DESIGNS = 4000
+LIMITED = ("latency", "jitter", "utilisation", "load", "response time", "price", "power")
+
+
+@dataclass(frozen=True)
+class Asked:
+    """A problem file, what is asked of it beyond the file, and whether robustly."""
+
+    path: Path
+    changes: Changes
+    robust: bool
+
+    @property
+    def problem(self) -> Problem:
+        return changed(load(self.path), self.changes)
+
+
+def question(seed: int, folder: Path) -> Asked | None:
+    """A random question; None where the drawn texts make no problem or too large a one."""
+    rng = random.Random(f"question {seed}")
+    text = with_deadlines(random_problem(seed, "tiny"), rng)
+    try:
+        problem = loads(text)
+    except DseError:
+        return None
+    robust = rng.random() < 0.5
+    path = folder / "p.yaml"
+    path.write_text(text + (uncertainty(problem, rng) if robust else ""), encoding="utf-8")
+    try:
+        problem = load(path)
+        changes = settings(rng)
+        asked = changed(problem, changes)
+        changes = replace(
+            changes, objectives=objectives(asked, rng), require=demands(asked, rng), fix=fixed(asked, rng)
+        )
+        count = 1
+        for item in changed(problem, changes).space.decisions:
+            count *= len(item.options)
+    except DseError:
+        return None
+    return Asked(path, changes, robust) if count <= MOST_DESIGNS else None
+
+
+def with_deadlines(text: str, rng: random.Random) -> str:
+    """Some threads get deadlines."""
+    lines = text.splitlines()
+    start = lines.index("threads:") + 1 if "threads:" in lines else len(lines)
+    for number in range(start, len(lines)):
+        if not lines[number].startswith("  "):
+            break
+        if rng.random() < 0.4 and lines[number].endswith("}") and "deadline" not in lines[number]:
+            lines[number] = f"{lines[number][:-1]}, deadline: {rng.choice([2, 5, 20, 100])} ms}}"
+    return "\n".join(lines) + "\n"
+
+
+def uncertainty(problem: Problem, rng: random.Random) -> str:
+    """One to three quantities with a range around what is stated."""
+    variables = [item for item in InputSpace(problem).variables if item.nominal and item.unit not in ("", "mW")]
+    chosen = rng.sample(variables, min(len(variables), rng.randint(1, 3)))
+    lines = [
+        f"  '{item.path}': {{factor: {rng.choice(['0.8', '1'])} .. {rng.choice(['1', '1.2', '2'])}}}" for item in chosen
+    ]
+    return "\n".join(["uncertainty:", *lines]) + "\n" if lines else ""
+
+
+def settings(rng: random.Random) -> Changes:
+    """Each setting as the file has it, or one of its values."""
+    names = {name: rng.choice([None, *values]) for name, values in SETTINGS.items() if rng.random() < 0.5}
+    return Changes(**names)  # type: ignore[arg-type]
+
+
+def objectives(problem: Problem, rng: random.Random) -> tuple[str, ...]:
+    names = [item.metric.name for item in Evaluator(problem.space).metrics]
+    if rng.random() < 0.5 or not names:
+        return ()
+    chosen = rng.sample(names, min(len(names), rng.randint(1, 3)))
+    return tuple(f"{rng.choice(['minimise', 'minimise', 'maximise'])} {name}" for name in chosen)
+
+
+def demands(problem: Problem, rng: random.Random) -> tuple[str, ...]:
+    """Limits around what a random design has, and rules."""
+    space, found = problem.space, []
+    design = tuple(rng.randrange(len(item.options)) for item in space.decisions)
+    evaluator = Evaluator(space)
+    if not evaluator.invalid(design):
+        for measure in evaluator.metrics:
+            if measure.metric.kind in LIMITED and measure.unit in ("ns", "ct", "B/s") and rng.random() < 0.25:
+                value = int(measure.value(View(design)) * rng.choice([0.8, 1, 1, 1.2]))
+                unit = {"ns": "ns", "B/s": "B/s", "ct": space.currency}[measure.unit]
+                figure = value / 100 if measure.unit == "ct" else value
+                found.append(f"{measure.metric.name} {rng.choice(['<=', '<=', '<', '>='])} {figure} {unit}")
+    open_ = [item for item in space.decisions if item.is_open and item.kind != "type" and "'" not in item.name]
+    if open_ and rng.random() < 0.3:
+        item = rng.choice(open_)
+        found.append(
+            f"{rng.choice(['require', 'forbid'])} '{item.component}'.{item.field} == '{rng.choice(item.options)}'"
+        )
+    return tuple(found)
+
+
+def fixed(problem: Problem, rng: random.Random) -> tuple[str, ...]:
+    open_ = [item for item in problem.space.decisions if item.is_open]
+    if not open_ or rng.random() < 0.6:
+        return ()
+    item = rng.choice(open_)
+    return (f"'{item.name}' = {rng.choice(item.options)}",)
+
+
+def exhausted(asked: Asked) -> dict[tuple[int, ...], Design]:
+    """The front, by looking at every design: at the figures of the file, and robustly at every corner."""
+    problem = asked.problem
+    space = problem.space
+    evaluators = [Evaluator(space)]
+    if asked.robust:
+        inputs = InputSpace(problem)
+        box = Box(read_uncertainties(problem, inputs))
+        for corner in product((0, 1), repeat=len(box.ends)):
+            evaluators.append(Evaluator(inputs.at(box.values(inputs.nominal, corner))))
+    found: dict[tuple[int, ...], Design] = {}
+    for raw in product(*(range(len(item.options)) for item in space.decisions)):
+        first = evaluators[0].evaluate(raw)
+        if first.is_feasible and all(item.evaluate(raw).is_feasible for item in evaluators[1:]):
+            design = canonical(space, raw)
+            if first.objectives not in found or design < found[first.objectives]:
+                found[first.objectives] = design
+    points = {vector: counted_down(space, vector) for vector in found}
+    return {
+        vector: design
+        for vector, design in found.items()
+        if not any(dominates(other, points[vector]) for other in points.values())
+    }
+
+
+def solved(asked: Asked) -> Result | RobustResult:
+    if asked.robust:
+        return robust_asked(asked.problem, Budget())
+    return dse.solve(asked.problem, workers=1)
+
+
+def front_of(result: Result | RobustResult) -> Result:
+    return result.robust if isinstance(result, RobustResult) else result
+
+
+def stopped_at(call: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    """From that call on the solver has no answer."""
+    asked: list[bool] = []
+    minimise = Solver.minimise
+
+    def failing(self: Solver, *arguments: Any, **more: Any) -> Answer:
+        asked.append(True)
+        return Unfinished() if len(asked) > call else minimise(self, *arguments, **more)
+
+    monkeypatch.setattr(Solver, "minimise", failing)
+
+
+def comparable(result: Result | RobustResult) -> dict[str, Any]:
+    """A result without what tells of the run itself; why there is no design is asked of a solver that is stopped."""
+    data: dict[str, Any] = json.loads(result.to_json())
+    data.get("robust", {}).pop("corners", None)
+    return {name: value for name, value in data.items() if name not in ("search", "conflicts", "give_up")}
+
+
+@pytest.mark.parametrize("seed", range(FIRST, FIRST + QUESTIONS))
+def test_any_question_is_answered_as_by_looking_at_every_design(
+    seed: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, record_property: Any
+) -> None:
+    asked = question(seed, tmp_path)
+    if asked is None:
+        pytest.skip("no problem")
+    try:
+        whole = solved(asked)
+    except UsageError as error:
+        pytest.skip(f"refused: {error}")
+    expected = exhausted(asked)
+    space, found = asked.problem.space, front_of(whole)
+    assert {tuple(point.objectives.values()) for point in found.front} == set(expected)
+    assert found.status == ("complete" if expected else "infeasible")
+    for point in found.front:
+        if point.is_first:
+            assert point.design == expected[tuple(point.objectives.values())]
+    check(whole, asked, seed)
+    kind = Counter(robust=asked.robust, points=len(expected), stops=0)
+    rng, out = random.Random(f"stops {seed}"), tmp_path / "r.json"
+    for _ in range(2):
+        with monkeypatch.context() as patch:
+            stopped_at(rng.randint(0, 6), patch)
+            stopped = solved(asked)
+        while front_of(stopped).status == "incomplete":
+            kind["stops"] += 1
+            check(stopped, asked, seed)
+            out.write_text(stopped.to_json(), encoding="utf-8")
+            with monkeypatch.context() as patch:
+                stopped_at(rng.randint(1, 9), patch)
+                stopped = dse.resume(out, workers=1)
+            assert isinstance(stopped, RobustResult) == asked.robust
+        assert comparable(stopped) == comparable(whole)
+    record_property("kind", dict(kind))
+    assert space.decisions is not None
+
+
+def check(result: Result | RobustResult, asked: Asked, seed: int) -> None:
+    """`verify` confirms it, also from its file, except where that cannot be proved again."""
+    data = json.loads(result.to_json())
+    method = "exhaustion" if seed % 3 else "model"
+    found = dse.verify(data, problem=asked.path, method=method)  # type: ignore[arg-type]
+    assert found.status != "rejected", found.findings
+    assert found.status == "verified" or any("combinations" in text or "proved" in text for text in found.left_open)
