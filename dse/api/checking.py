@@ -163,6 +163,10 @@ def _remarks(space: Space) -> Iterator[str]:
         if bandwidths and ("load", number) not in limited:
             yield f"nothing limits the load of {bus.name}: designs that overload it are admitted"
     yield from problem_remarks(space)
+    for item in space.requirements:
+        if item.metric.kind == "utilisation" and item.operator == "==":
+            upper = item.text.replace("==", "<=", 1)
+            yield f"{item.text} compares the sum over all cores, not each thread and core: `{upper}` limits these too"
     yield from exclusions(space)
     for name in unoffered_types(space):
         for rule in space.rules:

@@ -37,6 +37,14 @@ def test_a_minimum_above_its_maximum_is_remarked_on(profile: str, named: str) ->
     assert any(row.min_ns > row.max_ns for row in flow.rows) == bool(named)
 
 
+def test_an_equality_of_utilisation_looks_at_the_sum_alone() -> None:
+    """70 % on each of two cores keeps == 70 % and so do 100 % and 40 %; nobody should read more into it."""
+    text = TWO.replace("PROFILE", "dse") + "requirements: [utilisation of p == 70 %, utilisation of p >= 1 %]\n"
+    found = [remark for remark in dse.check(dse.loads(text)).remarks if "compares the sum" in remark]
+    said = "compares the sum over all cores, not each thread and core: `utilisation of p <= 70 %` limits these too"
+    assert found == [f"utilisation of p == 70 % {said}"]
+
+
 def test_a_stated_response_time_below_the_execution_time_is_remarked_on_too() -> None:
     text = TWO.replace("PROFILE", "dse").replace("deadline: 3 ms", "response_time: 2 ms .. 4 ms")
     found = [remark for remark in dse.check(dse.loads(text)).remarks if "too small" in remark]
