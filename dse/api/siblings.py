@@ -14,7 +14,7 @@ from dse.pareto.alternatives import Finder, Neighbourhood
 from dse.pareto.crew import stop_on_interrupt
 from dse.results.changes import changes_between
 from dse.results.result import Others, OthersAsked, Point, Result, Sibling, decisions_of
-from dse.timelimit import NEVER, OutOfTime, TimeLimit, until
+from dse.timelimit import OutOfTime, TimeLimit, until
 from dse.units import DIMENSIONLESS, UnitError, parse_quantity
 
 DEFAULT_COUNT = 3
@@ -27,7 +27,7 @@ def with_others(
     top: int | None = None,
     *,
     seed: int = 0,
-    limit: TimeLimit = NEVER,
+    time_limit_s: float | None = None,
 ) -> Result:
     """The result with other designs of its first points; Ctrl-C keeps those that were found until then.
 
@@ -43,8 +43,8 @@ def with_others(
         at how many points, in the order of rank; all when None.
     seed
         of the solver.
-    limit
-        until when they are looked for; where that is too short it is not known whether there are more.
+    time_limit_s
+        seconds to look for them; where that is too short it is not known whether there are more.
 
     Raises
     ------
@@ -53,6 +53,7 @@ def with_others(
     """
     if result.interrupted:
         return result
+    limit = TimeLimit.after(time_limit_s)
     share = None if within is None else read_share(within)
     started = time.monotonic()
     evaluator = Evaluator(result.space)

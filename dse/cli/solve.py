@@ -145,7 +145,9 @@ def command(
         result = solve_asked(asked, Budget(time_limit, seed, workers), watcher, earlier)
     result = ranked_by(result, rank_by or "ideal")
     if alternatives is not None or within is not None:
-        result = with_others(result, alternatives or DEFAULT_COUNT, within, top, seed=seed, limit=time_limit)
+        result = with_others(
+            result, alternatives or DEFAULT_COUNT, within, top, seed=seed, time_limit_s=time_limit.rest_s
+        )
     failure = save((json_path, result.to_json), (csv_path, result.to_csv))
     if not quiet and "-" not in (json_path, csv_path):
         from dse.report.terminal import print_result

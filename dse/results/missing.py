@@ -6,10 +6,10 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-import numpy
-
 from dse.results.result import Point, Result
 
+UNBOUNDED = 2**62
+"""Stands for the bound of a region in an objective in which it has none."""
 MOST_AT_ONCE = 10**6
 """Maximum number of figures that are compared in one step."""
 
@@ -58,13 +58,18 @@ def outlooks_of(result: Result) -> tuple[Outlook, ...]:
     Evol. Comput. 7, 2003: least in the objective where it is furthest off, of the range from the bound to the worst
     value found).
     """
-    if result.status != "incomplete" or not result.potential:
-        return ()
     names = [info.name for info in result.objectives]
+    if result.status != "incomplete" or not all(name in result.potential for name in names):
+        return ()
+    import numpy
+
     signs = [1 if info.sense == "minimise" else -1 for info in result.objectives]
 
     def vectors(rows: Sequence[Mapping[str, int]]) -> Any:
-        found = [[sign * row[name] for name, sign in zip(names, signs, strict=True)] for row in rows]
+        found = [
+            [sign * row[name] if name in row else UNBOUNDED for name, sign in zip(names, signs, strict=True)]
+            for row in rows
+        ]
         return numpy.array(found, dtype=numpy.int64).reshape(-1, len(names))
 
     least, points = vectors([result.potential])[0], vectors([point.objectives for point in result.front])
@@ -82,6 +87,8 @@ def outlooks_of(result: Result) -> tuple[Outlook, ...]:
 
 def _floors(open_: Any, refuted: Any, least: Any) -> Any:
     """For each open region the least value of each objective: the furthest refuted region that spans all the others."""
+    import numpy
+
     floors = numpy.tile(least, (len(open_), 1))
     step = max(1, MOST_AT_ONCE // max(1, len(refuted)))
     for start in range(0, len(open_), step):
@@ -96,6 +103,8 @@ def _floors(open_: Any, refuted: Any, least: Any) -> Any:
 
 def _distances(points: Any, floors: Any, least: Any) -> Any:
     """For each objective how far the nearest point is from a floor, where it is furthest."""
+    import numpy
+
     scale = numpy.maximum(points.max(axis=0) - numpy.minimum(points.min(axis=0), least), 1)
     worst = numpy.zeros(len(least), dtype=numpy.int64)
     for floor in floors:

@@ -14,7 +14,6 @@ from dse.errors import UsageError
 from dse.pareto.alternatives import Finder
 from dse.report.words import dominated_words, others_words
 from dse.results.result import Result
-from dse.timelimit import TimeLimit
 
 # Price and utilisation depend on the processor alone; bus and `spare` are free: each point has 2 * 3 = 6 designs.
 PROBLEM = """
@@ -97,7 +96,7 @@ def test_top_limits_the_points_that_are_looked_at(result: Result) -> None:
 
 
 def test_an_early_stop_is_said(result: Result) -> None:
-    found = with_others(result, 1, limit=TimeLimit.after(0.0))
+    found = with_others(result, 1, time_limit_s=0.0)
     assert [item.more for item in found.others] == [None, None]
     assert others_words(found.others[0]) == (
         "No other design with exactly the same objectives was found before the search stopped."
