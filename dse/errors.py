@@ -5,7 +5,8 @@ Every exception knows the exit code that the command line answers with.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import Literal
 
@@ -50,6 +51,23 @@ class DseError(Exception):
 
 class UsageError(DseError):
     """The call is wrong: an unknown option value, an expression that does not parse, an incomplete design."""
+
+
+@contextmanager
+def about(path: object) -> Iterator[None]:
+    """What is wrong with the use of a file is told with its path.
+
+    Raises
+    ------
+    UsageError
+        as raised inside, with the path before it unless that is named already.
+    """
+    try:
+        yield
+    except UsageError as error:
+        if str(path) in str(error):
+            raise
+        raise UsageError(f"{path}: {error}") from error
 
 
 class ProblemError(DseError):

@@ -8,7 +8,7 @@ from pathlib import Path
 from dse.analysis.evaluate import Evaluator
 from dse.api.exporting import find_design
 from dse.api.reopening import reopen
-from dse.errors import UsageError
+from dse.errors import UsageError, about
 from dse.results.analysis import Analysis
 from dse.results.compare import DesignComparison, ResultComparison, compare_designs, compare_results
 from dse.results.result import Result
@@ -46,7 +46,11 @@ def compare(one: str, other: str, problem: str | Path | None = None) -> DesignCo
             raise UsageError(str(error)) from error
     if any(wholes):
         raise UsageError("a whole result compares with a result; name a design of it (RESULT.json#ID)")
-    analyses = [_analysis(result, number) for result, (_, number) in zip(filled, sides, strict=True)]
+    analyses = []
+    source = next(path for path, _ in sides if path is not None)
+    for result, (path, number) in zip(filled, sides, strict=True):
+        with about(path or source):
+            analyses.append(_analysis(result, number))
     return compare_designs((one, other), analyses[0], analyses[1])
 
 

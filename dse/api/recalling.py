@@ -34,6 +34,8 @@ def restated(problem: Problem, effective: Mapping[str, Any]) -> Problem:
         ]
         rules = [_rule(space, text) for text in effective["rules"]]
         objectives = tuple(_objective(space, text) for text in effective["objectives"])
+        if len({item.metric for item in objectives}) != len(objectives):
+            raise UsageError("the result states an objective twice")
         space = replace(space, requirements=tuple(requirements), rules=tuple(rules), objectives=objectives)
         fixed = named_choices(with_all_cores(space), effective["fixed"])
     except (KeyError, TypeError, AttributeError, ExpressionError, QuestionError) as error:

@@ -14,7 +14,7 @@ from dse.api.origins import origin_of
 from dse.api.problem import Problem, baseline_design
 from dse.api.recalling import named_design
 from dse.api.resuming import read_search
-from dse.errors import UsageError
+from dse.errors import UsageError, about
 from dse.results.reading import read_result
 from dse.results.result import (
     Clash,
@@ -48,6 +48,11 @@ def reopen(path: str | Path, problem: str | Path | None = None) -> Result:
         when the file is no result, its problem is not found or means something else now, or a figure is not the one
         that the analysis finds.
     """
+    with about(path):
+        return _reopened(path, problem)
+
+
+def _reopened(path: str | Path, problem: str | Path | None) -> Result:
     data = read_result(path)
     asked, search = read_search(path, problem)
     space = asked.space
@@ -59,6 +64,8 @@ def reopen(path: str | Path, problem: str | Path | None = None) -> Result:
     try:
         if [vars(info) for info in infos] != data["objectives"]:
             raise UsageError(f"{path}: its objectives are not those of the problem")
+        if data.get("potential") and set(data["potential"]) != {info.name for info in infos}:
+            raise UsageError(f"{path}: is not a whole result: potential is not about its objectives")
         designs = list(search.points.values())
         front = tuple(
             _point(evaluator, item, design, infos, path) for item, design in zip(data["front"], designs, strict=True)
@@ -74,7 +81,7 @@ def reopen(path: str | Path, problem: str | Path | None = None) -> Result:
             front=front,
             unexplored=tuple(data["unexplored"]),
             refuted=tuple(data["refuted"]),
-            potential=data.get("potential", {}),
+            potential=data.get("potential") or {},
             conflicts=tuple(_conflict(item) for item in data["conflicts"]),
             give_up=_conflict({"members": data.get("give_up", [])}).members,
             search=Search(**data["search"]),
@@ -149,6 +156,9 @@ def _others_asked(item: Mapping[str, Any] | None) -> OthersAsked | None:
 def _conflict(item: Mapping[str, Any]) -> Conflict:
     members = []
     for clash in item["members"]:
+        texts = (clash["text"], clash["origin"], clash["unit"], clash["thread"] or "", *clash.get("unbounded", ()))
+        if not all(isinstance(text, str) for text in texts):
+            raise TypeError("a member of a conflict is not in words")
         limit, closest = (None if clash[name] is None else Fraction(clash[name]) for name in ("limit", "closest"))
         more = {"unbounded": tuple(clash.get("unbounded", ())), "is_sought": clash.get("looked_for", True)}
         thread = clash["thread"] or ""

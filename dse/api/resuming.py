@@ -10,7 +10,7 @@ from dse.api.belonging import problem_of
 from dse.api.origins import origin_of
 from dse.api.problem import Problem
 from dse.api.recalling import named_design, restated
-from dse.errors import UsageError
+from dse.errors import UsageError, about
 from dse.pareto.front import ANYTHING, FrontSearch
 from dse.results.reading import check_form, read_result
 from dse.space.types import Space
@@ -27,12 +27,11 @@ def read_search(path: str | Path, problem: str | Path | None = None) -> tuple[Pr
     data = read_result(path)
     check_form(data, path)
     try:
-        asked = restated(problem_of(data, path, problem), data["problem"]["effective"])
-        if origin_of(asked).question != data["problem"].get("question"):
-            raise UsageError(
-                f"{path}: what it says of its question is not what was searched: they do not belong together"
-            )
-        return asked, search_in(asked.space, data)
+        with about(path):
+            asked = restated(problem_of(data, path, problem), data["problem"]["effective"])
+            if origin_of(asked).question != data["problem"].get("question"):
+                raise UsageError("what it says of its question is not what was searched: they do not belong together")
+            return asked, search_in(asked.space, data)
     except (KeyError, TypeError, ValueError, AttributeError, ArithmeticError) as error:
         raise UsageError(f"{path}: is not a whole result: {error!r}") from error
 

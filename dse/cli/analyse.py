@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import click
 
@@ -17,7 +17,10 @@ from dse.cli.common import (
     question_options,
     write_text,
 )
-from dse.errors import EXIT_COMPLETE, EXIT_INFEASIBLE
+from dse.errors import EXIT_COMPLETE, EXIT_INFEASIBLE, about
+
+if TYPE_CHECKING:
+    from dse.api.problem import Problem
 
 
 @click.command("analyse")
@@ -39,8 +42,10 @@ def command(file: str, design: tuple[str, ...], response_times: bool, json_path:
     """
     check_writable(json_path)
     from dse.api.analysing import analyse
+    from dse.api.problem import load
 
-    analysis = analyse(Path(file), choices_of(design), response_times=response_times, **question_of(options))
+    problem = load(Path(file)).ask(**question_of(options))
+    analysis = analyse(problem, choices_of(design, problem), response_times=response_times)
     if json_path != "-":
         from dse.report.terminal import print_analysis
 
@@ -50,15 +55,19 @@ def command(file: str, design: tuple[str, ...], response_times: bool, json_path:
     return EXIT_COMPLETE if analysis.is_feasible else EXIT_INFEASIBLE
 
 
-def choices_of(texts: tuple[str, ...]) -> list[str]:
-    """Texts ``a = b``; ``RESULT.json#ID`` stands for all decisions of that alternative."""
+def choices_of(texts: tuple[str, ...], problem: Problem) -> list[str]:
+    """Texts ``a = b``; ``RESULT.json#ID`` stands for all decisions of that alternative, which the problem must have."""
+    from dse.api.problem import read_choices
     from dse.results.reading import decisions_in_file
 
     found: list[str] = []
     for text in texts:
         path, mark, number = text.rpartition("#")
         if mark and path.endswith(".json"):
-            found += [f"'{name}' = {option}" for name, option in decisions_in_file(path, number).items()]
+            chosen = [f"'{name}' = {option}" for name, option in decisions_in_file(path, number).items()]
+            with about(path):
+                read_choices(problem.space, chosen)
+            found += chosen
         else:
             found.append(text)
     return found

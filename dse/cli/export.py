@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import click
 
 from dse.cli.common import check_writable, in_time, tell_carried, write_text
+from dse.errors import about
 
 if TYPE_CHECKING:
     from dse.api.exporting import Format
@@ -41,5 +42,7 @@ def command(result: str, alternative: str, form: Format, output: str, problem: s
     opened = reopen(result, problem)
     tell_carried(opened.problem.file, is_carried=opened.problem.is_carried)
     folder = Path() if output == "-" else Path(output).parent
-    write_text(output, export(opened, alternative, form, folder))
+    with about(result):
+        text = export(opened, alternative, form, folder)
+    write_text(output, text)
     return 0

@@ -122,7 +122,7 @@ def command(
     with until(time_limit):
         problem = load(Path(file)).ask(**question_of(options, objectives_of(minimise, maximise)))
         claim_study(target, problem.name, "sensitivity")
-        result = sensitivity_asked(problem, choices_of(design), settings, say)
+        result = sensitivity_asked(problem, choices_of(design, problem), settings, say)
     if live:
         click.echo("\r\033[K", err=True, nl=False)
     if "-" not in (json_path, csv_path):

@@ -81,11 +81,13 @@ def command(
     Exit code 4 when an observation contradicts the analysis.
     """
     check_writable(json_path)
+    from dse.api.problem import load
     from dse.api.simulating import simulate
 
+    problem = load(Path(file)).ask(**question_of(options))
     simulation = simulate(
-        Path(file),
-        choices_of(design),
+        problem,
+        choices_of(design, problem),
         duration=duration,
         offsets=offsets,
         runs=runs,
@@ -95,7 +97,6 @@ def command(
         contention=contention,
         bus_contention=bus_contention,
         endless_queues=endless_queues,
-        **question_of(options),
     )
     if json_path != "-":
         from dse.report.simulation import print_simulation

@@ -5,6 +5,7 @@ from __future__ import annotations
 import sys
 import time
 from collections.abc import Callable
+from contextlib import nullcontext
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -25,6 +26,7 @@ from dse.cli.common import (
     tell_carried,
     time_limit_option,
 )
+from dse.errors import about
 from dse.files.writing import is_stream, write_files
 from dse.timelimit import TimeLimit
 
@@ -140,7 +142,7 @@ def command(
             budget, tell = Budget(time_limit, seed, workers), (progress, _checkpoint(json_path))
             study = solve_robustly(asked, (resume, file) if resume is not None else None, budget, tell)
         return show_robust(study, rank_by or "ideal", top, (json_path, csv_path, target), quiet=quiet)
-    with _Reporter(quiet=quiet) as progress:
+    with _Reporter(quiet=quiet) as progress, about(resume) if resume is not None else nullcontext():
         watcher = Watcher(progress, _checkpoint(json_path))
         result = solve_asked(asked, Budget(time_limit, seed, workers), watcher, earlier)
     result = ranked_by(result, rank_by or "ideal")

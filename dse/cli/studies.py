@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -11,7 +10,8 @@ from typing import TYPE_CHECKING, Any, TypeVar
 import click
 
 from dse.cli.common import check_writable, report_folder
-from dse.errors import UsageError
+from dse.errors import UsageError, about
+from dse.files.plain_json import parse_json
 from dse.files.reading import UnreadableFileError, read_text
 from dse.files.writing import write_files
 
@@ -70,12 +70,12 @@ def read_json(path: str) -> Any:
         when it cannot be read at all.
     """
     try:
-        return json.loads(read_text(path, what="a study"))
+        return parse_json(read_text(path, what="a study"))
     except UnreadableFileError as error:
         if error.is_other_content:
             return None
         raise
-    except (ValueError, RecursionError):  # also a number of 5000 digits
+    except ValueError:
         return None
 
 
@@ -111,8 +111,7 @@ def readable_study(path: str) -> Iterator[None]:
         when the file says that it is a study, but is not as one is written.
     """
     try:
-        yield
-    except UsageError as error:
-        raise UsageError(f"{path}: {error}") from error
-    except (KeyError, TypeError, ValueError, AttributeError, IndexError) as error:
+        with about(path):
+            yield
+    except (KeyError, TypeError, ValueError, AttributeError, IndexError, ArithmeticError) as error:
         raise UsageError(f"{path}: it is no study as dse writes them ({type(error).__name__}: {error})") from error

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
 
 from dse.errors import UsageError
+from dse.files.plain_json import parse_json
 from dse.files.reading import UnreadableFileError, read_text
 from dse.results.result import FORMAT
 from dse.version import SEMANTICS
@@ -22,10 +22,10 @@ def read_result(path: str | Path) -> dict[str, Any]:
         when it cannot be read or is something else.
     """
     try:
-        data = json.loads(read_text(path, what="the result"))
+        data = parse_json(read_text(path, what="the result"))
     except UnreadableFileError as error:
         raise UsageError(f"{path}: cannot be read as a result: {error.reason}") from error
-    except (ValueError, RecursionError) as error:  # a number of 5000 digits is a ValueError too
+    except ValueError as error:
         raise UsageError(f"{path}: cannot be read as a result: not JSON: {error}") from error
     if not isinstance(data, dict) or data.get("format") != FORMAT or not isinstance(data.get("front"), list):
         raise UsageError(f"{path}: is no result of `dse solve --json` ({FORMAT})")
@@ -98,8 +98,9 @@ def decisions_in_file(path: str | Path, number: str) -> Mapping[str, str]:
     """
     data = read_result(path)
     front = data["front"]
-    others = data.get("others")
-    more = [item for group in others if isinstance(group, dict) for item in group.get("designs", [])] if others else []
+    groups = data.get("others")
+    lists = [group.get("designs") for group in groups if isinstance(group, dict)] if isinstance(groups, list) else []
+    more = [item for designs in lists if isinstance(designs, list) for item in designs]
     for point in [*front, *more]:
         if isinstance(point, dict) and str(point.get("id")) == number and isinstance(point.get("decisions"), dict):
             return {str(name): str(option) for name, option in point["decisions"].items()}

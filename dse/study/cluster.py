@@ -24,6 +24,9 @@ NO_SCHEDULER = (OSError, TimeoutError, EOFError, LookupError, MemoryError, TypeE
 """What Dask makes of a peer that does not answer, or of an answer that is not of Dask (a length read from its text)."""
 
 
+LOGGERS = ("distributed", "tornado", "bokeh", "asyncio")
+
+
 class ClusterError(DseError):
     """The cluster went away, or cannot do the work; what was finished is in the store."""
 
@@ -48,7 +51,7 @@ def run_on_cluster(
     try:
         yield from _outcomes(client, task, payloads, limit)
     finally:
-        logging.getLogger("distributed").setLevel(logging.CRITICAL)  # what it says of connections that we close
+        _quieten()  # also what it says of connections that we close
         client.close(timeout=5)
 
 
@@ -61,10 +64,12 @@ def _connected(address: str) -> Client:
             "or in a checkout pip install '.[cluster]'"
         ) from error
     _check_reachable(address)
-    logging.getLogger("distributed").setLevel(logging.CRITICAL)
-    logging.getLogger("tornado").setLevel(logging.CRITICAL)
+    _quieten()
     try:
         asyncio.run(_greeted(address))
+    except Exception as error:
+        raise UsageError(f"--scheduler {address}: there is no Dask scheduler ({_brief(error)})") from error
+    try:
         client = distributed.Client(address, timeout=CONNECT_S, set_as_default=False, name="dse")
     except NO_SCHEDULER as error:
         raise UsageError(f"--scheduler {address}: there is no Dask scheduler ({_brief(error)})") from error
@@ -72,6 +77,16 @@ def _connected(address: str) -> Client:
         client.close()
         raise UsageError(f"--scheduler {address}: the scheduler has no workers (dask worker {address})")
     return client
+
+
+def _quieten() -> None:
+    """Leave out what Dask logs, tracebacks for the most part: what matters is raised, and told in one line.
+
+    Its loggers have levels of their own, so that quietening the first of them is not enough.
+    """
+    for name in (*LOGGERS, *logging.root.manager.loggerDict):
+        if name.partition(".")[0] in LOGGERS:
+            logging.getLogger(name).setLevel(logging.CRITICAL + 1)
 
 
 def _check_reachable(address: str) -> None:

@@ -10,7 +10,7 @@ from typing import Any
 from dse.api.recalling import restated
 from dse.api.resuming import read_search, search_in
 from dse.api.solving import Watcher, solve_asked
-from dse.errors import UsageError
+from dse.errors import UsageError, about
 from dse.pareto.front import Budget, Progress
 from dse.results.reading import read_result
 from dse.results.result import Result
@@ -48,9 +48,10 @@ def resume(
     """
     budget = Budget(TimeLimit.after(time_limit_s), seed, workers)
     asked, earlier = read_search(path, problem)
-    if asked.robust:
-        return resume_robust(path, problem, budget, RobustWatcher(progress))
-    return solve_asked(asked, budget, Watcher(progress), earlier)
+    with about(path):
+        if asked.robust:
+            return resume_robust(path, problem, budget, RobustWatcher(progress))
+        return solve_asked(asked, budget, Watcher(progress), earlier)
 
 
 def resume_robust(path: str | Path, problem: str | Path | None, budget: Budget, watcher: RobustWatcher) -> RobustResult:

@@ -24,6 +24,8 @@ FORM = 1
 ANSWERING = ("units", "spec", "space", "analysis", "encode", "pareto", "study")
 """The packages whose code decides what a run answers."""
 WAIT_S = 60.0
+DAMAGE = (sqlite3.Error, UnicodeDecodeError, OverflowError)
+"""What reading a file that is no whole database may end in."""
 
 
 @cache
@@ -63,7 +65,7 @@ class Store:
             self._connection = sqlite3.connect(path, timeout=WAIT_S, isolation_level=None)
             self._connection.setlimit(sqlite3.SQLITE_LIMIT_LENGTH, MOST_BYTES)
             self._prepare()
-        except sqlite3.DatabaseError as error:
+        except DAMAGE as error:
             raise UsageError(
                 f"{path}: cannot be used as a store: {error}; nothing was taken from it and nothing was written "
                 "(move it away, or name another with --store)"
@@ -134,7 +136,7 @@ class Store:
                 if not isinstance(row[0], str) or row[1] != _digest(key, row[0]):
                     raise self._refused(f"the entry {key[:12]} is damaged")
                 found[key] = row[0]
-        except sqlite3.DatabaseError as error:
+        except DAMAGE as error:
             raise self._refused(f"it is damaged: {error}") from error
         return found
 

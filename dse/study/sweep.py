@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import json
 import time
-from collections.abc import Callable, Generator, Iterator, Sequence
+from collections.abc import Callable, Generator, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
-from typing import Unpack
+from typing import Any, Unpack
 
 from dse.api.problem import Problem, Source, load
 from dse.api.question import Changes, Question
@@ -20,6 +19,7 @@ from dse.spec.model import FROM_BANDWIDTH
 from dse.study.axes import Axis, InputAxis, LimitAxis, grid_points, read_axis
 from dse.study.cluster import run_on_cluster
 from dse.study.fronts import check_objectives
+from dse.study.outcomes import OutcomeError, read_outcome
 from dse.study.quantities import Inputs, copied, merged_data
 from dse.study.runs import OTHER_VERSION, Run, make_payload, solve_payload
 from dse.study.store import Store, semantics_version
@@ -210,13 +210,13 @@ def _solved(
     store = Store(means.store) if means.store is not None else None
     try:
         kept = store.find([run.key for run in runs]) if store is not None else {}
-        done = {number: json.loads(kept[run.key]) for number, run in enumerate(runs) if run.key in kept}
+        done = _taken(runs, kept, means.store)
         found, started = len(done), time.monotonic()
         todo = [number for number in range(len(runs)) if number not in done]
         outcomes = _outcomes([runs[number].payload for number in todo], means)
         try:
             for position, text in outcomes:
-                number, outcome = todo[position], json.loads(text)
+                number, outcome = todo[position], _read(text)
                 if outcome["status"] == OTHER_VERSION:
                     raise DseError(
                         f"a worker has another version of dse ({outcome['message']}): install the same everywhere"
@@ -235,6 +235,45 @@ def _solved(
     finally:
         if store is not None:
             store.close()
+
+
+def _read(text: str) -> dict[str, Any]:
+    """The outcome that a worker has sent.
+
+    Raises
+    ------
+    DseError
+        when it is none.
+    """
+    try:
+        return read_outcome(text)
+    except OutcomeError as error:
+        raise DseError(f"a worker has sent what is no outcome of a run: {error}") from error
+
+
+def _taken(runs: Sequence[Run], kept: Mapping[str, str], store: Path | None) -> dict[int, dict[str, object]]:
+    """What a store has of these runs, all of it about the same objectives.
+
+    Raises
+    ------
+    UsageError
+        when that is nothing that a run has written.
+    """
+    done: dict[int, dict[str, object]] = {}
+    for number, run in enumerate(runs):
+        if run.key not in kept:
+            continue
+        try:
+            done[number] = outcome = read_outcome(kept[run.key])
+            asked = [item["objectives"] for item in done.values() if item["kind"] != "error"]
+            if outcome["kind"] != "error" and outcome["objectives"] != asked[0]:
+                raise OutcomeError("objectives is not that of other runs")
+        except OutcomeError as error:
+            raise UsageError(
+                f"{store}: cannot be used as a store: the entry {run.key[:12]} was not written by a run: {error} "
+                "(move it away, or name another with --store)"
+            ) from error
+    return done
 
 
 def _outcomes(payloads: Sequence[str], means: Means) -> Generator[tuple[int, str], None, None]:

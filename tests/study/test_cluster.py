@@ -19,6 +19,7 @@ from study.studies import LONG, example
 from study.test_sweep import first_path
 
 from dse.errors import UsageError
+from dse.examples import example_path
 from dse.study.store import Store
 from dse.study.sweep import SweepProgress, sweep
 
@@ -27,7 +28,7 @@ RUNS = 60 if LONG else 12
 
 @contextmanager
 def cluster(folder: Path, workers: int) -> Iterator[tuple[str, list[subprocess.Popen[bytes]]]]:
-    """A scheduler and workers as a user starts them; address and worker processes."""
+    """A scheduler and workers as a user starts them; address, worker processes and, as the last, the scheduler's."""
     pytest.importorskip("distributed")
     address = folder / "scheduler.json"
     dask = [sys.executable, "-m", "dask"]
@@ -41,7 +42,7 @@ def cluster(folder: Path, workers: int) -> Iterator[tuple[str, list[subprocess.P
         for _ in range(workers)
     ]
     try:
-        yield _address(address, workers), processes
+        yield _address(address, workers), [*processes, scheduler]
     finally:
         for process in [*processes, scheduler]:
             process.kill()
@@ -96,6 +97,28 @@ def test_three_workers_one_killed(tmp_path: Path, capsys: pytest.CaptureFixture[
         sys.stderr.write(f"\n{RUNS} runs: {said}\n")
 
 
+@pytest.mark.skipif(
+    not os.environ.get("DSE_CLUSTER_TESTS") and not LONG, reason="starts a cluster: set DSE_CLUSTER_TESTS=1"
+)
+def test_a_scheduler_that_dies_is_told_in_one_line(tmp_path: Path) -> None:
+    """Not with what Dask logs of it, a screen of tracebacks."""
+    vary = f"{first_path('starter', '.price')}=1 EUR..3000 EUR step 1 EUR"
+    with cluster(tmp_path, 1) as (address, processes):
+        arguments = ["sweep", str(example_path("starter")), "--vary", vary, "--no-store", "--scheduler", address]
+        run = subprocess.Popen(
+            [sys.executable, "-c", "from dse.cli.entry import main; main()", *arguments],
+            stdout=subprocess.DEVNULL,
+            stderr=subprocess.PIPE,
+            text=True,
+            cwd=Path(__file__).parents[2],
+        )
+        assert run.stderr is not None and " runs, about " in run.stderr.readline()
+        processes[-1].kill()
+        _, said = run.communicate(timeout=120)
+    lines = [line for line in said.splitlines() if " runs, about " not in line]
+    assert (run.returncode, lines) == (2, ["dse: the scheduler is gone; run the same command again to go on"])
+
+
 @pytest.mark.filterwarnings("default")
 def test_a_cluster_that_is_not_there(monkeypatch: pytest.MonkeyPatch) -> None:
     pytest.importorskip("distributed")
@@ -115,11 +138,13 @@ def test_a_cluster_that_is_not_there(monkeypatch: pytest.MonkeyPatch) -> None:
         port = other.getsockname()[1]
         with pytest.raises(UsageError, match="there is no Dask scheduler"):
             sweep(example("starter"), "price=100 EUR,200 EUR", scheduler=f"tcp://127.0.0.1:{port}")
-    with socketserver.ThreadingTCPServer(("127.0.0.1", 0), Talker) as talker:
-        Thread(target=talker.serve_forever, daemon=True).start()
-        with pytest.raises(UsageError, match="there is no Dask scheduler"):
-            sweep(example("starter"), "price=100 EUR,200 EUR", scheduler=f"tcp://127.0.0.1:{talker.server_address[1]}")
-        talker.shutdown()
+    for kind in (Talker, Zeros):
+        with socketserver.ThreadingTCPServer(("127.0.0.1", 0), kind) as talker:
+            Thread(target=talker.serve_forever, daemon=True).start()
+            port = talker.server_address[1]
+            with pytest.raises(UsageError, match="there is no Dask scheduler"):
+                sweep(example("starter"), "price=100 EUR,200 EUR", scheduler=f"tcp://127.0.0.1:{port}")
+            talker.shutdown()
 
 
 class Talker(socketserver.BaseRequestHandler):
@@ -127,6 +152,14 @@ class Talker(socketserver.BaseRequestHandler):
 
     def handle(self) -> None:
         self.request.sendall(b"HTTP/1.1 400 Bad Request\r\n\r\n" * 10)
+
+
+class Zeros(socketserver.BaseRequestHandler):
+    """Sends what a decoder stumbles over."""
+
+    def handle(self) -> None:
+        self.request.sendall(b"\0" * 1000)
+        time.sleep(1)
 
 
 def test_without_the_extra_it_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
