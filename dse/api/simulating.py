@@ -25,11 +25,13 @@ from dse.simulation.plan import Plan, build_plan
 from dse.simulation.search import Record, histogram, random_offsets, search_flow
 from dse.space.trees import at
 from dse.space.types import Design, Flow, Space
-from dse.units import Exact, Rounding, UnitError, parse_duration_ns
+from dse.units import Exact, Rounding, UnitError, format_duration, parse_duration_ns
 
 Offsets: TypeAlias = Literal["worst", "random", "zero"]
 BINS = 20
 MOST_DRIFT_PPM = 100_000
+MOST_DISPATCHES = 50_000_000
+"""The most dispatches of timers in one run, which take minutes."""
 
 
 def simulate(
@@ -83,7 +85,8 @@ def simulate(
     ProblemError
         when the file is wrong.
     UsageError
-        when a decision or option does not exist, decisions are left open, or the design is not valid.
+        when a decision or option does not exist, decisions are left open, the design is not valid, or a run
+        would take more than `MOST_DISPATCHES`.
     """
     space = load(problem).ask(**question).space
     texts = [f"'{name}' = {option}" for name, option in design.items()] if isinstance(design, Mapping) else design or ()
@@ -96,6 +99,7 @@ def simulate(
     plan = build_plan(space, evaluation.design, contention=contention, endless_queues=endless_queues)
     whole = _setting(space, plan, _read_duration(duration))
     setting = replace(whole, execution=execution, bus_contention=bus_contention, seed=seed)
+    _check_effort(plan, setting)
     record = Record([Counter() for _ in space.flows])
     if offsets == "worst":
         for number, flow in enumerate(space.flows):
@@ -118,6 +122,22 @@ def simulate(
         contention=contention,
         seed=seed,
     )
+
+
+def _check_effort(plan: Plan, setting: Setting) -> None:
+    """Refuse a run that would not end.
+
+    Raises
+    ------
+    UsageError
+        with the number of dispatches that the timers alone would make.
+    """
+    count = sum(setting.duration_ns // max(1, int(period)) for period in plan.timers.values())
+    if count > MOST_DISPATCHES:
+        raise UsageError(
+            f"a run of {format_duration(setting.duration_ns)} has {count:,} dispatches of timers, more than "
+            f"{MOST_DISPATCHES:,}: give a shorter --duration"
+        )
 
 
 def _read_duration(text: str | None) -> int | None:

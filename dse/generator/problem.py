@@ -23,6 +23,8 @@ from dse.space.build import build_space
 from dse.spec.load import parse_spec
 
 LEAST_THREADS = 5
+MOST_THREADS = 5_000
+"""Larger problems would not be read: a file is bounded."""
 MOST_OBJECTIVES = 5
 CORE_SHARE = 66
 """Percent of a processor that the starting design uses at most; of a bus, half."""
@@ -34,7 +36,7 @@ def random_problem(threads: int, seed: int = 1, objectives: int = 2, family: str
     Parameters
     ----------
     threads
-        at least 5.
+        5 to 5,000.
     seed
         of everything that is drawn.
     objectives
@@ -50,6 +52,8 @@ def random_problem(threads: int, seed: int = 1, objectives: int = 2, family: str
     """
     if threads < LEAST_THREADS:
         raise UsageError(f"a random problem has at least {LEAST_THREADS} threads, got {threads}")
+    if threads > MOST_THREADS:
+        raise UsageError(f"a random problem has at most {MOST_THREADS:,} threads, got {threads:,}")
     if not 1 <= objectives <= MOST_OBJECTIVES:
         raise UsageError(f"a random problem has 1 to {MOST_OBJECTIVES} objectives, got {objectives}")
     if family not in FAMILIES:

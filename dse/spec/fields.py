@@ -101,10 +101,12 @@ CORE_RULES = ("any", "first_fit")
 """What may stand where a core does: the search decides, or first-fit by decreasing utilisation."""
 
 
-def _count(least: int) -> Callable[[Any], int]:
+def _count(least: int, most: int | None = None) -> Callable[[Any], int]:
     def read(value: Any) -> int:
         if not isinstance(value, int) or isinstance(value, bool) or value < least:
             raise field_error(f"expected a whole number of at least {least}, got {describe(value)}")
+        if most is not None and value > most:
+            raise field_error(f"expected a whole number of at most {most:,}, got {describe(value)}")
         return value
 
     return read
@@ -133,6 +135,13 @@ def _version(value: Any) -> int:
 
 Version: TypeAlias = Annotated[int, PlainValidator(_version), WithJsonSchema({"const": 1})]
 Count: TypeAlias = Annotated[int, PlainValidator(_count(1)), WithJsonSchema({"type": "integer", "minimum": 1})]
+MOST_CORES = 1024
+"""The most cores of one processor."""
+Cores: TypeAlias = Annotated[
+    int,
+    PlainValidator(_count(1, MOST_CORES)),
+    WithJsonSchema({"type": "integer", "minimum": 1, "maximum": MOST_CORES}),
+]
 Core: TypeAlias = Annotated[
     int | str,
     PlainValidator(_core),

@@ -24,7 +24,7 @@ from dse.spec.fields import (
     Alternatives,
     Bandwidth,
     Core,
-    Count,
+    Cores,
     DataRate,
     DataSize,
     Duration,
@@ -69,7 +69,7 @@ class Priced(Model):
 class ProcessorType(Priced):
     """A computer that can fill a processor slot."""
 
-    cores: Alternatives[Count] = (1,)
+    cores: Alternatives[Cores] = (1,)
 
 
 INSTANTLY = units.TimeRange(0, 0)

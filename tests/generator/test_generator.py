@@ -88,6 +88,7 @@ def test_shares_of_periods_are_those_of_the_paper() -> None:
     ("arguments", "message"),
     [
         ((4, 1, 2, "robot"), "at least 5 threads"),
+        ((5_001, 1, 2, "robot"), "at most 5,000 threads, got 5,001"),
         ((9, 1, 6, "robot"), "1 to 5 objectives"),
         ((9, 1, 0, "robot"), "1 to 5 objectives"),
         ((9, 1, 2, "robots"), 'no family is called "robots" (known: robot, '),
