@@ -77,6 +77,7 @@ def build_space(loaded: LoadedSpec) -> Space:
     )
     check_activation(ledger, space)
     check_flow_sizes(ledger, space)
+    _check_uncertainty(ledger)
     space = with_questions(ledger, space, spec)
     if ledger.diagnostics:
         raise ProblemError(ledger.sorted_diagnostics())
@@ -134,6 +135,15 @@ def _check_totals(spec: Spec, ledger: Ledger) -> None:
                 if total.unit != spec.totals[key]:
                     message = f"expected a figure in {spec.totals[key]}, got {shown(total.unit)}"
                     ledger.error((*path, "totals", key), message)
+
+
+def _check_uncertainty(ledger: Ledger) -> None:
+    """Every entry says something that can be read, of a figure that is there."""
+    for error in ledger.loaded.misstated:
+        is_missing = not error.field and error.message.startswith("no quantity")
+        if is_missing and not ledger.loaded.remains.is_whole:
+            continue  # its figure may have been taken out
+        ledger.error(error.place, error.message, error.hint, at_key=not error.field)
 
 
 def _currency(spec: Spec, ledger: Ledger) -> str:

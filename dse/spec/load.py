@@ -22,6 +22,7 @@ from dse.spec.reader import MAX_BYTES, Node, PathPart, RepeatedKeysError, decode
 from dse.spec.salvage import WHOLE, Place, Remains, remains, salvaged
 from dse.spec.samples import Samples, read_samples
 from dse.spec.sources import Carried, Files, OnDisk, name_from, read_source
+from dse.spec.uncertainty import Stated, UncertaintyError, read_stated
 
 MAX_FILES = 200
 MAX_FINDINGS = 200
@@ -77,6 +78,20 @@ class LoadedSpec:
     def document(self) -> Mapping[str, Any]:
         """What it says as plain data, includes and samples merged in."""
         return merged_document([source.node for source in self.sources], self.samples)
+
+    @cached_property
+    def _uncertainties(self) -> tuple[tuple[Stated, ...], tuple[UncertaintyError, ...]]:
+        return read_stated(self.spec, self.samples)
+
+    @property
+    def stated(self) -> tuple[Stated, ...]:
+        """What is not known of its figures, in the order of the file; entries with mistakes are left out."""
+        return self._uncertainties[0]
+
+    @property
+    def misstated(self) -> tuple[UncertaintyError, ...]:
+        """The mistakes in what it says of its figures' uncertainty."""
+        return self._uncertainties[1]
 
     @cached_property
     def identity(self) -> str:

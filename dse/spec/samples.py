@@ -11,6 +11,7 @@ from typing import TypeAlias
 from dse.files.reading import UnreadableFileError
 from dse.spec.model import Spec
 from dse.spec.sources import Files
+from dse.units import UnitError, parse_quantity
 
 MOST_SAMPLES = 1_000_000
 MOST_BYTES = 64_000_000
@@ -58,6 +59,8 @@ def _text(files: Files, path: Path) -> str:
 def column(text: str, file: str, name: str | None) -> list[str]:
     """The texts of a column of a CSV file with a header; of the only one when no name is given.
 
+    A single column may go without a header: a first line that is a number, with or without a unit, is a sample.
+
     Raises
     ------
     SampleError
@@ -66,6 +69,13 @@ def column(text: str, file: str, name: str | None) -> list[str]:
     try:
         reader = csv.DictReader(io.StringIO(text.removeprefix("\ufeff"), newline=""))
         columns = list(reader.fieldnames or [])
+        bare = name is None and bool(columns) and all(map(_is_figure, columns))
+        if bare and len(columns) > 1:
+            raise SampleError(
+                "samples",
+                f"{file} has {len(columns)} columns, but no header",
+                "name them in a first line, and `column`",
+            )
         if name is None and len(columns) != 1:
             raise SampleError(
                 "samples", f"{file} has {len(columns)} columns", f"say which with `column`: {', '.join(columns)}"
@@ -74,8 +84,17 @@ def column(text: str, file: str, name: str | None) -> list[str]:
         if chosen not in columns:
             raise SampleError("column", f"{file} has no such column", f"columns: {', '.join(columns)}")
         texts = [str(row[chosen]).strip() for row in reader if row[chosen]]
+        texts = [chosen.strip(), *texts] if bare else texts
     except csv.Error as error:
         raise SampleError("samples", f"{file} cannot be read: {error}") from error
     if not texts or len(texts) > MOST_SAMPLES:
         raise SampleError("samples", f"{file}: {len(texts)} samples", f"from 1 to {MOST_SAMPLES}")
     return texts
+
+
+def _is_figure(text: str) -> bool:
+    """Whether a text is a number, with or without a unit that is known, and so no name of a column."""
+    try:
+        return parse_quantity(text).dimension is not None
+    except UnitError:
+        return False

@@ -18,7 +18,8 @@ from dse.space.metrics import BUILT_IN
 from dse.space.questions import QuestionError, read_requirements
 from dse.space.types import Metric, Requirement, Space
 from dse.spec.grammar import ExpressionError
-from dse.study.quantities import COUNT, TOTAL, Inputs, copied, quantity_text, read_value
+from dse.spec.quantities import COUNT, TOTAL, read_value
+from dse.study.quantities import Inputs, copied, quantity_text
 from dse.units import DIMENSIONLESS, Quantity, UnitError, format_number, parse_quantity
 
 MOST_VALUES = 100_000

@@ -65,7 +65,7 @@ class RobustQuestion:
     @property
     def words(self) -> dict[str, str]:
         """What may vary, by path."""
-        return {item.path: item.words for item in self.box.uncertain}
+        return {item.path: item.robust_words for item in self.box.uncertain}
 
     def nominal(self) -> Evaluator:
         """The evaluator of the nominal figures."""

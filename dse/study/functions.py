@@ -12,7 +12,6 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, fields, is_dataclass, replace
 from fractions import Fraction
 from functools import cached_property, partial
-from math import floor
 from typing import Any
 
 import numpy
@@ -23,11 +22,10 @@ from dse.analysis.views import View
 from dse.api.problem import Problem, changed
 from dse.space.build import build_space
 from dse.space.types import Design, Space
-from dse.spec.model import Spec, TransmissionTime
-from dse.study.quantities import BASE, COUNT, FIELDS, PARTS, TOTAL
+from dse.spec.model import Spec
+from dse.spec.quantities import Figure, matching, with_figures
 from dse.study.trace import MOST_GUARDS, Node, Program, Traced, watching
 from dse.timelimit import look_at_the_clock
-from dse.units import PERIOD, RATE, RATE_OF_DATA, TRANSMISSION, Kind, Money, TimeRange, Total
 
 CHUNK = 8192
 """So many samples are evaluated at a time: what they need stays in the cache."""
@@ -39,114 +37,25 @@ Values = Sequence[Fraction]
 
 
 @dataclass(frozen=True)
-class Variable:
-    """An input: its path, kind, nominal value and unit.
+class Variable(Figure):
+    """An input: a figure of the file, with its number."""
 
-    `end` is ``min`` or ``max`` of a time range with different ends.
-    """
-
-    index: int
-    path: str
-    kind: Kind
-    nominal: Fraction
-    unit: str
-    end: str = ""
-
-    @property
-    def is_whole(self) -> bool:
-        """Whether the file's values become whole numbers of the unit."""
-        return self.kind not in (RATE, RATE_OF_DATA, TOTAL, TRANSMISSION)
-
-    @property
-    def is_count(self) -> bool:
-        """Whether it counts things (cores, places in a queue): there is nothing between two of its values."""
-        return self.kind is COUNT
-
-    def settled(self, value: Fraction) -> Fraction:
-        """The nearest value that it can have: a whole number where the file's values become one; never too small."""
-        return Fraction(max(self.least, floor(value + Fraction(1, 2)))) if self.is_whole else value
-
-    @property
-    def least(self) -> int:
-        """The least value that the file admits."""
-        return 1 if self.kind in (PERIOD, COUNT) or self.unit == "bit/s" else 0
+    index: int = 0
 
 
 # --- the problem with traced figures -------------------------------------------------------------------------------
 
 
-class _Tracer:
-    """Replaces every stated quantity of a spec by a variable."""
+def _traced(spec: Spec) -> tuple[Spec, tuple[Variable, ...]]:
+    """The spec with a variable in the place of every stated quantity, and the variables; nothing in it is uncertain."""
+    variables: list[Variable] = []
 
-    def __init__(self) -> None:
-        self.variables: list[Variable] = []
-
-    def spec(self, spec: Spec) -> Spec:
-        sections: dict[str, Any] = {}
-        for section, kinds in FIELDS.items():
-            if section == "flows":
-                continue
-            models = getattr(spec, section)
-            sections[section] = {name: self._model(f"{section}.{name}", model, kinds) for name, model in models.items()}
-        return spec.model_copy(update=sections)
-
-    def _model(self, path: str, model: Any, kinds: Mapping[str, Kind]) -> Any:
-        stated = model.model_fields_set
-        update: dict[str, Any] = {}
-        for name, kind in kinds.items():
-            if name in stated and getattr(model, name) is not None:
-                update[name] = self._field(f"{path}.{name}", getattr(model, name), kind)
-        if "totals" in stated and model.totals:
-            update["totals"] = {
-                key: self._field(f"{path}.totals.{key}", item, TOTAL) for key, item in model.totals.items()
-            }
-        times = getattr(model, "transmission_time", None)
-        if isinstance(times, TransmissionTime):
-            update["transmission_time"] = self._transmission(f"{path}.transmission_time", times)
-        elif isinstance(times, Mapping):
-            update["transmission_time"] = {
-                machine: self._transmission(f"{path}.transmission_time.{machine}", item)
-                for machine, item in times.items()
-            }
-        return model.model_copy(update=update)
-
-    def _transmission(self, path: str, times: TransmissionTime) -> TransmissionTime:
-        update = {
-            part: self._field(f"{path}.{part}", getattr(times, part), TRANSMISSION)
-            for part in PARTS
-            if part in times.model_fields_set
-        }
-        return times.model_copy(update=update)
-
-    def _field(self, path: str, given: Any, kind: Kind) -> Any:
-        if isinstance(given, dict):
-            return {machine: self._field(f"{path}.{machine}", item, kind) for machine, item in given.items()}
-        several = len(given) > 1
-        return tuple(
-            self._value(f"{path}[{number}]" if several else path, item, kind) for number, item in enumerate(given)
-        )
-
-    def _value(self, path: str, given: Any, kind: Kind) -> Any:
-        if isinstance(given, Money):
-            return Money(self._traced(path, given.cents, kind, "ct"), given.currency)  # type: ignore[arg-type]
-        if isinstance(given, Total):
-            return Total(self._traced(path, given.value, kind, given.unit), given.unit)
-        if isinstance(given, TimeRange):
-            if given.min_ns == given.max_ns:
-                both: Any = self._traced(path, given.min_ns, kind, "ns")
-                return TimeRange(both, both)
-            ends = (
-                self._traced(f"{path}.{end}", value, kind, "ns", end)
-                for end, value in zip(("min", "max"), given, strict=True)
-            )
-            return TimeRange(*ends)
-        unit = "mW" if kind.noun == "a power" else BASE.get(kind, "")
-        return self._traced(path, given, kind, unit)
-
-    def _traced(self, path: str, value: Any, kind: Kind, unit: str, end: str = "") -> Traced:
-        variable = Variable(len(self.variables), path, kind, Fraction(value), unit, end)
-        self.variables.append(variable)
+    def make(value: Any, figure: Figure) -> Traced:
+        variable = Variable(**vars(figure), index=len(variables))
+        variables.append(variable)
         return Traced(value, Node("var", (), variable.index))
+
+    return with_figures(spec, make).model_copy(update={"uncertainty": {}}), tuple(variables)
 
 
 class InputSpace:
@@ -154,12 +63,11 @@ class InputSpace:
 
     def __init__(self, problem: Problem, ask: Callable[[Problem], Problem] | None = None) -> None:
         """`ask` makes the question of `problem` from the problem as its file states it, where its changes do not."""
-        tracer = _Tracer()
-        loaded = replace(problem.loaded, spec=tracer.spec(problem.loaded.spec))
+        spec, self.variables = _traced(problem.loaded.spec)
+        loaded = replace(problem.loaded, spec=spec)
         self.problem = problem
         asked = ask or partial(changed, changes=problem.changes)
         self.traced = asked(Problem(loaded, build_space(loaded))).space
-        self.variables = tuple(tracer.variables)
         assert [item.options for item in self.traced.decisions] == [
             item.options for item in self.problem.space.decisions
         ]
@@ -187,8 +95,7 @@ class InputSpace:
 
     def matching(self, path: str) -> list[Variable]:
         """The variables that a path stands for: its own, or all below it."""
-        exact = [item for item in self.variables if item.path == path]
-        return exact or [item for item in self.variables if item.path.startswith((f"{path}.", f"{path}["))]
+        return matching(self.variables, path)
 
 
 def _substituted(part: Any, replaced: Any, seen: dict[int, Any]) -> Any:

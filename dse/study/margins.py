@@ -9,8 +9,8 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from fractions import Fraction
 
 from dse.results.sensitivity import Bar, Break, Margin, Scaling
+from dse.spec.quantities import COUNT
 from dse.study.functions import Bound, DesignFunction, Variable
-from dse.study.quantities import COUNT
 from dse.study.ways import Way
 from dse.units import TIME_RANGE
 

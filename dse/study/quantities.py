@@ -17,57 +17,17 @@ from typing import Any
 
 from dse.api.problem import Problem
 from dse.errors import UsageError
+from dse.spec.quantities import BASE, COUNT, FIELDS, PARTS, RANGES, TOTAL
 from dse.units import (
-    BANDWIDTH,
-    DIMENSIONLESS,
-    DURATION,
-    PERIOD,
-    POWER_DRAW,
-    PRICE,
-    RATE,
-    RATE_OF_DATA,
-    SIZE,
-    TIME_RANGE,
     TRANSMISSION,
     UNITS,
     Kind,
     Quantity,
-    UnitError,
-    as_written,
-    expectation,
     format_number,
     parse_quantity,
     shown,
-    unit_hint,
 )
 
-COUNT = Kind("a whole number", "4", DIMENSIONLESS)
-TOTAL = Kind("a figure", "90 g", DIMENSIONLESS)
-PRICED = {"price": PRICE, "power": POWER_DRAW}
-DEVICE = {
-    **PRICED, "period": PERIOD, "compute_execution_time": TIME_RANGE, "latency": TIME_RANGE, "deadline": DURATION,
-    "response_time": TIME_RANGE, "queue_size": COUNT,
-}  # fmt: skip
-FIELDS: Mapping[str, Mapping[str, Kind]] = {
-    "processor_types": {"cores": COUNT, **PRICED},
-    "bus_types": {"bandwidth": BANDWIDTH, "latency": TIME_RANGE, "overhead": SIZE, **PRICED},
-    "device_types": DEVICE,
-    "thread_types": {**DEVICE, "callback_execution_time": TIME_RANGE},
-    "devices": DEVICE,
-    "threads": {**DEVICE, "callback_execution_time": TIME_RANGE},
-    "connections": {
-        "data_size": SIZE, "rate": RATE, "data_rate": RATE_OF_DATA, "queue_size": COUNT, "latency": TIME_RANGE,
-    },
-    "flows": {"latency": TRANSMISSION},
-}  # fmt: skip
-PARTS = ("fixed", "per_byte")
-RANGES = (TIME_RANGE, TRANSMISSION)
-BASE = dict.fromkeys((PERIOD, DURATION, *RANGES), "ns") | {
-    SIZE: "B",
-    BANDWIDTH: "bit/s",
-    RATE: "Hz",
-    RATE_OF_DATA: "B/s",
-}
 LEFT_OUT = ("baseline", "uncertainty")
 Place = tuple[str | int, ...]
 
@@ -297,27 +257,3 @@ def quantity_text(quantity: Quantity, kind: Kind) -> str:
 
 def _table_unit(unit: str) -> str:
     return {"µs": "us", "μs": "us"}.get(unit, unit)
-
-
-def read_value(text: str, kind: Kind, path: str) -> Quantity:
-    """A value for a path.
-
-    Raises
-    ------
-    UsageError
-        when it is no quantity of the kind.
-    """
-    try:
-        quantity = parse_quantity(text)
-    except UnitError as error:
-        raise UsageError(f"{path}: {error}") from error
-    if kind is COUNT:
-        if quantity.unit or quantity.value.denominator != 1:
-            raise UsageError(f"{path}: expected {expectation(kind)}, got {shown(text)}")
-        return quantity
-    if kind is TOTAL:
-        return as_written(quantity)
-    if quantity.dimension != kind.dimension or not quantity.unit:
-        hint = unit_hint(quantity.unit, kind.dimension)
-        raise UsageError(f"{path}: expected {expectation(kind)}, got {shown(text)} ({hint})")
-    return quantity

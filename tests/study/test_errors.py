@@ -10,10 +10,8 @@ from study.studies import example, written
 from dse.api.problem import load
 from dse.cli.main import run
 from dse.errors import ProblemError, UsageError
-from dse.study.functions import InputSpace
 from dse.study.quantities import Inputs, merged_data
 from dse.study.sweep import read_axes, sweep
-from dse.study.uncertainty import read_uncertainties
 
 WRONG = [
     ("threads.nav_controller.perod=1ms,2ms", 'did you mean "threads.nav_controller.period"?'),
@@ -104,10 +102,24 @@ UNCERTAIN = [
 
 
 @pytest.mark.parametrize(("entry", "words"), UNCERTAIN)
-def test_wrong_uncertainties_are_diagnostics(tmp_path: Path, entry: str, words: str) -> None:
+def test_wrong_uncertainties_are_diagnostics(
+    tmp_path: Path, entry: str, words: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Whoever reads the file is told, whether or not anything uncertain matters to the command."""
     path = written(tmp_path, "starter", f"\nuncertainty:\n  {entry}\n")
-    problem = load(path)
     with pytest.raises(ProblemError) as caught:
-        read_uncertainties(problem, InputSpace(problem))
+        load(path)
     assert words in str(caught.value)
     assert caught.value.diagnostics[0].line > 10
+    for command in ("check", "solve"):
+        assert run([command, str(path)]) == 3
+        assert words in capsys.readouterr().err
+
+
+def test_wrong_uncertainties_stand_beside_other_mistakes(tmp_path: Path) -> None:
+    path = written(tmp_path, "starter", "\nuncertainty:\n  threads.nobody.period: {range: 1 ms .. 2 ms}\n")
+    path.write_text(path.read_text().replace("objectives:", "objectives:\n  - minimise jiter"))
+    with pytest.raises(ProblemError) as caught:
+        load(path)
+    said = [item.message for item in caught.value.diagnostics]
+    assert any("unknown metric" in text for text in said) and "no quantity of the problem has this path" in said

@@ -15,6 +15,7 @@ from support import evaluated
 
 from dse.analysis.evaluate import Evaluator
 from dse.api.problem import Problem, load, loads
+from dse.errors import ProblemError
 from dse.study.boxes import Box
 from dse.study.functions import DesignFunction, InputSpace
 from dse.study.importance import chance, indices, random_shares
@@ -275,3 +276,49 @@ def test_an_equality_is_robust_where_nothing_that_is_uncertain_moves_it(
     found = solve_robust(problem)
     assert (len(found.robust.front), len(found.nominal.front)) == (robust, nominal)
     assert [item.value for item in found.failures] == ([400_000] if nominal > robust else [])
+
+
+@pytest.mark.parametrize(
+    ("lines", "entry", "count", "least"),
+    [
+        ("100\n200\n300\n", "samples: s.csv, unit: kbit/s", 3, 100_000),
+        ("100 kbit/s\n200 kbit/s\n", "samples: s.csv", 2, 100_000),
+        ("rate\n100\n200\n", "samples: s.csv, unit: kbit/s", 2, 100_000),
+        ("100\n200\n300\n", "samples: s.csv, column: '100', unit: kbit/s", 2, 200_000),
+        ("a,b\n1,100\n2,200\n", "samples: s.csv, column: b, unit: kbit/s", 2, 100_000),
+    ],
+)
+def test_a_first_line_that_is_a_number_is_a_sample(
+    tmp_path: Path, lines: str, entry: str, count: int, least: int
+) -> None:
+    path = next(item.path for item in InputSpace(example("starter")).variables if item.unit == "bit/s")
+    (tmp_path / "s.csv").write_text(lines)
+    [found] = stated(tmp_path, text=f"\nuncertainty:\n  {path}: {{{entry}}}\n").loaded.stated
+    assert (len(found.numbers), found.low) == (count, least)
+
+
+def test_several_columns_without_a_header_are_a_mistake(tmp_path: Path) -> None:
+    path = next(item.path for item in InputSpace(example("starter")).variables if item.unit == "bit/s")
+    (tmp_path / "s.csv").write_text("1,100\n2,200\n")
+    with pytest.raises(ProblemError, match="2 columns, but no header"):
+        stated(tmp_path, text=f"\nuncertainty:\n  {path}: {{samples: s.csv, unit: kbit/s}}\n")
+
+
+@pytest.mark.parametrize(("deviation", "robust"), [("0.9 ms", 1), ("1 ms", 1), ("1.1 ms", 0)])
+def test_a_normal_distribution_without_a_range_counts_within_three_deviations(deviation: str, robust: int) -> None:
+    """2 ms and three deviations keep 50 % of a core at 10 ms where a deviation is 1 ms at most."""
+    text = f"""
+dse: 1
+name: normal
+processor_types: {{c: {{}}}}
+processors: {{p: {{type: c}}}}
+threads: {{t: {{processor: p, period: 10 ms, compute_execution_time: 2 ms}}}}
+requirements: [utilisation of p <= 50 %]
+objectives: [minimise price]
+uncertainty:
+  threads.t.compute_execution_time: {{distribution: normal, mean: 2 ms, deviation: {deviation}}}
+"""
+    found = solve_robust(loads(text))
+    assert len(found.robust.front) == robust
+    [words] = found.inputs.values()
+    assert words == f"normal, 2 ms with deviation {deviation}, within 3 deviations of its mean (99.73% of its values)"
