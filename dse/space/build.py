@@ -140,8 +140,7 @@ def _check_totals(spec: Spec, ledger: Ledger) -> None:
 def _check_uncertainty(ledger: Ledger) -> None:
     """Every entry says something that can be read, of a figure that is there."""
     for error in ledger.loaded.misstated:
-        is_missing = not error.field and error.message.startswith("no quantity")
-        if is_missing and not ledger.loaded.remains.is_whole:
+        if error.is_of_nothing and not ledger.loaded.remains.is_whole:
             continue  # its figure may have been taken out
         ledger.error(error.place, error.message, error.hint, at_key=not error.field)
 

@@ -26,11 +26,15 @@ Ends = tuple[Fraction, Fraction]
 
 
 class UncertaintyError(ValueError):
-    """An entry that cannot be read; `place` is where, from the top of the file."""
+    """An entry that cannot be read; `place` is where, from the top of the file.
 
-    def __init__(self, field: str, message: str, hint: str = "") -> None:
+    `is_of_nothing`: no quantity has its path.
+    """
+
+    def __init__(self, field: str, message: str, hint: str = "", *, is_of_nothing: bool = False) -> None:
         super().__init__(message)
         self.field, self.message, self.hint = field, message, hint
+        self.is_of_nothing = is_of_nothing
         self.path = ""
 
     @property
@@ -89,7 +93,7 @@ class _Reader:
         if not self.figures:
             close = get_close_matches(path, [item.path for item in figures], 1, 0.0)
             hint = f'did you mean "{close[0]}"?' if close else ""
-            raise UncertaintyError("", "no quantity of the problem has this path", hint)
+            raise UncertaintyError("", "no quantity of the problem has this path", hint, is_of_nothing=True)
         self.is_factor = entry.factor is not None
         if not self.is_factor and len(self.figures) > 1:
             names = ", ".join(item.path for item in self.figures[:4])
