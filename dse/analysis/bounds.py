@@ -13,7 +13,7 @@ from functools import partial
 from typing import Literal, TypeVar
 
 from dse.analysis.limits import HOLDS, Limit, build_limit
-from dse.analysis.terms import Term
+from dse.analysis.terms import Measure, Term
 from dse.analysis.views import View, tabulate
 from dse.space.types import Requirement, Space
 
@@ -66,6 +66,21 @@ def _beyond(space: Space, limit: Limit, side: Side, operator: str) -> tuple[Frac
     value = sum((end for end in ends if end is not None), Fraction(0))
     furthest = max(bounds) if side == "least" else min(bounds)
     return None if compare(value, furthest) else (value, furthest)
+
+
+def largest(space: Space, measure: Measure) -> Fraction | None:
+    """A figure that no design exceeds, by its absolute value, in units of 1 / `scale`; None where that is not known."""
+    total = Fraction(0)
+    for term in measure.terms:
+
+        def ends(view: View, term: Term = term) -> tuple[Fraction, Fraction]:
+            return _end(term, "least", view), _end(term, "most", view)
+
+        pairs = _cases(space, ends)
+        if pairs is None:
+            return None
+        total += max((abs(end) for pair in pairs for end in pair), default=Fraction(0))
+    return measure.scale * total
 
 
 def _bound(space: Space, term: Term, side: Side, *, nonnegative: bool) -> Fraction | None:

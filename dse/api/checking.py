@@ -12,6 +12,7 @@ from dse.analysis.bounds import Impossible, impossible
 from dse.analysis.remarks import problem_remarks
 from dse.api.problem import Problem, Source, load
 from dse.api.question import Question
+from dse.api.sizes import too_large
 from dse.space.activation import exclusions
 from dse.space.figures import mentions
 from dse.space.questions import unoffered_types
@@ -90,7 +91,7 @@ def check(problem: Source, **question: Unpack[Question]) -> Description:
     decisions = tuple(item for item in space.decisions if item.is_open)
     told = told_deadlines(space, partial(_deadline_origin, asked))
     found = tuple(impossible(space, (*space.requirements, *told)))
-    remarks = (*_remarks(space), *_setting_remarks(asked, space), *_rounded(asked))
+    remarks = (*too_large(space), *_remarks(space), *_setting_remarks(asked, space), *_rounded(asked))
     return Description(space, decisions, space_size(space), remarks, found)
 
 

@@ -229,7 +229,7 @@ def _objectives(space: Space, texts: Sequence[str]) -> tuple[Objective, ...]:
     found: list[Objective] = []
     for text in texts:
         try:
-            objective = read_objective(space, text)
+            objective = read_objective(space, text, ORIGIN)
         except (ExpressionError, QuestionError) as error:
             raise UsageError(f"objective {text!r}: {error}") from error
         if any(objective.metric == other.metric for other in found):

@@ -25,6 +25,7 @@ from dse.simulation.plan import Plan, build_plan
 from dse.simulation.search import Record, histogram, random_offsets, search_flow
 from dse.space.trees import at
 from dse.space.types import Design, Flow, Space
+from dse.timelimit import OutOfTime, TimeLimit, until
 from dse.units import Exact, Rounding, UnitError, format_duration, parse_duration_ns
 
 Offsets: TypeAlias = Literal["worst", "random", "zero"]
@@ -47,6 +48,7 @@ def simulate(
     contention: bool = True,
     bus_contention: bool = False,
     endless_queues: bool = False,
+    time_limit_s: float | None = None,
     **question: Unpack[Question],
 ) -> Simulation:
     """Simulate one design and compare what is observed with the analysis.
@@ -77,6 +79,8 @@ def simulate(
         a physical bus carries one message at a time, first come, first served.
     endless_queues
         every queue holds whatever arrives, also where its size is stated: nothing is lost for want of room.
+    time_limit_s
+        seconds for everything; then what the runs until then showed, and `is_stopped`.
     question
         changes to the question, in the words of `Problem.ask`.
 
@@ -87,11 +91,15 @@ def simulate(
     UsageError
         when a decision or option does not exist, decisions are left open, the design is not valid, or a run
         would take more than `MOST_DISPATCHES`.
+    OutOfTime
+        when there was no time for the analysed bounds.
     """
+    limit = TimeLimit.after(time_limit_s)
     space = load(problem).ask(**question).space
     texts = [f"'{name}' = {option}" for name, option in design.items()] if isinstance(design, Mapping) else design or ()
     chosen = complete_design(space, {**space.baseline, **space.fixed, **read_choices(space, texts)})
-    evaluation = Evaluator(space).evaluate(chosen)
+    with until(limit):
+        evaluation = Evaluator(space).evaluate(chosen)
     if evaluation.breaches:
         raise UsageError(f"not a valid design: {'; '.join(evaluation.breaches)}")
     if runs < 1 or not 0 <= drift_ppm <= MOST_DRIFT_PPM:
@@ -100,19 +108,27 @@ def simulate(
     whole = _setting(space, plan, _read_duration(duration))
     setting = replace(whole, execution=execution, bus_contention=bus_contention, seed=seed)
     _check_effort(plan, setting)
-    record = Record([Counter() for _ in space.flows])
-    if offsets == "worst":
-        for number, flow in enumerate(space.flows):
-            short = setting if duration is not None else _shortened(setting, plan, number, flow)
-            search_flow(plan, number, flow, short, runs, record)
-    _sample(plan, setting, offsets, runs, drift_ppm, record, late_only=contention)
+    record, is_stopped = Record([Counter() for _ in space.flows]), False
+    try:
+        with until(limit):
+            if offsets == "worst":
+                for number, flow in enumerate(space.flows):
+                    short = setting if duration is not None else _shortened(setting, plan, number, flow)
+                    search_flow(plan, number, flow, short, runs, record)
+            _sample(plan, setting, offsets, runs, drift_ppm, record, late_only=contention)
+    except OutOfTime:
+        is_stopped = True
     excuses = _excuses(plan, bus_contention=bus_contention, endless_queues=endless_queues)
+    with until(limit.for_the_last_steps()):
+        view = View(evaluation.design)
+        flows = tuple(_flows(space, plan, record, view, excuses, drift_ppm, contention=contention))
+        tasks = tuple(_tasks(space, plan, record, View(evaluation.design))) if contention else ()
     return Simulation(
         space=space,
         design=evaluation.design,
         decisions=decisions_of(space, evaluation.design),
-        flows=tuple(_flows(space, plan, record, View(evaluation.design), excuses, drift_ppm, contention=contention)),
-        tasks=tuple(_tasks(space, plan, record, View(evaluation.design))) if contention else (),
+        flows=flows,
+        tasks=tasks,
         lost=dict(sorted(record.lost.items())),
         notes=tuple(_notes(plan, contention=contention)),
         offsets=offsets,
@@ -121,6 +137,7 @@ def simulate(
         duration_ns=setting.duration_ns,
         contention=contention,
         seed=seed,
+        is_stopped=is_stopped,
     )
 
 

@@ -15,9 +15,10 @@ from dse.cli.common import (
     problem_argument,
     question_of,
     question_options,
+    time_limit_option,
     write_text,
 )
-from dse.errors import EXIT_COMPLETE, EXIT_INFEASIBLE
+from dse.timelimit import TimeLimit, until
 
 
 @click.command("simulate")
@@ -59,6 +60,7 @@ from dse.errors import EXIT_COMPLETE, EXIT_INFEASIBLE
 @click.option(
     "--endless-queues", is_flag=True, help="Every queue holds whatever arrives, also where its size is stated."
 )
+@time_limit_option("with the runs that were made")
 @question_options
 @json_option
 def command(
@@ -73,6 +75,7 @@ def command(
     contention: bool,
     bus_contention: bool,
     endless_queues: bool,
+    time_limit: TimeLimit,
     json_path: str | None,
     **options: Any,
 ) -> int:
@@ -84,7 +87,8 @@ def command(
     from dse.api.problem import load
     from dse.api.simulating import simulate
 
-    problem = load(Path(file)).ask(**question_of(options))
+    with until(time_limit):
+        problem = load(Path(file)).ask(**question_of(options))
     simulation = simulate(
         problem,
         choices_of(design, problem),
@@ -97,6 +101,7 @@ def command(
         contention=contention,
         bus_contention=bus_contention,
         endless_queues=endless_queues,
+        time_limit_s=time_limit.rest_s,
     )
     if json_path != "-":
         from dse.report.simulation import print_simulation
@@ -104,4 +109,4 @@ def command(
         print_simulation(console(), simulation)
     if json_path is not None:
         write_text(json_path, simulation.to_json())
-    return EXIT_INFEASIBLE if simulation.contradictions else EXIT_COMPLETE
+    return simulation.exit_code

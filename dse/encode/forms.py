@@ -13,7 +13,7 @@ from ortools.sat.python import cp_model
 
 from dse.analysis.views import Case, View, tabulate
 from dse.space.trees import Choice, Tree
-from dse.space.types import Space
+from dse.space.types import Objective, Requirement, Space
 
 T = TypeVar("T")
 
@@ -232,6 +232,11 @@ def check_exact(value: int, what: str) -> None:
     """Raise OverflowError where `value` is beyond what is computed exactly."""
     if abs(value) >= EXACT_LIMIT:
         raise OverflowError(f"{what} may reach {abs(value)}, beyond exact arithmetic")
+
+
+def placed(item: Requirement | Objective, error: OverflowError) -> OverflowError:
+    """The error with what it is about: its place in the file, and its text."""
+    return OverflowError(f"{item.origin}: {item.text}: {error}" if item.origin else f"{item.text}: {error}")
 
 
 def floor_int(value: Fraction) -> int:

@@ -22,14 +22,14 @@ from dse.analysis.recall import Watching
 from dse.analysis.validity import Predicate, Rulebook, has_conditional_home
 from dse.analysis.views import View
 from dse.encode.contention import Contention, contention_of, is_upward
-from dse.encode.forms import Board, OpenTerm
+from dse.encode.forms import Board, OpenTerm, placed
 from dse.encode.rates import RateVariables, add_acyclic_activation
 from dse.encode.requirements import add_limit
 from dse.encode.rules import add_rule
 from dse.encode.sums import measure_branches
 from dse.errors import TooLargeError
 from dse.space.trees import Choice
-from dse.space.types import EMPTY, INACTIVE, Design
+from dse.space.types import EMPTY, INACTIVE, Design, Objective
 
 MOST_ZONES = 4
 """How many regions of the objective space a question can be about (decision record 9)."""
@@ -204,8 +204,9 @@ class Demands:
         """The space as it stands, with a measure to be minimised."""
         objectives: tuple[EncodedObjective, ...] = ()
         if measure is not None:
+            wanted = Objective(measure.metric.name, "minimise", measure.metric)
             try:
-                objectives = (_objective_of(self.board, self.rates, measure, 1, measure.metric.name),)
+                objectives = (_objective_of(self.board, self.rates, measure, wanted),)
             except OverflowError as error:
                 raise _too_large(error) from error
         board = self.board
@@ -326,16 +327,16 @@ def add_validity(board: Board, rulebook: Rulebook) -> None:
 def _add_objective(board: Board, rates: RateVariables, evaluator: Evaluator, number: int) -> EncodedObjective:
     """The objective as offset + step * variable, where step divides every difference (lossless)."""
     objective = board.space.objectives[number]
+    return _objective_of(board, rates, evaluator.objectives[number], objective)
+
+
+def _objective_of(board: Board, rates: RateVariables, measure: Measure, objective: Objective) -> EncodedObjective:
     sign = 1 if objective.sense == "minimise" else -1
-    return _objective_of(board, rates, evaluator.objectives[number], sign, objective.text)
-
-
-def _objective_of(board: Board, rates: RateVariables, measure: Measure, sign: int, text: str) -> EncodedObjective:
     try:
         branches = measure_branches(board, rates, measure)
         expressions = [board.expression(branch.form) for branch in branches]
     except OverflowError as error:
-        raise OverflowError(f"{text}: {error}") from error
+        raise placed(objective, error) from error
     forms = [branch.form for branch in branches]
     step = (
         gcd(

@@ -8,7 +8,7 @@ from fractions import Fraction
 from dse.analysis.limits import Limit, thread_loads
 from dse.analysis.measures import Term
 from dse.encode.contention import Deadline, is_deadline
-from dse.encode.forms import Board, Form, Given, ceil_int, floor_int
+from dse.encode.forms import Board, Form, Given, ceil_int, floor_int, placed
 from dse.encode.rates import RateVariables
 from dse.encode.sums import Branch, measure_branches
 
@@ -29,7 +29,7 @@ def add_limit(board: Board, rates: RateVariables, limit: Limit) -> None:
         if limit.each is not None:
             _add_each(board, rates, limit, _most(strict=operator == "<"))
     except OverflowError as error:
-        raise OverflowError(f"{limit.requirement.text}: {error}") from error
+        raise placed(limit.requirement, error) from error
 
 
 def _most(*, strict: bool) -> Callable[[Fraction], int]:

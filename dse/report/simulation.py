@@ -36,11 +36,14 @@ def print_simulation(console: Console, simulation: Simulation) -> None:
         console.print(f"lost: {count} at {name}", markup=False)
     for note in simulation.notes:
         console.print(f"note: {note}", markup=False)
+    if simulation.is_stopped:
+        console.print("Stopped by the time limit: the other runs were not made.", style="bold", markup=False)
     console.print(LATENCY, markup=False)
     effort = (
         f"{simulation.runs} runs, {simulation.events:,} events, offsets {simulation.offsets}, seed {simulation.seed}"
     )
     said = "The analysis is contradicted." if simulation.contradictions else "No observation contradicts the analysis."
+    said = said if simulation.runs else "Nothing was observed."
     console.print(f"{said} {effort}.", style="bold", markup=False)
 
 

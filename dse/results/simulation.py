@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from fractions import Fraction
 from typing import TYPE_CHECKING, Any
 
+from dse.errors import EXIT_COMPLETE, EXIT_INCOMPLETE, EXIT_INFEASIBLE
 from dse.results.values import exact
 from dse.space.settings import settings_of
 from dse.space.types import Design, Space
@@ -128,7 +129,10 @@ class TaskObservation:
 
 @dataclass(frozen=True)
 class Simulation:
-    """A simulation of one design. `lost` counts data by where and why; `notes` is what a reader must know."""
+    """A simulation of one design. `lost` counts data by where and why; `notes` is what a reader must know.
+
+    `is_stopped`: the time limit came before the last run.
+    """
 
     space: Space
     design: Design
@@ -143,6 +147,14 @@ class Simulation:
     duration_ns: int
     contention: bool
     seed: int
+    is_stopped: bool = False
+
+    @property
+    def exit_code(self) -> int:
+        """What the command line answers with."""
+        if self.contradictions:
+            return EXIT_INFEASIBLE
+        return EXIT_INCOMPLETE if self.is_stopped else EXIT_COMPLETE
 
     @property
     def contradictions(self) -> tuple[str, ...]:
@@ -205,6 +217,7 @@ class Simulation:
             },
             "lost": dict(self.lost),
             "notes": list(self.notes),
+            **({"stopped": True} if self.is_stopped else {}),
         }
 
     def to_json(self) -> str:

@@ -26,6 +26,7 @@ from typing import Literal, TypeAlias
 
 from dse.simulation.figures import Range
 from dse.simulation.plan import Link, Plan, StepKey, Task, TaskKey
+from dse.timelimit import look_at_the_clock
 from dse.units import Exact, whole
 
 Births: TypeAlias = dict[StepKey, list[Exact]]
@@ -94,11 +95,19 @@ class _Entry:
 
 
 def simulate_once(plan: Plan, setting: Setting) -> Observation:
-    """One run of a plan."""
+    """One run of a plan.
+
+    Raises
+    ------
+    OutOfTime
+        when the limit of time in force is over.
+    """
     return _Run(plan, setting).run()
 
 
 END, ARRIVE, DISPATCH = 0, 1, 2
+EVENTS_A_LOOK = 512
+"""So many events, some milliseconds, go by between two looks at the clock."""
 
 
 class _Run:
@@ -136,6 +145,8 @@ class _Run:
         while self.heap and self.heap[0][0] <= self.setting.duration_ns:
             self.now, _, _, what = heappop(self.heap)
             self.seen.events += 1
+            if not self.seen.events % EVENTS_A_LOOK:
+                look_at_the_clock()
             handlers[what[0]](*what[1:])  # type: ignore[index, operator]
         return self.seen
 

@@ -196,7 +196,7 @@ def _objectives(ledger: Ledger, space: Space, spec: Spec) -> list[Objective]:
     objectives: list[Objective] = []
     for number, text in enumerate(spec.objectives):
         path: Path = ("objectives", number)
-        for objective in _attempt(ledger, path, text, partial(read_objective, space, text)):
+        for objective in _attempt(ledger, path, text, partial(read_objective, space, text, ledger.origin(path))):
             if any(objective.metric == other.metric for other in objectives):
                 ledger.error(path, f"{shown(objective.metric.name)} is already an objective")
             else:
@@ -310,10 +310,10 @@ def _with_bandwidth(space: Space, metrics: tuple[Metric, ...], limit: Quantity) 
     return kept or metrics
 
 
-def read_objective(space: Space, text: str) -> Objective:
+def read_objective(space: Space, text: str, origin: str = "") -> Objective:
     """What to minimise or maximise; without ``of`` there must be one candidate only."""
     expression = parse_objective(text)
-    return Objective(text, expression.sense, one_metric(space, expression.metric))
+    return Objective(text, expression.sense, one_metric(space, expression.metric), origin)
 
 
 def read_rule(space: Space, text: str, origin: str = "") -> Rule:

@@ -242,11 +242,12 @@ class Rule:
 
 @dataclass(frozen=True)
 class Objective:
-    """What to minimise or maximise."""
+    """What to minimise or maximise; `origin` is its place in the file (or the command line)."""
 
     text: str
     sense: Literal["minimise", "maximise"]
     metric: Metric
+    origin: str = field(default="", compare=False)
 
 
 @dataclass(frozen=True)

@@ -25,6 +25,8 @@ from dse.timelimit import OutOfTime, TimeLimit, look_at_the_clock, until
 from dse.units import format_ratio
 
 SWING = Fraction(1, 10)
+MOST_DRAWS = 50_000_000
+"""The most numbers that are drawn for uncertain inputs together: 400 MB."""
 T = TypeVar("T")
 
 
@@ -111,6 +113,9 @@ def sensitivity_asked(
     space = inputs.problem.space
     design = chosen_design(space, texts)
     uncertain = read_uncertainties(problem, inputs)
+    if settings.samples * len(uncertain) > MOST_DRAWS:
+        most = MOST_DRAWS // len(uncertain)
+        raise UsageError(f"{settings.samples:,} samples of {len(uncertain)} uncertain inputs: at most {most:,} of them")
     function = DesignFunction(inputs, design)
     tell("margins")
     metrics = watched_metrics(space)

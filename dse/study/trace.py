@@ -21,6 +21,8 @@ from typing import Any
 
 import numpy
 
+from dse.timelimit import look_at_the_clock
+
 Number = Any  # an exact fraction, or an array of floats
 
 
@@ -58,6 +60,8 @@ COMPARISONS: Mapping[str, Callable[[Any, Any], Any]] = {
 }
 STEPS = ("floor", "ceil")
 """Guards at whose borders a figure jumps."""
+STEPS_A_LOOK = 4096
+"""So many steps, some milliseconds, go by between two looks at the clock."""
 MOST_GUARDS = 5_000
 """Figures that need more comparisons (busy periods of thousands of jobs) are quicker computed than remembered."""
 
@@ -264,6 +268,7 @@ class Program:
     def _number(self, node: Node) -> int:
         """The number of a node's step; adds the steps that it needs, children first."""
         stack = [node]
+        look_at_the_clock()
         while stack:
             top = stack[-1]
             if id(top) in self._numbers:
@@ -326,7 +331,9 @@ class Program:
         """The value of every step: exact for fractions; arrays of floats go through as arrays."""
         values: list[Number] = []
         vectors = any(isinstance(item, numpy.ndarray) for item in inputs)
-        for operation, left, right in self.steps:
+        for number, (operation, left, right) in enumerate(self.steps):
+            if not number % STEPS_A_LOOK:
+                look_at_the_clock()
             if operation == "var":
                 values.append(inputs[left])
             elif operation == "const":
@@ -341,6 +348,8 @@ class Program:
         A truth value, or an array of them.
         """
         good: Any = True
-        for operation, left, right, outcome in self.guards:
+        for number, (operation, left, right, outcome) in enumerate(self.guards):
+            if not number % STEPS_A_LOOK:
+                look_at_the_clock()
             good = good & (COMPARISONS[operation](values[left], values[right]) == outcome)
         return good

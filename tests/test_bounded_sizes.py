@@ -1,0 +1,72 @@
+"""What would take all memory or all time is refused at once, with its place; check says what solve will refuse."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+import dse
+from dse.cli.main import run
+
+PUMP = (Path(__file__).parent / "fuzz" / "pump.yaml").read_text(encoding="utf-8")
+INMARK = str(Path(__file__).parents[1] / "problems" / "inmark.yaml")
+
+
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [
+        (["new", "x.yaml", "--random", "--threads", "999999999999"], "at most 5,000 threads"),
+        (["simulate", INMARK, "--duration", "1e9s"], "give a shorter --duration"),
+        (["simulate", INMARK, "--duration", "1e30s"], "give a shorter --duration"),
+    ],
+)
+def test_what_would_not_end_is_refused(
+    arguments: list[str], said: str, tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    assert run(arguments) == 2
+    assert said in capsys.readouterr().err
+
+
+def test_samples_are_bounded(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    path = tmp_path / "uncertain.yaml"
+    stated = 'uncertainty: {threads.filter.compute_execution_time.small.max: {factor: "0.9 .. 1.1"}}'
+    path.write_text(f"{PUMP}{stated}\n", encoding="utf-8")
+    design = ["computer.type = large", "can0.type = can_500k", "filter.dispatch_protocol = aperiodic"]
+    choices = [word for text in [*design, "control.period = 5 ms"] for word in ("--design", text)]
+    assert run(["sensitivity", str(path), *choices, "--samples", "100000000"]) == 2
+    assert "100,000,000 samples of 1 uncertain inputs: at most 50,000,000" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("change", "place"),
+    [
+        (("price: 60 EUR", "price: 99999999999999 EUR"), "minimise price"),
+        (("period: 1 ms}", "period: 9999999 s}"), "jitter of sensor_to_valve <= 30 ms"),
+    ],
+)
+def test_check_says_what_solve_refuses(
+    change: tuple[str, str], place: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    path = tmp_path / "large.yaml"
+    path.write_text(PUMP.replace(*change), encoding="utf-8")
+    line = next(n for n, text in enumerate(path.read_text(encoding="utf-8").splitlines(), 1) if place in text)
+    assert run(["solve", str(path), "-q"]) == 3
+    said = capsys.readouterr().err.strip().removeprefix("dse: ")
+    assert said.startswith(f"too large to search exactly: {path}:{line}: {place}: a sum may reach")
+    assert said in dse.check(path).remarks
+    assert run(["check", str(path)]) == 0
+    assert "too large to search exactly" in capsys.readouterr().out
+
+
+def test_an_objective_of_the_command_line_is_named(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    path = tmp_path / "large.yaml"
+    path.write_text(PUMP.replace("price: 60 EUR", "price: 99999999999999 EUR"), encoding="utf-8")
+    assert run(["solve", str(path), "-q", "--minimise", "price"]) == 3
+    assert "too large to search exactly: command line: minimise price" in capsys.readouterr().err
+
+
+def test_check_says_nothing_of_what_solve_takes() -> None:
+    for path in (Path(__file__).parents[1] / "problems").glob("*.yaml"):
+        assert not [text for text in dse.check(path).remarks if "too large" in text]
