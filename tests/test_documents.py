@@ -8,6 +8,9 @@ from pathlib import Path
 
 import pytest
 from documents import ROOT, run
+from formats import page
+
+import dse
 
 DOCS = ROOT / "docs"
 SHOWING = ("semantics.md", "tutorial.md")
@@ -55,3 +58,32 @@ def test_the_picture_of_the_layers_is_the_import_contract() -> None:
     picture = re.search(r"<!-- layers -->\n```text\n(.*?)```", (DOCS / "architecture.md").read_text("utf-8"), re.S)
     assert picture is not None
     assert [re.split(r"\s{2,}", line)[0] for line in picture[1].splitlines()] == layers
+
+
+def test_the_reference_of_formats_is_what_the_schemas_say() -> None:
+    text = (DOCS / "formats.md").read_text(encoding="utf-8")
+    assert text == page(text), "python -m tests.formats"
+
+
+@pytest.mark.parametrize("name", ["solve", "sweep", "sensitivity"])
+def test_every_column_of_a_csv_file_is_documented(name: str) -> None:
+    """Whatever is no metric, decision or axis by name."""
+    told = re.search(rf"\*\*`dse {name} --csv`\*\*.*?\n\n(.*?)\n\n", (DOCS / "formats.md").read_text("utf-8"), re.S)
+    assert told is not None
+    known = [word for line in told[1].splitlines()[2:] for word in re.findall(r"`([^`]+)`", line.split("|")[1])]
+    problem = dse.load(ROOT / "tests" / "fuzz" / "pump.yaml")
+    if name == "solve":
+        found = dse.solve(problem)
+        columns, named = found.columns, [*found.units, *found.open_decisions]
+    elif name == "sweep":
+        vary = ["jitter of sensor_to_valve=1ms..40ms", "devices.sensor.period=20ms,30ms"]
+        swept = dse.sweep(problem, vary, store=None)
+        row = next(run for run in swept.runs if run.front)
+        assert row.outcome is not None
+        columns = swept.columns
+        named = [vary[1].partition("=")[0], *row.outcome["units"], *(item.name for item in problem.space.decisions)]
+    else:
+        design = ["computer.type = small", "can0.type = can_250k", "filter.dispatch_protocol = aperiodic"]
+        margins = dse.sensitivity(problem, [*design, "control.period = 20 ms"])
+        columns, named = margins.to_csv().partition("\n")[0].split(","), []
+    assert [column for column in columns if column not in named] == [word for word in known if word == word.lower()]

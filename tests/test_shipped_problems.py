@@ -22,6 +22,7 @@ import pytest
 
 import dse
 from dse.analysis.evaluate import Evaluator
+from dse.results.forms.registry import mistakes_in
 from tests.oracle import evaluator as oracle
 from tests.properties.pair import PER_UNIT
 
@@ -46,6 +47,16 @@ def front_of(name: str, changes: dict[str, str]) -> str:
     result = dse.solve(HERE.parent / "problems" / f"{name}.yaml", **changes)
     assert result.status == "complete"
     return result.to_csv()
+
+
+@pytest.mark.parametrize("path", SHIPPED, ids=lambda path: path.stem)
+def test_what_is_written_is_of_its_form(path: Path) -> None:
+    """A field that a result, a description or an analysis gains has its place in `dse.results.forms` too."""
+    problem = dse.load(path)
+    assert list(map(str, mistakes_in("result", dse.solve(problem).to_dict()))) == []
+    assert list(map(str, mistakes_in("check", dse.check(problem).to_dict()))) == []
+    if problem.space.baseline:
+        assert list(map(str, mistakes_in("analysis", dse.analyse(problem).to_dict()))) == []
 
 
 def expected_vectors(question: tuple[str, dict[str, str]]) -> set[Vector]:

@@ -8,13 +8,36 @@ import click
 
 from dse.cli.common import check_writable, write_text
 
+FORMATS = (
+    "problem",
+    "result",
+    "analysis",
+    "check",
+    "comparison",
+    "explanation",
+    "sensitivity",
+    "simulation",
+    "sweep",
+    "verification",
+)
+
 
 @click.command("schema")
+@click.option(
+    "--of",
+    "name",
+    type=click.Choice(FORMATS),
+    default="problem",
+    show_default=True,
+    help="Of which files: problems, or what a command writes with --json.",
+)
 @click.option("-o", "--output", default="-", metavar="PATH", help="Where to write it; - (default) for standard output.")
-def command(output: str) -> int:
-    """Print the JSON Schema of problem files, for completion and checks in an editor."""
+def command(name: str, output: str) -> int:
+    """Print the JSON Schema of problem files, for completion and checks in an editor, or of what commands write."""
     check_writable(output)
+    from dse.results.forms.registry import form_schema
     from dse.spec.schema import json_schema
 
-    write_text(output, json.dumps(json_schema(), ensure_ascii=False, indent=1) + "\n")
+    schema = json_schema() if name == "problem" else form_schema(name)
+    write_text(output, json.dumps(schema, ensure_ascii=False, indent=1) + "\n")
     return 0

@@ -13,16 +13,16 @@ def json_schema() -> dict[str, Any]:
     """The schema of a problem file as plain data, keys as in the file."""
     schema = Spec.model_json_schema(by_alias=True)
     head = {"$schema": DIALECT, "title": "dse problem file"}
-    return {**head, **_simplified({key: value for key, value in schema.items() if key not in head})}
+    return {**head, **simplified({key: value for key, value in schema.items() if key not in head})}
 
 
-def _simplified(part: Any) -> Any:
-    """The same schema without what editors stumble over: generated titles, defaults of null, ``oneOf``."""
+def simplified(part: Any) -> Any:
+    """A schema without what editors stumble over: generated titles, defaults of null, ``oneOf``."""
     if isinstance(part, list):
-        return [_simplified(item) for item in part]
+        return [simplified(item) for item in part]
     if not isinstance(part, dict):
         return part
-    kept = {key: _simplified(value) for key, value in part.items() if not _is_noise(key, value)}
+    kept = {key: simplified(value) for key, value in part.items() if not _is_noise(key, value)}
     if "oneOf" in kept:
         kept["anyOf"] = kept.pop("oneOf")
     return kept

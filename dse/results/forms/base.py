@@ -1,0 +1,69 @@
+"""What all forms share: strictness, exact figures, and the settings of a question."""
+
+from __future__ import annotations
+
+import re
+from fractions import Fraction
+from typing import Annotated, Any, Literal, TypeAlias
+
+from pydantic import BaseModel, ConfigDict, Field, PlainSerializer, PlainValidator, WithJsonSchema
+from pydantic_core import PydanticCustomError
+
+from dse.results.values import exact
+
+FRACTION = r"-?\d{1,400}/0*[1-9]\d{0,399}"
+
+
+class Form(BaseModel):
+    """Base of every part of a format: unknown fields are errors, nothing is coerced, nothing changes."""
+
+    model_config = ConfigDict(strict=True, frozen=True, extra="forbid", populate_by_name=False)
+
+
+def _figure(value: Any) -> Fraction:
+    if type(value) is int or (isinstance(value, str) and re.fullmatch(FRACTION, value)):
+        return Fraction(value)
+    raise PydanticCustomError("figure", 'expected an integer, or a fraction as text such as "50/3"')
+
+
+Figure: TypeAlias = Annotated[
+    Fraction,
+    PlainValidator(_figure),
+    PlainSerializer(exact),
+    WithJsonSchema({"anyOf": [{"type": "integer"}, {"type": "string", "pattern": f"^{FRACTION}$"}]}),
+]
+"""An exact number: an integer, or a fraction as text."""
+Number: TypeAlias = float
+"""A number that is measured or sampled, and so not exact."""
+Decisions: TypeAlias = dict[str, str]
+"""The chosen option of each decision by name."""
+Sense: TypeAlias = Literal["minimise", "maximise"]
+
+
+def field(text: str, **more: Any) -> Any:
+    """A field with its description; one with a `default` may be missing in a file."""
+    return Field(description=text, **more)
+
+
+class Settings(Form):
+    """How the question was read."""
+
+    profile: Literal["dse", "osate-2.2", "osate-2.19"] = field("The latency rules that were applied.")
+    worst_case: Literal["execution_time", "deadline"] = field("OSATE's worst-case setting.")
+    processing: Literal["execution_time", "response_time"] = field("What a flow counts for a thread.")
+    deadlines: Literal["stated", "all", "none"] = field("Which deadlines count.")
+
+
+class Objective(Form):
+    """An objective of the question."""
+
+    name: str = field("The metric.")
+    sense: Sense = field("Whether less or more of it is better.")
+    unit: str = field("What its figures count: `ns`, `ct` (cents), `ppm`, or a part of one such as `1/3 ppm`.")
+
+
+class Include(Form):
+    """A file that the problem includes."""
+
+    file: str = field("Its path, as found from the folder of the problem file.")
+    sha256: str = field("The SHA-256 of its content.")

@@ -1,0 +1,205 @@
+"""The forms of what is said of one design or one problem: ``dse-analysis/1``, ``dse-check/1``, ``dse-simulation/1``."""
+
+from __future__ import annotations
+
+from typing import Literal
+
+from dse.results.forms.base import Decisions, Figure, Form, Number, Settings, field
+from dse.results.forms.result import Contention
+
+
+class Row(Form):
+    """A contributor to the latency of a flow."""
+
+    category: str = field("What kind of contribution it is.")
+    contributor: str = field("The component, connection or bus.")
+    min_ns: Figure = field("What it adds to the minimum latency.")
+    min_method: str = field("The rule that gives the minimum.")
+    max_ns: Figure = field("What it adds to the maximum latency.")
+    max_method: str = field("The rule that gives the maximum.")
+
+
+class Flow(Form):
+    """The latency of a flow: the sum of its rows."""
+
+    rows: list[Row] = field("The contributors, from the source to the end of the flow.")
+    min_ns: Figure = field("The minimum latency.")
+    max_ns: Figure = field("The maximum latency.")
+    jitter_ns: Figure = field("The maximum minus the minimum.")
+
+
+class Use(Form):
+    """How much of a processor or bus is used, and by whom."""
+
+    type: str = field("The chosen type; `none` where the slot is left empty.")
+    unit: str = field("What the figures count: `ppm` of one core, or `B/s`.")
+    shares: dict[str, Figure] = field("What each thread or connection uses.")
+    total: Figure = field("The sum of the shares.")
+    capacity: Figure | None = field("What there is; null where the problem does not state it.")
+
+
+class ProcessorUse(Use):
+    """How much of a processor is used, and by whom."""
+
+    cores: dict[str, int] = field("Of a processor with several cores: the core of each thread, from 1.", default={})
+
+
+class Busy(Form):
+    """The share of the time that a bus is busy."""
+
+    unit: str = field("`ppm`, where the busy time is known.", default="")
+    shares: dict[str, Figure] = field("What each connection takes of the time.", default={})
+    total: Figure | None = field("The sum; null where it cannot be computed.")
+    reason: str | None = field("Why it cannot be computed, where it cannot.", default=None)
+
+
+class BusUse(Use):
+    """How much of a bus is used, by whom, and for how long."""
+
+    busy: Busy = field("The share of the time that it is busy.")
+
+
+class Metric(Form):
+    """A metric of a design."""
+
+    value: Figure = field("Its exact value.")
+    unit: str = field("What the value counts.")
+
+
+class Verdict(Form):
+    """How a design meets a requirement."""
+
+    requirement: str = field("In the words of the problem.")
+    origin: str = field("Where it stands: `FILE:LINE`, or `command line`.")
+    value: Figure = field("What the design has, in `unit`.")
+    limit: Figure = field("The limit in this design, in `unit`.")
+    slack: Figure = field("How far the value is from the limit; negative where it is missed.")
+    unit: str = field("What the figures count.")
+    holds: bool = field("Whether the requirement holds.")
+    worst_thread: str | None = field("The thread or core that alone decides, where one does.")
+
+
+class Releases(Form):
+    """A stream of releases of a thread."""
+
+    period_ns: int = field("Its period.")
+    jitter_ns: Figure = field("How much later than periodically a release may come.")
+
+
+class ResponseTime(Form):
+    """The response time of a thread on its core."""
+
+    thread: str = field("The thread.")
+    core: int = field("Its core, from 1.")
+    rank: int = field("Its rank among the threads of the core, from 1, the most urgent.")
+    execution_ns: list[int] = field("Its shortest and its longest execution time.", min_length=2, max_length=2)
+    releases: list[Releases] = field("What releases it.")
+    response_ns: Figure | None = field("The longest time from release to completion; null where it has no bound.")
+    deadline_ns: int | None = field("The deadline that it is compared with; null where there is none.")
+    meets_deadline: bool | None = field("Whether it is met; null where there is none.")
+
+
+class AnalysisForm(Settings):
+    """The outcome of `dse analyse`: everything that is computed of one design."""
+
+    format: Literal["dse-analysis/1"] = field("The name of this format.")
+    problem: str = field("The name of the problem.")
+    feasible: bool = field("Whether the design is valid and meets every requirement.")
+    breaches: list[str] = field("Why it is no valid design; then the tables are empty.")
+    decisions: Decisions = field("The chosen option of each open decision that matters in it.")
+    flows: dict[str, Flow] = field("The contributors to the latency of each flow.")
+    processors: dict[str, ProcessorUse] = field("The utilisation of each processor.")
+    buses: dict[str, BusUse] = field("The load of each bus.")
+    metrics: dict[str, Metric] = field("Every metric.")
+    requirements: list[Verdict] = field("How it meets each requirement.")
+    contention: Contention = field(
+        "What it keeps when response times count, where the question leaves them out.", default=None
+    )
+    warnings: list[str] = field("What no requirement forbids but an engineer should know.")
+    response_times: dict[str, list[ResponseTime]] = field("The threads of each processor, where these were asked for.")
+
+
+class Impossible(Form):
+    """A requirement that no design meets, as bounds alone show; it has either `least` or `most`."""
+
+    requirement: str = field("In the words of the problem.")
+    origin: str = field("Where it stands.")
+    least: str = field("The least value that any design can have, an exact number as text.", default="")
+    most: str = field("The greatest value that any design can have, an exact number as text.", default="")
+    limit: str = field("The limit, an exact number as text.")
+    unit: str = field("What the figures count.")
+
+
+class CheckForm(Settings):
+    """The outcome of `dse check`: the space of a valid problem."""
+
+    format: Literal["dse-check/1"] = field("The name of this format.")
+    problem: str = field("The name of the problem.")
+    valid: Literal[True] = field("A problem with mistakes has no description.")
+    space_size: int = field("The number of designs that the decisions make at most.")
+    decisions: dict[str, list[str]] = field("The options of each open decision, in the order of the file.")
+    flows: list[str] = field("The names of the flows.")
+    requirements: list[str] = field("The requirements in words.")
+    rules: list[str] = field("The rules in words.")
+    objectives: list[str] = field("The objectives with their senses.")
+    impossible: list[Impossible] = field("Requirements that no design meets, as bounds alone show.")
+    remarks: list[str] = field("What a careful reader would remark.")
+
+
+class Extreme(Form):
+    """An observed extreme, and what shows it again."""
+
+    latency_ns: Figure = field("The latency.")
+    offsets_ns: dict[str, Figure] = field("The offset of each timer.")
+    drift_ppm: dict[str, int] = field("The drift of each clock.")
+    execution: str = field("How execution times were drawn.")
+    seed: int = field("The seed of the run.")
+
+
+class ObservedFlow(Form):
+    """The observed latencies of a flow against its bounds."""
+
+    count: int = field("How many data reached the end.")
+    min_ns: Figure | None = field("The least latency; null where nothing arrived.")
+    max_ns: Figure | None = field("The greatest latency; null where nothing arrived.")
+    mean_ns: Number | None = field("The mean; null where nothing arrived.")
+    bounds_ns: list[Figure] = field("The analysed minimum and maximum.", min_length=2, max_length=2)
+    scheduled_bounds_ns: list[Figure] | None = field(
+        "The same with response times as processing times, where threads share cores; then these must hold."
+    )
+    allowance_ns: int = field("What drifting clocks add to the upper bound.")
+    outside: int = field("How many latencies lie outside `bounds_ns`.")
+    contradiction: bool = field("Whether the observation refutes the analysis.")
+    excuse: str | None = field("Why the bounds need not hold for this flow or run.")
+    reach: Number | None = field("The part of the analysed range that was observed.")
+    histogram: list[dict[str, Figure]] = field("How often latencies were in which interval, in ns.")
+    worst: Extreme | None = field("The greatest latency.")
+    best: Extreme | None = field("The least latency.")
+
+
+class ObservedThread(Form):
+    """The longest observed response of a thread on a shared core."""
+
+    observed_ns: Figure = field("The longest that was observed.")
+    response_time_ns: Figure | None = field("The analysed response time; null where it has no bound.")
+    contradiction: bool = field("Whether the observation refutes the analysis.")
+
+
+class SimulationForm(Settings):
+    """The outcome of `dse simulate`: what was observed, against what the analysis says."""
+
+    format: Literal["dse-simulation/1"] = field("The name of this format.")
+    problem: str = field("The name of the problem.")
+    decisions: Decisions = field("The simulated design.")
+    offsets: str = field("How the offsets of timers were chosen.")
+    contention: bool = field("Whether threads waited for the processor.")
+    runs: int = field("The number of runs.")
+    events: int = field("The number of events in all runs.")
+    duration_ns: int = field("The simulated time of a run.")
+    seed: int = field("The seed.")
+    definition: str = field("What a latency is.")
+    contradictions: list[str] = field("Every observation that refutes the analysis, in words.")
+    flows: dict[str, ObservedFlow] = field("What was observed of each flow.")
+    threads: dict[str, ObservedThread] = field("What was observed of each thread on a shared core.")
+    lost: dict[str, int] = field("How many messages each connection lost.")
+    notes: list[str] = field("What a reader should know.")

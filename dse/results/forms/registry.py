@@ -1,0 +1,129 @@
+"""Every format by its short name: its JSON Schema, and data that are held to it."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from pydantic import BaseModel, ValidationError
+from pydantic_core import ErrorDetails
+
+from dse.errors import UsageError
+from dse.results.forms.design import AnalysisForm, CheckForm, SimulationForm
+from dse.results.forms.result import ResultForm
+from dse.results.forms.studies import SensitivityForm, SweepForm
+from dse.results.forms.verdicts import ComparisonForm, ExplanationForm, VerificationForm
+from dse.spec.fields import describe
+from dse.spec.schema import DIALECT, simplified
+
+FORMS: Mapping[str, type[BaseModel]] = {
+    "result": ResultForm,
+    "analysis": AnalysisForm,
+    "check": CheckForm,
+    "comparison": ComparisonForm,
+    "explanation": ExplanationForm,
+    "sensitivity": SensitivityForm,
+    "simulation": SimulationForm,
+    "sweep": SweepForm,
+    "verification": VerificationForm,
+}
+"""The form of ``dse-NAME/1`` by NAME."""
+
+
+def form_schema(name: str) -> dict[str, Any]:
+    """The JSON Schema of ``dse-NAME/1`` as plain data.
+
+    >>> form_schema("verification")["properties"]["checked"]["description"]
+    'What was looked at, and how.'
+    """
+    schema = FORMS[name].model_json_schema(by_alias=True)
+    head = {"$schema": DIALECT, "title": f"dse-{name}/1"}
+    return {**head, **simplified({key: value for key, value in schema.items() if key not in head})}
+
+
+KINDS = {
+    "int": "an integer",
+    "string": "text",
+    "bool": "true or false",
+    "float": "a number",
+    "list": "a list",
+    "dict": "a mapping",
+    "model": "a mapping",
+}
+"""What is expected, by pydantic's name of the kind."""
+TAGS = ("union_tag_invalid", "union_tag_not_found")
+"""What pydantic finds where it cannot tell which case of a union something is."""
+
+
+@dataclass(frozen=True)
+class Mistake:
+    """Something in data that is not of a form: `place` in the data, such as ``front[2].objectives``, and why."""
+
+    place: str
+    text: str
+
+    def __str__(self) -> str:
+        return f"{self.place}: {self.text}" if self.place else self.text
+
+
+def mistakes_in(name: str, data: object) -> Iterator[Mistake]:
+    """What in the data is not as ``dse-NAME/1`` has it, in the order of the data; nothing where they are of the form.
+
+    >>> [str(item) for item in mistakes_in("verification", {"format": "dse-verification/1", "result": 3})][:2]
+    ['result: expected text, got 3', 'problem: is missing']
+    """
+    try:
+        FORMS[name].model_validate(data)
+    except ValidationError as error:
+        for item in error.errors(include_url=False):
+            yield Mistake(_place(_location(item), data), _words(item, name))
+
+
+def check_data(name: str, data: object, path: object) -> None:
+    """Refuse data that are not of the form ``dse-NAME/1``; `path` is their name in the message.
+
+    Raises
+    ------
+    UsageError
+        naming the first place that is wrong.
+    """
+    mistake = next(mistakes_in(name, data), None)
+    if mistake is not None:
+        raise UsageError(f"{path}: is not a whole dse-{name}/1: {mistake}")
+
+
+def _location(item: ErrorDetails) -> tuple[str | int, ...]:
+    """Where it is; what tells the cases of a union apart is a field, too."""
+    path = item["loc"]
+    if item["type"] not in TAGS:
+        return path
+    return (*path, item["ctx"]["discriminator"].strip("'_()"))
+
+
+def _place(path: Sequence[str | int], data: object) -> str:
+    """``front[2].objectives.price``; the names of cases and types that pydantic puts between are no part of it."""
+    found = ""
+    for number, part in enumerate(path, 1):
+        if isinstance(part, int) and isinstance(data, list):
+            found += f"[{part}]"
+            data = data[part] if part < len(data) else None
+        elif isinstance(data, dict) and (part in data or number == len(path)):
+            found += f".{part}"
+            data = data.get(part)
+    return found.removeprefix(".")
+
+
+def _words(item: ErrorDetails, name: str) -> str:
+    """The finding in our words."""
+    kind, context = item["type"], item.get("ctx", {})
+    if kind == "missing":
+        return "is missing"
+    if kind == "extra_forbidden":
+        return f"dse-{name}/1 has no such field"
+    if kind in TAGS:
+        tags = re.findall(r"'(?:[^']* )?([^' ]+)'", context.get("expected_tags", ""))
+        return f"expected one of {', '.join(tags)}" if tags else "is not one of those that there are"
+    expected = context.get("expected") or KINDS.get(kind.removesuffix("_type")) or item["msg"].lower()
+    return f"{'' if expected.startswith('expected') else 'expected '}{expected}, got {describe(item['input'])}"

@@ -1,0 +1,180 @@
+"""The forms of what is found about problems and results.
+
+``dse-explanation/1``, ``dse-comparison/1`` and ``dse-verification/1``.
+"""
+
+from __future__ import annotations
+
+from typing import Annotated, Literal
+
+from pydantic import Field, RootModel
+
+from dse.results.forms.base import Decisions, Figure, Form, Include, Number, field
+from dse.results.forms.result import Question
+
+
+class ExplainedProblem(Form):
+    """Which problem was explained, and what was asked of it."""
+
+    name: str = field("The name that the problem gives itself.")
+    file: str = field("The path of its file, as it was given.")
+    sha256: str = field("The SHA-256 of the file.")
+    includes: list[Include] = field("The files that it includes.")
+    effective: Question = field("The question as it was asked.")
+
+
+class Demand(Form):
+    """A requirement, a rule or a fixed decision."""
+
+    kind: Literal["requirement", "rule", "fixed decision"] = field("Which of the three.")
+    text: str = field("In the words of the problem.")
+    origin: str = field("Where it stands: `FILE:LINE`, or `command line`.")
+
+
+class ConflictMember(Demand):
+    """A member of a minimal conflict."""
+
+    without_it: Decisions = field("A design that meets all the other members.")
+    breaks: list[str] = field("Every demand of the question that this design breaks.")
+
+
+class MinimalConflict(Form):
+    """Demands that cannot hold together; without any one of them the others can."""
+
+    members: list[ConflictMember] = field("They.")
+
+
+class Relaxation(Demand):
+    """What happens when one demand alone gives, and all others hold."""
+
+    helps: bool = field("Whether that leaves a design.")
+    limit: Figure | None = field("The requirement's limit, in `unit`; null for what has none.")
+    closest: Figure | None = field("The closest limit at which there is a design; null where there is none.")
+    unit: str = field("What the figures count; empty where there are none.")
+    beyond: bool = field("Whether the requirement, which is strict, holds beyond `closest` only.")
+    thread: str | None = field("The thread that alone needs so much of one core, where that is what counts.")
+    requirement: str | None = field("The requirement as it may be written then.")
+    unbounded: list[str] = field("The threads whose response time has no bound even in the best design.")
+    looked_for: bool = field("False where the time was too short to look for `closest`.")
+    design: Decisions = field("An example.")
+    breaks: list[str] = field("Every demand of the question that the example breaks.")
+
+
+class GiveUp(Form):
+    """The fewest demands without which the others leave a design."""
+
+    members: list[Relaxation] = field("They, each with its closest limit while the rest is given up.")
+    design: Decisions = field("An example.")
+    breaks: list[str] = field("Every demand of the question that the example breaks.")
+
+
+class Offer(Form):
+    """What options that are not among the alternatives would change."""
+
+    options: list[str] = field("The options, in words.")
+    price: int | None = field("The price of the cheapest design with them; null where there is none.")
+    unit: str = field("What the price counts.")
+    design: Decisions = field("That design.")
+
+
+class Effort(Form):
+    """What the explanation took."""
+
+    solver_calls: int = field("How often the solver was called.")
+    wall_s: Number = field("Seconds that passed.")
+
+
+class ExplanationForm(Form):
+    """The outcome of `dse explain`: why a problem has no design, and what mends it."""
+
+    format: Literal["dse-explanation/1"] = field("The name of this format.")
+    problem: ExplainedProblem = field("Which problem was explained.")
+    status: Literal["feasible", "infeasible", "no structure", "incomplete"] = field(
+        "`no structure`: even without demands there is no design; `incomplete`: time ran out before it was decided."
+    )
+    complete: bool = field("Whether nothing that was asked for is missing.")
+    left_open: list[str] = field("What was not looked at, in words.")
+    design: Decisions = field("Of a feasible problem: a design.")
+    conflicts: list[MinimalConflict] = field("Minimal conflicts.")
+    all_conflicts: bool = field("Whether these are all there are.")
+    limit_reached: bool = field("Whether the number of conflicts that were asked for was reached.")
+    impossible_together: list[Demand] = field(
+        "Where time ran out: demands that have no design together, fewer of which may have none either."
+    )
+    relaxations: list[Relaxation] = field("What happens when one demand alone gives.")
+    give_up: GiveUp | None = field("The fewest demands to give up together, where no single one is enough.")
+    excluded: list[str] = field("Combinations that are no designs though nothing in the file forbids them.")
+    offered: list[str] = field("The options that were asked about.")
+    offers: list[Offer] = field("What they would change.")
+    search: Effort = field("What it took.")
+
+
+class TwoValues(Form):
+    """A metric in two designs."""
+
+    values: list[Figure | None] = field("In each; null where a design has none.", min_length=2, max_length=2)
+    unit: str = field("What they count.")
+
+
+class Designs(Form):
+    """Two designs side by side."""
+
+    format: Literal["dse-comparison/1"] = field("The name of this format.")
+    of: Literal["designs"] = field("What is compared.")
+    names: list[str] = field("What the two are called.", min_length=2, max_length=2)
+    currencies: list[str] = field("The currency of each.", min_length=2, max_length=2)
+    decisions: dict[str, Annotated[list[str | None], Field(min_length=2, max_length=2)]] = field(
+        "The option of each decision in both; null where a design has no use for it."
+    )
+    metrics: dict[str, TwoValues] = field("Each metric in both.")
+    requirements: dict[str, Annotated[list[Literal["holds", "broken"] | None], Field(min_length=2, max_length=2)]] = (
+        field("How both meet each requirement; null where the problem does not state it.")
+    )
+
+
+class ComparedPoint(Form):
+    """A point against the other front."""
+
+    id: int = field("Its id in its own result.")
+    objectives: dict[str, int] = field("Its objectives, in the units of its own result.")
+    equal: list[int] = field("The points of the other front with the same objectives.")
+    dominated_by: list[int] = field("The points of the other front that dominate it.")
+
+
+class Results(Form):
+    """Two results with the same objectives side by side."""
+
+    format: Literal["dse-comparison/1"] = field("The name of this format.")
+    of: Literal["results"] = field("What is compared.")
+    names: list[str] = field("What the two are called.", min_length=2, max_length=2)
+    facts: dict[str, Annotated[list[str | None], Field(min_length=2, max_length=2)]] = field(
+        "What was asked and found, in words, of both."
+    )
+    points: list[list[ComparedPoint]] = field("The points of each front.", min_length=2, max_length=2)
+
+
+class ComparisonForm(RootModel[Annotated[Designs | Results, Field(discriminator="of")]]):
+    """The outcome of `dse compare`."""
+
+
+class Finding(Form):
+    """Something that is wrong with a result."""
+
+    place: str = field("Where in the result, such as `front[2].objectives`.")
+    text: str = field("What is wrong.")
+
+
+class VerificationForm(Form):
+    """The outcome of `dse verify`: a second look at a result."""
+
+    format: Literal["dse-verification/1"] = field("The name of this format.")
+    result: str = field("The result.")
+    problem: str = field("The problem file with which it was compared.")
+    status: Literal["verified", "rejected", "unfinished"] = field(
+        "`unfinished`: nothing wrong was found, but `left_open` could not be proved again."
+    )
+    findings: list[Finding] = field("What is wrong.")
+    checked: list[str] = field("What was looked at, and how.")
+    left_open: list[str] = field("What could not be proved again.")
+    remarks: list[str] = field("What a reader of the result should know.")
+    wall_s: Number = field("Seconds that passed.")

@@ -1,0 +1,129 @@
+"""Files of every format, as the commands write them: small problems that bring out every field."""
+
+from __future__ import annotations
+
+import contextlib
+import json
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+from dse.cli.main import run
+
+SHARED = """
+dse: 1
+include: more.yaml
+name: shared
+processor_types: {cpu: {cores: 2, price: 5 EUR}, big: {cores: 2, price: 9 EUR}}
+bus_types: {wire: {transmission_time: {fixed: 1 ms}}, mute: {}}
+buses: {w: {type: wire}, x: {type: mute}}
+processors: {p: {type: [cpu, big]}, spare: {type: cpu, optional: true}}
+threads:
+  a: {processor: p, period: 10 ms, compute_execution_time: {cpu: 1 ms .. 6 ms, big: 1 ms .. 2 ms}}
+  b: {processor: p, period: 20 ms, compute_execution_time: {cpu: 6 ms, big: 2 ms}, deadline: 19 ms}
+  c: {processor: [p, spare], period: 40 ms, core: 2, compute_execution_time: {cpu: 12 ms, big: 3 ms}}
+connections: {ab: {from: a, to: b, data_size: 8 B, bus: w}, bc: {from: b, to: c}}
+flows: {f: {path: [a, b, c]}}
+requirements: [latency of f <= 85 ms, utilisation of p <= 60 %, latency of f >= 1 ms]
+objectives: [minimise latency of f, minimise price]
+baseline: {p: {type: big}, spare: {type: none}, c: {processor: p}}
+"""
+BASELINE = """
+baseline:
+  computer: {type: small}
+  can0: {type: can_250k}
+  filter: {dispatch_protocol: aperiodic}
+  control: {period: 10 ms}
+"""
+PUMP = (Path(__file__).parents[1] / "fuzz" / "pump.yaml").read_text(encoding="utf-8") + BASELINE
+UNCERTAIN = (
+    PUMP
+    + """
+uncertainty:
+  threads.control.compute_execution_time: {factor: 0.7 .. 6}
+  devices.sensor.compute_execution_time.max: {range: 1 us .. 3 ms}
+"""
+)
+ROUNDED = """
+dse: 1
+name: Cameras
+bus_types: {eth: {bandwidth: 10 Mbit/s}}
+buses: {eth0: {type: eth}}
+devices: {fast: {period: [16.667 ms, 33.333 ms]}, slow: {period: 33.333 ms}, sink: {}}
+connections:
+  fast_image: {from: fast, to: sink, data_size: 1 KB, bus: eth0}
+  slow_image: {from: slow, to: sink, data_size: 1 KB, bus: eth0}
+objectives: [maximise load of eth0]
+"""
+OVERLOADED = """
+dse: 1
+name: overloaded
+processing: response_time
+processor_types: {one: {price: 10 EUR}, two: {price: 30 EUR}}
+processors: {cpu: {type: [one, two]}}
+threads:
+  a: {processor: cpu, period: 10 ms, priority: 3, compute_execution_time: 6 ms}
+  b: {processor: cpu, period: [10 ms, 12 ms], priority: 2, compute_execution_time: 6 ms}
+connections: {w: {from: a, to: b}}
+flows: {f: {path: [a, b]}}
+requirements: [response time of b <= 100 ms, price <= 20 EUR]
+objectives: [minimise price]
+"""
+PROBLEMS = {"pump": PUMP, "shared": SHARED, "uncertain": UNCERTAIN, "rounded": ROUNDED, "overloaded": OVERLOADED}
+COMMANDS = (
+    "solve pump.yaml --alternatives 2 --within 20% --json pump.json",
+    "solve pump.yaml --max-jitter 7ms --json tight.json",
+    "solve pump.yaml --max-jitter 5ms --json never.json",
+    "solve pump.yaml --max-jitter 5ms --max-price 100EUR --max-load 1% --json nothing.json",
+    "solve shared.yaml --alternatives 1 --within 50% --json shared.json",
+    "solve uncertain.yaml --robust --json robust.json",
+    "solve rounded.yaml --json rounded.json",
+    "solve overloaded.yaml --json overloaded.json",
+    "report pump.json -o reports",
+    "check pump.yaml --json check.json",
+    "check shared.yaml --require 'latency of f >= 9 s' --json most.json",
+    "check pump.yaml --max-jitter 1us --max-price 1EUR --json impossible.json",
+    "analyse pump.yaml --json analysis.json",
+    "analyse shared.yaml --response-times --json busy.json",
+    "analyse shared.yaml --design 'p.type = cpu' --json broken.json",
+    "explain pump.yaml --max-jitter 5ms --json explanation.json",
+    "explain pump.yaml --max-jitter 5ms --max-price 50EUR --json together.json",
+    "explain pump.yaml --json feasible.json",
+    "explain shared.yaml --max-latency 10ms --offer 'b.period += 10 ms' --json offer.json",
+    "sweep pump.yaml --vary 'jitter of sensor_to_valve=1ms..40ms' --no-store --json breaks.json",
+    (
+        "sweep pump.yaml --vary 'price=50EUR,100EUR' --vary 'devices.sensor.period=20ms,30ms' --max-jitter 30ms "
+        "--require 'price <= 900 EUR' --minimise price --minimise 'jitter of sensor_to_valve' "
+        "--fix 'can0.type = can_250k' --profile osate-2.2 --worst-case deadline --processing response-time "
+        "--deadlines stated --no-store --json grid.json"
+    ),
+    "sweep pump.yaml --vary 'devices.sensor.period=20ms,30ms' --time-limit 0.000001s --no-store --json open.json",
+    "sweep pump.yaml --vary 'devices.sensor.period=20ms,0ms' --no-store --json wrong.json",
+    "sensitivity pump.yaml --json margins.json",
+    "sensitivity uncertain.yaml --samples 64 --json uncertain.json",
+    "simulate pump.yaml --runs 2 --json simulation.json",
+    "simulate shared.yaml --contention --runs 2 --json waiting.json",
+    "compare pump.json tight.json --json results.json",
+    "compare pump.json#1 pump.json#2 --json designs.json",
+    "verify pump.json --json verdict.json",
+    "verify forged.json --json rejected.json",
+)
+
+
+def written_files(folder: Path) -> Iterator[tuple[str, dict[str, Any]]]:
+    """Each command with the data that it wrote."""
+    import shlex
+
+    (folder / "more.yaml").write_text("device_types: {lidar: {price: 99 EUR}}\n", encoding="utf-8")
+    for name, text in PROBLEMS.items():
+        (folder / f"{name}.yaml").write_text(text, encoding="utf-8")
+    with contextlib.chdir(folder):
+        for command in COMMANDS:
+            if "forged" in command:
+                data = json.loads(Path("pump.json").read_text(encoding="utf-8"))
+                data["front"][0]["objectives"]["price"] += 1
+                Path("forged.json").write_text(json.dumps(data), encoding="utf-8")
+            code = run([*shlex.split(command)])
+            assert code in (0, 3, 4, 5), (command, code)
+            target = "reports/pump.json" if command.startswith("report") else command.split()[-1]
+            yield command, json.loads(Path(target).read_text(encoding="utf-8"))
