@@ -51,27 +51,39 @@ def _beyond(space: Space, limit: Limit, side: Side, operator: str) -> tuple[Frac
     """The bound of the figure and the limit, where no design keeps it; None where one may."""
     compare = HOLDS[{"==": "<=" if side == "least" else ">="}.get(operator, operator)]
     pick = min if side == "least" else max
-    if len(limit.measure.terms) == 1:  # a figure and its limit may hang on the same decision: together they say more
-        [term] = limit.measure.terms
+    terms = limit.measure.terms
+    if (
+        len(terms) == 1 and terms[0].extreme is None
+    ):  # a figure and its limit may hang on the same decision: together they say more
+        [term] = terms
         pairs = _cases(space, lambda view: (_end(term, side, view), limit.bound(view)))
         if pairs is None or any(compare(value, bound) for value, bound in pairs):
             return None
         return pick(pairs, key=lambda pair: pair[0] - pair[1], default=None)
-    ends = [
-        _bound(space, term, side, nonnegative=limit.measure.metric.kind != "derived") for term in limit.measure.terms
-    ]
+    is_sum_of_sums = limit.measure.metric.kind in ("derived", "max", "min")
+    value = _total(space, terms, side, nonnegative=not is_sum_of_sums)
     bounds = _cases(space, limit.bound)
-    if not bounds or None in ends:
+    if not bounds or value is None:
         return None
-    value = sum((end for end in ends if end is not None), Fraction(0))
     furthest = max(bounds) if side == "least" else min(bounds)
     return None if compare(value, furthest) else (value, furthest)
 
 
 def largest(space: Space, measure: Measure) -> Fraction | None:
     """A figure that no design exceeds, by its absolute value, in units of 1 / `scale`; None where that is not known."""
+    found = _largest(space, measure.terms)
+    return None if found is None else measure.scale * found
+
+
+def _largest(space: Space, terms: Iterable[Term]) -> Fraction | None:
     total = Fraction(0)
-    for term in measure.terms:
+    for term in terms:
+        if term.extreme is not None:
+            totals = [_largest(space, inner) for inner in term.extreme.sums]
+            if None in totals:
+                return None
+            total += max(one for one in totals if one is not None)
+            continue
 
         def ends(view: View, term: Term = term) -> tuple[Fraction, Fraction]:
             return _end(term, "least", view), _end(term, "most", view)
@@ -80,11 +92,21 @@ def largest(space: Space, measure: Measure) -> Fraction | None:
         if pairs is None:
             return None
         total += max((abs(end) for pair in pairs for end in pair), default=Fraction(0))
-    return measure.scale * total
+    return total
+
+
+def _total(space: Space, terms: Iterable[Term], side: Side, *, nonnegative: bool = False) -> Fraction | None:
+    """The least or most that a sum may have, each summand for itself; None where that is not known."""
+    ends = [_bound(space, term, side, nonnegative=nonnegative) for term in terms]
+    return None if None in ends else sum((end for end in ends if end is not None), Fraction(0))
 
 
 def _bound(space: Space, term: Term, side: Side, *, nonnegative: bool) -> Fraction | None:
     """The least or most that a summand has in any design; None where that is not known."""
+    if term.extreme is not None:
+        totals = [_total(space, terms, side) for terms in term.extreme.sums]
+        found: Fraction | None = None if None in totals else term.extreme.pick(totals)
+        return found
     values = _cases(space, partial(_end, term, side))
     if values:
         return min(values) if side == "least" else max(values)

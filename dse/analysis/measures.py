@@ -10,6 +10,7 @@ from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import replace
 from fractions import Fraction
 from math import lcm
+from typing import Literal
 
 from dse.analysis.binding import bus_stack, byte_times_ns
 from dse.analysis.latency import counts_responses, step_rows
@@ -24,12 +25,12 @@ from dse.analysis.resources import (
     utilisation_terms,
 )
 from dse.analysis.scheduling import UNBOUNDED_NS, bounded_response_ns, longest_alone_ns
-from dse.analysis.terms import PPM, SCALE_LIMIT, ZERO, Measure, Term, exact_sum, scaled_term
+from dse.analysis.terms import PPM, SCALE_LIMIT, ZERO, Extreme, Measure, Term, exact_sum, extreme_term, scaled_term
 from dse.analysis.views import View
 from dse.space.metrics import busy_obstacle, metric_dimension, total_unit
 from dse.space.trees import FROM_BANDWIDTH, PerProcessorType, Tree, at, leaves
-from dse.space.types import Bus, Component, Derived, Flow, Metric, Slot, Space, Step
-from dse.units import DATA, DATA_RATE, DIMENSIONLESS, FREQUENCY, LENGTH, MONEY, POWER, TIME, Dimension, Exact
+from dse.space.types import Bus, Component, Flow, Metric, Slot, Space, Step
+from dse.units import DATA, DATA_RATE, DIMENSIONLESS, FREQUENCY, LENGTH, MONEY, POWER, TIME, Dimension, Exact, Quantity
 
 __all__ = [
     "PPM",
@@ -83,7 +84,9 @@ def build_measure(space: Space, metric: Metric) -> Measure:
         scale = _time_scale(space, range(len(space.components)), range(len(space.connections)))
         return _scaled(metric, "ns", (_response_term(space, metric.index or 0),), scale, RESPONSE_SCALE_LIMIT)
     if metric.kind == "derived":
-        return _derived(space, metric, space.derived[metric.index or 0])
+        return _sum(space, metric, space.derived[metric.index or 0].terms)
+    if metric.kind in ("max", "min"):
+        return _extreme(space, metric)
     unit = {"price": "ct", "power": "mW"}.get(metric.kind, space.totals.get(metric.key, ""))
     trees = list(_figure_trees(space, metric))
     scale = lcm(*(Fraction(leaf).denominator for _, tree in trees for leaf in leaves(tree) if leaf is not None))
@@ -262,13 +265,23 @@ def _figure_term(space: Space, item: Slot | Component, tree: Tree) -> Term:
     return Term(item.name, value)
 
 
-def _derived(space: Space, metric: Metric, derived: Derived) -> Measure:
+def _extreme(space: Space, metric: Metric) -> Measure:
+    """The greatest or least of several sums of metrics, counted in the unit of them all."""
+    measures = [_sum(space, metric, operand) for operand in metric.operands]
+    sums = tuple(measure.terms for measure in measures)
+    scale = lcm(*(measure.scale if not measure.rounded else SCALE_LIMIT + 1 for measure in measures))
+    kind: Literal["max", "min"] = "max" if metric.kind == "max" else "min"
+    term = extreme_term(metric.name, Extreme(kind, sums))
+    return _scaled(metric, measures[0].unit, (term,) if len(sums) > 1 else sums[0], scale)
+
+
+def _sum(space: Space, metric: Metric, parts: Sequence[tuple[Quantity, Metric]]) -> Measure:
     """A sum of metrics, each times an exact constant."""
     dimension = metric_dimension(space, metric)
     unit, factor = display_unit(dimension) if dimension is not None else (total_unit(space, metric), Fraction(1))
     terms: list[Term] = []
     scale = 1
-    for coefficient, inner_metric in derived.terms:
+    for coefficient, inner_metric in parts:
         inner = build_measure(space, inner_metric)
         inner_dimension = metric_dimension(space, inner_metric)
         inner_factor = display_unit(inner_dimension)[1] if inner_dimension is not None else Fraction(1)

@@ -5,7 +5,9 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from fractions import Fraction
+from functools import partial, reduce
 from math import ceil
+from typing import Any, Literal, TypeAlias
 
 from dse.analysis.rates import RateKey, rate_hz
 from dse.analysis.views import View
@@ -23,7 +25,8 @@ class Term:
     """One summand, with the thread or connection that it belongs to.
 
     Where it is a coefficient times a rate, both parts are there too, for the search's sake. Where it is, or holds, a
-    response time, which consults whatever shares its processor, `ends` are bounds of it that consult less.
+    response time, which consults whatever shares its processor, `ends` are bounds of it that consult less. Where it is
+    the greatest or least of several sums, `extreme` has them.
     """
 
     label: str
@@ -34,6 +37,35 @@ class Term:
     ends: Callable[[View], tuple[Fraction, Fraction]] | None = None
     waits: tuple[int, Fraction] | None = None
     """A thread, and how often its waiting for others counts at least on top of the lower end, in every design."""
+    extreme: Extreme | None = None
+
+    def rounded_up(self, view: View, scale: int) -> int:
+        """The value in units of 1 / `scale`, every single figure in it rounded up."""
+        if self.extreme is None:
+            return ceil(self.value(view) * scale)
+        found: int = self.extreme.pick(
+            sum(term.rounded_up(view, scale) for term in terms) for terms in self.extreme.sums
+        )
+        return found
+
+
+Kind: TypeAlias = Literal["max", "min"]
+
+
+@dataclass(frozen=True)
+class Extreme:
+    """The greatest (`kind` ``max``) or the least (``min``) of several sums of terms."""
+
+    kind: Kind
+    sums: tuple[tuple[Term, ...], ...]
+
+    def pick(self, values: Iterable[Any]) -> Any:
+        """The value that counts; numbers that remember how they were made (`dse.study.trace`) remember that, too."""
+        return reduce(partial(_picked, self.kind), values)
+
+    def changed(self, change: Callable[[Term], Term], kind: Kind | None = None) -> Extreme:
+        """The extreme with every term changed; of another kind where one is given."""
+        return Extreme(kind or self.kind, tuple(tuple(change(term) for term in terms) for terms in self.sums))
 
 
 @dataclass(frozen=True)
@@ -53,7 +85,7 @@ class Measure:
     def integer(self, view: View) -> int:
         """The value in units of 1 / `scale`; when `rounded`, each term is rounded up (demand)."""
         if self.rounded:
-            return sum(ceil(term.value(view) * self.scale) for term in self.terms)
+            return sum(term.rounded_up(view, self.scale) for term in self.terms)
         return self.counted(self.value(view))
 
     def counted(self, value: int | Fraction) -> int:
@@ -95,7 +127,11 @@ def product_term(space: Space, label: str, coefficient: Callable[[View], Fractio
 
 
 def scaled_term(term: Term, factor: Fraction) -> Term:
-    """The term times a constant."""
+    """The term times a constant; a negative one makes the greatest of several sums the least of the negated ones."""
+    if term.extreme is not None:
+        others: dict[Kind, Kind] = {"max": "min", "min": "max"}
+        kind = others[term.extreme.kind] if factor < 0 else term.extreme.kind
+        return extreme_term(term.label, term.extreme.changed(lambda inner: scaled_term(inner, factor), kind))
     coefficient, ends = term.coefficient, term.ends
     scaled = (lambda view: coefficient(view) * factor) if coefficient is not None else None
 
@@ -107,3 +143,20 @@ def scaled_term(term: Term, factor: Fraction) -> Term:
     bounds = scaled_ends if ends is not None else None
     waits = (term.waits[0], term.waits[1] * factor) if term.waits is not None and factor > 0 else None
     return Term(term.label, lambda view: term.value(view) * factor, scaled, term.rate, term.component, bounds, waits)
+
+
+def _picked(kind: Kind, one: Any, other: Any) -> Any:
+    remembers = next((number for number in (one, other) if hasattr(number, "picked")), None)
+    if remembers is not None:
+        return remembers.picked(kind, other if remembers is one else one)
+    return max(one, other) if kind == "max" else min(one, other)
+
+
+def extreme_term(label: str, extreme: Extreme) -> Term:
+    """The greatest or least of several sums, as a summand."""
+
+    def value(view: View) -> Fraction:
+        found: Fraction = extreme.pick([exact_sum(term.value(view) for term in terms) for terms in extreme.sums])
+        return found
+
+    return Term(label, value, extreme=extreme)

@@ -24,6 +24,7 @@ from dse.space.trees import NotOffered
 from dse.space.types import EMPTY, Design, Objective, Requirement, Rule, Space
 from dse.spec.grammar import ExpressionError, parse_assignment, parse_limit, parse_requirement
 from dse.spec.load import LoadedSpec, UnreadableError, load_spec, parse_spec
+from dse.spec.scan import CALL
 
 ORIGIN = "command line"
 
@@ -203,6 +204,7 @@ def _requirement_or_rule(space: Space, text: str) -> tuple[Requirement, ...] | R
     metrics = [*LIMITED_METRICS, "min latency", "max latency", "response time", "utilization", *space.totals, *derived]
     body = re.sub(r"^\s*(require|forbid)\s+", "", text)
     is_metric = any(re.match(rf"{re.escape(name)}(\s|[<>=≤≥]|$)", body) for name in metrics)
+    is_metric = is_metric or CALL.match(body) is not None
     try:
         if is_metric and not any(body.startswith(f"{name}.") for name in metrics):
             return read_requirements(space, body, ORIGIN)
@@ -216,7 +218,7 @@ def _of_misspelt_metric(space: Space, text: str) -> QuestionError | None:
     """What is wrong with a text that has the form of a requirement; None where it has not, or names a decision."""
     try:
         written = parse_requirement(text)
-        if "." not in written.metric.metric:
+        if "." not in str(written.metric):
             read_requirements(space, text, ORIGIN)
     except ExpressionError:
         return None

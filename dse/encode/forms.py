@@ -78,6 +78,7 @@ class Board:
         self.deadlines: list[Any] = []  # upper limits on response times, see `dse.encode.contention`
         self.contention: Any = None
         self.scheduled: dict[tuple[int, bool], tuple[object, Form]] = {}  # by the id of a term, which is kept alive
+        self.extremes: dict[tuple[int, bool], tuple[object, Form]] = {}  # as `scheduled`
         self.guard: cp_model.IntVar | None = None
         self.branched: Counter[int] = Counter()
         self.true = self.model.new_constant(1)

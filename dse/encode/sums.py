@@ -7,6 +7,7 @@ from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from itertools import product
+from math import gcd
 from typing import Any
 
 from dse.analysis.measures import Measure, Term
@@ -91,6 +92,8 @@ def _shared_decisions(board: Board, rates: RateVariables, terms: Sequence[Term])
 def _term_form(board: Board, rates: RateVariables, measure: Measure, term: Term, below: bool, given: Given) -> Form:
     """sum(value[case] * case); coefficient * rate as a sum over pairs, or for too many rates with a rate variable."""
     rounded = floor_int if below and measure.rounded else ceil_int
+    if term.extreme is not None:
+        return _extreme_form(board, rates, measure, term, below)
     if term.ends is not None:
         return _scheduled_form(board, measure, term, rounded)
 
@@ -116,6 +119,45 @@ def _term_form(board: Board, rates: RateVariables, measure: Measure, term: Term,
     if below and measure.rounded:
         form.add(Form(-1, {}, -1, -1))
     return form
+
+
+def _extreme_form(board: Board, rates: RateVariables, measure: Measure, term: Term, below: bool) -> Form:
+    """The greatest (or least) of several sums as a variable m: m >= each sum, and m <= one of them.
+
+    (For the least m <= each sum, and m >= one of them.) Exact in both directions, whatever the search asks of it;
+    counted in the largest step that the sums have in common.
+    """
+    key = id(term), below and measure.rounded
+    if key not in board.extremes:
+        board.extremes[key] = term, _made_extreme(board, rates, measure, term, below)
+    return board.extremes[key][1]
+
+
+def _made_extreme(board: Board, rates: RateVariables, measure: Measure, term: Term, below: bool) -> Form:
+    assert term.extreme is not None
+    pick, sign = term.extreme.pick, 1 if term.extreme.kind == "max" else -1
+    sums = [measure_branches(board, rates, measure, terms, below=below) for terms in term.extreme.sums]
+    forms = [branch.form for branches in sums for branch in branches]
+    low = pick(min(branch.form.low for branch in branches) for branches in sums)
+    high = pick(max(branch.form.high for branch in branches) for branches in sums)
+    check_exact(max(abs(end) for form in forms for end in (form.low, form.high)), term.label)
+    base = forms[0].constant
+    step = gcd(*(form.constant - base for form in forms), *(c for form in forms for c in form.coefficients.values()))
+    if not step:
+        return Form(low, {}, low, low)
+    least, most = -((base - low) // step), (high - base) // step
+    variable = board.model.new_int_var(least, most, "")
+    value = base + step * variable
+    reached = []
+    for branches in sums:
+        here = board.model.new_bool_var("")
+        reached.append(here)
+        for branch in branches:
+            expression = board.expression(branch.form)
+            board.model.add(sign * value >= sign * expression).only_enforce_if(branch.chosen)
+            board.model.add(sign * value <= sign * expression).only_enforce_if([*branch.chosen, here])
+    board.model.add_bool_or(reached)
+    return Form(base, {variable.index: step}, low, high)
 
 
 def _scheduled_form(board: Board, measure: Measure, term: Term, rounded: Callable[[Fraction], int]) -> Form:

@@ -24,6 +24,7 @@ from dse.space.slots import build_buses, build_processor, check_bus_types
 from dse.space.types import Space
 from dse.spec.load import LoadedSpec, UnreadableError
 from dse.spec.model import Spec
+from dse.spec.scan import CALL
 from dse.units import shown
 
 CATALOGUES = ("processor_types", "bus_types", "device_types", "thread_types")
@@ -123,7 +124,7 @@ def _priced(spec: Spec) -> Iterable[tuple[Path, Any]]:
 
 def _check_totals(spec: Spec, ledger: Ledger) -> None:
     for name in spec.totals:
-        if name in RESERVED:
+        if name in RESERVED or CALL.match(name):
             ledger.error(("totals", name), f"{shown(name)} is a metric already: choose another name", at_key=True)
     for path, model in _priced(spec):
         for key, given in model.totals.items():

@@ -10,6 +10,7 @@ from collections.abc import Callable, Iterable, Sequence
 from dataclasses import replace
 
 from dse.space.figures import Ledger
+from dse.space.metrics import parts_of
 from dse.space.trees import Choice, Tree, graft, leaves
 from dse.space.types import (
     Component,
@@ -124,8 +125,9 @@ def depends_on_cores(space: Space) -> bool:
 
 def is_scheduled(space: Space, metric: Metric) -> bool:
     """Whether response times count in a metric."""
-    if metric.kind == "derived":
-        return any(is_scheduled(space, inner) for _, inner in space.derived[metric.index or 0].terms)
+    parts = parts_of(space, metric)
+    if parts:
+        return any(is_scheduled(space, inner) for _, inner in parts)
     if metric.kind in ("latency", "jitter"):
         return space.processing == "response_time"
     return metric.kind == "response time"

@@ -5,13 +5,15 @@ The same functions serve the problem file (mistakes become diagnostics) and the 
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
+from fractions import Fraction
+from typing import Literal
 
 from dse.space.figures import closest
 from dse.space.slots import carriers
 from dse.space.trees import Choice, Tree
 from dse.space.types import EMPTY, UNKNOWN_TYPE, Bus, Derived, Metric, Space
-from dse.spec.expressions import DerivedExpr, MetricRef
+from dse.spec.expressions import DerivedExpr, ExtremeRef, MetricExpr, MetricRef
 from dse.spec.grammar import parse_derived
 from dse.units import DATA_RATE, DIMENSIONLESS, MONEY, POWER, TIME, Dimension, Quantity, as_written, shown, unit_hint
 
@@ -35,7 +37,7 @@ class QuestionError(ValueError):
         self.message, self.hint = message, hint
 
 
-def resolve_metrics(space: Space, ref: MetricRef) -> tuple[Metric, ...]:
+def resolve_metrics(space: Space, ref: MetricExpr) -> tuple[Metric, ...]:
     """What ``METRIC [of NAME]`` means; several metrics where NAME is left out and there are several candidates.
 
     Raises
@@ -43,6 +45,8 @@ def resolve_metrics(space: Space, ref: MetricRef) -> tuple[Metric, ...]:
     QuestionError
         for an unknown metric or name.
     """
+    if isinstance(ref, ExtremeRef):
+        return (_extreme(space, ref),)
     kind = ref.metric
     if kind in FLOW_METRICS:
         return _indexed(space, kind, ref.of, "flow")
@@ -142,8 +146,9 @@ def _response_times(space: Space, of: str | None) -> tuple[Metric, ...]:
 
 def metric_dimension(space: Space, metric: Metric) -> Dimension | None:
     """The dimension of a metric; None for a declared total, whose unit is the user's own."""
-    if metric.kind == "derived":
-        coefficient, inner = space.derived[metric.index or 0].terms[0]
+    parts = parts_of(space, metric)
+    if parts:
+        coefficient, inner = parts[0]
         inner_dimension = metric_dimension(space, inner)
         if inner_dimension is None or coefficient.dimension is None:
             return None
@@ -154,19 +159,57 @@ def metric_dimension(space: Space, metric: Metric) -> Dimension | None:
     return known.get(metric.kind, TIME)
 
 
-def one_metric(space: Space, ref: MetricRef) -> Metric:
+def parts_of(space: Space, metric: Metric) -> Sequence[tuple[Quantity, Metric]]:
+    """The metrics that a derived one or an extreme is made of, with their constants; nothing for others."""
+    if metric.kind == "derived":
+        return space.derived[metric.index or 0].terms
+    return [part for operand in metric.operands for part in operand]
+
+
+def one_metric(space: Space, ref: MetricExpr) -> Metric:
     """The single metric that the words mean."""
     metrics = resolve_metrics(space, ref)
     if len(metrics) > 1:
         names = ", ".join(metric.name for metric in metrics)
-        raise QuestionError(f"{ref} could be several", f"say which: {names}")
+        raise QuestionError(f"{ref} could be several", f"say which: {names}, or max({ref})")
     return metrics[0]
+
+
+def worst_metric(space: Space, ref: MetricExpr, sense: Literal["minimise", "maximise"]) -> Metric:
+    """What an objective means: of several candidates the worst, the greatest where it is minimised."""
+    metrics = resolve_metrics(space, ref)
+    return metrics[0] if len(metrics) == 1 else worst_of(str(ref), metrics, "<=" if sense == "minimise" else ">=")
+
+
+def worst_of(name: str, metrics: Sequence[Metric], operator: str) -> Metric:
+    """Of several metrics that are called so the one that an upper (or a lower) limit is about."""
+    kind, one = "max" if operator[0] == "<" else "min", Quantity(Fraction(1), DIMENSIONLESS, "")
+    return Metric(f"{kind}({name})", kind, operands=tuple(((one, metric),) for metric in metrics))
 
 
 def read_derived(space: Space, name: str, text: str) -> Derived:
     """A derived metric; all its terms must have one dimension."""
     expression: DerivedExpr = parse_derived(text)
     terms = tuple((coefficient, one_metric(space, ref)) for coefficient, ref in expression.terms)
+    _check_kinds(space, text, terms)
+    return Derived(name, text, terms)
+
+
+def _extreme(space: Space, ref: ExtremeRef) -> Metric:
+    """The greatest or least of several sums; a metric that stands alone, without ``of``, is all of its kind."""
+    operands: list[tuple[tuple[Quantity, Metric], ...]] = []
+    for expression in ref.operands:
+        if len(expression.terms) == 1:
+            coefficient, inner = expression.terms[0]
+            operands += [((coefficient, metric),) for metric in resolve_metrics(space, inner)]
+        else:
+            operands.append(tuple((coefficient, one_metric(space, inner)) for coefficient, inner in expression.terms))
+    _check_kinds(space, str(ref), [part for operand in operands for part in operand])
+    return Metric(str(ref), ref.kind, operands=tuple(operands))
+
+
+def _check_kinds(space: Space, text: str, terms: Sequence[tuple[Quantity, Metric]]) -> None:
+    """What is added or compared has one dimension, or one declared unit."""
     kinds: set[object] = set()
     for coefficient, metric in terms:
         inner = metric_dimension(space, metric)
@@ -175,14 +218,13 @@ def read_derived(space: Space, name: str, text: str) -> Derived:
         scale = coefficient.dimension or DIMENSIONLESS
         kinds.add((total_unit(space, metric),) if inner is None else scale.times(inner))
     if len(kinds) > 1:
-        raise QuestionError(f"the terms of {shown(text)} are of different kinds and cannot be added")
-    return Derived(name, text, terms)
+        raise QuestionError(f"the terms of {shown(text)} are of different kinds: they cannot be added or compared")
 
 
 def total_unit(space: Space, metric: Metric) -> str:
-    """The unit of a declared total, or of a metric derived from one."""
-    while metric.kind == "derived":
-        metric = space.derived[metric.index or 0].terms[0][1]
+    """The unit of a declared total, or of a metric made of such."""
+    while parts := parts_of(space, metric):
+        metric = parts[0][1]
     return space.totals[metric.key]
 
 

@@ -5,7 +5,7 @@ The same functions serve the problem file (mistakes become diagnostics) and the 
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import replace
 from difflib import get_close_matches
 from fractions import Fraction
@@ -20,11 +20,11 @@ from dse.space.metrics import (
     QuestionError,
     is_share,
     metric_dimension,
-    one_metric,
     own_limit,
     read_derived,
     resolve_metrics,
     states_bandwidth,
+    worst_metric,
 )
 from dse.space.settings import with_deadlines
 from dse.space.trees import Tree, leaves
@@ -44,9 +44,22 @@ from dse.space.types import (
     UsedTest,
     ValueTest,
 )
-from dse.spec.expressions import And, Compare, Condition, MultipleOf, Not, OneOf, Or, Ref, Used
+from dse.spec.expressions import (
+    And,
+    Compare,
+    Condition,
+    DerivedExpr,
+    ExtremeRef,
+    MultipleOf,
+    Not,
+    OneOf,
+    Or,
+    Ref,
+    Used,
+)
 from dse.spec.grammar import ExpressionError, parse_derived, parse_objective, parse_requirement, parse_rule
 from dse.spec.model import Spec
+from dse.spec.scan import CALL
 from dse.units import (
     TIME,
     Quantity,
@@ -158,7 +171,7 @@ def _with_derived(ledger: Ledger, space: Space, spec: Spec) -> Space:
     for name in order:
         path: Path = ("metrics", name)
         text = spec.metrics[name]
-        if name in RESERVED:
+        if name in RESERVED or CALL.match(name):
             ledger.error(path, f"{shown(name)} is a metric already: choose another name", at_key=True)
             continue
         found = _attempt(ledger, path, text, partial(read_derived, space, name, text))
@@ -170,9 +183,18 @@ def _with_derived(ledger: Ledger, space: Space, spec: Spec) -> Space:
 
 def _metrics_used(text: str) -> set[str]:
     try:
-        return {ref.metric for _, ref in parse_derived(text).terms}
+        return set(_names_in(parse_derived(text)))
     except ExpressionError:
         return set()
+
+
+def _names_in(expression: DerivedExpr) -> Iterator[str]:
+    for _, ref in expression.terms:
+        if isinstance(ref, ExtremeRef):
+            for operand in ref.operands:
+                yield from _names_in(operand)
+        else:
+            yield ref.metric
 
 
 def _required_latencies(ledger: Ledger, space: Space) -> list[Requirement]:
@@ -311,9 +333,9 @@ def _with_bandwidth(space: Space, metrics: tuple[Metric, ...], limit: Quantity) 
 
 
 def read_objective(space: Space, text: str, origin: str = "") -> Objective:
-    """What to minimise or maximise; without ``of`` there must be one candidate only."""
+    """What to minimise or maximise; without ``of`` the worst of all candidates."""
     expression = parse_objective(text)
-    return Objective(text, expression.sense, one_metric(space, expression.metric), origin)
+    return Objective(text, expression.sense, worst_metric(space, expression.metric, expression.sense), origin)
 
 
 def read_rule(space: Space, text: str, origin: str = "") -> Rule:

@@ -169,7 +169,8 @@ class Metric:
 
     `kind` is ``latency``, ``min latency``, ``jitter`` (of a flow), ``utilisation`` (of a processor), ``load`` and
     ``busy`` (of a bus), ``response time`` (of a thread; `key` is ``deadline`` where its own is the limit), ``price``,
-    ``power``, ``total`` (`key` names it; `of` a component, or all) or ``derived``.
+    ``power``, ``total`` (`key` names it; `of` a component, or all), ``derived``, or an extreme: ``max`` and ``min`` are
+    the greatest and the least of `operands`, each a sum of metrics times constants.
     """
 
     name: str
@@ -177,6 +178,7 @@ class Metric:
     index: int | None = None
     key: str = ""
     of: str = ""
+    operands: tuple[tuple[tuple[Quantity, Metric], ...], ...] = ()
 
 
 @dataclass(frozen=True)

@@ -31,11 +31,25 @@ class MetricRef:
 
 
 @dataclass(frozen=True)
+class ExtremeRef:
+    """``max(A, B, …)`` or ``min(…)`` of sums of metrics; a metric without ``of`` stands for all of its kind."""
+
+    kind: Literal["max", "min"]
+    operands: tuple[DerivedExpr, ...]
+
+    def __str__(self) -> str:
+        return f"{self.kind}({', '.join(item.text for item in self.operands)})"
+
+
+MetricExpr: TypeAlias = MetricRef | ExtremeRef
+
+
+@dataclass(frozen=True)
 class RequirementExpr:
     """``METRIC [of NAME] OP QUANTITY``."""
 
     text: str
-    metric: MetricRef
+    metric: MetricExpr
     operator: Operator
     limit: Quantity
 
@@ -46,7 +60,7 @@ class ObjectiveExpr:
 
     text: str
     sense: Literal["minimise", "maximise"]
-    metric: MetricRef
+    metric: MetricExpr
 
 
 @dataclass(frozen=True)
@@ -54,7 +68,7 @@ class DerivedExpr:
     """A sum of metrics, each times an exact constant (in coherent units, see `dse.units`)."""
 
     text: str
-    terms: tuple[tuple[Quantity, MetricRef], ...]
+    terms: tuple[tuple[Quantity, MetricExpr], ...]
 
 
 @dataclass(frozen=True)

@@ -14,6 +14,8 @@ from typing import Literal
 
 from dse.spec.expressions import (
     DerivedExpr,
+    ExtremeRef,
+    MetricExpr,
     MetricRef,
     ObjectiveExpr,
     Operator,
@@ -21,7 +23,7 @@ from dse.spec.expressions import (
     RuleExpr,
 )
 from dse.spec.rules import RuleParser
-from dse.spec.scan import ExpressionError, Scanner, check_length, operator_at, unquoted
+from dse.spec.scan import CALL, ExpressionError, Scanner, check_length, operator_at, unquoted
 from dse.units import DIMENSIONLESS, UNITS, Dimension, Quantity, UnitError, parse_quantity, shown, unit_hint
 
 __all__ = [
@@ -44,6 +46,8 @@ _METRICS = {"max latency": "latency", "maximum latency": "latency", "minimum lat
 _METRICS |= {"utilization": "utilisation"}
 _STARTS_NUMBER = re.compile(r"[+-]?\.?[0-9]")
 _OF = re.compile(r"\bof\b")
+DEEPEST = 20
+"""How deep extremes may be nested."""
 
 
 def parse_requirement(text: str) -> RequirementExpr:
@@ -74,24 +78,28 @@ def parse_objective(text: str) -> ObjectiveExpr:
     if sense is None:
         hint = f'such as "minimise {text.strip()[:80] or "price"}"'
         raise ExpressionError('expected "minimise" or "maximise"', 0, hint)
-    found = next(_operators(rest), None)
+    offset = len(text) - len(rest)
+    _check_closed(rest, offset)
+    found = next(_operators(rest, inside=True), None)
     if found is not None:
-        raise ExpressionError("an objective has no comparison", text.index(rest) + found[0], "make it a requirement")
-    return ObjectiveExpr(text.strip(), sense, _metric(rest, len(text) - len(rest)))
+        raise ExpressionError("an objective has no comparison", offset + found[0], "make it a requirement")
+    return ObjectiveExpr(text.strip(), sense, _metric(rest, offset))
 
 
 def parse_derived(text: str) -> DerivedExpr:
-    """A sum of metrics, each multiplied or divided by constants.
+    """A sum of metrics and of extremes of metrics, each multiplied or divided by constants.
 
     >>> [str(metric) for _, metric in parse_derived("2 * latency of a - latency of b / 2").terms]
     ['latency of a', 'latency of b']
+    >>> [str(metric) for _, metric in parse_derived("max(load) - min(load of a,  load of b + load of c)").terms]
+    ['max(load)', 'min(load of a, load of b + load of c)']
     """
     check_length(text)
-    found = next(_operators(text), None)
+    found = next(_operators(text, inside=True), None)
     if found is not None:
         raise ExpressionError("a derived metric has no comparison", found[0])
-    terms = [_term(sign, part, offset) for sign, part, offset in _signed_parts(text)]
-    return DerivedExpr(text.strip(), tuple(terms))
+    _check_closed(text, 0)
+    return DerivedExpr(text.strip(), _sum(text, 0, 0))
 
 
 def parse_rule(text: str, names: Collection[str], bare: Collection[str]) -> RuleExpr:
@@ -144,10 +152,10 @@ def _separator(text: str) -> tuple[int, int]:
     return colon, colon + 1
 
 
-def _operators(text: str, start: int = 0) -> Iterator[tuple[int, int, Operator]]:
-    """Start, end and operator of each comparison outside quotes."""
+def _operators(text: str, start: int = 0, *, inside: bool = False) -> Iterator[tuple[int, int, Operator]]:
+    """Start, end and operator of each comparison outside quotes (and extremes, unless `inside`)."""
     end = start
-    for at in Scanner(text).outside_quotes():
+    for at in Scanner(text).outside_quotes() if inside else Scanner(text).outside():
         found = operator_at(text, at) if at >= end else None
         if found is not None:
             end = at + found[0]
@@ -164,10 +172,12 @@ def _quantity(text: str, offset: int) -> Quantity:
         raise ExpressionError(error.message, place, error.hint) from None
 
 
-def _metric(text: str, offset: int) -> MetricRef:
+def _metric(text: str, offset: int, depth: int = 0) -> MetricExpr:
     place = offset + len(text) - len(text.lstrip())
     if not text.strip():
         raise ExpressionError("expected a metric", place, 'such as "jitter of my_flow" or "price"')
+    if CALL.match(text.lstrip()):
+        return _extreme(text.rstrip(), place - offset, offset, depth)
     outside = set(Scanner(text).outside_quotes())
     of = next((found for found in _OF.finditer(text) if found.start() in outside), None)
     metric, name = (text[: of.start()], text[of.end() :]) if of else (text, None)
@@ -183,13 +193,58 @@ def _metric_name(text: str) -> str:
     return _METRICS.get(words, words) if words[0] not in "'\"" else unquoted(text)
 
 
+def _extreme(text: str, start: int, offset: int, depth: int) -> ExtremeRef:
+    """``max(A, B, …)`` or ``min(…)`` from `start` to the end of the text."""
+    if depth >= DEEPEST:
+        raise ExpressionError("extremes are nested too deep", offset + start, f"at most {DEEPEST} deep")
+    opened = text.index("(", start)
+    closed = Scanner(text).closed(opened)
+    if closed < len(text) - 1:
+        hint = "operators have blanks around; a sum gets a name under `metrics`"
+        raise ExpressionError("expected nothing behind the extreme", offset + closed + 1, hint)
+    operands, begin = [], opened + 1
+    inside = text[:closed]
+    commas = [at for at in _top_level(inside, begin) if inside[at] == ","]
+    for end in (*commas, closed):
+        part = text[begin:end]
+        if not part.strip():
+            raise ExpressionError("expected a metric", offset + end, 'such as "max(latency of a, latency of b)"')
+        compared = next(_operators(part, inside=True), None)
+        if compared is not None:
+            raise ExpressionError("an extreme is of metrics, without comparisons", offset + begin + compared[0])
+        terms = _sum(part, offset + begin, depth + 1)
+        operands.append(DerivedExpr(" ".join(part.split()), terms))
+        begin = end + 1
+    kind: Literal["max", "min"] = "max" if text.startswith("max", start) else "min"
+    return ExtremeRef(kind, tuple(operands))
+
+
+def _check_closed(text: str, offset: int) -> None:
+    """Refuse extremes without their closing parenthesis; `text` stands at `offset` of the whole."""
+    try:
+        for _ in Scanner(text).outside():
+            pass
+    except ExpressionError as error:
+        raise ExpressionError(error.message, offset + error.offset) from None
+
+
+def _top_level(text: str, start: int) -> Iterator[int]:
+    """The places behind `start` that are inside no further parentheses, and outside quotes."""
+    depth = 0
+    for at in Scanner(text).outside_quotes():
+        if at >= start:
+            depth += (text[at] == "(") - (text[at] == ")")
+            if not depth:
+                yield at
+
+
 # --- derived metrics ----------------------------------------------------------------------------------------------
 
 
 def _split(text: str, signs: str, offset: int) -> Iterator[tuple[str, str, int]]:
     """Parts between signs that stand between blanks outside quotes: (sign before it, part, its offset)."""
     sign, start = "", 0
-    for at in Scanner(text).outside_quotes():
+    for at in Scanner(text).outside():
         if text[at] in signs and text[at - 1 : at] == " " and text[at + 1 : at + 2] == " " and at >= start:
             yield sign, text[start:at], offset + start
             sign, start = text[at], at + 1
@@ -206,11 +261,16 @@ def _signed_parts(text: str) -> Iterator[tuple[int, str, int]]:
         yield (-1 if sign == "-" else 1 if sign else minus), part, offset
 
 
-def _term(sign: int, text: str, offset: int) -> tuple[Quantity, MetricRef]:
+def _sum(text: str, offset: int, depth: int) -> tuple[tuple[Quantity, MetricExpr], ...]:
+    """The terms of a sum that stands at `offset` of the whole text."""
+    return tuple(_term(sign, part, offset + at, depth) for sign, part, at in _signed_parts(text))
+
+
+def _term(sign: int, text: str, offset: int, depth: int) -> tuple[Quantity, MetricExpr]:
     constant, metric = Quantity(Fraction(sign), DIMENSIONLESS, ""), None
     for operator, factor, place in _split(text, "*/", offset):
         if factor.strip().startswith("("):
-            raise ExpressionError("a derived metric is a sum without parentheses", place)
+            raise ExpressionError("a sum is without parentheses, but for those of max and min", place)
         if _STARTS_NUMBER.match(factor.strip()):
             constant = _scaled(constant, _constant(factor, place), operator, place)
         elif metric is not None:
@@ -218,7 +278,7 @@ def _term(sign: int, text: str, offset: int) -> tuple[Quantity, MetricRef]:
         elif operator == "/":
             raise ExpressionError("a metric cannot be a divisor", place)
         else:
-            metric = _metric(factor, place)
+            metric = _metric(factor, place, depth)
     if metric is None:
         raise ExpressionError("expected a metric in each term", offset, "each term is a metric times constants")
     return constant, metric
@@ -226,6 +286,9 @@ def _term(sign: int, text: str, offset: int) -> tuple[Quantity, MetricRef]:
 
 def _constant(text: str, offset: int) -> Quantity:
     quantity = _quantity(text, offset)
+    if "*" in quantity.unit:
+        found = text.strip().replace("*", " * ", 1)
+        raise ExpressionError("an operator has blanks around", offset + text.index("*"), f'such as "{found}"')
     if quantity.dimension is None:
         raise ExpressionError(f"unknown unit {shown(quantity.unit)}", offset, unit_hint(quantity.unit))
     return quantity

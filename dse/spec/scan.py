@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator
 
 from dse.spec.expressions import Operator
 
 MAX_TEXT = 10_000
 STOPS = "()[],<>=!≤≥"
+CALL = re.compile(r"(max|min)\s*\(")
+"""What begins the extreme of several metrics, where a metric can begin."""
+BEFORE_A_METRIC = "+-*/(,<>=≤≥"
 _OPERATORS: tuple[tuple[str, Operator], ...] = (
     ("<=", "<="),
     (">=", ">="),
@@ -80,3 +84,28 @@ class Scanner:
                 continue
             yield at
             at += 1
+
+    def outside(self) -> Iterator[int]:
+        """The places that are neither inside quotes nor of an extreme, ``max(…)`` or ``min(…)``."""
+        end = 0
+        for at in self.outside_quotes():
+            if at >= end and self.calls(at):
+                end = self.closed(self.text.index("(", at)) + 1
+            if at >= end:
+                yield at
+
+    def calls(self, at: int) -> bool:
+        """Whether an extreme begins at a place."""
+        before = self.text[:at].rstrip()
+        return CALL.match(self.text, at) is not None and (not before or before[-1] in BEFORE_A_METRIC)
+
+    def closed(self, at: int) -> int:
+        """The place of the parenthesis that closes the one at `at`."""
+        depth = 0
+        for place in self.outside_quotes():
+            if place < at:
+                continue
+            depth += (self.text[place] == "(") - (self.text[place] == ")")
+            if not depth:
+                return place
+        raise ExpressionError("this parenthesis is not closed", at)

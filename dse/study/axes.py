@@ -14,11 +14,12 @@ from typing import Any, Literal
 from dse.api.problem import Problem
 from dse.errors import UsageError
 from dse.space.cores import with_open_cores
-from dse.space.metrics import BUILT_IN
+from dse.space.metrics import BUILT_IN, worst_of
 from dse.space.questions import QuestionError, read_requirements
 from dse.space.types import Metric, Requirement, Space
 from dse.spec.grammar import ExpressionError
 from dse.spec.quantities import COUNT, TOTAL, read_value
+from dse.spec.scan import CALL
 from dse.study.quantities import Inputs, copied, quantity_text
 from dse.units import DIMENSIONLESS, Quantity, UnitError, format_number, parse_quantity
 
@@ -29,18 +30,21 @@ Comparison = Literal["<=", ">="]
 
 @dataclass(frozen=True)
 class LimitAxis:
-    """A limit on a metric that varies: over a whole interval (`values` empty, `low` and `high` given), or over a list.
+    """A limit that varies: over a whole interval (`values` empty, `low` and `high` given), or over a list.
 
-    The limit takes the place of every limit of the same direction that the problem states for the metric.
+    It is a limit on each of `metrics`, and takes the place of every limit of the same direction that the problem states
+    for them. `metric` is the worst of them: the limit holds for all where it holds for that (but for a share, which is
+    one of what each has). Ends and values are requirements, one for each metric.
     """
 
     name: str
+    metrics: tuple[Metric, ...]
     metric: Metric
     operator: Comparison
-    low: Requirement | None = None
-    high: Requirement | None = None
+    low: tuple[Requirement, ...] = ()
+    high: tuple[Requirement, ...] = ()
     interval: str = ""
-    values: tuple[Requirement, ...] = ()
+    values: tuple[tuple[Requirement, ...], ...] = ()
     labels: tuple[str, ...] = ()
 
     @property
@@ -74,11 +78,11 @@ class InputAxis:
 Axis = LimitAxis | InputAxis
 
 
-def limited(space: Space, requirement: Requirement) -> Space:
-    """The space with one limit in the place of all limits of the same direction on the same metric."""
-    side = requirement.operator[0]
-    kept = [item for item in space.requirements if item.metric != requirement.metric or item.operator[0] != side]
-    return with_open_cores(replace(space, requirements=(*kept, requirement)))
+def limited(space: Space, requirements: Sequence[Requirement]) -> Space:
+    """The space with these limits in the place of all limits of the same direction on the same metrics."""
+    given = {(item.metric, item.operator[0]) for item in requirements}
+    kept = [item for item in space.requirements if (item.metric, item.operator[0]) not in given]
+    return with_open_cores(replace(space, requirements=(*kept, *requirements)))
 
 
 def read_axis(problem: Problem, inputs: Inputs, text: str) -> Axis:
@@ -119,7 +123,7 @@ def _names_metric(space: Space, name: str) -> bool:
     """Whether the words are meant as a metric: a known one, or something ``of`` something, and no path."""
     kind = name.partition(" of ")[0].strip()
     known = [*BUILT_IN, *space.totals, *(item.name for item in space.derived)]
-    if kind in known or " of " in name:
+    if kind in known or " of " in name or CALL.match(name):
         return True
     return "." not in name and bool(get_close_matches(name, known, 1, 0.6))
 
@@ -135,28 +139,35 @@ def read_limit_axis(space: Space, name: str, values: str) -> LimitAxis:
 def _limit_axis(space: Space, name: str, operator: Comparison, values: str) -> LimitAxis:
     if ".." in values and not _step(values)[1]:
         low_text, high_text = _ends(values)
-        low, high = (_requirement(space, name, operator, text) for text in (low_text, high_text))
-        if low.limit.value > high.limit.value:
+        low, high = (_requirements(space, name, operator, text) for text in (low_text, high_text))
+        if low[0].limit.value > high[0].limit.value:
             raise UsageError(f"the range is empty: {low_text} is above {high_text}")
-        return LimitAxis(low.metric.name, low.metric, operator, low, high, f"{low_text} .. {high_text}")
+        return LimitAxis(*_limited(name, low), operator, low, high, f"{low_text} .. {high_text}")
     texts = _grid(values, None)
-    found = tuple(_requirement(space, name, operator, text) for text in texts)
-    return LimitAxis(found[0].metric.name, found[0].metric, operator, values=found, labels=tuple(texts))
+    found = tuple(_requirements(space, name, operator, text) for text in texts)
+    return LimitAxis(*_limited(name, found[0]), operator, values=found, labels=tuple(texts))
 
 
-def _requirement(space: Space, name: str, operator: str, quantity: str) -> Requirement:
+def _requirements(space: Space, name: str, operator: str, quantity: str) -> tuple[Requirement, ...]:
+    """The limit on each metric that the words mean."""
     metric, of, item = name.partition(" of ")
-    quoted = f'{metric} of "{item.strip()}"' if of and not item.strip().startswith(("'", '"')) else name
+    is_plain = of and not item.strip().startswith(("'", '"')) and not CALL.match(name)
+    quoted = f'{metric} of "{item.strip()}"' if is_plain else name
     found = read_requirements(space, f"{quoted} {operator} {quantity}", ORIGIN)
-    if len(found) > 1:
-        names = ", ".join(one.metric.name for one in found)
-        raise UsageError(f"{name} could be several: say which ({names})")
-    return replace(found[0], text=f"{found[0].metric.name} {operator} {quantity}")
+    return tuple(replace(one, text=f"{one.metric.name} {operator} {quantity}") for one in found)
 
 
-def limit_requirement(axis: LimitAxis, limit: Quantity, operator: Any, text: str) -> Requirement:
-    """The axis' metric against a limit, strictly or not."""
-    return Requirement(text, axis.metric, operator, limit, ORIGIN)
+def _limited(name: str, found: Sequence[Requirement]) -> tuple[str, tuple[Metric, ...], Metric]:
+    """How the axis is called, what is limited, and the worst of that."""
+    metrics = tuple(item.metric for item in found)
+    if len(metrics) == 1:
+        return metrics[0].name, metrics, metrics[0]
+    return " ".join(name.split()), metrics, worst_of(" ".join(name.split()), metrics, found[0].operator)
+
+
+def limit_requirements(axis: LimitAxis, limit: Quantity, operator: Any, text: str) -> tuple[Requirement, ...]:
+    """The axis' metrics against a limit, strictly or not."""
+    return tuple(Requirement(text, metric, operator, limit, ORIGIN) for metric in axis.metrics)
 
 
 # --- inputs -------------------------------------------------------------------------------------------------------

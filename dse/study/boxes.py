@@ -9,7 +9,7 @@ which agree in every part hold for the whole.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from itertools import product
@@ -23,6 +23,7 @@ MOST_FREE = 10
 """So many inputs without a proved direction are tried at both ends together."""
 Interval = tuple[Fraction, Fraction]
 ZERO = (Fraction(0), Fraction(0))
+EXTREMES: dict[str, Callable[..., Fraction]] = {"max": max, "min": min}
 Corner = tuple[int, ...]
 """For each uncertain input its end: 0 low, 1 high."""
 
@@ -209,6 +210,9 @@ def _combined(operation: str, one: Interval, other: Interval) -> Interval:
     if operation == "*":
         ends = [a * b for a in one for b in other]
         return min(ends), max(ends)
+    if operation in EXTREMES:
+        pick = EXTREMES[operation]
+        return pick(one[0], other[0]), pick(one[1], other[1])
     if other[0] <= 0 <= other[1]:
         raise NotProvedError("a stated range reaches 0 where a formula divides by it")
     ends = [a / b for a in one for b in other]
@@ -224,6 +228,8 @@ def _slopes(program: Program, values: Sequence[Interval], seeds: dict[int, Fract
             slopes.append((slope, slope))
         elif slopes[left] == ZERO and slopes[right] == ZERO:
             slopes.append(ZERO)
+        elif operation in EXTREMES:
+            slopes.append(_slope_of_extreme(operation, (values[left], values[right]), (slopes[left], slopes[right])))
         elif operation in "+-":
             slopes.append(_combined(operation, slopes[left], slopes[right]))
         else:
@@ -237,11 +243,22 @@ def _slopes(program: Program, values: Sequence[Interval], seeds: dict[int, Fract
     return slopes
 
 
+def _slope_of_extreme(operation: str, values: tuple[Interval, Interval], slopes: tuple[Interval, Interval]) -> Interval:
+    """That of the number that counts, where it is decided which that is; else anything that both slopes span."""
+    for this, that in ((0, 1), (1, 0)):
+        low, high = values[this], values[that]
+        if (low[0] >= high[1]) if operation == "max" else (low[1] <= high[0]):
+            return slopes[this]
+    return min(slopes[0][0], slopes[1][0]), max(slopes[0][1], slopes[1][1])
+
+
 def _degrees(program: Program, seeds: dict[int, Fraction]) -> list[int]:
     degrees: list[int] = []
     for operation, left, right in program.steps:
         if operation in ("var", "const"):
             degrees.append(int(operation == "var" and left in seeds))
+        elif operation in EXTREMES:
+            degrees.append(2 if degrees[left] or degrees[right] else 0)
         elif operation in "+-":
             degrees.append(max(degrees[left], degrees[right]))
         elif operation == "*":

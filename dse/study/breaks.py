@@ -17,14 +17,14 @@ from math import lcm
 from typing import Any, Literal, TypeAlias
 
 from dse.analysis.evaluate import Evaluator
-from dse.analysis.limits import MANY_CASES, build_limit, thread_loads
+from dse.analysis.limits import MANY_CASES, Limit, build_limit, thread_loads
 from dse.analysis.measures import PPM, SCALE_LIMIT, Measure, Term, build_measure, display_unit
 from dse.analysis.views import View, tabulate
 from dse.results.values import exact
 from dse.space.cores import with_open_cores
 from dse.space.metrics import metric_dimension
 from dse.space.types import Design, Objective, Space
-from dse.study.axes import LimitAxis, limit_requirement, limited
+from dse.study.axes import LimitAxis, limit_requirements, limited
 from dse.study.fronts import Figures, check_objectives, minimised, non_dominated, objective_infos, search_space, senses
 from dse.units import DIMENSIONLESS, Quantity
 
@@ -53,7 +53,6 @@ def break_points(space: Space, axis: LimitAxis, seed: int) -> dict[str, Any]:
     ``status`` is ``complete``, ``infeasible`` (no design even under the loosest limit) or ``incomplete`` (stopped).
     """
     check_objectives(space)
-    assert axis.low is not None and axis.high is not None
     rest = tuple(item for item in space.objectives if item.metric != axis.metric) or space.objectives
     question = _Question(replace(space, objectives=rest), axis, seed)
     stretches, proved = question.stretches()
@@ -63,7 +62,7 @@ def break_points(space: Space, axis: LimitAxis, seed: int) -> dict[str, Any]:
         "kind": "breaks",
         "status": status,
         "definition": DEFINITION,
-        "metric": axis.metric.name,
+        "metric": axis.name,
         "operator": axis.operator,
         "unit": question.unit,
         "from": exact(question.ends[0]),
@@ -115,7 +114,7 @@ def _share_of_load(space: Space, axis: LimitAxis) -> Measure | None:
     """
     measure = build_measure(space, axis.metric)
     whole = Quantity(Fraction(PPM), DIMENSIONLESS, "ppm")
-    bound = build_limit(space, limit_requirement(axis, whole, axis.operator, "")).bound
+    bound = build_limit(space, limit_requirements(axis, whole, axis.operator, "")[0]).bound
     cases = tabulate(space, lambda view: PPM * PPM / bound(view), MANY_CASES)
     if cases is None or measure.rounded or any(item.metric == axis.metric for item in space.objectives):
         return None
@@ -147,24 +146,32 @@ def _settled(stretches: Sequence[Stretch]) -> list[Stretch]:
     ]
 
 
+def _kept_share(limit: Limit, view: View) -> Fraction:
+    """What a design uses of a limit, by its busiest thread where each has a limit of its own."""
+    share = limit.measure.value(view) / limit.bound(view)
+    if limit.each is not None:
+        for terms in thread_loads(limit.measure.terms).values():
+            share = max(share, sum((term.value(view) for term in terms), Fraction(0)) / limit.each)
+    return share
+
+
 class _Question:
     """A limit over an interval: `sign` is 1 where larger limits are looser (``<=``), -1 for ``>=``."""
 
     def __init__(self, space: Space, axis: LimitAxis, seed: int) -> None:
-        assert axis.low is not None and axis.high is not None
         self.space, self.axis, self.seed = space, axis, seed
         self.sign = 1 if axis.operator == "<=" else -1
-        metric = axis.metric
-        self.measure = build_measure(space, metric)
-        self.is_share = metric.kind == "utilisation" or (
-            metric.kind == "load" and axis.low.limit.dimension == DIMENSIONLESS
-        )
+        metric, low, high = axis.metrics[0], axis.low[0].limit, axis.high[0].limit
+        self.measure = build_measure(space, axis.metric)
+        self.dimension = low.dimension
+        self.is_share = metric.kind == "utilisation" or (metric.kind == "load" and low.dimension == DIMENSIONLESS)
         dimension = DIMENSIONLESS if self.is_share else metric_dimension(space, metric)
         self.unit, self.factor = display_unit(dimension) if dimension is not None else (self.measure.unit, Fraction(1))
-        self.ends = (axis.low.limit.value * self.factor, axis.high.limit.value * self.factor)
+        self.ends = (low.value * self.factor, high.value * self.factor)
         self.rounded = self.measure.rounded
         self.needed: Callable[[Design], Fraction] = self._needed_share if self.is_share else self._value
-        self.share = _share_of_load(space, axis) if self.is_share and metric.kind == "load" else None
+        single_load = self.is_share and metric.kind == "load" and len(axis.metrics) == 1
+        self.share = _share_of_load(space, axis) if single_load else None
 
     def _value(self, design: Design) -> Fraction:
         return self.measure.value(View(design))
@@ -172,13 +179,9 @@ class _Question:
     def _needed_share(self, design: Design) -> Fraction:
         """The tightest share that the design keeps, in ppm."""
         whole = Quantity(Fraction(1), DIMENSIONLESS, "%")
-        limit = build_limit(self.space, limit_requirement(self.axis, whole, self.axis.operator, ""))
-        view = View(design)
-        share = limit.measure.value(view) / limit.bound(view)
-        if limit.each is not None:
-            for terms in thread_loads(limit.measure.terms).values():
-                share = max(share, sum((term.value(view) for term in terms), Fraction(0)) / limit.each)
-        return share * self.factor
+        limits = limit_requirements(self.axis, whole, self.axis.operator, "")
+        shares = [_kept_share(build_limit(self.space, item), View(design)) for item in limits]
+        return (max(shares) if self.sign > 0 else min(shares)) * self.factor
 
     def stretches(self) -> tuple[list[Stretch], bool]:
         """The stretches from the tightest limit to the loosest, and whether they are proved."""
@@ -196,9 +199,8 @@ class _Question:
 
     def _front(self, limit: Fraction, operator: str, objective: Objective) -> list[Row] | None:
         """Vector of the rest and design of each point of the front of (rest, metric); None when it was stopped."""
-        quantity = Quantity(limit / self.factor, self.axis.low.limit.dimension, "") if self.axis.low else None
-        assert quantity is not None
-        space = limited(self.space, limit_requirement(self.axis, quantity, operator, ""))
+        quantity = Quantity(limit / self.factor, self.dimension, "")
+        space = limited(self.space, limit_requirements(self.axis, quantity, operator, ""))
         own = [item.metric for item in space.objectives]
         if objective.metric not in own:
             space = with_open_cores(replace(space, objectives=(*space.objectives, objective)))

@@ -13,7 +13,7 @@ from fractions import Fraction
 
 from dse.analysis.evaluate import Evaluator
 from dse.analysis.limits import HOLDS, Limit, build_limit
-from dse.analysis.terms import Term
+from dse.analysis.terms import Term, extreme_term
 from dse.analysis.views import View
 from dse.api.problem import Problem
 from dse.errors import UsageError
@@ -188,6 +188,9 @@ def _elsewhere(term: Term, key: object, *, same_rates: bool) -> Term:
 
     Where the rates are not the nominal ones, it is tabulated as a whole.
     """
+    if term.extreme is not None:
+        moved_inner = term.extreme.changed(lambda inner: _elsewhere(inner, key, same_rates=same_rates))
+        return extreme_term(term.label, moved_inner)
     coefficient = term.coefficient
 
     def value(view: View) -> Fraction:

@@ -26,6 +26,13 @@ from dse.timelimit import look_at_the_clock
 Number = Any  # an exact fraction, or an array of floats
 
 
+def _extreme(kind: str, one: Number, other: Number) -> Number:
+    """The greater or the less of two numbers, or of two in each place."""
+    if isinstance(one, numpy.ndarray) or isinstance(other, numpy.ndarray):
+        return numpy.maximum(one, other) if kind == "max" else numpy.minimum(one, other)
+    return max(one, other) if kind == "max" else min(one, other)
+
+
 @dataclass(frozen=True, eq=False, slots=True)
 class Node:
     """An expression: ``var`` (`value` is its index), ``const`` (`value`), or an operation on other nodes."""
@@ -50,6 +57,8 @@ OPERATIONS: Mapping[str, Callable[[Any, Any], Any]] = {
     "-": operator.sub,
     "*": operator.mul,
     "/": operator.truediv,
+    "max": lambda one, other: _extreme("max", one, other),
+    "min": lambda one, other: _extreme("min", one, other),
 }
 COMPARISONS: Mapping[str, Callable[[Any, Any], Any]] = {
     "<": operator.lt,
@@ -204,6 +213,11 @@ class Traced(Fraction):
     __index__ = _integer(lambda self: _whole(self))
     __round__, __float__ = _integer(round), _integer(float)
     __hash__ = Fraction.__hash__
+
+    def picked(self, kind: str, other: Any) -> Traced:
+        """The greater (`kind` ``max``) or the less (``min``) of two numbers: an expression, no guard."""
+        value = _extreme(kind, self.plain, _plain(other))
+        return Traced(value, Node(kind, (self.node, _node(other))))
 
     def __neg__(self) -> Any:
         return 0 - self

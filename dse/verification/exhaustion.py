@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import reduce
 from typing import Any
 
 import numpy as np
@@ -123,6 +124,9 @@ def _sums(total: Sum, columns: Sequence[Any], count: int) -> Ints:
     found = np.zeros(count, dtype=kind)
     for part in total.parts:
         found = found + (_values(part, columns, count, kind) if isinstance(part, Node) else part)
+    for pick in total.extremes:
+        choose = np.maximum if pick.greatest else np.minimum
+        found = found + reduce(choose, (_sums(item, columns, count) for item in pick.sums))
     return found
 
 

@@ -20,7 +20,7 @@ from dse.space.types import INACTIVE, Design
 from dse.timelimit import OutOfTime, look_at_the_clock
 from dse.verification.contention import Lesson, lessons_of, on_other_cores
 from dse.verification.diagrams import Diagram, Node, TooLarge, leaves
-from dse.verification.tables import EXACT, Tables
+from dse.verification.tables import EXACT, Sum, Tables
 
 SEED = 982_451_653
 MOST_STOPS = 500
@@ -43,7 +43,7 @@ class SecondModel:
         if any(
             max(abs(leaf) for leaf in leaves(part)) >= EXACT
             for item in sums
-            for part in item.parts
+            for part in item.diagrams
             if isinstance(part, Node)
         ):
             raise TooLarge("some figures are so large that a solver could not add them exactly")
@@ -60,17 +60,34 @@ class SecondModel:
             self.model.add(self._value(diagram) == 1)
         for bound in tables.bounds:
             if bound.sum.high > 0:
-                self.model.add(sum(self._value(part) for part in bound.sum.parts) <= 0)
+                self.model.add(self._total(bound.sum) <= 0)
         self.objectives = []
         for total, divisor in tables.objectives:
             variable = self.model.new_int_var(-(-total.low // divisor), total.high // divisor, "")
-            self.model.add(sum(self._value(part) for part in total.parts) == divisor * variable)
+            self.model.add(self._total(total) == divisor * variable)
             self.objectives.append(variable)
         self.option = [self._canonical(index) for index in range(len(self.chosen))]
         self.places = {number: self._placed(diagram) for number, diagram in tables.places.items()}
         self.free_cores = {item.index for item in tables.space.open_cores} if tables.late else set[int]()
         problem = self.model.validate()
         assert not problem, problem
+
+    def _total(self, total: Sum) -> Any:
+        """A sum as an expression; each of the sums of an extreme has a variable of its own."""
+        found = sum(self._value(part) for part in total.parts)
+        for pick in total.extremes:
+            parts = []
+            for item in pick.sums:
+                part = self.model.new_int_var(item.low, item.high, "")
+                self.model.add(part == self._total(item))
+                parts.append(part)
+            target = self.model.new_int_var(pick.low, pick.high, "")
+            if pick.greatest:
+                self.model.add_max_equality(target, parts)
+            else:
+                self.model.add_min_equality(target, parts)
+            found = found + target
+        return found
 
     def _value(self, diagram: Diagram) -> Any:
         """The leaf that the chosen options lead to."""

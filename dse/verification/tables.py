@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import partial
 from math import ceil, floor, lcm
@@ -30,11 +30,65 @@ FEW_LEAVES = 300
 
 @dataclass(frozen=True)
 class Sum:
-    """The sum of its parts (diagrams of integers); `low` and `high` bound it."""
+    """The sum of its parts (diagrams of integers) and `extremes`; `low` and `high` bound it."""
 
     parts: tuple[Diagram, ...]
     low: int
     high: int
+    extremes: tuple[Pick, ...] = ()
+
+    @property
+    def diagrams(self) -> Iterator[Diagram]:
+        """The diagrams of all figures in it."""
+        yield from self.parts
+        for item in self.extremes:
+            for one in item.sums:
+                yield from one.diagrams
+
+
+@dataclass(frozen=True)
+class Pick:
+    """The greatest (or the least) of several sums."""
+
+    greatest: bool
+    sums: tuple[Sum, ...]
+
+    @property
+    def low(self) -> int:
+        """A lower bound."""
+        return self.of(item.low for item in self.sums)
+
+    @property
+    def high(self) -> int:
+        """An upper bound."""
+        return self.of(item.high for item in self.sums)
+
+    def of(self, values: Iterable[int]) -> int:
+        """The value that counts."""
+        return max(values) if self.greatest else min(values)
+
+
+@dataclass(frozen=True)
+class Figures:
+    """The summands of a figure as exact fractions: diagrams, and extremes of further summands with their kind."""
+
+    parts: tuple[Diagram, ...]
+    extremes: tuple[tuple[bool, tuple[Figures, ...]], ...] = ()
+
+    @property
+    def leaves(self) -> Iterator[Any]:
+        """Every fraction in it."""
+        for part in self.parts:
+            yield from leaves(part)
+        for _, sums in self.extremes:
+            for item in sums:
+                yield from item.leaves
+
+    @property
+    def biggest(self) -> Any:
+        """A bound of its absolute value."""
+        found = sum(max((abs(leaf) for leaf in leaves(part)), default=0) for part in self.parts)
+        return found + sum(max(item.biggest for item in sums) for _, sums in self.extremes)
 
 
 @dataclass(frozen=True)
@@ -145,20 +199,41 @@ class _Builder:
         self.defined(found, name)
         return self.make.mapped(found, as_fraction)
 
+    def figures(self, terms: Iterable[Term], owner: str) -> Figures:
+        """Summands as exact fractions."""
+        plain, extremes = [], []
+        for term in terms:
+            if term.extreme is None:
+                plain.append(self.term(term, owner))
+            else:
+                sums = tuple(self.figures(inner, owner) for inner in term.extreme.sums)
+                extremes.append((term.extreme.kind == "max", sums))
+        return Figures(tuple(plain), tuple(extremes))
+
     def objective(self, number: int) -> tuple[Sum, int]:
         """Objective `number`, negated when it is to be maximised."""
         measure = self.evaluator.objectives[number]
         sign = 1 if self.space.objectives[number].sense == "minimise" else -1
-        parts = [self.term(term, measure.metric.name) for term in measure.terms]
+        figures = self.figures(measure.terms, measure.metric.name)
         if measure.rounded:
-            return self._sum(parts, lambda value: sign * ceil(value * measure.scale)), 1
-        divisor = lcm(*((leaf * measure.scale).denominator for part in parts for leaf in leaves(part)))
-        return self._sum(parts, lambda value: sign * int(value * measure.scale * divisor)), divisor
+            return self._sum(figures, sign, lambda value: ceil(value * measure.scale)), 1
+        divisor = lcm(*((leaf * measure.scale).denominator for leaf in figures.leaves))
+        return self._sum(figures, sign, lambda value: int(value * measure.scale * divisor)), divisor
 
-    def _sum(self, parts: list[Diagram], count: Callable[[Any], int]) -> Sum:
-        made = [self.make.mapped(part, lambda leaf: 0 if leaf is NO_DESIGN else count(leaf)) for part in parts]
+    def _sum(self, figures: Figures, sign: int, count: Callable[[Any], int]) -> Sum:
+        """The sum with each figure counted, times `sign`: the greatest of several is the least of their negatives."""
+        made = [
+            self.make.mapped(part, lambda leaf: 0 if leaf is NO_DESIGN else sign * count(leaf))
+            for part in figures.parts
+        ]
         ends = [leaves(part) or [0] for part in made]
-        return Sum(tuple(made), sum(min(end) for end in ends), sum(max(end) for end in ends))
+        picks = tuple(
+            Pick(greatest == (sign > 0), tuple(self._sum(item, sign, count) for item in sums))
+            for greatest, sums in figures.extremes
+        )
+        low = sum(min(end) for end in ends) + sum(item.low for item in picks)
+        high = sum(max(end) for end in ends) + sum(item.high for item in picks)
+        return Sum(tuple(made), low, high, picks)
 
     def limit(self, limit: Limit) -> list[Bound]:
         """The inequalities of a requirement; one for each thread where every core has its limit."""
@@ -174,7 +249,7 @@ class _Builder:
                 return []
         bound = self.make.diagram(limit.bound, name)
         self.defined(bound, name)
-        parts = [self.term(term, name) for term in limit.measure.terms]
+        parts = self.figures(limit.measure.terms, name)
         found = []
         if operator in ("<=", "<", "=="):
             found.append(self.bound(name, parts, self.make.mapped(bound, as_fraction), 1, strict=operator == "<"))
@@ -182,23 +257,21 @@ class _Builder:
             found.append(self.bound(name, parts, self.make.mapped(bound, as_fraction), -1, strict=operator == ">"))
         if limit.each is not None:
             for thread, terms in thread_loads(limit.measure.terms).items():
-                alone = [self.term(term, name) for term in terms]
+                alone = self.figures(terms, name)
                 found.append(self.bound(f"{name}: {thread}", alone, limit.each, 1, strict=operator == "<"))
         return found
 
-    def bound(self, name: str, parts: list[Diagram], bound: Diagram, sign: int, *, strict: bool) -> Bound:
-        """The inequality sign * (sum of parts - bound) <= 0, or < 0, in whole numbers."""
-        everything = [*parts, bound]
-        scale = lcm(*(leaf.denominator for part in everything for leaf in leaves(part)))
-        biggest = sum(max((abs(leaf) for leaf in leaves(part)), default=0) for part in everything)
-        exact = biggest * scale < EXACT
+    def bound(self, name: str, figures: Figures, bound: Diagram, sign: int, *, strict: bool) -> Bound:
+        """The inequality sign * (figures - bound) <= 0, or < 0, in whole numbers."""
+        edge = Figures((bound,))
+        scale = lcm(*(leaf.denominator for item in (figures, edge) for leaf in item.leaves))
+        exact = (figures.biggest + edge.biggest) * scale < EXACT
         scale = scale if exact else COARSE
         whole: Callable[[Any], int] = floor  # a lower bound of each summand: no design is lost
-        low = [self._sum([part], lambda value: whole(sign * value * scale)) for part in parts]
-        edge = self._sum([bound], lambda value: whole(-sign * value * scale) + (1 if strict and exact else 0))
-        sums = [*low, edge]
-        made = tuple(part for item in sums for part in item.parts)
-        return Bound(name, Sum(made, sum(item.low for item in sums), sum(item.high for item in sums)), exact)
+        low = self._sum(figures, sign, lambda value: sign * whole(sign * value * scale))
+        most = self._sum(edge, 1, lambda value: whole(-sign * value * scale) + (1 if strict and exact else 0))
+        made = Sum((*low.parts, *most.parts), low.low + most.low, low.high + most.high, low.extremes)
+        return Bound(name, made, exact)
 
     def places(self) -> dict[int, Diagram]:
         """The core of each thread, as a number."""

@@ -111,6 +111,10 @@ def _question_features(problem: Problem) -> Iterator[str]:
     for objective in problem.objectives:
         yield "minimise" if objective.sign > 0 else "maximise"
         yield f"objective {objective.metric.name}"
+        kinds = {"utilisation": "processors", "latency": "flows", "load": "buses"}
+        section = kinds.get(objective.metric.name)
+        if section and objective.metric.of is None and len(problem.sections[section]) > 1:
+            yield f"objective {objective.metric.name} (all)"
     for requirement in problem.requirements:
         yield f"operator {requirement.operator}"
         yield f"requirement {requirement.metric.name}{'' if requirement.metric.of else ' (general)'}"

@@ -39,7 +39,10 @@ Where the documents leave something open, this is how they are read here:
     known. ``implies`` and ``requires`` bind weaker than ``or``.
 19. A bus is busy for its own longest transmission time of each message, with the overheads of the whole stack. Where
     some type has no transmission time, or some connection only a data rate, that is not computable in any design.
-20. Lists inside a ``totals`` mapping, and inside a map of a virtual bus per processor type, are not supported here.
+20. An objective without a name is about the worst of all candidates. In an extreme (``max``, ``min``) a metric without
+    a name that stands alone, perhaps with constants, is every one of its kind; one in a sum must be unmistakable.
+    Utilisation counts as it is listed, of one core.
+21. Lists inside a ``totals`` mapping, and inside a map of a virtual bus per processor type, are not supported here.
 """
 
 from __future__ import annotations
@@ -221,11 +224,11 @@ def _figures(problem: Problem, reading: Reading) -> dict[str, Any]:
         figures[figure] = _amounts(reading, figure)
     figures["totals"] = {figure: _amounts(reading, figure) for figure in problem.totals}
     figures["metrics"] = {
-        name: quantities.per_second(*_metric(problem, figures, name, None)) for name in problem.metrics
+        name: quantities.per_second(*_sum(problem, figures, terms)) for name, terms in problem.metrics.items()
     }
     figures["violations"] = violations(problem, figures)
     figures["objectives"] = tuple(
-        objective.sign * quantities.per_second(*_metric(problem, figures, objective.metric.name, objective.metric.of))
+        objective.sign * quantities.per_second(*_value(problem, figures, _worst(problem, objective)))
         for objective in problem.objectives
     )
     return figures
@@ -239,7 +242,7 @@ def _amounts(reading: Reading, figure: str) -> dict[str, Any]:
 def _metric(problem: Problem, figures: Mapping[str, Any], name: str, of: str | None) -> tuple[Fraction, Dimension]:
     """A metric in coherent units, and its dimension."""
     if name in problem.metrics:
-        return _derived(problem, figures, name)
+        return _sum(problem, figures, problem.metrics[name])
     if name in ("price", "power") or name in problem.totals:
         amounts = figures[name] if name in ("price", "power") else figures["totals"][name]
         dimension = {"price": MONEY, "power": POWER}.get(name) or ((problem.totals.get(name, ""), 1),)
@@ -271,16 +274,47 @@ def _only(problem: Problem, metric: str) -> str:
     return subjects[0]
 
 
-def _derived(problem: Problem, figures: Mapping[str, Any], name: str) -> tuple[Fraction, Dimension]:
+def _value(
+    problem: Problem, figures: Mapping[str, Any], metric: grammar.Metric | grammar.Extreme
+) -> tuple[Fraction, Dimension]:
+    """A metric or an extreme in coherent units, and its dimension."""
+    if isinstance(metric, grammar.Metric):
+        return _metric(problem, figures, metric.name, metric.of)
+    found = [_sum(problem, figures, one) for operand in metric.operands for one in _each(problem, operand)]
+    values, (dimension, *others) = [value for value, _ in found], [unit for _, unit in found]
+    if any(other != dimension for other in others):
+        raise ValueError(f"{metric.kind} compares different dimensions")
+    return (max(values) if metric.kind == "max" else min(values)), dimension
+
+
+def _worst(problem: Problem, objective: grammar.Objective) -> grammar.Metric | grammar.Extreme:
+    """What an objective without a name is about where there are several candidates."""
+    metric = objective.metric
+    if isinstance(metric, grammar.Extreme) or len(_each(problem, ((1, metric, ()),))) == 1:
+        return metric
+    return grammar.Extreme("max" if objective.sign > 0 else "min", (((1, metric, ()),),))
+
+
+def _each(problem: Problem, operand: grammar.Sum) -> list[grammar.Sum]:
+    """A metric that stands alone without a name is about each flow, processor or bus."""
+    ((sign, metric, constants), *others) = operand
+    named = isinstance(metric, grammar.Extreme) or metric.of is not None or metric.name in problem.metrics
+    if others or named or metric.name in ("price", "power", *problem.totals):
+        return [operand]
+    subjects = _subjects(problem, metric.name)
+    return [((sign, grammar.Metric(metric.name, subject), constants),) for subject in subjects]
+
+
+def _sum(problem: Problem, figures: Mapping[str, Any], terms: grammar.Sum) -> tuple[Fraction, Dimension]:
     total, dimension = Fraction(0), None
-    for sign, metric, constants in problem.metrics[name]:
-        value, unit = _metric(problem, figures, metric.name, metric.of)
+    for sign, metric, constants in terms:
+        value, unit = _value(problem, figures, metric)
         for exponent, constant in constants:
             unit = quantities.multiply(unit, constant.dimension, exponent)
         if dimension not in (None, unit):
-            raise ValueError(f"{name} adds up different dimensions")
+            raise ValueError(f"{terms} add up different dimensions")
         total, dimension = total + sign * value * grammar.value_of(constants), unit
-    assert dimension is not None, name
+    assert dimension is not None, terms
     return total, dimension
 
 
@@ -319,7 +353,7 @@ def needed_limit(problem: Problem, figures: Mapping[str, Any], text: str) -> Fra
     if metric == "load" and requirement.limit.endswith(("%", "ppm")):
         return figures["load_share"][of] or Fraction(0)
     if metric != "utilisation":
-        return quantities.per_second(*_metric(problem, figures, metric, of))
+        return quantities.per_second(*_value(problem, figures, requirement.metric))
     needed = figures["utilisation"][of] / figures["cores"][of]
     return max([needed, *figures["shares"][of].values()]) if requirement.operator in ("<=", "<") else needed
 
@@ -337,7 +371,8 @@ def _satisfied(
     if metric == "load" and limit.dimension == RATIO:
         share = figures["load_share"][subject]
         return share is None or compare(share, limit.value)
-    value, dimension = _metric(problem, figures, metric, subject)
+    extreme = isinstance(requirement.metric, grammar.Extreme)
+    value, dimension = _value(problem, figures, requirement.metric if extreme else grammar.Metric(metric, subject))
     if dimension != limit.dimension:
         raise ValueError(f"{requirement.text!r} compares different dimensions")
     if metric != "utilisation":

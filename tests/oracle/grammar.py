@@ -6,18 +6,20 @@ import re
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import cache
+from typing import TypeAlias
 
 from .quantities import NUMBER, UNITS, Quantity, quantity
 
 METRICS = ("latency", "min latency", "jitter", "utilisation", "load", "busy", "price", "power")
 KEYWORDS = {"and", "or", "not", "implies", "requires", "in", "is"}
 OPERATORS = {"<=", "<", ">=", ">", "==", "!="}
+Sum: TypeAlias = "tuple[tuple[int, Metric | Extreme, tuple[tuple[int, Quantity], ...]], ...]"
 
 _TOKEN = re.compile(r"""\s*('[^']*'(?:\.\w+)?|"[^"]*"(?:\.\w+)?|<=|>=|==|!=|[<>()\[\],]|[^\s()\[\],<>=!'"]+)""")
 _UNIT = "|".join(re.escape(unit) for unit in sorted(UNITS, key=len, reverse=True))
 _TERM_TOKEN = re.compile(
     rf"""\s*('[^']*'|"[^"]*"|{NUMBER.removeprefix("[+-]?")}(?:\s*(?:{_UNIT})(?![\w/]))?"""
-    r"""|[+\-*/]|[^\s+\-*/'"]+)"""
+    r"""|[+\-*/(),]|[^\s+\-*/'"(),]+)"""
 )
 
 
@@ -30,11 +32,25 @@ class Metric:
 
 
 @dataclass(frozen=True)
+class Extreme:
+    """``max(…)`` or ``min(…)`` of sums; a metric that stands alone without ``of`` is every one of its kind."""
+
+    kind: str
+    operands: tuple[Sum, ...]
+    of: None = None
+
+    @property
+    def name(self) -> str:
+        """For lists of what is covered."""
+        return self.kind
+
+
+@dataclass(frozen=True)
 class Requirement:
     """``METRIC [of NAME] OP QUANTITY``; the limit stays text: what it means depends on the metric."""
 
     text: str
-    metric: Metric
+    metric: Metric | Extreme
     operator: str
     limit: str
 
@@ -45,7 +61,7 @@ class Objective:
 
     text: str
     sign: int
-    metric: Metric
+    metric: Metric | Extreme
 
 
 @dataclass(frozen=True)
@@ -85,6 +101,9 @@ def metric(tokens: list[str]) -> Metric:
 @cache
 def requirement(text: str) -> Requirement:
     """Reads ``METRIC [of NAME] OP QUANTITY``."""
+    if re.match(r"\s*(max|min)\s*\(", text):
+        left, operator, limit = re.split(r"\s*(<=|>=|==|<|>)\s*", text, maxsplit=1)
+        return Requirement(text, _asked(left), operator, limit)
     tokens = _scan(_TOKEN, text)
     at = next(i for i, token in enumerate(tokens) if token in OPERATORS)
     return Requirement(text, metric(tokens[:at]), tokens[at], " ".join(tokens[at + 1 :]))
@@ -93,32 +112,59 @@ def requirement(text: str) -> Requirement:
 @cache
 def objective(text: str) -> Objective:
     """Reads ``minimise METRIC [of NAME]`` or ``maximise …``."""
-    verb, *tokens = _scan(_TOKEN, text)
-    return Objective(text, {"minimise": 1, "maximise": -1}[verb], metric(tokens))
+    verb, _, rest = text.strip().partition(" ")
+    return Objective(text, {"minimise": 1, "maximise": -1}[verb], _asked(rest))
 
 
 @cache
-def derived(text: str) -> tuple[tuple[int, Metric, tuple[tuple[int, Quantity], ...]], ...]:
-    """A sum of terms (sign, metric, constants each with exponent 1 or -1)."""
-    tokens, terms, sign = _scan(_TERM_TOKEN, text), [], 1
-    while tokens:
+def derived(text: str) -> Sum:
+    """A sum of terms (sign, metric or extreme, constants each with exponent 1 or -1)."""
+    tokens = _scan(_TERM_TOKEN, text)
+    terms = _sum(tokens)
+    if tokens:
+        raise ValueError(f"cannot read {' '.join(tokens)!r} in {text!r}")
+    return terms
+
+
+def _sum(tokens: list[str]) -> Sum:
+    terms, sign = [], 1
+    while tokens and tokens[0] not in "),":
         while tokens and tokens[0] in "+-":
             sign = sign if tokens.pop(0) == "+" else -sign
-        constants, words, exponent = [], [], 1
-        while tokens and tokens[0] not in ("+", "-"):
+        constants, words, found, exponent = [], [], None, 1
+        while tokens and tokens[0] not in ("+", "-", ")", ","):
             if tokens[0] in ("*", "/"):
                 exponent = 1 if tokens.pop(0) == "*" else -1
             elif tokens[0][0] in "0123456789.":
                 constant = quantity(tokens.pop(0))
                 assert constant is not None
                 constants.append((exponent, constant))
+            elif exponent < 0:
+                raise ValueError(f"a constant cannot be divided by a metric: {tokens}")
+            elif tokens[0] in ("max", "min") and tokens[1:2] == ["("]:
+                found = _extreme(tokens)
             else:
-                if exponent < 0:
-                    raise ValueError(f"a constant cannot be divided by a metric in {text!r}")
                 words.append(tokens.pop(0))
-        terms.append((sign, metric(words), tuple(constants)))
+        terms.append((sign, found or metric(words), tuple(constants)))
         sign = 1
     return tuple(terms)
+
+
+def _extreme(tokens: list[str]) -> Extreme:
+    kind, _ = tokens.pop(0), tokens.pop(0)
+    operands = [_sum(tokens)]
+    while tokens.pop(0) == ",":
+        operands.append(_sum(tokens))
+    return Extreme(kind, tuple(operands))
+
+
+def _asked(text: str) -> Metric | Extreme:
+    """What is limited or optimised: ``METRIC [of NAME]``, ``max(…)`` or ``min(…)``."""
+    if re.match(r"\s*(max|min)\s*\(", text):
+        ((sign, found, constants),) = derived(text)
+        assert sign == 1 and not constants
+        return found
+    return metric(_scan(_TOKEN, text))
 
 
 def value_of(constants: tuple[tuple[int, Quantity], ...]) -> Fraction:

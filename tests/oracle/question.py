@@ -161,6 +161,7 @@ def add_question(rng: random.Random, document: dict[str, Any]) -> None:
         document["requirements"] = requirements
     document["objectives"] = _objectives(rng, sample, sample.satisfying(requirements))
     _ask_for_busy_time(random.Random(rng.getstate()[1][0]), sample)
+    _ask_for_extremes(random.Random(rng.getstate()[1][1]), sample)
     if rng.random() < 0.25 and sample.figures:
         _require_flow_latency(rng, sample)
     if rng.random() < 0.2:
@@ -184,6 +185,60 @@ def _ask_for_busy_time(rng: random.Random, sample: _Sample) -> None:
     limit = ceil(value) if sign[0] == "<" else floor(value)
     text = f"busy{of} {sign} {rng.choice([f'{limit} ppm', f'{limit / 10**4:.4f} %'])}"
     document["requirements"] = [*document.get("requirements", []), text]
+
+
+def _ask_for_extremes(rng: random.Random, sample: _Sample) -> None:
+    """Sometimes the greatest or least of several metrics, with a name or without; drawn apart from all else."""
+    document = sample.document
+    if not sample.figures or rng.random() < 0.5:
+        return
+    for _ in range(rng.choice([1, 1, 2])):
+        text, unit = _extreme(rng, Problem(document))
+        metric = text
+        if rng.random() < 0.5 or not re.fullmatch(r"(max|min)\(.*\)", text) or " - " in text:
+            metric = f"extreme{len(document.get('metrics', {}))}"
+            document["metrics"] = {**document.get("metrics", {}), metric: text}
+        if rng.random() < 0.6 and len(document["objectives"]) < 4:
+            sense = rng.choice(["minimise", "minimise", "maximise"])
+            counts = {"utilisation": "processors", "latency": "flows", "load": "buses"}
+            several = [kind for kind, section in counts.items() if len(Problem(document).sections[section]) > 1]
+            metric = rng.choice([metric, metric, *several])
+            same = (f" {metric}", f"({metric})", metric.removeprefix("max").removeprefix("min").strip("()"))
+            if not any(objective.endswith(same) for objective in document["objectives"]):
+                document["objectives"] = [*document["objectives"], f"{sense} {metric}"]
+            continue
+        problem = Problem({**document, "objectives": [f"minimise {metric}"], "requirements": []})
+        found = list(designs(problem))
+        values = sorted(evaluate(problem, one)["objectives"][0] for one in found[:: len(found) // SAMPLE + 1])
+        value = values[int(len(values) * rng.choice([0, 0.5, 0.8]))] * (10**6 if unit == "ppm" else 1)
+        sign = rng.choice(["<=", "<=", "<", ">=", ">", "=="])
+        limit = ceil(value) if sign[0] == "<" else floor(value)
+        euros = f"{'-' if limit < 0 else ''}{abs(limit) // 100}.{abs(limit) % 100:02} EUR"
+        said = euros if unit == "EUR" else f"{limit} {unit}"
+        document["requirements"] = [*document.get("requirements", []), f"{metric} {sign} {said}"]
+
+
+def _extreme(rng: random.Random, problem: Problem) -> tuple[str, str]:
+    """An extreme, alone or in a sum, with its unit."""
+    flows = [_quote(flow) for flow in problem.paths]
+    kind, other = rng.choice(["max", "max", "min"]), rng.choice(["max", "min"])
+    one, two = rng.choice(flows), rng.choice(flows)
+    slots = [_quote(name) for section in ("processors", "buses") for name in problem.sections[section]]
+    first, second = rng.choice(slots), rng.choice(slots)
+    return rng.choice(
+        [
+            (f"{kind}(utilisation)", "ppm"),
+            (f"{kind}(utilisation of {_quote(next(iter(problem.sections['processors'])))}, utilisation / 2)", "ppm"),
+            ("max(utilisation) - min(utilisation)", "ppm"),
+            (f"{kind}(latency)", "ns"),
+            (f"{kind}(jitter * 2)", "ns"),
+            (f"{kind}(load)", "B/s"),
+            (f"{kind}(latency of {one}, 2 * min latency of {two})", "ns"),
+            (f"{kind}({other}(latency of {one}, latency of {two}), jitter of {one} + jitter of {two})", "ns"),
+            (f"{kind}(price of {first}, price of {second}) - {other}(price of {second}, price / 3)", "EUR"),
+            (f"-{kind}(price of {first} * 3, price - price of {second})", "EUR"),
+        ]
+    )
 
 
 def _objectives(rng: random.Random, sample: _Sample, feasible: list[int]) -> list[str]:

@@ -544,6 +544,12 @@ KINDS = {
             "mean_distance",
             "budget",
             "spread",
+            "max",
+            "min",
+            "extreme1",
+            "utilisation (all)",
+            "latency (all)",
+            "load (all)",
         )
     ),
     *(
@@ -565,6 +571,9 @@ KINDS = {
             "power (general)",
             "mass (general)",
             "line_variation (general)",
+            "max (general)",
+            "min (general)",
+            "extreme1 (general)",
         )
     ),
     *(f"operator {sign}" for sign in ("<=", "<", ">=", ">", "==")),

@@ -11,7 +11,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from dse import units
-from dse.spec.expressions import And, Compare, Condition, MetricRef, MultipleOf, Not, OneOf, Or, Ref, Used
+from dse.spec.expressions import And, Compare, Condition, ExtremeRef, MetricRef, MultipleOf, Not, OneOf, Or, Ref, Used
 from dse.spec.grammar import (
     ExpressionError,
     parse_assignment,
@@ -86,6 +86,21 @@ def test_derived() -> None:
     assert (constant.value, constant.dimension) == (Fraction(1, 40), units.POWER.over(units.MONEY))
     [(_, metric)] = parse_derived("jitter of my-flow/2").terms
     assert metric.of == "my-flow/2"
+
+
+def test_extremes() -> None:
+    [(constant, found)] = parse_derived("-max( latency of a,  2 * min(jitter) + latency of 'b, c' ) / 2").terms
+    assert constant.value == Fraction(-1, 2) and isinstance(found, ExtremeRef)
+    assert str(found) == "max(latency of a, 2 * min(jitter) + latency of 'b, c')"
+    inner = found.operands[1].terms
+    assert [(item.value, str(metric)) for item, metric in inner] == [(2, "min(jitter)"), (1, "latency of b, c")]
+    assert str(parse_objective("minimise max (load)").metric) == "max(load)"
+    requirement = parse_requirement("min(latency of f(1, 2), latency of g) >= 3 ms")
+    assert str(requirement.metric) == "min(latency of f(1, 2), latency of g)" and requirement.operator == ">="
+    [(_, metric)] = parse_derived("latency of max(a)").terms  # a name
+    assert metric == MetricRef("latency", "max(a)")
+    deep = "max(" * 20 + "price" + ")" * 20
+    assert str(parse_derived(deep).terms[0][1]) == deep
 
 
 def test_rule_verbs() -> None:
@@ -168,14 +183,27 @@ def test_limit(text: str, name: str | None) -> None:
         (parse_objective, "", 0, 'expected "minimise" or "maximise"'),
         (parse_objective, "minimise", 8, "expected a metric"),
         (parse_objective, "minimise x <= 3", 11, "an objective has no comparison"),
+        (parse_objective, "minimise max(a, 2*b)", 17, "an operator has blanks around"),
         (parse_derived, "", 0, "expected a metric"),
         (parse_derived, "5 ms", 0, "expected a metric in each term"),
         (parse_derived, "a * b", 3, "a product has one metric"),
         (parse_derived, "1 / a", 3, "a metric cannot be a divisor"),
         (parse_derived, "a / 0", 3, "division by zero"),
         (parse_derived, "a * 3 msec", 3, 'unknown unit "msec" (did you mean "ms"?)'),
-        (parse_derived, "3 * (a + b)", 3, "without parentheses"),
+        (parse_derived, "3 * (a + b)", 3, "is without parentheses"),
         (parse_derived, "a <= 3", 2, "a derived metric has no comparison"),
+        (parse_derived, "b + max(a", 7, "this parenthesis is not closed"),
+        (parse_derived, "max(a,)", 6, "expected a metric"),
+        (parse_derived, "max()", 4, "expected a metric"),
+        (parse_derived, "max(a) b", 6, "expected nothing behind the extreme"),
+        (parse_derived, "b + max(a, 3 * (b))", 14, "is without parentheses"),
+        (parse_derived, "max(a, b < c)", 9, "a derived metric has no comparison"),
+        (parse_derived, "max(a, 3 ms)", 7, "expected a metric in each term"),
+        (parse_derived, "max(" * 21 + "a" + ")" * 21, 80, "nested too deep"),
+        (parse_requirement, "max(a <= 3) <= 4 ms", 6, "without comparisons"),
+        (parse_requirement, "max(a, b <= 4 ms", 3, "this parenthesis is not closed"),
+        (parse_objective, "minimise max(a", 12, "this parenthesis is not closed"),
+        (parse_objective, "minimise max(a < b)", 15, "an objective has no comparison"),
         (parse_assignment, "nav.period", 10, "expected NAME = VALUE"),
         (parse_assignment, "= 3", 0, "expected the name of a decision"),
         (parse_assignment, "x =", 3, 'expected a value for "x"'),

@@ -5,13 +5,15 @@ from __future__ import annotations
 from dataclasses import replace
 from fractions import Fraction
 from itertools import pairwise
+from pathlib import Path
 from typing import Any
 
 import pytest
 from study.studies import LONG, NAMES, example
 
-from dse.api.problem import changed
+from dse.api.problem import changed, loads
 from dse.api.question import Changes
+from dse.cli.main import run
 from dse.space.types import Space
 from dse.study.axes import LimitAxis, limited, read_axis, read_limit_axis
 from dse.study.breaks import break_points
@@ -105,3 +107,63 @@ def test_the_limit_of_the_file_gives_way() -> None:
     axis = read_axis(problem, Inputs(merged_data(problem)), "jitter of f_gnss_lat=1ms..900ms")
     assert isinstance(axis, LimitAxis)
     assert break_points(tighter.space, axis, 0) == break_points(problem.space, axis, 0)
+
+
+SEVERAL = """
+dse: 1
+name: several
+processor_types: {a: {cores: 1, price: 50 EUR}, b: {cores: 2, price: 90 EUR}}
+bus_types: {slow: {bandwidth: 20 kbit/s}, fast: {bandwidth: 50 kbit/s, price: 20 EUR}}
+processors: {p: {type: [a, b]}, q: {type: [a, b], optional: true}}
+buses: {left: {type: [slow, fast]}, right: {type: [slow, fast], optional: true}}
+devices: {s: {period: 20 ms}, v: {period: 10 ms}}
+threads:
+  t1: {processor: [p, q], period: [10 ms, 20 ms], compute_execution_time: {a: 1 ms .. 4 ms, b: 1 ms .. 3 ms}}
+  t2: {processor: [p, q], period: [10 ms, 20 ms], compute_execution_time: {a: 1 ms .. 5 ms, b: 1 ms .. 3 ms}}
+  t3: {processor: [p, q], period: 30 ms, compute_execution_time: 2 ms .. 7 ms}
+connections:
+  c1: {from: s, to: t1, data_size: 8 B, bus: [left, right]}
+  c2: {from: t1, to: t2}
+  c3: {from: t2, to: v, data_size: 16 B, bus: [left, right]}
+  c4: {from: s, to: t3}
+flows: {f: {path: [s, t1, t2, v]}, g: {path: [s, t3]}}
+requirements: [utilisation <= 150 %, load <= 90 %]
+objectives: [minimise price, minimise latency, minimise utilisation of p]
+"""
+
+
+@pytest.mark.parametrize(
+    "vary",
+    [
+        "utilisation=20%..140%", "utilisation>=0%..40%", "load=5%..90%", "load=100B/s..3KB/s", "latency=40ms..90ms",
+        "jitter>=5ms..60ms", "max(price of p, 2 * price of q)=10EUR..300EUR",
+    ],
+)  # fmt: skip
+def test_a_limit_on_all_of_a_kind(vary: str) -> None:
+    """Its break-points are where the front changes when each of them is limited so."""
+    problem = loads(SEVERAL)
+    axis = read_axis(problem, Inputs(merged_data(problem)), vary)
+    assert isinstance(axis, LimitAxis)
+    outcome = break_points(problem.space, axis, 0)
+    assert outcome["status"] == "complete" and outcome["metric"] == vary.replace(">", "=").partition("=")[0]
+    starts = [Fraction(stretch["from"]) for stretch in outcome["stretches"]]
+    sign = 1 if axis.operator == "<=" else -1
+    assert len(starts) > 1
+    places = [*starts, *((one + other) / 2 for one, other in pairwise(starts))]
+    for place in places:
+        expected = [
+            stretch_vectors(outcome, stretch)
+            for stretch in outcome["stretches"]
+            if sign * Fraction(stretch["from"]) <= sign * place
+        ]
+        assert solved_anew(problem.space, axis, place, outcome["unit"]) == expected[-1], float(place)
+
+
+def test_a_sweep_over_all_of_a_kind(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
+    file = tmp_path / "several.yaml"
+    file.write_text(SEVERAL, encoding="utf-8")
+    assert run(["sweep", str(file), "--vary", "utilisation=20%..70%", "--no-store"]) == 0
+    text = capsys.readouterr().out
+    assert "utilisation <= 20 % .. 70 %" in text and "proved: nothing changes between them" in text
+    assert run(["sweep", str(file), "--vary", "latency=70ms,90ms", "--no-store"]) == 0
+    assert "latency <= 70ms" in capsys.readouterr().out

@@ -1,0 +1,137 @@
+"""The greatest and the least of several metrics, from the file to the second proof, on a problem worked out by hand.
+
+Thread t1 takes 4 ms of 20 ms (20 %), t2 6 ms (30 %), t3 9 ms (45 %). A processor costs 100 EUR; `right` may stay empty.
+The busiest of two is used least by t1 and t2 against t3: 50 %. Latencies (sensor, then a thread, sampled at its period
+of 20 ms): t1 24 ms, t2 26 ms, t3 29 ms.
+"""
+
+from __future__ import annotations
+
+import json
+from fractions import Fraction
+from itertools import product
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+import dse
+from dse.cli.main import run
+from dse.study.robust import solve_robust
+from dse.study.sensitivity import sensitivity
+
+HAND = """
+dse: 1
+name: hand
+processor_types: {cpu: {price: 100 EUR}}
+processors: {left: {type: cpu}, right: {type: cpu, optional: true}}
+devices: {sensor: {period: 20 ms}}
+threads:
+  t1: {processor: [left, right], period: 20 ms, compute_execution_time: 0 ms .. 4 ms}
+  t2: {processor: [left, right], period: 20 ms, compute_execution_time: 0 ms .. 6 ms}
+  t3: {processor: [left, right], period: 20 ms, compute_execution_time: 0 ms .. 9 ms}
+connections: {c1: {from: sensor, to: t1}, c2: {from: sensor, to: t2}, c3: {from: sensor, to: t3}}
+flows: {f1: {path: [sensor, t1]}, f2: {path: [sensor, t2]}, f3: {path: [sensor, t3]}}
+requirements: [utilisation <= 100 %]
+objectives: [minimise utilisation, minimise price]
+"""
+
+
+def shares(result: dse.Result) -> list[dict[str, int]]:
+    return [dict(point.objectives) for point in result.front]
+
+
+def test_the_busiest_of_all() -> None:
+    result = dse.solve(dse.loads(HAND))
+    assert result.status == "complete"
+    assert {tuple(row.values()) for row in shares(result)} == {(950_000, 10_000), (500_000, 20_000)}
+    assert [item.name for item in result.objectives] == ["max(utilisation)", "price"]
+    for asked in ("max(utilisation)", "max(utilisation of left, utilisation of right)"):
+        again = dse.solve(dse.loads(HAND), minimise=[asked, "price"])
+        assert {tuple(row.values()) for row in shares(again)} == {tuple(row.values()) for row in shares(result)}
+        assert again.objectives[0].name == asked
+
+
+@pytest.mark.parametrize(
+    ("asked", "expected"),
+    [
+        (["maximise utilisation"], [500_000 - 50_000]),  # of the least used: the other half, 45 %
+        (["minimise max(latency)"], [29_000_000]),
+        (["maximise latency"], [24_000_000]),
+        (["maximise max(latency of f1 * 2, latency of f3 + latency of f2)"], [55_000_000]),
+        (["minimise min(utilisation)"], [0]),
+    ],
+)
+def test_both_senses(asked: list[str], expected: list[int]) -> None:
+    key = {"minimise": "minimise", "maximise": "maximise"}
+    texts: dict[str, list[str]] = {}
+    for text in asked:
+        verb, _, metric = text.partition(" ")
+        texts.setdefault(key[verb], []).append(metric)
+    result = dse.solve(dse.loads(HAND), **texts)
+    assert sorted({next(iter(row.values())) for row in shares(result)}) == expected
+
+
+def test_limits_on_either_side(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    file = tmp_path / "hand.yaml"
+    file.write_text(HAND, encoding="utf-8")
+    for limit, codes in (
+        ("max(utilisation) <= 50 %", 0),
+        ("max(utilisation) < 50 %", 4),
+        ("min(utilisation) >= 45 %", 0),
+    ):
+        assert run(["solve", str(file), "--require", limit]) == codes
+    assert run(["explain", str(file), "--require", "max(utilisation) < 50 %"]) == 4
+    assert "max(utilisation) < 50 %" in capsys.readouterr().out
+    assert run(["explain", str(file), "--require", "max(utilisation) <= 30 %"]) == 4
+    assert "feasible from 50 % on" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize("method", ["exhaustion", "model"])
+def test_proved_a_second_time(method: Any, tmp_path: Path) -> None:
+    asked: dict[str, Any] = {
+        "minimise": ["max(utilisation)", "price"],
+        "maximise": ["min(latency of f1, jitter of f2 * 3)"],
+    }
+    file, path = tmp_path / "hand.yaml", tmp_path / "hand.json"
+    file.write_text(HAND, encoding="utf-8")
+    result = dse.solve(file, **asked)
+    path.write_text(result.to_json(), encoding="utf-8")
+    assert not dse.verify(path, method=method).findings
+    data = json.loads(result.to_json())
+    data["refuted"][0][result.objectives[0].name] += 10**6
+    path.write_text(json.dumps(data), encoding="utf-8")
+    assert dse.verify(path, method=method).findings
+
+
+UNCERTAIN = HAND.replace(
+    "utilisation <= 100 %", '"max(utilisation) <= 60 %", "min(latency of f1, latency of f2) <= 25 ms"'
+)
+UNCERTAIN += """
+uncertainty:
+  threads.t1.compute_execution_time.max: {range: 3 ms .. 5 ms}
+  threads.t2.compute_execution_time.max: {range: 4 ms .. 7 ms}
+  threads.t3.compute_execution_time.max: {range: 8 ms .. 10 ms}
+"""
+
+
+def test_robust_over_the_whole_ranges() -> None:
+    """t1 and t2 beside t3 use 60 % at most, t2 and t3 85 %: one split is left. The lesser latency is 25 ms at most."""
+    found = solve_robust(dse.loads(UNCERTAIN))
+    assert [dict(point.objectives) for point in found.robust.front] == [{"max(utilisation)": 500_000, "price": 20_000}]
+    worst = max(max(Fraction(a + b, 20), Fraction(c, 20)) for a, b, c in product((3, 5), (4, 7), (8, 10)))
+    assert worst == Fraction(60, 100)
+    tighter = UNCERTAIN.replace("<= 60 %", "<= 59 %")
+    assert not solve_robust(dse.loads(tighter)).robust.front
+
+
+def test_margins_of_a_design() -> None:
+    """60 % of 20 ms are 12 ms: t2 may take 8 ms beside t1's 4 ms, t3 12 ms. The lesser latency is t1's up to 5 ms."""
+    design = ["t1.processor = left", "t2.processor = left", "t3.processor = right"]
+    found = sensitivity(dse.loads(UNCERTAIN), design, samples=2000, front=False)
+    margins = {item.path: item.above for item in found.margins}
+    t1, t2, t3 = (margins[f"threads.{name}.compute_execution_time.max"] for name in ("t1", "t2", "t3"))
+    assert t1 is not None and (t1.last, t1.requirement) == (5_000_000, "min(latency of f1, latency of f2) <= 25 ms")
+    assert t2 is not None and (t2.last, t2.requirement) == (8_000_000, "max(utilisation) <= 60 %")
+    assert t3 is not None and t3.last == 12_000_000
+    assert found.uncertain is not None and found.uncertain.design_chance.all_met == 1
