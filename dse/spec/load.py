@@ -25,7 +25,6 @@ from dse.spec.sources import Carried, Files, OnDisk, name_from, read_source
 from dse.spec.uncertainty import Stated, UncertaintyError, read_stated
 
 MAX_FILES = 200
-MAX_FINDINGS = 200
 
 
 @dataclass(frozen=True)
@@ -217,11 +216,7 @@ class _Loader:
         return source
 
     def _note(self, error: ValidationError, source: Source, model: type[Catalogue]) -> None:
-        items = error.errors(include_url=False)
-        self.findings += [_translate(item, source, model) for item in items[:MAX_FINDINGS]]
-        if len(items) > MAX_FINDINGS:
-            message = f"{len(items)} errors, of which {MAX_FINDINGS} are shown"
-            self.findings.append(Diagnostic(message, file=source.file))
+        self.findings += [_translate(item, source, model) for item in error.errors(include_url=False)]
 
     def _include(self, source: Source, place: Sequence[PathPart], target: Path, including: tuple[Path, ...]) -> None:
         missing, resolved = self.files.obstacle(target), self.files.real(target)
@@ -251,7 +246,7 @@ class _Loader:
 
     def _rest(self) -> LoadedSpec | None:
         """The problem without what is wrong."""
-        if not self._is_complete or any(part.model is None for part in self.parts) or len(self.findings) > MAX_FINDINGS:
+        if not self._is_complete or any(part.model is None for part in self.parts):
             return None
         loaded = self._merge()
         return replace(loaded, remains=remains(loaded.spec, [place for part in self.parts for place in part.lost]))

@@ -57,6 +57,19 @@ def test_a_list_of_very_many_unknown_names_is_told_in_short(tmp_path: Path, caps
     assert lines[-2:] == ["... and 39750 more", "dse: 40000 mistakes in the problem; nothing was solved or written"]
 
 
+def test_the_first_mistakes_are_shown_and_the_rest_counted(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """In the order of the file, whichever kind they are of."""
+    threads = [f"  t{number}: {{processor: p, period: {number}}}" for number in range(300)]
+    lines = ["dse: 1", "name: x", "processors: {p: {type: c}}", "processor_types: {c: {}}", "threads:", *threads]
+    file = tmp_path / "many.yaml"
+    file.write_text("\n".join(lines), encoding="utf-8")
+    assert run(["check", str(file)]) == 3
+    said = capsys.readouterr().err.splitlines()
+    assert said[0].endswith('threads.t0.period: expected a period such as "10 ms", got 0')
+    assert said[249].endswith('threads.t249.period: expected a period such as "10 ms", got 249')
+    assert said[250:] == ["... and 50 more", "dse: 300 mistakes in the problem; nothing was solved or written"]
+
+
 def test_a_number_of_many_digits_in_a_result_is_a_message(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     file = tmp_path / "result.json"
     file.write_text('{"format": "dse-result/1", "front": [' + "9" * 5000 + "]}", encoding="utf-8")
@@ -108,7 +121,7 @@ def test_a_result_with_a_part_of_another_kind_is_a_message(
         given = [*command, str(file), *([str(file)] if command == ["compare"] else [])]
         assert run(given) == 2
         assert "result" in capsys.readouterr().err
-    assert run(["verify", str(file)]) == 3
+    assert run(["verify", str(file)]) == 4
 
 
 def test_a_fraction_of_nothing_in_a_result_is_a_message(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
@@ -124,7 +137,7 @@ def test_a_fraction_of_nothing_in_a_result_is_a_message(tmp_path: Path, capsys: 
         file.write_text(json.dumps(data), encoding="utf-8")
         assert run(["report", str(file), "-o", str(tmp_path)]) == 2
         assert "is not a whole result" in capsys.readouterr().err
-        assert run(["verify", str(file)]) == 3
+        assert run(["verify", str(file)]) == 4
 
 
 def test_work_beyond_all_numbers_is_a_message(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

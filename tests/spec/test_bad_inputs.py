@@ -94,11 +94,11 @@ def test_deep_nesting_by_aliases() -> None:
         parse_spec(text)
 
 
-def test_many_findings_are_cut_short() -> None:
+def test_many_findings_are_all_told_in_the_order_of_the_file() -> None:
+    """How many of them are shown is for whoever shows them."""
     with pytest.raises(ProblemError) as caught:
         parse_spec(VALID + "".join(f"unknown_{n}: 1\n" for n in range(2000)))
-    assert len(caught.value.diagnostics) == 201
-    assert caught.value.diagnostics[0].message == "2000 errors, of which 200 are shown"
+    assert [item.path for item in caught.value.diagnostics] == [f"unknown_{n}" for n in range(2000)]
 
 
 def test_nuls() -> None:
