@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from typing import Unpack
 
@@ -13,6 +13,7 @@ from dse.api.question import Question
 from dse.results.analysis import Analysis
 from dse.results.contention import judge
 from dse.results.tables import analyse_design
+from dse.space.types import Space
 
 
 def analyse(
@@ -44,10 +45,19 @@ def analyse(
     """
     space = load(problem).ask(**question).space
     texts = [f"'{name}' = {option}" for name, option in design.items()] if isinstance(design, Mapping) else design or ()
-    choices = {**space.baseline, **space.fixed, **read_choices(space, texts)}
-    chosen = complete_design(space, choices)
+    given = {**space.fixed, **read_choices(space, texts)}
+    chosen = complete_design(space, {**space.baseline, **given})
     analysis = analyse_design(Evaluator(space), chosen, response_times=response_times)
+    analysis = replace(analysis, warnings=(*analysis.warnings, *_unused(space, given, analysis.decisions)))
     counted = with_contention(space)
     if counted is None or analysis.breaches:
         return analysis
     return replace(analysis, contended=judge(ContentionReferee(counted), analysis.design))
+
+
+def _unused(space: Space, given: Mapping[int, int], decisions: Mapping[str, str]) -> Iterator[str]:
+    """Which decisions were given although the design has no use for them."""
+    for index, option in given.items():
+        decision = space.decisions[index]
+        if decision.is_open and decision.name not in decisions:
+            yield f"{decision.name} = {decision.options[option]} was given, but changes nothing: it is not used here"

@@ -34,6 +34,7 @@ from dse.report.words import (
     rank_text,
     sentences,
     tie_words,
+    unused_words,
 )
 from dse.results.analysis import Analysis, FlowTable, Usage
 from dse.results.changes import changes_between
@@ -225,9 +226,8 @@ class Document:
     @property
     def gaps(self) -> tuple[str, ...]:
         """What the model does not see."""
-        excluded = exclusion_words(self.space)
-        said = (REDUCED, processing_words(self.result.problem.effective))
-        return (*said, *filter(None, (excluded,)), *GAPS)
+        found = filter(None, (unused_words(self.result), exclusion_words(self.space)))
+        return (REDUCED, processing_words(self.result.problem.effective), *found, *GAPS)
 
     # --- one alternative ------------------------------------------------------------------------------------------
 

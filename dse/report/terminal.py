@@ -31,6 +31,7 @@ from dse.report.words import (
     sentences,
     short_name,
     tie_words,
+    unused_words,
 )
 from dse.results.analysis import Analysis, FlowTable, Usage
 from dse.results.changes import changes_between
@@ -79,7 +80,7 @@ def print_result(console: Console, result: Result, top: int | None = TOP) -> Non
         "designs; every point recomputed without the solver.",
         markup=False,
     )
-    for said in filter(None, (rounding_words(result), exclusion_words(result.space))):
+    for said in filter(None, (unused_words(result), rounding_words(result), exclusion_words(result.space))):
         console.print(said, markup=False)
     if contention := contention_words(result):
         console.print(contention, markup=False)

@@ -57,3 +57,27 @@ def test_objectives_keep_the_order_in_which_they_are_given(
 def test_a_misspelt_requirement_is_no_rule(path: str, text: str, said: str, capsys: pytest.CaptureFixture[str]) -> None:
     assert run(["solve", path, "--require", text]) == 2
     assert said in capsys.readouterr().err
+
+
+def test_fixing_what_a_design_does_not_use_is_said(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """A timer's period is not used by a thread that each message dispatches."""
+    text = TEXT.replace("period: [10 ms, 20 ms]", "dispatch_protocol: [periodic, aperiodic], period: [10 ms, 20 ms]")
+    text += "devices: {d: {period: 5 ms}}\nconnections: {c: {from: d, to: t, data_size: 1 B}}\n"
+    text = text.replace("[minimise price]", "[minimise utilisation of computer, minimise jitter of f]")
+    text += "flows: {f: {path: [d, t]}}\n"
+    path = str(tmp_path / "idle.yaml")
+    Path(path).write_text(text)
+    silent = ["solve", path, "--fix", "t.period = 20 ms", "--fix", "t.dispatch_protocol = periodic"]
+    assert run(silent) == 0 and "was fixed, but" not in capsys.readouterr().out
+    said = "t.period = 20 ms was fixed, but changes nothing in"
+    assert run(["solve", path, "--fix", "t.period = 20 ms"]) == 0
+    assert f"{said} #2, where it is not used." in capsys.readouterr().out
+    never = ["--fix", "t.period = 20 ms", "--fix", "t.dispatch_protocol = aperiodic"]
+    assert run(["solve", path, *never, "--report", "-o", str(tmp_path)]) == 0
+    assert f"{said} every design here, where it is not used." in capsys.readouterr().out
+    assert f"{said} every design here" in (tmp_path / "idle.md").read_text()
+    assert run(["analyse", path, *never, "--design", "computer.type = small"]) == 0
+    assert "warning: t.period = 20 ms was given, but changes nothing: it is not used here" in capsys.readouterr().out
+    used = ["--design", "computer.type=small", "--design", "t.dispatch_protocol=periodic"]
+    assert run(["analyse", path, *never[:2], *used]) == 0
+    assert "was given, but" not in capsys.readouterr().out
