@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 import click
 
@@ -17,10 +18,36 @@ from dse.cli.common import (
     problem_argument,
     question_of,
     question_options,
+    save,
     time_limit_option,
-    write_text,
 )
 from dse.timelimit import TimeLimit, until
+
+F = TypeVar("F", bound=Callable[..., Any])
+WITHOUT_EFFECT = ("workers", "top", "rank-by", "alternatives", "within", "output")
+"""Options of `dse solve` that have a value and are about the front: they are taken, and change no explanation."""
+REFUSED = {
+    "robust": "explains the figures as the file states them, not a robust question",
+    "resume": "takes the question by its own options: give the problem file, and those of the result",
+    "report": "writes no report: --json and --csv hold all that it says",
+}
+
+
+def options_of_solve(command: F) -> F:
+    """The options of `dse solve` that are about its front, so that the same ones may be given; not in the help."""
+    for name in WITHOUT_EFFECT:
+        short = ("-o",) if name == "output" else ()
+        command = click.option(*short, f"--{name}", f"unused_{name.replace('-', '_')}", hidden=True)(command)
+    for name in REFUSED:
+        command = click.option(
+            f"--{name}", is_flag=name != "resume", expose_value=False, callback=_refuse, hidden=True
+        )(command)
+    return command
+
+
+def _refuse(ctx: click.Context, param: click.Parameter, value: object) -> None:
+    if value and param.name is not None:
+        raise click.UsageError(f"--{param.name}: `dse explain` {REFUSED[param.name]}")
 
 
 @click.command("explain", cls=OrderedCommand)
@@ -38,6 +65,9 @@ from dse.timelimit import TimeLimit, until
 @time_limit_option("with what was proved so far")
 @click.option("--seed", type=click.IntRange(0, 2**31 - 1), default=0, show_default=True, help="Of the solver.")
 @json_option
+@click.option("--csv", "csv_path", metavar="PATH", help="Also write the conflicts as CSV; - for standard output.")
+@click.option("-q", "--quiet", is_flag=True, help="Print nothing but what --json or --csv ask for.")
+@options_of_solve
 def command(
     file: str,
     minimise: tuple[str, ...],
@@ -48,24 +78,30 @@ def command(
     time_limit: TimeLimit,
     seed: int,
     json_path: str | None,
+    csv_path: str | None,
+    quiet: bool,
     **options: Any,
 ) -> int:
     """Why a problem is infeasible: requirements and rules that clash, and the smallest changes that mend it.
 
-    Takes the options of `dse solve`. Each conflict is minimal, shown by a design for each member left out; each limit
-    is exact. Exit code 0 when the problem is feasible, 4 when it is proved infeasible.
+    Takes the options of `dse solve`; those about its front (--workers, --top, ...) change nothing. Each conflict is
+    minimal, shown by a design for each member left out; each limit is exact. Exit code 0 when the problem is feasible,
+    4 when it is proved infeasible.
     """
-    check_writable(json_path)
+    if json_path == "-" and csv_path == "-":
+        raise click.UsageError("only one of --json and --csv can go to standard output")
+    check_writable(json_path, csv_path)
     from dse.api.explaining import Wishes, explain_asked
     from dse.api.problem import load
 
     with until(time_limit):
         asked = load(Path(file)).ask(**question_of(options, objectives_of(minimise, maximise)))
     found = explain_asked(asked, Wishes(every, limit, offer, time_limit.rest_s, seed))
-    if json_path != "-":
+    failure = save((json_path, found.to_json), (csv_path, found.to_csv))
+    if not quiet and "-" not in (json_path, csv_path):
         from dse.report.explanation import print_explanation
 
         print_explanation(console(), found)
-    if json_path is not None:
-        write_text(json_path, found.to_json())
+    if failure is not None:
+        raise failure
     return found.exit_code

@@ -8,12 +8,13 @@ from dataclasses import dataclass, field, replace
 from fractions import Fraction
 from typing import Any, Literal
 
-from dse.errors import EXIT_COMPLETE, EXIT_INCOMPLETE, EXIT_INFEASIBLE
-from dse.results.result import Origin
+from dse.errors import EXIT_COMPLETE, EXIT_INCOMPLETE, EXIT_NO
+from dse.results.result import Origin, csv_text
 from dse.results.values import exact
 
 FORMAT = "dse-explanation/1"
 
+COLUMNS = ("conflict", "kind", "text", "origin", "helps", "limit", "closest", "unit", "requirement")
 Decisions = Mapping[str, str]
 
 
@@ -177,7 +178,7 @@ class Explanation:
         """What the command line answers with."""
         if not self.complete:
             return EXIT_INCOMPLETE
-        return EXIT_COMPLETE if self.status == "feasible" else EXIT_INFEASIBLE
+        return EXIT_COMPLETE if self.status == "feasible" else EXIT_NO
 
     def to_dict(self) -> dict[str, Any]:
         """The explanation in the form ``dse-explanation/1``."""
@@ -209,6 +210,21 @@ class Explanation:
     def to_json(self) -> str:
         """`to_dict` as text; the same problem and seed give the same text but for ``search.wall_s``."""
         return json.dumps(self.to_dict(), ensure_ascii=False, indent=1) + "\n"
+
+    def to_csv(self) -> str:
+        """The conflicts as CSV text: a row for each member of each; what would mend it alone beside it.
+
+        Columns: ``conflict`` (a number), ``kind``, ``text``, ``origin``; ``helps`` (whether giving it up alone leaves a
+        design), ``limit`` and ``closest`` in ``unit``, exact, and ``requirement``, as it may be written then. The last
+        five are empty where that was not looked at. There are no rows where the problem has designs.
+        """
+        alone = {item.demand: item.to_dict() for item in self.relaxations}
+        rows: list[list[Any]] = [[*COLUMNS]]
+        for number, conflict in enumerate(self.conflicts, start=1):
+            for demand, _ in conflict.members:
+                row = {"conflict": number, **alone.get(demand, {}), **demand.to_dict()}
+                rows.append([row.get(name) for name in COLUMNS])
+        return csv_text(rows)
 
 
 def _texts(demands: Sequence[Demand]) -> list[str]:

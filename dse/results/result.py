@@ -6,7 +6,7 @@ import csv
 import hashlib
 import io
 import json
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from fractions import Fraction
 from functools import cached_property
@@ -14,7 +14,7 @@ from html import escape
 from typing import TYPE_CHECKING, Any, Literal
 
 from dse.analysis.contention import cores_of, with_contention
-from dse.errors import EXIT_COMPLETE, EXIT_INCOMPLETE, EXIT_INFEASIBLE
+from dse.errors import EXIT_COMPLETE, EXIT_INCOMPLETE, EXIT_NO
 from dse.results.contention import Contended, contention_dict
 from dse.results.frames import unit_frame
 from dse.results.ranking import METHOD, competition_ranks, ideal_distances
@@ -245,7 +245,7 @@ class Result:
     @property
     def exit_code(self) -> int:
         """What the command line answers with."""
-        return {"complete": EXIT_COMPLETE, "incomplete": EXIT_INCOMPLETE, "infeasible": EXIT_INFEASIBLE}[self.status]
+        return {"complete": EXIT_COMPLETE, "incomplete": EXIT_INCOMPLETE, "infeasible": EXIT_NO}[self.status]
 
     @property
     def leaves_out_contention(self) -> bool:
@@ -382,11 +382,15 @@ class Result:
         A text that a spreadsheet would take for a formula gets an apostrophe.
         """
         units = self.units
-        out = io.StringIO()
-        writer = csv.writer(out, lineterminator="\n")
-        writer.writerow([_cell(f"{name} [{units[name]}]" if name in units else name) for name in self.columns])
-        writer.writerows([_cell(value) for value in row] for row in self._rows())
-        return out.getvalue()
+        heading = [f"{name} [{units[name]}]" if name in units else name for name in self.columns]
+        return csv_text([heading, *self._rows()])
+
+
+def csv_text(rows: Iterable[Sequence[Any]]) -> str:
+    """Rows as CSV; a text that a spreadsheet would take for a formula gets an apostrophe."""
+    out = io.StringIO()
+    csv.writer(out, lineterminator="\n").writerows([_cell(value) for value in row] for row in rows)
+    return out.getvalue()
 
 
 def _cell(value: Any) -> Any:

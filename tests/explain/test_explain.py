@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import csv
 import json
 from pathlib import Path
 
@@ -229,3 +230,46 @@ def test_without_a_possible_circle_nothing_is_said_of_one(tmp_path: Path, capsys
     path.write_text(CIRCLE.replace(", ba: {from: b, to: a}", ""))
     assert run(["check", str(path)]) == run(["solve", str(path)]) == 0
     assert "excluded" not in capsys.readouterr().out
+
+
+def test_every_option_of_solve_may_be_given_to_explain() -> None:
+    """`dse solve` says: `dse explain` with the same options."""
+    from dse.cli.explain import REFUSED, WITHOUT_EFFECT
+    from dse.cli.explain import command as explaining
+    from dse.cli.solve import command as solving
+
+    known = {name for item in explaining.params for name in item.opts}
+    assert {name for item in solving.params for name in item.opts} <= known
+    shown = {name for item in explaining.params if not getattr(item, "hidden", False) for name in item.opts}
+    assert not shown & {f"--{name}" for name in (*WITHOUT_EFFECT, *REFUSED)}
+
+
+def test_the_same_options_explain_what_solve_could_not_do(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    starter, table = str(example_path("starter")), tmp_path / "out.csv"
+    same = [
+        "--max-jitter",
+        "1ms",
+        "--workers",
+        "2",
+        "--csv",
+        str(table),
+        "--top",
+        "3",
+        "--rank-by",
+        "knee",
+        "--seed",
+        "1",
+    ]
+    assert run(["solve", starter, *same]) == run(["explain", starter, *same, "--all"]) == 4
+    rows = list(csv.DictReader(table.read_text().splitlines()))
+    assert rows[0]["conflict"] == "1" and rows[0]["kind"] == "requirement"
+    [jitter] = [row for row in rows if row["text"] == "jitter of sensor_to_actuator <= 1 ms"]
+    assert (jitter["origin"], jitter["helps"], jitter["limit"]) == ("command line", "True", "1000000")
+    assert int(jitter["closest"]) > 1_000_000 and jitter["requirement"].startswith("jitter of sensor_to_actuator <= ")
+    capsys.readouterr()
+    assert run(["explain", starter, *same[:2], "-q", "--csv", "-"]) == 4
+    assert capsys.readouterr().out.startswith("conflict,kind,text,origin,")
+    for option in ("--robust", "--report"):
+        assert run(["explain", starter, option]) == 2
+        assert f"{option}: `dse explain` " in capsys.readouterr().err
+    assert run(["explain", starter, "--json", "-", "--csv", "-"]) == 2
