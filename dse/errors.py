@@ -13,9 +13,18 @@ from typing import Literal
 EXIT_COMPLETE = 0
 EXIT_USAGE = 2
 EXIT_INVALID = 3
-EXIT_INFEASIBLE = 4
+EXIT_NO = 4
 EXIT_INCOMPLETE = 5
 EXIT_BUG = 70
+EXIT_MEANINGS = {
+    EXIT_COMPLETE: "done",
+    EXIT_USAGE: "wrong usage",
+    EXIT_INVALID: "the problem file is wrong",
+    EXIT_NO: "the answer is no",
+    EXIT_INCOMPLETE: "stopped early",
+    EXIT_BUG: "a bug of dse",
+}
+"""What each exit code means, whichever command answers with it; README.md says what that is for each."""
 
 
 @dataclass(frozen=True)

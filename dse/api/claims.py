@@ -15,6 +15,9 @@ from dse.verification.geometry import Bound, inside, uncovered
 from dse.verification.model import Reply
 from dse.verification.prover import Method, Prover, make_prover, outer_bound
 
+MOST_NAMED = 6
+"""Maximum number of points that a remark names."""
+
 
 def check_claims(bench: Bench, method: Method, deadline: float | None) -> None:
     """Points, refuted and unexplored regions together leave nothing out; refuted regions hold no design."""
@@ -42,8 +45,7 @@ def _check_proofs(bench: Bench, prover: _Refining, refuted: Sequence[Bound], ope
     _check_emptiness(bench, prover, refuted)
     if bench.data["status"] == "incomplete":
         _check_unexplored(bench, prover, open_)
-    else:
-        _check_first_designs(bench, prover)
+    _check_first_designs(bench, prover)
     bench.checked.append(f"{len(refuted)} refuted regions hold no design: {prover.words}")
 
 
@@ -162,10 +164,21 @@ def _check_unexplored(bench: Bench, prover: Prover, open_: Sequence[Bound]) -> N
 
 
 def _check_first_designs(bench: Bench, prover: Prover) -> None:
-    """Of the designs with the same objectives a complete front shows the first, unless it says that it may not be."""
+    """Of the designs with the same objectives a point shows the first, unless it says that it may not be."""
+    silent: list[int] = []
     for at, (vector, design) in enumerate(zip(bench.vectors, bench.designs, strict=True)):
         if bench.data["front"][at].get("is_first") is False:
+            silent.append(bench.data["front"][at]["id"])
             continue
         with bench.in_time(f"{at} of {len(bench.vectors)} points were proved again to have the first of their designs"):
             reply = prover.earlier_design(vector, design)
         _holds(bench, f"front[{at}].decisions", reply, "is not the first design with these objectives; that is")
+    if count := len(bench.vectors) - len(silent):
+        bench.checked.append(f"{count} points show the first of the designs with their objectives")
+    if silent:
+        named = ", ".join(f"#{number}" for number in silent[:MOST_NAMED])
+        more = f" and {len(silent) - MOST_NAMED} more" if len(silent) > MOST_NAMED else ""
+        bench.remarks.append(
+            f"not claimed (`is_first: false`), and not looked at: that the design shown is the first of those with the "
+            f"objectives of {named}{more}"
+        )

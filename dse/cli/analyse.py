@@ -17,7 +17,7 @@ from dse.cli.common import (
     question_options,
     write_text,
 )
-from dse.errors import EXIT_COMPLETE, EXIT_INFEASIBLE, about
+from dse.errors import EXIT_COMPLETE, EXIT_NO, about
 
 if TYPE_CHECKING:
     from dse.api.problem import Problem
@@ -52,7 +52,7 @@ def command(file: str, design: tuple[str, ...], response_times: bool, json_path:
         print_analysis(console(), analysis)
     if json_path is not None:
         write_text(json_path, analysis.to_json())
-    return EXIT_COMPLETE if analysis.is_feasible else EXIT_INFEASIBLE
+    return EXIT_COMPLETE if analysis.is_feasible else EXIT_NO
 
 
 def choices_of(texts: tuple[str, ...], problem: Problem) -> list[str]:

@@ -55,7 +55,9 @@ def question_options(command: F) -> F:
         )(command)
     more = (
         click.option("--require", multiple=True, metavar="TEXT", help="A further requirement or rule."),
-        click.option("--fix", multiple=True, metavar="'DECISION = OPTION'", help="Fix a decision."),
+        click.option(
+            "--fix", multiple=True, metavar="'DECISION = OPTION'", help="Fix a decision in the designs that use it."
+        ),
         click.option(
             "--profile", type=click.Choice(["dse", "osate-2.2", "osate-2.19"]), help="Latency rules to apply."
         ),

@@ -11,7 +11,7 @@ import click
 
 from dse.cli.common import discard_output
 from dse.cli.entry import Interrupts
-from dse.errors import EXIT_BUG, EXIT_INCOMPLETE, EXIT_USAGE, DseError, ProblemError
+from dse.errors import EXIT_BUG, EXIT_INCOMPLETE, EXIT_MEANINGS, EXIT_USAGE, DseError, ProblemError
 from dse.files.guard import guarding
 from dse.version import __version__
 
@@ -32,10 +32,7 @@ COMMANDS = {
 }
 MOST_MISTAKES = 250
 """So many are shown."""
-EXIT_CODES = (
-    "Exit codes: 0 complete; 2 wrong usage; 3 invalid problem; 4 proved infeasible; 5 stopped early, the front so far "
-    "is written and marked incomplete; 70 a bug of dse."
-)
+EXIT_CODES = f"Exit codes: {'; '.join(f'{code} {meaning}' for code, meaning in EXIT_MEANINGS.items())}."
 
 
 class LazyGroup(click.Group):

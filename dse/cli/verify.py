@@ -28,7 +28,7 @@ from dse.timelimit import TimeLimit
 def command(result: str, problem: str | None, method: str, time_limit: TimeLimit, json_path: str | None) -> int:
     """Re-check a result without trusting the solver or the encoding that made it.
 
-    Exit code 0 when everything the result says was confirmed, 3 when it is rejected (with what is wrong), 5 when
+    Exit code 0 when everything the result says was confirmed, 4 when it is rejected (with what is wrong), 5 when
     nothing is wrong but not everything could be proved again.
     """
     check_writable(json_path)

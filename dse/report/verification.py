@@ -7,7 +7,7 @@ from rich.console import Console
 from dse.results.verification import Verification
 
 WORDS = {
-    "verified": "Verified: everything that the result says was confirmed.",
+    "verified": "Verified: everything that the result claims was confirmed.",
     "rejected": "Rejected: the result is not true of its problem.",
     "unfinished": "Unfinished: nothing is wrong so far, but not everything could be proved again.",
 }

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from fractions import Fraction
 from typing import TYPE_CHECKING, Any
 
-from dse.errors import EXIT_COMPLETE, EXIT_INCOMPLETE, EXIT_INFEASIBLE
+from dse.errors import EXIT_COMPLETE, EXIT_INCOMPLETE, EXIT_NO
 from dse.results.values import exact
 
 if TYPE_CHECKING:
@@ -226,7 +226,7 @@ class SensitivityResult:
     def exit_code(self) -> int:
         """What the command line answers with."""
         if self.broken:
-            return EXIT_INFEASIBLE
+            return EXIT_NO
         return EXIT_INCOMPLETE if self.left_out else EXIT_COMPLETE
 
     def of_metric(self, metric: str) -> list[Bar]:

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from fractions import Fraction
 from typing import TYPE_CHECKING, Any
 
-from dse.errors import EXIT_COMPLETE, EXIT_INCOMPLETE, EXIT_INFEASIBLE
+from dse.errors import EXIT_COMPLETE, EXIT_INCOMPLETE, EXIT_NO
 from dse.results.values import exact
 from dse.space.settings import settings_of
 from dse.space.types import Design, Space
@@ -153,7 +153,7 @@ class Simulation:
     def exit_code(self) -> int:
         """What the command line answers with."""
         if self.contradictions:
-            return EXIT_INFEASIBLE
+            return EXIT_NO
         return EXIT_INCOMPLETE if self.is_stopped else EXIT_COMPLETE
 
     @property

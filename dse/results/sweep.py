@@ -11,7 +11,7 @@ from fractions import Fraction
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
-from dse.errors import EXIT_COMPLETE, EXIT_INCOMPLETE, EXIT_INFEASIBLE, EXIT_INVALID
+from dse.errors import EXIT_COMPLETE, EXIT_INCOMPLETE, EXIT_INVALID, EXIT_NO
 from dse.results.frames import unit_frame
 
 if TYPE_CHECKING:
@@ -140,7 +140,7 @@ class SweepResult:
     @property
     def exit_code(self) -> int:
         """What the command line answers with."""
-        codes = {"incomplete": EXIT_INCOMPLETE, "infeasible": EXIT_INFEASIBLE, "invalid": EXIT_INVALID}
+        codes = {"incomplete": EXIT_INCOMPLETE, "infeasible": EXIT_NO, "invalid": EXIT_INVALID}
         return codes.get(self.status, EXIT_COMPLETE)
 
     @property

@@ -6,7 +6,7 @@ import json
 from dataclasses import dataclass
 from typing import Any, Literal
 
-from dse.errors import EXIT_COMPLETE, EXIT_INCOMPLETE, EXIT_INVALID
+from dse.errors import EXIT_COMPLETE, EXIT_INCOMPLETE, EXIT_NO
 
 FORMAT = "dse-verification/1"
 
@@ -42,8 +42,8 @@ class Verification:
 
     @property
     def exit_code(self) -> int:
-        """What the command line answers with: 0 verified, 3 rejected (the result is invalid), 5 unfinished."""
-        return {"verified": EXIT_COMPLETE, "rejected": EXIT_INVALID, "unfinished": EXIT_INCOMPLETE}[self.status]
+        """What the command line answers with: 0 verified, 4 rejected, 5 unfinished."""
+        return {"verified": EXIT_COMPLETE, "rejected": EXIT_NO, "unfinished": EXIT_INCOMPLETE}[self.status]
 
     def to_dict(self) -> dict[str, Any]:
         """The verdict in the form ``dse-verification/1``."""

@@ -174,5 +174,5 @@ def test_command(tmp_path: Path, capfd: pytest.CaptureFixture[str], monkeypatch:
     assert run(["verify", "r.json", "--problem", "elsewhere/p.yaml"]) == 0
     Path("elsewhere/p.yaml").write_text(STARTER.read_text().replace("name: ", "name: Another "))
     capfd.readouterr()
-    assert run(["verify", "r.json", "--problem", "elsewhere/p.yaml"]) == 3
+    assert run(["verify", "r.json", "--problem", "elsewhere/p.yaml"]) == 4
     assert "problem.identity" in capfd.readouterr().out
