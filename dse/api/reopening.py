@@ -61,38 +61,34 @@ def _reopened(path: str | Path, problem: str | Path | None) -> Result:
         ObjectiveInfo(measure.metric.name, objective.sense, measure.counting_unit)
         for measure, objective in zip(evaluator.objectives, space.objectives, strict=True)
     )
-    try:
-        if [vars(info) for info in infos] != data["objectives"]:
-            raise UsageError(f"{path}: its objectives are not those of the problem")
-        if data.get("potential") and set(data["potential"]) != {info.name for info in infos}:
-            raise UsageError(f"{path}: is not a whole result: potential is not about its objectives")
-        designs = list(search.points.values())
-        front = tuple(
-            _point(evaluator, item, design, infos, path) for item, design in zip(data["front"], designs, strict=True)
-        )
-        ranking = data["ranking"] if isinstance(data.get("ranking"), dict) else {}
-        found = Result(
-            problem=_origin(asked, str(data["problem"]["file"])),
-            space=space,
-            status=data["status"],
-            objectives=infos,
-            metric_units={measure.metric.name: measure.counting_unit for measure in evaluator.metrics},
-            rounded=evaluator.rounded,
-            front=front,
-            unexplored=tuple(data["unexplored"]),
-            refuted=tuple(data["refuted"]),
-            potential=data.get("potential") or {},
-            conflicts=tuple(_conflict(item) for item in data["conflicts"]),
-            give_up=_conflict({"members": data.get("give_up", [])}).members,
-            search=Search(**data["search"]),
-            baseline=baseline_design(space),
-            **({"ranking": ranking["method"], "ranking_words": ranking["words"]} if ranking else {}),
-            others=tuple(_others(evaluator, item, infos, path) for item in data.get("others", [])),
-            others_asked=_others_asked(data.get("others_asked")),
-        )
-        return replace(found, contended=stated_verdicts(found, data, path))
-    except (KeyError, TypeError, ValueError, AttributeError, ArithmeticError) as error:
-        raise UsageError(f"{path}: is not a whole result: {error!r}") from error
+    if [vars(info) for info in infos] != data["objectives"]:
+        raise UsageError(f"{path}: its objectives are not those of the problem")
+    designs = list(search.points.values())
+    front = tuple(
+        _point(evaluator, item, design, infos, path) for item, design in zip(data["front"], designs, strict=True)
+    )
+    ranking = data["ranking"]
+    found = Result(
+        problem=_origin(asked, data["problem"]["file"]),
+        space=space,
+        status=data["status"],
+        objectives=infos,
+        metric_units={measure.metric.name: measure.counting_unit for measure in evaluator.metrics},
+        rounded=evaluator.rounded,
+        front=front,
+        unexplored=tuple(data["unexplored"]),
+        refuted=tuple(data["refuted"]),
+        potential=data["potential"],
+        conflicts=tuple(_conflict(item) for item in data["conflicts"]),
+        give_up=_conflict({"members": data.get("give_up", [])}).members,
+        search=Search(**data["search"]),
+        baseline=baseline_design(space),
+        ranking=ranking["method"],
+        ranking_words=ranking["words"],
+        others=tuple(_others(evaluator, item, infos, path) for item in data["others"]),
+        others_asked=_others_asked(data.get("others_asked")),
+    )
+    return replace(found, contended=stated_verdicts(found, data, path))
 
 
 def _origin(asked: Problem, named: str) -> Origin:
@@ -125,9 +121,9 @@ def _point(
 ) -> Point:
     checked = _checked(evaluator, item, design, infos, path)
     return Point(
-        id=int(item["id"]),
-        rank=int(item["rank"]),
-        score=str(item.get("score", "")),
+        id=item["id"],
+        rank=item["rank"],
+        score=item["score"],
         is_first=item.get("is_first") is not False,
         **checked,
     )
@@ -139,26 +135,23 @@ def _others(
     designs = []
     for found in item["designs"]:
         checked = _checked(evaluator, found, named_design(evaluator.space, found["decisions"]), infos, path)
-        dominated = tuple(int(number) for number in found["dominated_by"])
+        dominated = tuple(found["dominated_by"])
         designs.append(
-            Sibling(id=str(found["id"]), dominated_by=dominated, different=int(found["different_decisions"]), **checked)
+            Sibling(id=found["id"], dominated_by=dominated, different=found["different_decisions"], **checked)
         )
-    return Others(int(item["of"]), Fraction(item["within"]), tuple(designs), item["more"])
+    return Others(item["of"], Fraction(item["within"]), tuple(designs), item["more"])
 
 
 def _others_asked(item: Mapping[str, Any] | None) -> OthersAsked | None:
     if item is None:
         return None
     within = None if item["within"] is None else Fraction(item["within"])
-    return OthersAsked(int(item["count"]), within, tuple(int(number) for number in item["points"]))
+    return OthersAsked(item["count"], within, tuple(item["points"]))
 
 
 def _conflict(item: Mapping[str, Any]) -> Conflict:
     members = []
     for clash in item["members"]:
-        texts = (clash["text"], clash["origin"], clash["unit"], clash["thread"] or "", *clash.get("unbounded", ()))
-        if not all(isinstance(text, str) for text in texts):
-            raise TypeError("a member of a conflict is not in words")
         limit, closest = (None if clash[name] is None else Fraction(clash[name]) for name in ("limit", "closest"))
         more = {"unbounded": tuple(clash.get("unbounded", ())), "is_sought": clash.get("looked_for", True)}
         thread = clash["thread"] or ""

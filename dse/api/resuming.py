@@ -12,7 +12,7 @@ from dse.api.problem import Problem
 from dse.api.recalling import named_design, restated
 from dse.errors import UsageError, about
 from dse.pareto.front import ANYTHING, FrontSearch
-from dse.results.reading import check_form, read_result
+from dse.results.reading import read_result
 from dse.space.types import Space
 
 
@@ -25,33 +25,32 @@ def read_search(path: str | Path, problem: str | Path | None = None) -> tuple[Pr
         when the file is no result, or the problem is not found or means something else now.
     """
     data = read_result(path)
-    check_form(data, path)
-    try:
-        with about(path):
-            asked = restated(problem_of(data, path, problem), data["problem"]["effective"])
-            if origin_of(asked).question != data["problem"].get("question"):
-                raise UsageError("what it says of its question is not what was searched: they do not belong together")
-            return asked, search_in(asked.space, data)
-    except (KeyError, TypeError, ValueError, AttributeError, ArithmeticError) as error:
-        raise UsageError(f"{path}: is not a whole result: {error!r}") from error
+    with about(path):
+        asked = restated(problem_of(data, path, problem), data["problem"]["effective"])
+        if origin_of(asked).question != data["problem"]["question"]:
+            raise UsageError("what it says of its question is not what was searched: they do not belong together")
+        return asked, search_in(asked.space, data)
 
 
 def search_in(space: Space, data: Mapping[str, Any]) -> FrontSearch:
-    """The state of the search that data of a result hold: points, open and refuted regions.
+    """The state of the search that a whole result holds: points, open and refuted regions.
 
-    Errors are those of data that are not as a result has them (KeyError, TypeError and the like).
+    Raises
+    ------
+    UsageError
+        when it names decisions or options that the space does not have.
     """
     signs = {item.metric.name: -1 if item.sense == "maximise" else 1 for item in space.objectives}
     anywhere = {name: sign * ANYTHING for name, sign in signs.items()}  # where nothing is known of an objective
     points = {}
     for point in data["front"]:
-        vector = tuple(int(point["objectives"][name]) for name in signs)
+        vector = tuple(point["objectives"][name] for name in signs)
         points[vector] = named_design(space, point["decisions"])
     return FrontSearch(
         points=points,
         unexplored=tuple(_bound({**anywhere, **region}, signs) for region in data["unexplored"]),
         refuted=tuple(_bound(region, signs) for region in data["refuted"]),
-        calls=int(data["search"]["solver_calls"]),
+        calls=data["search"]["solver_calls"],
         elapsed_s=0.0,
         not_first=frozenset(
             vector for vector, point in zip(points, data["front"], strict=True) if point.get("is_first") is False
@@ -61,4 +60,4 @@ def search_in(space: Space, data: Mapping[str, Any]) -> FrontSearch:
 
 def _bound(region: Mapping[str, int], signs: Mapping[str, int]) -> tuple[int, ...]:
     """A region as an exclusive upper bound of minimised objectives."""
-    return tuple(sign * int(region[name]) for name, sign in signs.items())
+    return tuple(sign * region[name] for name, sign in signs.items())

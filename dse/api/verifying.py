@@ -16,11 +16,12 @@ from dse.api.nearby import check_others
 from dse.api.origins import origin_of
 from dse.api.problem import Problem, set_up
 from dse.api.recalling import restated
-from dse.api.recomputing import Bench, Witness, check_front, check_statements
+from dse.api.recomputing import MOST_FINDINGS, Bench, Witness, check_front, check_statements
 from dse.errors import UsageError
-from dse.results.reading import check_semantics, read_result
+from dse.results.forms.agreement import check_whole
+from dse.results.reading import check_semantics, read_stated
 from dse.results.result import Result
-from dse.results.verification import Verification
+from dse.results.verification import Finding, Verification
 from dse.space.settings import settings_of
 from dse.timelimit import OutOfTime, TimeLimit, until
 from dse.verification.prover import Method
@@ -42,7 +43,11 @@ def verify_with(
         data, name = dict(result), "the result"
         check_semantics(data, name)
     else:
-        data, name = read_result(result), str(result)
+        data, name = read_stated(result), str(result)
+    wrong = [Finding(item.place or "the result", item.text) for item in check_whole("result", data)]
+    if wrong:
+        said = ("whether it has every field, each of its kind",)
+        return Verification(name, "(it was not read)", "rejected", tuple(wrong[:MOST_FINDINGS]), said)
     with until(limit):
         found = belonging(data, name, problem)
         bench = _checked(data, found, name, Means(robust, method, limit))
@@ -96,8 +101,6 @@ def _checked(data: Mapping[str, Any], found: Belonging, name: str, means: Means)
         bench.left_open.append(f"the time was too short; not looked at to the end: {', '.join(waiting)}")
     except UsageError as error:
         bench.find("problem.effective", str(error))
-    except (KeyError, IndexError, TypeError, ValueError, AttributeError, ArithmeticError) as error:
-        bench.find("the result", f"is not whole or not of the form dse-result/1 ({type(error).__name__}: {error})")
     return bench
 
 

@@ -9,7 +9,7 @@ from typing import Any
 import click
 
 from dse.cli.common import console, in_time, ranking_options, report_folder, tell_carried
-from dse.cli.studies import is_study, read_json, readable_study, sections_in
+from dse.cli.studies import check_study, is_study, read_json, sections_in
 from dse.files.writing import write_files
 
 
@@ -98,11 +98,12 @@ def _report_study(
         raise click.UsageError(
             "a study has no alternatives: --problem, --alternative, --rank-by and --study are for results"
         )
+    from dse.errors import about
     from dse.report.studypage import study_figures, study_files
 
-    with readable_study(path):
-        files = study_figures(data, formats) if formats else study_files(data, None, None)
-        written = write_files(target, files)
+    check_study(data, path)
+    with about(path):
+        written = write_files(target, study_figures(data, formats) if formats else study_files(data, None, None))
     for file in written:
         console().print(str(file), markup=False, soft_wrap=True)
     return 0

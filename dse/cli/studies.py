@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
 
@@ -84,6 +82,23 @@ def is_study(data: Any) -> bool:
     return isinstance(data, dict) and str(data.get("format", "")).startswith(("dse-sweep/", "dse-sensitivity/"))
 
 
+def check_study(data: Any, path: str) -> None:
+    """Refuse what is no whole study.
+
+    Raises
+    ------
+    UsageError
+        saying what is wrong with the file, and where.
+    """
+    from dse.results.reading import check_data
+
+    kinds = {f"dse-{name}/1": name for name in ("sweep", "sensitivity", "result")}
+    form = data.get("format") if isinstance(data, dict) else None
+    if form not in kinds:
+        raise UsageError(f"{path}: it is no study: expected {', '.join(kinds)}")
+    check_data(kinds[form], data, path)
+
+
 def sections_in(path: str) -> list[Section]:
     """The sections of a report that a file of a study makes.
 
@@ -95,23 +110,6 @@ def sections_in(path: str) -> list[Section]:
     from dse.report.sections import sections_of
 
     data = read_json(path)
-    if not isinstance(data, dict):
-        raise UsageError(f"{path}: it is no study")
-    with readable_study(path):
+    check_study(data, path)
+    with about(path):
         return sections_of(data)
-
-
-@contextmanager
-def readable_study(path: str) -> Iterator[None]:
-    """Says which file is not what it seems.
-
-    Raises
-    ------
-    UsageError
-        when the file says that it is a study, but is not as one is written.
-    """
-    try:
-        with about(path):
-            yield
-    except (KeyError, TypeError, ValueError, AttributeError, IndexError, ArithmeticError) as error:
-        raise UsageError(f"{path}: it is no study as dse writes them ({type(error).__name__}: {error})") from error

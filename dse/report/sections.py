@@ -34,22 +34,7 @@ def sections_of(data: Data) -> list[Section]:
     if form not in makers or (form == RESULT_FORMAT and "robust" not in data):
         known = f"{sweep.FORMAT}, {sensitivity.FORMAT} or {RESULT_FORMAT} of solve --robust"
         raise UsageError(f"it is no study: expected {known}")
-    return [_checked(section) for section in makers[form](data)]
-
-
-def _checked(section: Section) -> Section:
-    """A section as it is, if it can be set: a study from elsewhere may have anything where text belongs.
-
-    Raises
-    ------
-    TypeError
-        when something is no text.
-    """
-    cells = [cell for table in section.tables for row in (table.headings, *table.rows) for cell in row]
-    for text in (section.title, *section.texts, *cells):
-        if not isinstance(text, str):
-            raise TypeError(f"{text!r} is no text")
-    return section
+    return list(makers[form](data))
 
 
 def _robust(data: Data) -> Iterator[Section]:

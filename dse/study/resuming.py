@@ -72,12 +72,10 @@ def read_robust(path: str | Path, problem: str | Path | None) -> tuple[RobustQue
     data = read_result(path)
     effective: Mapping[str, Any] = data["problem"]["effective"]
     question = RobustQuestion(asked, partial(restated, effective=effective))
-    try:
-        if question.words != data["robust"]["inputs"]:
-            raise UsageError(f"{path}: what it says may vary is not what the problem says")
+    if question.words != data["robust"]["inputs"]:
+        raise UsageError(f"{path}: what it says may vary is not what the problem says")
+    with about(path):
         return question, RobustSearch(search_in(asked.space, nominal_data(data)), robust)
-    except (KeyError, TypeError, ValueError, AttributeError, ArithmeticError) as error:
-        raise UsageError(f"{path}: is not a whole robust result: {error!r}") from error
 
 
 def nominal_data(data: Mapping[str, Any]) -> dict[str, Any]:

@@ -176,13 +176,17 @@ def edited(name: str, **changes: Any) -> None:
     [
         ("complete", {"problem__effective__objectives": ["minimise price", "minimise price"]}, "an objective twice"),
         ("complete", {"front__0__decisions__filter.period": "\ud800"}, "half of a character"),
-        ("complete", {"others": [{"designs": 3}]}, "not a whole result"),
-        ("incomplete", {"potential": {"price": 1}}, "potential is not about its objectives"),
-        ("infeasible", {"conflicts__0__members__0__text": 3}, "is not a whole result"),
+        ("complete", {"others": [{"designs": 3}]}, "not a whole result: others[0].of: is missing"),
+        ("incomplete", {"potential": {"price": 1}}, "potential: is not about its objectives"),
+        ("infeasible", {"conflicts__0__members__0__text": 3}, "conflicts[0].members[0].text: expected text, got 3"),
         ("infeasible", {"conflicts__0__members__0__closest": "1e999999999"}, "no number that can be computed with"),
-        ("grid", {"runs__0__status": 0.5}, "no study as dse writes them"),
+        ("grid", {"runs__0__status": 0.5}, "is not a whole sweep: runs[0].status: expected"),
         ("sensitivity", {"tornado__0__values": ["1e-999999999"]}, "no number that can be computed with"),
-        ("complete", {"problem__effective__profile": "dsee"}, "odd.json: the result states the profile"),
+        (
+            "complete",
+            {"problem__effective__profile": "dsee"},
+            "result: problem.effective.profile: expected",
+        ),
     ],
 )
 def test_single_oddities(folder: Path, name: str, changes: dict[str, Any], said: str) -> None:

@@ -164,7 +164,7 @@ def test_what_is_no_study_is_refused(tmp_path: Path, capsys: pytest.CaptureFixtu
     for study, words in (
         (solved, "it is no study"),
         (text, "it is no study"),
-        (broken, "it is no study as dse writes"),
+        (broken, "broken.json: is not a whole sweep: problem: is missing"),
     ):
         capsys.readouterr()
         assert run(["report", str(solved), "-o", str(tmp_path / "o"), "--study", str(study)]) == 2

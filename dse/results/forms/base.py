@@ -11,6 +11,8 @@ from pydantic_core import PydanticCustomError
 
 from dse.results.values import exact
 
+MOST = 10**300
+"""No exact figure is beyond it: floating-point numbers for plots are not either."""
 FRACTION = r"-?\d{1,400}/0*[1-9]\d{0,399}"
 
 
@@ -22,7 +24,9 @@ class Form(BaseModel):
 
 def _figure(value: Any) -> Fraction:
     if type(value) is int or (isinstance(value, str) and re.fullmatch(FRACTION, value)):
-        return Fraction(value)
+        found = Fraction(value)
+        if abs(found) <= MOST:
+            return found
     raise PydanticCustomError("figure", 'expected an integer, or a fraction as text such as "50/3"')
 
 
@@ -33,6 +37,11 @@ Figure: TypeAlias = Annotated[
     WithJsonSchema({"anyOf": [{"type": "integer"}, {"type": "string", "pattern": f"^{FRACTION}$"}]}),
 ]
 """An exact number: an integer, or a fraction as text."""
+Count: TypeAlias = Annotated[int, Field(ge=-(2**62), le=2**62)]
+"""A figure that the search has counted with."""
+Counts: TypeAlias = dict[str, Count]
+Unit: TypeAlias = Annotated[str, Field(pattern=r"^(1/[1-9][0-9]{0,30} .*|[^1].*|1[^/].*|1)?$")]
+"""A unit, or a part of one such as ``1/3 ppm``."""
 Number: TypeAlias = float
 """A number that is measured or sampled, and so not exact."""
 Decisions: TypeAlias = dict[str, str]
@@ -59,7 +68,7 @@ class Objective(Form):
 
     name: str = field("The metric.")
     sense: Sense = field("Whether less or more of it is better.")
-    unit: str = field("What its figures count: `ns`, `ct` (cents), `ppm`, or a part of one such as `1/3 ppm`.")
+    unit: Unit = field("What its figures count: `ns`, `ct` (cents), `ppm`, or a part of one such as `1/3 ppm`.")
 
 
 class Include(Form):

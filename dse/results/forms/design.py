@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Literal
 
-from dse.results.forms.base import Decisions, Figure, Form, Number, Settings, field
+from dse.results.forms.base import Decisions, Figure, Form, Number, Settings, Unit, field
 from dse.results.forms.result import Contention
 
 
@@ -32,7 +32,7 @@ class Use(Form):
     """How much of a processor or bus is used, and by whom."""
 
     type: str = field("The chosen type; `none` where the slot is left empty.")
-    unit: str = field("What the figures count: `ppm` of one core, or `B/s`.")
+    unit: Unit = field("What the figures count: `ppm` of one core, or `B/s`.")
     shares: dict[str, Figure] = field("What each thread or connection uses.")
     total: Figure = field("The sum of the shares.")
     capacity: Figure | None = field("What there is; null where the problem does not state it.")
@@ -47,7 +47,7 @@ class ProcessorUse(Use):
 class Busy(Form):
     """The share of the time that a bus is busy."""
 
-    unit: str = field("`ppm`, where the busy time is known.", default="")
+    unit: Unit = field("`ppm`, where the busy time is known.", default="")
     shares: dict[str, Figure] = field("What each connection takes of the time.", default={})
     total: Figure | None = field("The sum; null where it cannot be computed.")
     reason: str | None = field("Why it cannot be computed, where it cannot.", default=None)
@@ -63,7 +63,7 @@ class Metric(Form):
     """A metric of a design."""
 
     value: Figure = field("Its exact value.")
-    unit: str = field("What the value counts.")
+    unit: Unit = field("What the value counts.")
 
 
 class Verdict(Form):
@@ -74,7 +74,7 @@ class Verdict(Form):
     value: Figure = field("What the design has, in `unit`.")
     limit: Figure = field("The limit in this design, in `unit`.")
     slack: Figure = field("How far the value is from the limit; negative where it is missed.")
-    unit: str = field("What the figures count.")
+    unit: Unit = field("What the figures count.")
     holds: bool = field("Whether the requirement holds.")
     worst_thread: str | None = field("The thread or core that alone decides, where one does.")
 
@@ -127,7 +127,7 @@ class Impossible(Form):
     least: str = field("The least value that any design can have, an exact number as text.", default="")
     most: str = field("The greatest value that any design can have, an exact number as text.", default="")
     limit: str = field("The limit, an exact number as text.")
-    unit: str = field("What the figures count.")
+    unit: Unit = field("What the figures count.")
 
 
 class CheckForm(Settings):

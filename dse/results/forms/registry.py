@@ -10,7 +10,6 @@ from typing import Any
 from pydantic import BaseModel, ValidationError
 from pydantic_core import ErrorDetails
 
-from dse.errors import UsageError
 from dse.results.forms.design import AnalysisForm, CheckForm, SimulationForm
 from dse.results.forms.result import ResultForm
 from dse.results.forms.studies import SensitivityForm, SweepForm
@@ -79,19 +78,6 @@ def mistakes_in(name: str, data: object) -> Iterator[Mistake]:
     except ValidationError as error:
         for item in error.errors(include_url=False):
             yield Mistake(_place(_location(item), data), _words(item, name))
-
-
-def check_data(name: str, data: object, path: object) -> None:
-    """Refuse data that are not of the form ``dse-NAME/1``; `path` is their name in the message.
-
-    Raises
-    ------
-    UsageError
-        naming the first place that is wrong.
-    """
-    mistake = next(mistakes_in(name, data), None)
-    if mistake is not None:
-        raise UsageError(f"{path}: is not a whole dse-{name}/1: {mistake}")
 
 
 def _location(item: ErrorDetails) -> tuple[str | int, ...]:

@@ -4,7 +4,19 @@ from __future__ import annotations
 
 from typing import Literal
 
-from dse.results.forms.base import Decisions, Figure, Form, Include, Number, Objective, Settings, field
+from dse.results.forms.base import (
+    Count,
+    Counts,
+    Decisions,
+    Figure,
+    Form,
+    Include,
+    Number,
+    Objective,
+    Settings,
+    Unit,
+    field,
+)
 
 
 class Question(Settings):
@@ -24,7 +36,11 @@ class SolvedProblem(Form):
     file: str = field("The path of its file, as it was given.", pattern=r"^[^\x00]*$")
     sha256: str = field("The SHA-256 of the file.")
     includes: list[Include] = field("The files that it includes.")
-    identity: str = field("A digest of what the problem means, the same whatever its layout and comments.")
+    identity: str = field(
+        "A digest of what the problem means, the same whatever its layout and comments; results of earlier versions "
+        "have none.",
+        default=None,
+    )
     effective: Question = field("The question as it was asked.")
     question: str = field("A digest of meaning and question together; regions belong to one of them only.")
 
@@ -35,7 +51,7 @@ class Broken(Form):
     requirement: str = field("The requirement in the words of the problem.")
     value: Figure | None = field("What the design has, in `unit`; null where it is unbounded.")
     limit: Figure = field("The limit, in `unit`.")
-    unit: str = field("What the two figures count.")
+    unit: Unit = field("What the two figures count.")
     unbounded: list[str] = field("The threads in it whose response time has no bound.")
 
 
@@ -49,8 +65,8 @@ class Contention(Form):
 class ListedDesign(Form):
     """A design with its figures."""
 
-    objectives: dict[str, int] = field("The figure of each objective, in the unit that `objectives` states.")
-    metrics: dict[str, int] = field("The figure of each further metric, in the unit that `metric_units` states.")
+    objectives: Counts = field("The figure of each objective, in the unit that `objectives` states.")
+    metrics: Counts = field("The figure of each further metric, in the unit that `metric_units` states.")
     decisions: Decisions = field("The chosen option of each open decision that matters in this design.")
     cores: dict[str, int] = field("The core, from 1, of each thread with several to choose from.", default={})
     contention: Contention = field(
@@ -106,7 +122,7 @@ class Member(Form):
     limit: Figure | None = field("Its limit, in `unit`; null for a rule.")
     closest: Figure | None = field("The closest limit with which there is a design while all else holds, if any.")
     miss: Figure | None = field("How far `closest` is beyond `limit`.")
-    unit: str = field("What the figures count; empty where there are none.")
+    unit: Unit = field("What the figures count; empty where there are none.")
     thread: str | None = field("The thread that alone needs so much of one core, where that is what counts.")
     unbounded: list[str] = field(
         "The threads whose response time has no bound even in the best design, so that no limit helps.", default=[]
@@ -142,17 +158,17 @@ class NominalState(Form):
     """How far the nominal front of a robust question is proved."""
 
     status: Literal["complete", "incomplete", "infeasible"] = field("As for the result.")
-    unexplored: list[dict[str, int]] = field("As for the result.")
-    refuted: list[dict[str, int]] = field("As for the result.")
-    potential: dict[str, int] = field("As for the result.")
+    unexplored: list[Counts] = field("As for the result.")
+    refuted: list[Counts] = field("As for the result.")
+    potential: Counts = field("As for the result.")
     ranking: Ranking = field("As for the result.")
 
 
 class Cost(Form):
     """The best value of an objective on two fronts."""
 
-    nominal: int | None = field("On the nominal front; null where that is empty.")
-    robust: int | None = field("On the robust front; null where that is empty.")
+    nominal: Count | None = field("On the nominal front; null where that is empty.")
+    robust: Count | None = field("On the robust front; null where that is empty.")
 
 
 class Lost(Form):
@@ -162,7 +178,7 @@ class Lost(Form):
     requirement: str = field("A requirement that it breaks somewhere in the stated ranges.")
     worst: Figure = field("What it has where it misses the limit most, in `unit`.")
     limit: Figure = field("The limit there, in `unit`.")
-    unit: str = field("What the two figures count.")
+    unit: Unit = field("What the two figures count.")
     inputs: dict[str, Figure] = field("The values of the inputs there, in base units (ns, B, bit/s) or as factors.")
 
 
@@ -193,14 +209,14 @@ class ResultForm(Form):
     )
     ranking: Ranking = field("How the points are ranked.")
     objectives: list[Objective] = field("The objectives, in the order of the question.")
-    metric_units: dict[str, str] = field("What the figures of each metric count.")
+    metric_units: dict[str, Unit] = field("What the figures of each metric count.")
     rounded: list[str] = field("The metrics whose figures are rounded up to their unit.", default=[])
     front: list[Point] = field("The non-dominated designs, in the order of rank.")
-    unexplored: list[dict[str, int]] = field(
+    unexplored: list[Counts] = field(
         "Regions that may still hold better designs: everything better than these exclusive bounds in every objective."
     )
-    refuted: list[dict[str, int]] = field("Regions, bounded likewise, that are proved to hold no design.")
-    potential: dict[str, int] = field("The best value of each objective that may still be unexplored.")
+    refuted: list[Counts] = field("Regions, bounded likewise, that are proved to hold no design.")
+    potential: Counts = field("The best value of each objective that may still be unexplored.")
     conflicts: list[Conflict] = field("Of an infeasible problem: what clashes.")
     give_up: list[Member] = field(
         "Where no single member mends it: the fewest that do together, each with its closest limit.", default=[]

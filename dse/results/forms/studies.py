@@ -6,7 +6,7 @@ from typing import Annotated, Any, Literal, TypeAlias
 
 from pydantic import Discriminator, Field, Tag
 
-from dse.results.forms.base import Decisions, Figure, Form, Number, Objective, Settings, field
+from dse.results.forms.base import Decisions, Figure, Form, Number, Objective, Settings, Unit, field
 
 
 class Changes(Form):
@@ -136,7 +136,7 @@ class SolvedRun(Run):
 
     status: Literal["complete", "infeasible", "incomplete"] = field("How far the front is proved.")
     objectives: list[Objective] = field("The objectives.")
-    units: dict[str, str] = field("What the figures of each metric count.")
+    units: dict[str, Unit] = field("What the figures of each metric count.")
 
 
 class FrontRun(SolvedRun):
@@ -153,7 +153,7 @@ class BreaksRun(SolvedRun):
     definition: str = field("What a break-point is.")
     metric: str = field("The limited metric.")
     operator: Literal["<=", ">="] = field("The sense of the limit.")
-    unit: str = field("What limits count.")
+    unit: Unit = field("What limits count.")
     from_: Figure = field("The least limit of the interval.", alias="from")
     to: Figure = field("The greatest limit of the interval.")
     exact: bool = field("Whether the figures of the metric are exact, not rounded up to a unit.")
@@ -206,7 +206,7 @@ class Margin(Form):
     """How far one input may move, alone."""
 
     path: str = field("The input, as a path of the problem file.")
-    unit: str = field("What its figures count.")
+    unit: Unit = field("What its figures count.")
     nominal: Figure = field("Its value in the problem.")
     below: Break | None = field("What breaks when it decreases; null where nothing does.")
     above: Break | None = field("What breaks when it increases; null where nothing does.")
@@ -229,9 +229,9 @@ class Bar(Form):
     """A bar of a tornado chart: one metric at both ends of one input."""
 
     metric: str = field("The metric.")
-    unit: str = field("What its figures count.")
+    unit: Unit = field("What its figures count.")
     path: str = field("The input.")
-    input_unit: str = field("What its figures count.")
+    input_unit: Unit = field("What its figures count.")
     inputs: list[Figure] = field("The low and the high value of the input.", min_length=2, max_length=2)
     values: list[Figure] = field("The metric at these.", min_length=2, max_length=2)
     nominal: Figure = field("The metric at the stated value.")
@@ -251,7 +251,7 @@ class Indices(Form):
     """What of a metric's variation each uncertain input explains."""
 
     output: str = field("The metric.")
-    unit: str = field("What its figures count.")
+    unit: Unit = field("What its figures count.")
     first: dict[str, Number] = field("The first-order Sobol index of each input.")
     total: dict[str, Number] = field("The total Sobol index of each input.")
     effect: dict[str, Number] = field("The mean absolute change when the input goes from one end to the other.")

@@ -9,7 +9,7 @@ from typing import Annotated, Literal
 
 from pydantic import Field, RootModel
 
-from dse.results.forms.base import Decisions, Figure, Form, Include, Number, field
+from dse.results.forms.base import Counts, Decisions, Figure, Form, Include, Number, Unit, field
 from dse.results.forms.result import Question
 
 
@@ -50,7 +50,7 @@ class Relaxation(Demand):
     helps: bool = field("Whether that leaves a design.")
     limit: Figure | None = field("The requirement's limit, in `unit`; null for what has none.")
     closest: Figure | None = field("The closest limit at which there is a design; null where there is none.")
-    unit: str = field("What the figures count; empty where there are none.")
+    unit: Unit = field("What the figures count; empty where there are none.")
     beyond: bool = field("Whether the requirement, which is strict, holds beyond `closest` only.")
     thread: str | None = field("The thread that alone needs so much of one core, where that is what counts.")
     requirement: str | None = field("The requirement as it may be written then.")
@@ -73,7 +73,7 @@ class Offer(Form):
 
     options: list[str] = field("The options, in words.")
     price: int | None = field("The price of the cheapest design with them; null where there is none.")
-    unit: str = field("What the price counts.")
+    unit: Unit = field("What the price counts.")
     design: Decisions = field("That design.")
 
 
@@ -113,7 +113,7 @@ class TwoValues(Form):
     """A metric in two designs."""
 
     values: list[Figure | None] = field("In each; null where a design has none.", min_length=2, max_length=2)
-    unit: str = field("What they count.")
+    unit: Unit = field("What they count.")
 
 
 class Designs(Form):
@@ -136,7 +136,7 @@ class ComparedPoint(Form):
     """A point against the other front."""
 
     id: int = field("Its id in its own result.")
-    objectives: dict[str, int] = field("Its objectives, in the units of its own result.")
+    objectives: Counts = field("Its objectives, in the units of its own result.")
     equal: list[int] = field("The points of the other front with the same objectives.")
     dominated_by: list[int] = field("The points of the other front that dominate it.")
 
