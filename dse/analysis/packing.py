@@ -32,18 +32,17 @@ def core_limits(space: Space) -> list[Limit]:
     ]
 
 
-def placed(space: Space, made: Sequence[int], waiting: Sequence[int]) -> Design:
-    """A design with cores for the decisions `waiting`: the first way that meets the limits, else the even one."""
+def placed(space: Space, design: Design, waiting: Sequence[int]) -> Design:
+    """The design, whole but for `waiting`, with cores for these: the first that meet the limits, else even ones."""
     open_ = [item for item in space.open_cores if item.index in set(waiting)]
     limits = core_limits(space)
-    start = tuple(max(option, 0) for option in made)
     first: Design | None = None
-    for design in placements(space, start, open_, limits):
-        first = first if first is not None else design
-        view = View(design)
+    for found in placements(space, design, open_, limits):
+        first = first if first is not None else found
+        view = View(found)
         if all(judge(limit, view).holds for limit in limits):
-            return design
-    return first if first is not None else start
+            return found
+    return first if first is not None else design
 
 
 def placements(space: Space, design: Design, open_: Sequence[OpenCore], limits: Sequence[Limit]) -> Iterator[Design]:

@@ -274,28 +274,28 @@ def complete_design(space: Space, choices: Mapping[int, int]) -> Design:
     from dse.analysis.views import View
 
     made = [0 if len(item.options) == 1 else choices.get(index, -1) for index, item in enumerate(space.decisions)]
-    made = _with_cores(space, made)
     design = _with_slots(space, made)
+    waiting = [item.index for item in space.open_cores if item.index < len(design) and design[item.index] < 0]
     known = View([max(option, 0) for option in design])
     missing = [
-        item.name for index, item in enumerate(space.decisions) if design[index] < 0 and is_met(item, index, known)
+        item.name
+        for index, item in enumerate(space.decisions)
+        if design[index] < 0 and index not in waiting and is_met(item, index, known)
     ]
     if missing:
         raise UsageError(
             f"the design leaves open: {', '.join(missing)} "
             f'(give them with --design "{missing[0]} = …", or state a baseline)'
         )
-    return tuple(max(option, 0) for option in design)
+    whole = tuple(max(option, 0) for option in design)
+    return _with_cores(space, whole, waiting) if waiting else whole
 
 
-def _with_cores(space: Space, made: Sequence[int]) -> list[int]:
-    """Cores that are left open, where everything else is made: such that limits are met, where quick ways find that."""
-    waiting = [item for item in space.open_cores if item.index < len(made) and made[item.index] < 0]
-    if not waiting:
-        return list(made)
+def _with_cores(space: Space, design: Design, waiting: Sequence[int]) -> Design:
+    """The design with cores for the decisions `waiting`: such that limits are met, where quick ways find that."""
     from dse.analysis.packing import placed
 
-    return list(placed(space, made, [item.index for item in waiting]))
+    return placed(space, design, waiting)
 
 
 def baseline_design(space: Space) -> Design | None:
