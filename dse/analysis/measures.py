@@ -81,8 +81,7 @@ def build_measure(space: Space, metric: Metric) -> Measure:
         terms = busy_terms(space, number)
         return _scaled(metric, "ppm", terms, busy_scale(space, number, terms))
     if metric.kind == "response time":
-        scale = _time_scale(space, range(len(space.components)), range(len(space.connections)))
-        return _scaled(metric, "ns", (_response_term(space, metric.index or 0),), scale, RESPONSE_SCALE_LIMIT)
+        return _scaled(metric, "ns", (_response_term(space, number),), _whole_time_scale(space), RESPONSE_SCALE_LIMIT)
     if metric.kind == "derived":
         return _sum(space, metric, space.derived[metric.index or 0].terms)
     if metric.kind in ("max", "min"):
@@ -104,10 +103,21 @@ def _latency_scale(space: Space, flow: Flow) -> tuple[int, int]:
     A response time depends on whatever releases and delays a thread, anywhere.
     """
     if space.processing == "response_time":
-        scale = _time_scale(space, range(len(space.components)), range(len(space.connections)))
-        return scale, RESPONSE_SCALE_LIMIT
+        return _whole_time_scale(space), RESPONSE_SCALE_LIMIT
     numbers = {kind: [step.index for step in flow.steps if step.kind == kind] for kind in ("component", "connection")}
     return _time_scale(space, numbers["component"], numbers["connection"]), TIME_SCALE_LIMIT
+
+
+_SCALES: Recall[int] = Recall()
+
+
+def _whole_time_scale(space: Space) -> int:
+    """A common denominator of all times of a space, whatever the design; many metrics ask for it."""
+
+    def scale(space: Space, _: object, __: View) -> int:
+        return _time_scale(space, range(len(space.components)), range(len(space.connections)))
+
+    return _SCALES.recall(space, "time", View(()), scale)
 
 
 def _time_scale(space: Space, components: Iterable[int], connections: Iterable[int]) -> int:

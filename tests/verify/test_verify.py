@@ -17,6 +17,8 @@ from dse.analysis.validity import canonical
 from dse.cli.main import run
 from dse.errors import UsageError
 from dse.examples import example_path
+from dse.pareto import front
+from dse.pareto.answer import Unfinished
 from dse.results.order import ranked_by
 from dse.results.ranking import FORMER_WORDS
 from dse.verification.exhaustion import TooMany, exhaust
@@ -148,6 +150,17 @@ def test_a_stopped_result_says_what_is_open() -> None:
     dishonest = copy.deepcopy(stopped)
     dishonest["unexplored"][0]["price"] += 1
     assert places(dishonest) == ["unexplored[0]"]
+
+
+def test_a_search_stopped_before_its_first_point_claims_nothing_of_its_design(monkeypatch: pytest.MonkeyPatch) -> None:
+    whole = front._lexicographic
+    with monkeypatch.context() as patch:
+        patch.setattr(front, "_lexicographic", lambda *given: Unfinished(whole(*given)))  # type: ignore[arg-type]
+        stopped = starter()
+    assert (stopped["status"], len(stopped["front"]), len(stopped["unexplored"])) == ("incomplete", 1, 1)
+    assert dse.verify(stopped, problem=STARTER).status == "verified"
+    assert "unexplored[0]" in places({**stopped, "front": starter()["front"][:2]})
+    assert "unexplored[0]" in places({**stopped, "status": "complete"})
 
 
 @pytest.mark.parametrize("broken", [{}, {"front": 3}, {"front": [{}]}, {"front": [], "problem": {}}, {"front": [None]}])
