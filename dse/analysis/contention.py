@@ -6,11 +6,13 @@ docs/semantics.md, section 4.4. The cores are those of the design: stated, decid
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 from dse.analysis.evaluate import Evaluator
 from dse.analysis.latency import counts_responses
 from dse.analysis.limits import Verdict
+from dse.analysis.recall import Recall
 from dse.analysis.scheduling import core_of_each
 from dse.analysis.unbounded import unbounded_in
 from dse.analysis.views import View
@@ -76,9 +78,15 @@ def core_by(space: Space, component: Component, view: View) -> str:
     return "stated" if decision is None or not space.decisions[decision].is_open else "decided"
 
 
-def cores_of(space: Space, design: Design) -> dict[int, int]:
+_CORES: Recall[Mapping[int, int]] = Recall()
+
+
+def cores_of(space: Space, design: Design) -> Mapping[int, int]:
     """The core, from 1, of each thread that runs on a processor with several, by the thread's number."""
-    view = View(design)
+    return _CORES.recall(space, "cores", View(design), _cores)
+
+
+def _cores(space: Space, _: object, view: View) -> Mapping[int, int]:
     found: dict[int, int] = {}
     for number, slot in enumerate(space.processors):
         if slot.types[view[slot.type_decision]] != EMPTY and at(slot.cores, view) > 1:

@@ -263,8 +263,8 @@ def core_of_each(space: Space, processor: int, view: View) -> dict[int, int]:
     for number in order:
         share, core = used[number], stated[number]
         if core is None:
-            fitting = [index for index, load in enumerate(loads) if load + share <= 1]
-            index = fitting[0] if fitting else loads.index(min(loads))
+            fitting = next((index for index, load in enumerate(loads) if load + share <= 1), None)
+            index = loads.index(min(loads)) if fitting is None else fitting
         else:
             index = min(core, count) - 1
         placed[number] = index + 1

@@ -33,11 +33,12 @@ def with_verdicts(result: Result, *, started: float, limit: TimeLimit) -> Result
     if counted is None or result.interrupted:
         return result
     now = time.monotonic()
-    own_s = max(LEAST_TIME_S, now - started) if limit.seconds is None else limit.left_s
+    grace_s = min(GRACE_S, limit.for_the_last_steps().left_s)
+    own_s = max(LEAST_TIME_S, now - started) if limit.seconds is None else max(limit.left_s, grace_s)
     designs = {str(point.id): point.design for point in result.front}
     designs |= {sibling.id: sibling.design for others in result.others for sibling in others.designs}
     todo = {number: design for number, design in designs.items() if number not in result.contended}
-    found = {**result.contended, **_judged(ContentionReferee(counted), todo, TimeLimit.after(max(own_s, GRACE_S)))}
+    found = {**result.contended, **_judged(ContentionReferee(counted), todo, TimeLimit.after(own_s))}
     return replace(result, contended={number: found[number] for number in designs if number in found})
 
 

@@ -29,6 +29,7 @@ from dse.encode.reasons import Reason, reason_of, reason_of_value
 from dse.encode.schedulability import add_rows, number_cores
 from dse.space.cores import is_scheduled, rules_on_cores
 from dse.space.types import Design, OpenCore, Space
+from dse.timelimit import look_at_the_clock
 
 MOST_LESSONS = 60
 """After so many lessons the search for the first design with some figures gives up."""
@@ -120,6 +121,7 @@ class Contention:
             if term.waits is None or term.least is None or term.waits[0] not in self.places.threads:
                 continue
             for processor in self.places.threads[term.waits[0]].cores:
+                look_at_the_clock()
                 self._add_waiting(term, term.least, *term.waits, processor)
 
     def _add_waiting(self, term: OpenTerm, least: Form, number: int, weight: Fraction, processor: int) -> None:

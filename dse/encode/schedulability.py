@@ -32,6 +32,7 @@ from dse.encode.forms import EXACT_LIMIT
 from dse.encode.places import Places, Thread
 from dse.space.cores import rules_on_cores
 from dse.space.types import Space
+from dse.timelimit import look_at_the_clock
 
 if TYPE_CHECKING:
     from dse.encode.contention import Deadline
@@ -155,6 +156,7 @@ class _Rows:
                             owners.members.setdefault(thread.number, (thread, pair))
                             owners.demanding.append(pair)
             for (rate, latest), owners in levels.items():
+                look_at_the_clock()
                 self._add_level(core, rate, latest, owners)
             for thread, pair, latest in alone:
                 self._add_alone(core, thread, pair, latest)
@@ -289,6 +291,7 @@ class _Rows:
             return
         whole = 10**9
         for core in range(self.cores):
+            look_at_the_clock()
             for position, kind in enumerate(self.types):
                 parts = []
                 for thread, literal, rate in timers:
@@ -353,5 +356,6 @@ def number_cores(space: Space, model: cp_model.CpModel, places: Places, processo
             here = thread.cores[processor][core]
             if here == never:
                 continue
+            look_at_the_clock()
             before = [other.cores[processor][core - 1] for other in threads[:position]]
             model.add_bool_or([literal(-here - 1), *(literal(index) for index in before)])

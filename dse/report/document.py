@@ -38,10 +38,11 @@ from dse.report.words import (
 )
 from dse.results.analysis import Analysis, FlowTable, Usage
 from dse.results.changes import changes_between
-from dse.results.reasons import Reasoner, Reasons
+from dse.results.reasons import Reasoner
 from dse.results.result import Point, Result, decisions_of
 from dse.results.values import counted, display_unit, readable
 from dse.space.types import Space
+from dse.timelimit import look_at_the_clock
 from dse.units.text import format_count
 from dse.version import __version__
 
@@ -130,7 +131,7 @@ class Document:
     @cached_property
     def alternatives(self) -> tuple[Alternative, ...]:
         """Every point of the front, in the order of rank."""
-        return tuple(self._alternative(self.reasoner.reasons(at)) for at in range(len(self.result.front)))
+        return tuple(map(self._alternative, range(len(self.result.front))))
 
     @property
     def leading(self) -> list[Alternative]:
@@ -236,7 +237,9 @@ class Document:
             (info.name, counted(values[info.name], info.unit, self.space.currency)) for info in self.result.objectives
         ]
 
-    def _alternative(self, reasons: Reasons) -> Alternative:
+    def _alternative(self, number: int) -> Alternative:
+        look_at_the_clock()
+        reasons = self.reasoner.reasons(number)
         analysis = reasons.analysis
         usages = [*analysis.processors, *analysis.buses]
         return Alternative(

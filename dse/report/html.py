@@ -26,6 +26,7 @@ from dse.report.drawing import STYLE, Drafter
 from dse.report.parts import Section, numbered, study_specs
 from dse.report.theme import DARK, LIGHT, css_variables
 from dse.report.words import proof_words
+from dse.timelimit import look_at_the_clock
 
 MOST_ON_PAPER = 8
 """Decisions that the table of the front shows on paper: more would not fit."""
@@ -145,6 +146,7 @@ def hashes(scripts: Sequence[str]) -> str:
 
 def _fragment(environment: Environment, document: Document, drafter: Drafter, alternative: Alternative) -> list[str]:
     """The lines of an alternative's section."""
+    look_at_the_clock()
     template = environment.get_template("alternative.html.j2")
     drawing = list(drafter.lines(alternative.point.design))
     text = template.render(document=document, item=alternative, drawing=drawing)
