@@ -77,6 +77,13 @@ class TimeLimit:
         more = max(1.0, GRACE * self.seconds) / 2
         return TimeLimit(self.seconds + more, self.deadline + more)
 
+    def sparing(self, seconds: float) -> TimeLimit:
+        """The same, sooner by so many seconds or a quarter of it, for what is written when the answer is there."""
+        if self.seconds is None or self.deadline is None:
+            return self
+        less = min(seconds, self.seconds / 4)
+        return TimeLimit(self.seconds - less, self.deadline - less)
+
     def at_most(self, seconds: float) -> TimeLimit:
         """What is left, but no more than so many seconds from now."""
         return TimeLimit.after(min(seconds, self.left_s))

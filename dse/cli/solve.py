@@ -26,9 +26,9 @@ from dse.cli.common import (
     tell_carried,
     time_limit_option,
 )
-from dse.errors import about
+from dse.errors import EXIT_INCOMPLETE, about
 from dse.files.writing import is_stream, write_files
-from dse.timelimit import TimeLimit
+from dse.timelimit import OutOfTime, TimeLimit, until
 
 if TYPE_CHECKING:
     from dse.api.problem import Problem
@@ -38,6 +38,8 @@ if TYPE_CHECKING:
     from dse.results.robust import RobustResult
 
 PLAIN_STEP_S = 2.0
+REPORT_S = 2.0
+"""So much of a time limit is kept for a report that is asked for, at most a quarter of it."""
 
 
 @click.command("solve", cls=OrderedCommand)
@@ -124,8 +126,10 @@ def command(
     from dse.results.order import check_ranking, ranked_by
 
     asked, earlier = _question(file, resume, question_of(options, objectives_of(minimise, maximise)))
+    whole = time_limit
     if target is not None:
         _claim_report(target, asked)
+        time_limit = whole.sparing(REPORT_S)
     if within is not None:
         read_share(within)
     check_ranking(rank_by or "ideal", asked.space, has_baseline=baseline_design(asked.space) is not None)
@@ -155,11 +159,10 @@ def command(
         from dse.report.terminal import print_result
 
         print_result(console(), result, top)
-    if target is not None:
-        _write_report(result, target, quiet=quiet)
+    in_time = target is None or _write_report(result, target, whole, quiet=quiet)
     if failure is not None:
         raise failure
-    return result.exit_code
+    return result.exit_code if in_time else EXIT_INCOMPLETE
 
 
 def _question(file: str | None, resume: str | None, question: Question) -> tuple[Problem, FrontSearch | None]:
@@ -201,13 +204,21 @@ def _claim_report(folder: Path, asked: Problem) -> None:
     check_writable(*(folder / name for name in report_names(str(asked.loaded.path), asked.name)))
 
 
-def _write_report(result: Result, folder: Path, *, quiet: bool) -> None:
+def _write_report(result: Result, folder: Path, limit: TimeLimit, *, quiet: bool) -> bool:
+    """The report; whether there was time for it."""
     from dse.report.document import Document
     from dse.report.writing import report_files
 
-    for path in write_files(folder, report_files(Document(result))):
+    try:
+        with until(limit.for_the_last_steps()):
+            paths = write_files(folder, report_files(Document(result)))
+    except OutOfTime:
+        click.echo("dse: no report: the time limit came first; `dse report` makes one of what --json writes", err=True)
+        return False
+    for path in paths:
         if not quiet:
             click.echo(f"report: {path}", err=True)
+    return True
 
 
 class _Reporter:

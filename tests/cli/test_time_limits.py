@@ -146,6 +146,16 @@ def test_what_is_whole_or_none_leaves_no_part(
     assert left == []
 
 
+def test_a_report_for_which_there_is_no_time_is_named(
+    folder: Path, pump: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    with jumping(1000.0, monkeypatch):
+        assert run(["solve", "p.yaml", "--json", "out.json", "--report", "--time-limit", "10000s"]) == 5
+    assert "no report: the time limit came first" in capsys.readouterr().err
+    assert json.loads(Path("out.json").read_text(encoding="utf-8"))["status"] == "incomplete"
+    assert not Path("reports").exists() or not list(Path("reports").iterdir())
+
+
 def test_a_search_that_could_not_begin_goes_on_later(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Nothing is known of its only region: no bound is stated, and a resumed search finds the whole front."""
     pump = Path(__file__).parents[1] / "fuzz" / "pump.yaml"
@@ -247,4 +257,7 @@ def test_a_limit_inside_another(monkeypatch: pytest.MonkeyPatch) -> None:
     assert TimeLimit.after(100.0).for_the_last_steps().left_s > 104
     assert TimeLimit.after(1.0).for_the_last_steps().left_s > 1.4
     assert TimeLimit().for_the_last_steps() == TimeLimit()
+    assert 96 < TimeLimit.after(100.0).sparing(3.0).left_s <= 97
+    assert 2.9 < TimeLimit.after(4.0).sparing(3.0).left_s <= 3
+    assert TimeLimit().sparing(3.0) == TimeLimit()
     assert (TimeLimit().rest_s, TimeLimit().left_s) == (None, float("inf"))
