@@ -155,7 +155,7 @@ def test_a_stopped_result_says_what_is_open() -> None:
 def test_a_search_stopped_before_its_first_point_claims_nothing_of_its_design(monkeypatch: pytest.MonkeyPatch) -> None:
     whole = front._lexicographic
     with monkeypatch.context() as patch:
-        patch.setattr(front, "_lexicographic", lambda *given: Unfinished(whole(*given)))  # type: ignore[arg-type]
+        patch.setattr(front, "_lexicographic", lambda *given: Unfinished(best=whole(*given)))  # type: ignore[arg-type]
         stopped = starter()
     assert (stopped["status"], len(stopped["front"]), len(stopped["unexplored"])) == ("incomplete", 1, 1)
     assert dse.verify(stopped, problem=STARTER).status == "verified"
