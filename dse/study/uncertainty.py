@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
+from math import ceil, floor
 from typing import Any
 
 import numpy
@@ -153,13 +154,24 @@ def _quantile_of_samples(item: Stated) -> Quantile:
 
 
 def stated_ends(uncertain: Sequence[Uncertain]) -> Mapping[int, tuple[Fraction, Fraction]]:
-    """The bounds of each variable that has some."""
+    """The bounds of each variable that has some: the last values that it can have there."""
     found: dict[int, tuple[Fraction, Fraction]] = {}
     for item in uncertain:
         if item.low is None or item.high is None:
             continue
-        found |= {variable.index: item.range_of(variable) for variable in item.variables}
+        found |= {variable.index: _last_values(variable, *item.range_of(variable)) for variable in item.variables}
     return found
+
+
+def _last_values(variable: Variable, low: Fraction, high: Fraction) -> tuple[Fraction, Fraction]:
+    """The ends of a range; where the variable's values are whole numbers, the whole ones within it, or nearest to it.
+
+    A tenth less and more of 12 B is 11 B and 13 B: there is no message of 10.8 B.
+    """
+    if not variable.is_whole:
+        return low, high
+    first, last = Fraction(ceil(low)), Fraction(floor(high))
+    return (first, last) if first <= last else (variable.settled(low), variable.settled(high))
 
 
 def columns_of(uncertain: Sequence[Uncertain], shares: Any) -> dict[int, Any]:

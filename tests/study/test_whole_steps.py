@@ -59,6 +59,26 @@ def test_a_share_of_few_bytes_is_whole_bytes(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(
+    ("entry", "ends"),
+    [
+        ("{factor: 0.9 .. 1.1}", (11, 13)),  # 10.8 B .. 13.2 B
+        ("{factor: 0.84 .. 1.3}", (11, 15)),  # 10.08 B .. 15.6 B: 10 B is not in it
+        ("{factor: 1.01 .. 1.02}", (12, 12)),
+        ("{range: 10 B .. 14 B}", (10, 14)),
+    ],
+)
+def test_a_stated_factor_on_few_bytes_is_whole_bytes_within_it(
+    entry: str, ends: tuple[int, int], tmp_path: Path
+) -> None:
+    text = COUNTS.replace("requirements: [", "requirements: [load of x <= 1 KB/s, ")
+    text = text.replace("r: {", "r: {bus: x, ") + "bus_types: {n: {bandwidth: 1 Mbit/s}}\nbuses: {x: {type: n}}\n"
+    path = tmp_path / "sizes.yaml"
+    path.write_text(f"{text}uncertainty: {{connections.r.data_size: {entry}}}\n", encoding="utf-8")
+    bars = [bar for bar in sensitivity(path).bars if bar.path == "connections.r.data_size"]
+    assert [(bar.inputs, bar.values) for bar in bars] == [(ends, (ends[0] * 50, ends[1] * 50))] * (ends[0] < ends[1])
+
+
+@pytest.mark.parametrize(
     "uncertainty",
     [
         "{processor_types.p: {factor: 0.6 .. 1.4}}",
