@@ -132,10 +132,12 @@ def _check_totals(spec: Spec, ledger: Ledger) -> None:
                 hint = closest(key, spec.totals) or f"declare its unit at the top: totals: {{{key}: UNIT}}"
                 ledger.error((*path, "totals", key), f"unknown total {shown(key)}", hint, at_key=True)
                 continue
-            for total in given:
+            for at, total in enumerate(given):
+                place = (*path, "totals", key, *([at] if len(given) > 1 else []))
                 if total.unit != spec.totals[key]:
-                    message = f"expected a figure in {spec.totals[key]}, got {shown(total.unit)}"
-                    ledger.error((*path, "totals", key), message)
+                    ledger.error(place, f"expected a figure in {spec.totals[key]}, got {shown(total.unit)}")
+                elif total in given[:at]:
+                    ledger.error(place, "option given twice")
 
 
 def _check_uncertainty(ledger: Ledger) -> None:

@@ -15,7 +15,19 @@ from dse.space.trees import Choice, Tree
 from dse.space.types import EMPTY, UNKNOWN_TYPE, Bus, Derived, Metric, Space
 from dse.spec.expressions import DerivedExpr, ExtremeRef, MetricExpr, MetricRef
 from dse.spec.grammar import parse_derived
-from dse.units import DATA_RATE, DIMENSIONLESS, MONEY, POWER, TIME, Dimension, Quantity, as_written, shown, unit_hint
+from dse.units import (
+    DATA_RATE,
+    DIMENSIONLESS,
+    MONEY,
+    POWER,
+    TIME,
+    Dimension,
+    Quantity,
+    as_written,
+    shown,
+    unit_hint,
+    unit_ratio,
+)
 
 SYSTEM_METRICS = {"price": MONEY, "power": POWER}
 FLOW_METRICS = ("latency", "min latency", "jitter")
@@ -229,7 +241,7 @@ def total_unit(space: Space, metric: Metric) -> str:
 
 
 def own_limit(space: Space, metric: Metric, limit: Quantity) -> Quantity:
-    """A limit as its metric counts: in coherent units, or for a declared total the number as written.
+    """A limit as its metric counts: in coherent units, or for a declared total in its own unit.
 
     It must be of the metric's kind; a load may also be limited by a share of the bandwidth.
 
@@ -241,10 +253,11 @@ def own_limit(space: Space, metric: Metric, limit: Quantity) -> Quantity:
     wanted = metric_dimension(space, metric)
     if wanted is None:
         unit = total_unit(space, metric)
-        if limit.unit != unit:
+        ratio = unit_ratio(limit.unit, unit) if limit.unit else None
+        if ratio is None:
             got = shown(limit.unit) if limit.unit else "a bare number"
             raise QuestionError(f"expected a limit in {unit} for {metric.name}, got {got}")
-        return as_written(limit)
+        return Quantity(as_written(limit).value * ratio, None, unit)
     of_bandwidth = is_share(metric, limit)
     if limit.unit == "" and (wanted != DIMENSIONLESS or metric.kind in ("utilisation", "busy")):
         hint = f"such as {EXAMPLES[wanted]}" if wanted in EXAMPLES else _units(space, wanted)

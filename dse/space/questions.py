@@ -60,9 +60,11 @@ from dse.spec.expressions import (
 from dse.spec.grammar import ExpressionError, parse_derived, parse_objective, parse_requirement, parse_rule
 from dse.spec.model import Spec
 from dse.spec.scan import CALL
+from dse.spec.totals import in_unit_of
 from dse.units import (
     TIME,
     Quantity,
+    Total,
     UnitError,
     format_duration,
     parse_bandwidth_bps,
@@ -282,7 +284,8 @@ def read_value(reference: Reference, text: str) -> Any:
     """The value that `text` means for a reference of its kind."""
     if reference.kind in PARSERS:
         try:
-            return PARSERS[reference.kind](text)
+            value = PARSERS[reference.kind](text)
+            return in_unit_of(reference.texts, value) if isinstance(value, Total) else value
         except UnitError as error:
             raise QuestionError(f"{reference.name}: {error.message}", error.hint) from error
         except ValueError as error:

@@ -173,8 +173,7 @@ def _reader(kind: Kind, parse: Callable[[str], T]) -> PlainValidator:
 
 def _unit_pattern(kind: Kind) -> str:
     names = list(units.units_of(kind.dimension))
-    if kind.dimension == units.TIME:
-        names += ["µs", "μs"]
+    names += [spelling for spelling, unit in units.SPELLINGS.items() if unit in names]
     return "(" + "|".join(names) + ")"
 
 
@@ -275,7 +274,7 @@ Total: TypeAlias = Annotated[
         {
             "type": "string",
             "pattern": rf"^\s*-?{_NUMBER}\s*[^\s0-9].*$",
-            "description": "A figure with the unit that `totals` declares.",
+            "description": "A figure in the unit that `totals` declares, or another one of the same: kg where it is g.",
             "examples": ["90 g", "1.5 kg"],
         }
     ),

@@ -22,6 +22,7 @@ from dse.spec.reader import MAX_BYTES, Node, PathPart, RepeatedKeysError, decode
 from dse.spec.salvage import WHOLE, Place, Remains, remains, salvaged
 from dse.spec.samples import Samples, read_samples
 from dse.spec.sources import Carried, Files, OnDisk, name_from, read_source
+from dse.spec.totals import in_declared_units
 from dse.spec.uncertainty import Stated, UncertaintyError, read_stated
 
 MAX_FILES = 200
@@ -254,7 +255,7 @@ class _Loader:
     def _merge(self) -> LoadedSpec:
         main, *others = self.parts
         assert isinstance(main.model, Spec)
-        spec = main.model.model_copy(update=self._merged()) if others else main.model
+        spec = in_declared_units(main.model.model_copy(update=self._merged()) if others else main.model)
         names = [name_from(part.source.file, self.main) for part in others]
         samples, texts = read_samples(spec, self.main, self.files)
         texts |= dict(zip((self.main.name, *names), (part.text for part in self.parts), strict=True))

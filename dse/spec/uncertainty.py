@@ -19,7 +19,7 @@ from dse.errors import UsageError
 from dse.spec.model import Spec, Uncertainty
 from dse.spec.quantities import BASE, COUNT, TOTAL, Figure, figures_of, matching, read_value
 from dse.spec.samples import SampleError, Samples
-from dse.units import DIMENSIONLESS, POWER_DRAW, UNITS, Kind, UnitError, parse_quantity, shown
+from dse.units import DIMENSIONLESS, POWER_DRAW, UNITS, Kind, UnitError, parse_quantity, shown, unit_ratio
 
 PLAIN = Kind("a factor", "1.1", DIMENSIONLESS)
 Ends = tuple[Fraction, Fraction]
@@ -152,9 +152,12 @@ class _Reader:
         if self.kind is PLAIN:
             return _plain(text)
         quantity = read_value(text, self.kind, field)
-        if self.kind is TOTAL and quantity.unit != self.figures[0].unit:
+        if self.kind is not TOTAL:
+            return quantity.value
+        ratio = unit_ratio(quantity.unit, self.figures[0].unit) if quantity.unit else None
+        if ratio is None:
             raise UnitError(f"expected a figure in {self.figures[0].unit}, got {shown(quantity.unit)}")
-        return quantity.value
+        return quantity.value * ratio
 
     def _ends(self, field: str) -> Ends:
         low, separator, high = (part.strip() for part in getattr(self.entry, field).partition(".."))

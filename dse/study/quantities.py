@@ -23,6 +23,7 @@ from dse.units import (
     UNITS,
     Kind,
     Quantity,
+    canonical_unit,
     format_number,
     parse_quantity,
     shown,
@@ -246,14 +247,10 @@ def quantity_text(quantity: Quantity, kind: Kind) -> str:
     >>> quantity_text(parse_quantity("1.5 ms"), PERIOD)
     '1.5 ms'
     """
-    scale = UNITS[_table_unit(quantity.unit)][0] if quantity.dimension is not None and quantity.unit else Fraction(1)
+    scale = UNITS[canonical_unit(quantity.unit)][0] if quantity.dimension is not None and quantity.unit else Fraction(1)
     number = quantity.value / scale
     text = format_number(number)
     if "/" in text and kind in BASE:  # a fraction that has no decimals may have some in a finer unit
         base = BASE[kind]
         return f"{format_number(quantity.value / UNITS[base][0])} {base}"
     return f"{text} {quantity.unit}".strip()
-
-
-def _table_unit(unit: str) -> str:
-    return {"µs": "us", "μs": "us"}.get(unit, unit)

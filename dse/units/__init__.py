@@ -46,6 +46,7 @@ from dse.units.table import (
     RATIO,
     SIZE,
     SPEED,
+    SPELLINGS,
     TIME,
     TIME_RANGE,
     TRANSMISSION,
@@ -64,6 +65,7 @@ from dse.units.table import (
     expectation,
     shown,
     unit_hint,
+    unit_ratio,
     units_of,
 )
 from dse.units.text import (
@@ -111,6 +113,7 @@ __all__ = [
     "Rounding",
     "SIZE",
     "SPEED",
+    "SPELLINGS",
     "TIME",
     "TIME_RANGE",
     "TRANSMISSION",
@@ -149,6 +152,7 @@ __all__ = [
     "round_to_int",
     "shown",
     "unit_hint",
+    "unit_ratio",
     "units_of",
     "whole",
 ]

@@ -115,24 +115,43 @@ def _scaled(dimension: Dimension, units: Mapping[str, Fraction | int]) -> dict[s
 
 _PICO, _NANO, _MICRO, _MILLI = (Fraction(1, 10**power) for power in (12, 9, 6, 3))
 _BIT = Fraction(1, 8)
-_PREFIXES = (("", 1), ("k", 10**3), ("M", 10**6), ("G", 10**9))
+_PREFIXES = (("", 1), ("k", 10**3), ("M", 10**6), ("G", 10**9), ("T", 10**12))
 
 CURRENCIES = ("EUR", "USD", "GBP", "CHF", "DKK", "SEK", "NOK")
 UNITS: dict[str, tuple[Fraction, Dimension]] = {
     **_scaled(TIME, {"ps": _PICO, "ns": _NANO, "us": _MICRO, "ms": _MILLI, "s": 1, "min": 60, "h": 3600}),
-    **_scaled(DATA, {"bit": _BIT, "B": 1, "KB": 10**3, "MB": 10**6, "GB": 10**9}),
-    **_scaled(DATA, {"KiB": 2**10, "MiB": 2**20, "GiB": 2**30}),
+    **_scaled(DATA, {f"{prefix}bit": _BIT * factor for prefix, factor in _PREFIXES[:-1]}),
+    **_scaled(DATA, {f"{prefix.upper()}B": factor for prefix, factor in _PREFIXES}),
+    **_scaled(DATA, {"KiB": 2**10, "MiB": 2**20, "GiB": 2**30, "TiB": 2**40}),
     **_scaled(DATA_RATE, {f"{prefix}bit/s": _BIT * factor for prefix, factor in _PREFIXES}),
     **_scaled(DATA_RATE, {f"{prefix.upper()}B/s": factor for prefix, factor in _PREFIXES}),
     **_scaled(DATA_RATE, {f"{prefix.upper()}bitsps": _BIT * factor for prefix, factor in _PREFIXES}),
     **_scaled(DATA_RATE, {f"{prefix.upper()}Bytesps": factor for prefix, factor in _PREFIXES}),
-    **_scaled(FREQUENCY, {"Hz": 1, "kHz": 10**3, "MHz": 10**6}),
+    **_scaled(FREQUENCY, {"Hz": 1, "kHz": 10**3, "MHz": 10**6, "GHz": 10**9}),
     **_scaled(MONEY, dict.fromkeys(CURRENCIES, 100)),
-    **_scaled(POWER, {"mW": _MILLI, "W": 1, "kW": 1000}),
+    **_scaled(POWER, {"uW": _MICRO, "mW": _MILLI, "W": 1, "kW": 1000, "MW": 10**6}),
     **_scaled(DIMENSIONLESS, {"%": Fraction(1, 100), "ppm": _MICRO}),
     **_scaled(LENGTH, {"nm": _NANO, "um": _MICRO, "mm": _MILLI, "cm": Fraction(1, 100), "m": 1, "km": 1000}),
     **_scaled(SPEED, {"mm/s": _MILLI, "cm/s": Fraction(1, 100), "m/s": 1, "km/h": Fraction(1000, 3600)}),
 }
+SPELLINGS = {
+    "µs": "us", "μs": "us", "µm": "um", "μm": "um", "µW": "uW", "μW": "uW", "kB": "KB", "kB/s": "KB/s",
+}  # fmt: skip
+"""Other spellings that are taken: the micro sign, of which there are two, and the k of SI before bytes."""
+_SI = frozenset(
+    {
+        "g", "m", "s", "A", "K", "mol", "cd", "Hz", "N", "Pa", "J", "W", "Wh", "V", "VA", "var", "F", "Ohm", "Ω", "S",
+        "Wb", "T", "H", "lm", "lx", "Bq", "Gy", "Sv", "kat", "l", "L", "eV", "Ah", "bar", "t", "bit",
+    }
+)  # fmt: skip
+"""Units of SI and beside it, to which any of its prefixes may be put."""
+_FACTORS: Mapping[str, Fraction | int] = {
+    "": 1, "f": Fraction(1, 10**15), "p": _PICO, "n": _NANO, "u": _MICRO, "µ": _MICRO, "μ": _MICRO, "m": _MILLI,
+    "c": Fraction(1, 100), "d": Fraction(1, 10), "h": 100, "k": 1000, "M": 10**6, "G": 10**9, "T": 10**12, "P": 10**15,
+}  # fmt: skip
+_COMMON = "kMGT"
+MOST_SYMBOL = 3
+"""Words of more letters than this may have a prefix before them: GOPS is 10^9 OPS, but "Mod" no million of "od"."""
 _SLIPS = {
     "sec": "s", "second": "s", "seconds": "s", "msec": "ms", "millisecond": "ms", "milliseconds": "ms",
     "usec": "us", "microsecond": "us", "microseconds": "us", "nsec": "ns", "nanosecond": "ns", "nanoseconds": "ns",
@@ -195,5 +214,40 @@ def unit_hint(unit: str, dimension: Dimension | None = None) -> str:
 
 
 def canonical_unit(unit: str) -> str:
-    """The unit with its micro sign, of which there are two, written as u."""
-    return "us" if unit in ("µs", "μs") else "um" if unit in ("µm", "μm") else unit
+    """The unit as the table has it: see `SPELLINGS`."""
+    return SPELLINGS.get(unit, unit)
+
+
+def unit_ratio(unit: str, base: str) -> Fraction | None:
+    """How many `base` one `unit` is; None where they do not measure the same, or nothing says so.
+
+    Units of the table count as they do there (amounts of money as their own currency only); others where they differ
+    in their SI prefix.
+
+    >>> unit_ratio("kg", "g"), unit_ratio("TOPS", "GOPS"), unit_ratio("cm", "mm"), unit_ratio("g", "EUR")
+    (Fraction(1000, 1), Fraction(1000, 1), Fraction(10, 1), None)
+    """
+    given, wanted = canonical_unit(unit), canonical_unit(base)
+    if given == wanted:
+        return Fraction(1)
+    if given in UNITS or wanted in UNITS:
+        scale, dimension = UNITS.get(given, (Fraction(1), None))
+        other, wanted_dimension = UNITS.get(wanted, (Fraction(1), None))
+        return None if dimension in (None, MONEY) or dimension != wanted_dimension else scale / other
+    ours, theirs = _split(given), _split(wanted)
+    common = [name for name in ours if name in theirs]
+    return ours[common[0]] / theirs[common[0]] if common else None
+
+
+def _split(unit: str) -> dict[str, Fraction]:
+    """What the unit may be a multiple of, with the factor; of units that are not SI's, by the common prefixes only."""
+    known = {unit: Fraction(1)} if unit in _SI else {}
+    for prefix, factor in _FACTORS.items():
+        if prefix and unit.startswith(prefix) and unit[len(prefix) :] in _SI:
+            known[unit[len(prefix) :]] = Fraction(factor)
+    if known:
+        return known
+    found = {unit: Fraction(1)}
+    if unit[:1] in _COMMON and len(unit) > MOST_SYMBOL and unit.isalpha():
+        found[unit[1:]] = Fraction(_FACTORS[unit[0]])
+    return found

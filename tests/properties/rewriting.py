@@ -18,7 +18,8 @@ NAMED = (*CATALOGUES, *COMPONENTS, "flows", "metrics", "totals")
 UNORDERED = (*CATALOGUES, *COMPONENTS, "flows", "metrics", "requirements", "rules")
 SYNONYMS = (
     {"ns": 1, "us": 10**3, "ms": 10**6, "s": 10**9, "min": 60 * 10**9},
-    {"bit": 1, "B": 8, "KB": 8_000, "KiB": 8_192},
+    {"bit": 1, "B": 8, "KB": 8_000, "kB": 8_000, "KiB": 8_192},
+    {"mg": 1, "g": 10**3, "kg": 10**6},
     {"bit/s": 1, "kbit/s": 10**3, "Mbit/s": 10**6, "B/s": 8, "KB/s": 8_000, "Kbitsps": 10**3, "KBytesps": 8_000},
     {"Hz": 1, "kHz": 10**3, "MHz": 10**6},
     {"mW": 1, "W": 10**3, "kW": 10**6},

@@ -119,6 +119,13 @@ def test_the_report_s_figures() -> None:
     assert units.parse_bandwidth_bps("15.625 KBytesps") == 125_000
     assert units.parse_data_rate("11520 B/s") == 11520
     assert units.parse_size_bytes("1 KiB") == 1024
+    assert (
+        units.parse_size_bytes("1.5 kB")
+        == units.parse_size_bytes("1.5 KB")
+        == units.parse_size_bytes("12 kbit")
+        == 1500
+    )
+    assert units.parse_bandwidth_bps("100 kB/s") == 800_000
     assert units.parse_quantity("0.6 m/s") == Quantity(Fraction(3, 5), units.SPEED, "m/s")
     assert units.parse_quantity("36 km/h").value == 10
 
@@ -169,7 +176,11 @@ def test_canonical_text(value: str, expected: str) -> None:
             "0 bit/s",
             'expected a bandwidth such as "125 kbit/s", got "0 bit/s" (it must be at least 1 bit/s)',
         ),
-        (units.parse_size_bytes, "5 kB", 'expected a data size such as "30 B", got "5 kB" (did you mean "KB"?)'),
+        (
+            units.parse_size_bytes,
+            "5 Kb",
+            'expected a data size such as "30 B", got "5 Kb" (did you mean "KB" or "kbit"?)',
+        ),
         (units.parse_money, "5 €", 'expected a price such as "150 EUR", got "5 €" (did you mean "EUR"?)'),
         (units.parse_ratio, "0.7", 'expected a ratio such as "70 %", got "0.7" (units: %, ppm)'),
         (units.parse_power_mw, "-5 W", 'expected a power such as "5 W", got "-5 W" (it must not be negative)'),
@@ -218,3 +229,37 @@ def test_undeclared_units_stay_as_written() -> None:
 def test_dimensions_multiply_and_divide() -> None:
     assert units.SPEED.times(units.TIME) == units.LENGTH
     assert units.DATA.over(units.DATA_RATE) == units.TIME
+
+
+@pytest.mark.parametrize(
+    ("unit", "base", "ratio"),
+    [
+        ("kg", "g", 1000),
+        ("g", "kg", Fraction(1, 1000)),
+        ("Mg", "mg", 10**9),
+        ("µg", "mg", Fraction(1, 1000)),
+        ("hPa", "Pa", 100),
+        ("mAh", "Ah", Fraction(1, 1000)),
+        ("TOPS", "GOPS", 1000),
+        ("GFLOPS", "TFLOPS", Fraction(1, 1000)),
+        ("cm", "mm", 10),
+        ("min", "s", 60),
+        ("ppm", "%", Fraction(1, 10**4)),
+        ("kB", "B", 1000),
+        ("pcs", "pcs", 1),
+        ("kpcs", "pcs", 1000),
+        ("m", "min", None),
+        ("min", "in", None),
+        ("pt", "t", Fraction(1, 10**12)),
+        ("EUR", "USD", None),
+        ("g", "N", None),
+        ("kkg", "kg", None),
+        ("mkg", "kg", None),
+        ("pcs", "cs", None),
+        ("Mod", "od", None),
+        ("km", "m/s", None),
+    ],
+)
+def test_how_many_of_one_unit_another_is(unit: str, base: str, ratio: Fraction | int | None) -> None:
+    assert units.unit_ratio(unit, base) == ratio
+    assert units.unit_ratio(base, unit) == (ratio and 1 / Fraction(ratio))
