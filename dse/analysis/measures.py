@@ -173,7 +173,13 @@ def _latency_terms(space: Space, flow: Flow, kind: str) -> Iterator[Term]:
 
         is_scheduled = step.kind == "component" and counts_responses(space) and kind != "min latency"
         waits = (step.index, Fraction(1)) if is_scheduled and _counts_waiting(space, step.index) else None
-        yield Term(names[step.index].name, value, ends=ends if is_scheduled else None, waits=waits)
+        yield Term(
+            names[step.index].name,
+            value,
+            ends=ends if is_scheduled else None,
+            waits=waits,
+            only_waits=waits is not None and _counts_waiting_once(space, step),
+        )
 
 
 def _counts_waiting(space: Space, number: int) -> bool:
@@ -181,6 +187,16 @@ def _counts_waiting(space: Space, number: int) -> bool:
     component = space.components[number]
     executes = all(leaf is not None for leaf in leaves(component.execution_ns))
     return space.profile == "dse" and component.response_ns is None and executes
+
+
+def _counts_waiting_once(space: Space, step: Step) -> bool:
+    """Whether an element of a flow has no rows that count a response time but that of processing."""
+    component = space.components[step.index]
+    sizes = [component.queue_size]
+    if step.via is not None:
+        sizes.append(space.connections[step.via].queue_size)
+    is_hybrid = "hybrid" in set(leaves(component.protocol)) and component.callback_ns is not None
+    return not is_hybrid and all(leaf is None for size in sizes for leaf in leaves(size))
 
 
 def _figure_of(kind: str, range_ns: tuple[int | Fraction, int | Fraction]) -> int | Fraction:
@@ -241,7 +257,9 @@ def _response_term(space: Space, number: int) -> Term:
         least = ZERO + longest_alone_ns(space, number, "thread", view)
         return least, least + UNBOUNDED_NS
 
-    return Term(name, value, component=name, ends=ends, waits=(number, Fraction(1)) if executes else None)
+    return Term(
+        name, value, component=name, ends=ends, waits=(number, Fraction(1)) if executes else None, only_waits=executes
+    )
 
 
 def _figure_trees(space: Space, metric: Metric) -> Iterator[tuple[Slot | Component, Tree]]:

@@ -138,6 +138,11 @@ def longest_alone_ns(space: Space, component: int, part: Part, view: View) -> in
     return _alone_ns(space.components[component], part, view)[1]
 
 
+def shortest_alone_ns(space: Space, component: int, part: Part, view: View) -> int:
+    """The shortest time of one job."""
+    return _alone_ns(space.components[component], part, view)[0]
+
+
 def work_ns(space: Space, number: int, view: View) -> int:
     """The longest time of one job of a thread (not its callback); 0 where it executes nothing."""
     executes = at(space.components[number].execution_ns, view) is not None

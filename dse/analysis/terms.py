@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from fractions import Fraction
 from functools import partial, reduce
 from math import ceil
@@ -37,6 +37,8 @@ class Term:
     ends: Callable[[View], tuple[Fraction, Fraction]] | None = None
     waits: tuple[int, Fraction] | None = None
     """A thread, and how often its waiting for others counts at least on top of the lower end, in every design."""
+    only_waits: bool = False
+    """Whether that is all: the figure is the lower end, and so often the waiting."""
     extreme: Extreme | None = None
 
     def rounded_up(self, view: View, scale: int) -> int:
@@ -140,9 +142,13 @@ def scaled_term(term: Term, factor: Fraction) -> Term:
         low, high = sorted(end * factor for end in ends(view))
         return low, high
 
-    bounds = scaled_ends if ends is not None else None
-    waits = (term.waits[0], term.waits[1] * factor) if term.waits is not None and factor > 0 else None
-    return Term(term.label, lambda view: term.value(view) * factor, scaled, term.rate, term.component, bounds, waits)
+    return replace(
+        term,
+        value=lambda view: term.value(view) * factor,
+        coefficient=scaled,
+        ends=scaled_ends if ends is not None else None,
+        waits=(term.waits[0], term.waits[1] * factor) if term.waits is not None and factor > 0 else None,
+    )
 
 
 def _picked(kind: Kind, one: Any, other: Any) -> Any:

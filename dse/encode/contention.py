@@ -14,22 +14,22 @@ from __future__ import annotations
 import sys
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from fractions import Fraction
-from typing import Any
 
 from ortools.sat.python import cp_model
 
 from dse.analysis.limits import Limit, judge
 from dse.analysis.packing import first_placement, placements
 from dse.analysis.views import View
-from dse.encode.forms import Board, Form, OpenTerm, floor_int
-from dse.encode.places import Places, Thread
+from dse.encode.combined import Combined
+from dse.encode.forms import Board, OpenTerm
+from dse.encode.places import Places
 from dse.encode.rates import RateVariables
 from dse.encode.reasons import Reason, reason_of, reason_of_value
 from dse.encode.schedulability import add_rows, number_cores
+from dse.encode.waiting import Waiting
 from dse.space.cores import is_scheduled, rules_on_cores
-from dse.space.types import Design, OpenCore, Space
-from dse.timelimit import look_at_the_clock
+from dse.space.metrics import parts_of
+from dse.space.types import Design, Metric, OpenCore, Space
 
 MOST_LESSONS = 60
 """After so many lessons the search for the first design with some figures gives up."""
@@ -67,7 +67,8 @@ class Contention:
         self.is_upward = False
         self._seeks_first = False
         self._lessons, self._most_lessons = 0, MOST_LESSONS
-        self._made: dict[Any, int] = {}
+        self.combined = Combined(model, places)
+        self.waiting: Waiting | None = None
 
     def seek_first(self, *, patient: bool) -> None:
         """From now on designs are to be the first of their kind: with the first cores that will do.
@@ -95,7 +96,8 @@ class Contention:
         """The same for a copy of the model."""
         other = Contention(self.space, model, self.places, self.deadlines, movable=self.movable)
         other.is_upward = self.is_upward
-        other.known, other._made = set(self.known), dict(self._made)
+        other.known, other.combined = set(self.known), self.combined.copy(model)
+        other.waiting = self.waiting.copy(other.combined) if self.waiting is not None else None
         return other
 
     def add_known_rows(self) -> None:
@@ -108,89 +110,33 @@ class Contention:
         self.known.add(processor)
         add_rows(self.space, self.model, self.places, processor, self.deadlines)
 
-    def add_waiting(self, terms: Sequence[OpenTerm]) -> None:
-        """Each thread waits at least for one job of whatever is more urgent on its core.
-
-        variable >= least + weight * sum(worst of other * literal of other's delaying the thread), for each type of the
-        processor; the numbers of equal cores come with it.
-        """
-        for processor in range(len(self.space.processors)):
-            if terms and processor not in self.known and not rules_on_cores(self.space):
-                number_cores(self.space, self.model, self.places, processor)
-        for term in terms:
-            if term.waits is None or term.least is None or term.waits[0] not in self.places.threads:
-                continue
-            for processor in self.places.threads[term.waits[0]].cores:
-                look_at_the_clock()
-                self._add_waiting(term, term.least, *term.waits, processor)
-
-    def _add_waiting(self, term: OpenTerm, least: Form, number: int, weight: Fraction, processor: int) -> None:
-        thread = self.places.threads[number]
-        if thread.is_odd or thread.rates is None:
+    def add_waiting(self, board: Board) -> None:
+        """Rows of what threads wait for (`dse.encode.waiting`); the numbers of equal cores come with them."""
+        if not board.open_terms:
             return
-        delays = {}
-        for other in self.places.on(processor):
-            if other.number != number and not other.is_odd and other.rates is not None:
-                found = self._delays(processor, other, thread)
-                if found is not None:
-                    delays[other.number] = found
-        variables = [self.model.get_int_var_from_proto_index(index) for index in least.coefficients]
-        alone = cp_model.LinearExpr.weighted_sum(variables, list(least.coefficients.values())) + least.constant
-        for position, kind in enumerate(self.places.types[processor]):
-            waiting = sum(
-                floor_int(weight * self.places.worst_on[processor, other][position]) * self._literal(index)
-                for other, index in delays.items()
-            )
-            self.model.add(term.variable >= alone + waiting).only_enforce_if(self._literal(kind))
-
-    def _delays(self, processor: int, other: Thread, thread: Thread) -> int | None:
-        """A literal that is true where the other thread delays this one on the processor; None where it never does."""
-        key = ("delays", processor, other.number, thread.number)
-        if key in self._made:
-            return self._made[key]
-        orders: list[list[int]] = [[]]
-        if other.priority is not None or thread.priority is not None:
-            if other.priority is None or (thread.priority is not None and other.priority < thread.priority):
-                return None
-        else:
-            orders = self._orders(other, thread)
-            if not orders:
-                return None
-        together = self._together((processor, tuple(sorted((other.number, thread.number)))))
-        found = self.model.new_bool_var("")
-        for parts in orders:
-            held = [index for index in (*parts, together) if index is not None and index != self.places.true]
-            self.model.add_bool_or([found, *(self._literal(-index - 1) for index in held)])
-        self._made[key] = found.index
-        return found.index
-
-    def _orders(self, other: Thread, thread: Thread) -> list[list[int]]:
-        """Literals that are all true where the other thread has a rate, and this one a rate that goes after it."""
-        orders = []
-        for literal, rate in other.rates or ():
-            slower = {
-                index
-                for index, own in thread.rates or ()
-                if own and (own < rate or (own == rate and other.number < thread.number))
-            }
-            if slower and rate:
-                made = self._any(tuple(sorted(slower)))
-                orders.append([literal, *([made] if made is not None else [])])
-        return orders
+        if not rules_on_cores(self.space):
+            for processor in range(len(self.space.processors)):
+                if processor not in self.known:
+                    number_cores(self.space, self.model, self.places, processor)
+        self.waiting = Waiting(board, self.places, self.combined)
 
     def raised(self, terms: Sequence[OpenTerm], design: Design, value: Callable[[cp_model.IntVar], int]) -> bool:
-        """Raise open terms that a solution has too low, for all designs with the same reason; whether there are any."""
-        found = False
-        for term in terms:
-            exact = term.value(View(design))
-            if value(term.variable) >= exact:
-                continue
-            found = True
+        """Raise open terms that a solution has too low, for all designs with the same reason; whether there are any.
+
+        First the jobs are counted that are not yet; where that changes nothing the reason is a clause.
+        """
+        view = View(design)
+        low = [(term, exact) for term in terms if value(term.variable) < (exact := term.value(view))]
+        fresh = False
+        for term, _ in low:
+            if term.waits is not None and self.waiting is not None:
+                fresh |= self.waiting.refine(term.waits[0], view)
+        for term, exact in low if not fresh else ():
             reason = reason_of_value(self.space, self.places, term.value, View(design), exact)
-            held = [self._literal(index) for index in self._conditions(reason)]
+            held = [self.combined.literal(index) for index in self.combined.conditions(reason)]
             variable = self.model.get_int_var_from_proto_index(term.variable.index)
             self.model.add(variable >= exact).only_enforce_if(held)
-        return found
+        return bool(low)
 
     def settled(self, design: Design, is_true: Callable[[cp_model.IntVar], bool]) -> Design | None:
         """The design, or the same on other cores, that meets all limits; None where the model has learnt instead."""
@@ -240,54 +186,8 @@ class Contention:
     def _forbid(self, late: Deadline, reason: Reason) -> None:
         """Not all of the reason's conditions together."""
         clause = [] if late.guard is None else [-late.guard - 1]
-        clause += [-index - 1 for index in self._conditions(reason)]
-        self.model.add_bool_or([self._literal(index) for index in clause])
-
-    def _conditions(self, reason: Reason) -> list[int]:
-        """Literals that are all true where the reason holds."""
-        held = []
-        for literals in reason.conditions:
-            made = self._any(tuple(sorted(set(literals))))
-            if made is not None:
-                held.append(made)
-        for group in reason.together:
-            if len(group[1]) < 2:
-                continue
-            made = self._together(group)
-            if made is not None:
-                held.append(made)
-        return held
-
-    def _literal(self, index: int) -> Any:
-        if index < 0:
-            return self.model.get_int_var_from_proto_index(-index - 1).negated()
-        return self.model.get_int_var_from_proto_index(index)
-
-    def _any(self, literals: tuple[int, ...]) -> int | None:
-        """A literal that is true where one of these is; None where that is always."""
-        if self.places.true in literals:
-            return None
-        if len(literals) == 1:
-            return literals[0]
-        if literals not in self._made:
-            made = self.model.new_bool_var("")
-            self._made[literals] = made.index
-            for index in literals:
-                self.model.add_implication(self._literal(index), made)
-        return self._made[literals]
-
-    def _together(self, group: tuple[int, tuple[int, ...]]) -> int | None:
-        """A literal that is true where all threads of the group run on one core of the processor."""
-        if group not in self._made:
-            processor, threads = group
-            cores = self.places.cores_of(processor, threads)
-            if any(all(index == self.places.true for index in literals) for literals in cores):
-                return None
-            made = self.model.new_bool_var("")
-            self._made[group] = made.index
-            for literals in cores:
-                self.model.add_bool_or([made, *(self._literal(-index - 1) for index in literals)])
-        return self._made[group]
+        clause += [-index - 1 for index in self.combined.conditions(reason)]
+        self.model.add_bool_or([self.combined.literal(index) for index in clause])
 
 
 def is_deadline(limit: Limit) -> bool:
@@ -301,11 +201,18 @@ def is_deadline(limit: Limit) -> bool:
 
 def is_upward(space: Space) -> bool:
     """Whether a longer response time is nowhere an advantage: then it is enough that open terms are not too low."""
-    lower = [item.metric for item in space.requirements if item.operator not in ("<=", "<")]
-    lower += [item.metric for item in space.objectives if item.sense == "maximise"]
-    asked = [item.metric for item in space.requirements] + [item.metric for item in space.objectives]
-    derived = any(item.kind == "derived" and is_scheduled(space, item) for item in asked)
-    return not derived and not any(is_scheduled(space, item) for item in lower)
+    asked = [(item.metric, int(item.operator in ("<=", "<"))) for item in space.requirements]
+    asked += [(item.metric, 1 if item.sense == "minimise" else -1) for item in space.objectives]
+    return all(_is_better_shorter(space, metric, sign) for metric, sign in asked)
+
+
+def _is_better_shorter(space: Space, metric: Metric, sign: int) -> bool:
+    """Whether response times in a metric that should be low (`sign` 1), high (-1) or equal (0) should be low."""
+    parts = parts_of(space, metric)
+    if parts:
+        signs = [sign if factor.value > 0 else -sign for factor, _ in parts]
+        return all(_is_better_shorter(space, inner, one) for (_, inner), one in zip(parts, signs, strict=True))
+    return sign > 0 or not is_scheduled(space, metric)
 
 
 def contention_of(board: Board, rates: RateVariables) -> Contention | None:

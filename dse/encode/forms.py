@@ -79,6 +79,8 @@ class Board:
         self.contention: Any = None
         self.scheduled: dict[tuple[int, bool], tuple[object, Form]] = {}  # by the id of a term, which is kept alive
         self.extremes: dict[tuple[int, bool], tuple[object, Form]] = {}  # as `scheduled`
+        self.waiting: dict[int, cp_model.IntVar] = {}  # by thread, see `dse.encode.waiting`
+        self.wait_scale = 0
         self.guard: cp_model.IntVar | None = None
         self.branched: Counter[int] = Counter()
         self.true = self.model.new_constant(1)

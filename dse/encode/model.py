@@ -72,6 +72,8 @@ class EncodedSpace:
     """Decisions on which many summands hang, most first: sums have a form of their own for each of their options."""
     zones: Sequence[ZoneSwitch] = ()
     """One of them is on: with these a question can be about several regions of the objective space."""
+    weigh: Callable[[Design], tuple[int, ...] | None] = lambda _: None
+    """The objectives of a design as the analysis has them, in steps; None where it refuses the design."""
 
     @property
     def everywhere(self) -> tuple[int, ...]:
@@ -94,6 +96,7 @@ class EncodedSpace:
             self.contention.copy(model) if self.contention is not None else None,
             self.shared,
             [replace(zone, literal=again(zone.literal)) for zone in self.zones],
+            self.weigh,
         )
 
     def design(self, is_true: Callable[[cp_model.IntVar], bool]) -> Design:
@@ -249,12 +252,32 @@ def _encode(evaluator: Evaluator) -> EncodedSpace:
     if contention is not None:
         contention.add_known_rows()
         contention.is_upward = is_upward(space)
-        contention.add_waiting(board.open_terms)
+        contention.add_waiting(board)
     zones = add_zone_switches(board.model, objectives)
     problem = board.model.validate()
     assert not problem, problem
     return EncodedSpace(
-        board.model, board.options, board.inactive, objectives, board.open_terms, contention, board.shared(), zones
+        board.model,
+        board.options,
+        board.inactive,
+        objectives,
+        board.open_terms,
+        contention,
+        board.shared(),
+        zones,
+        partial(_weigh, evaluator, objectives),
+    )
+
+
+def _weigh(evaluator: Evaluator, objectives: Sequence[EncodedObjective], design: Design) -> tuple[int, ...] | None:
+    """The objectives of a design in steps above their offsets; None where the analysis refuses it."""
+    found = evaluator.evaluate(design)
+    if not found.is_feasible:
+        return None
+    signs = [1 if item.sense == "minimise" else -1 for item in evaluator.space.objectives]
+    return tuple(
+        (sign * value - item.offset) // item.step
+        for sign, value, item in zip(signs, found.objectives, objectives, strict=True)
     )
 
 

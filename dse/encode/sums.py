@@ -10,11 +10,15 @@ from itertools import product
 from math import gcd
 from typing import Any
 
+from ortools.sat.python import cp_model
+
 from dse.analysis.measures import Measure, Term
+from dse.analysis.scheduling import UNBOUNDED_NS
 from dse.analysis.views import allowed_options
 from dse.encode.forms import Board, Form, Given, OpenTerm, ceil_int, check_exact, floor_int
 from dse.encode.rates import RateVariables
 from dse.encode.separation import additive_parts
+from dse.encode.waiting import shared_waiting
 
 SHARED_BY = 3
 """A decision on which the coefficients of so many products hang is worth a form for each of its options."""
@@ -177,6 +181,10 @@ def _made_form(board: Board, measure: Measure, term: Term, rounded: Callable[[Fr
     if table is not None:
         return board.form((literal, rounded(value * measure.scale)) for literal, value in table)
     assert term.ends is not None
+    if term.only_waits and term.waits is not None and not measure.rounded:
+        shared = shared_waiting(board, term.waits[0], measure.scale, term.waits[1])
+        if shared is not None:
+            return _waiting_form(board, measure, term, *shared)
     bounds = board.table(term.ends)
     lows = board.form((literal, rounded(low * measure.scale)) for literal, (low, _) in bounds)
     highs = board.form((literal, rounded(high * measure.scale)) for literal, (_, high) in bounds)
@@ -188,3 +196,15 @@ def _made_form(board: Board, measure: Measure, term: Term, rounded: Callable[[Fr
     value = OpenTerm(variable, lambda view: rounded(term.value(view) * measure.scale), lows, waits)
     board.open_terms.append(value)
     return Form(0, {variable.index: 1}, lows.low, highs.high)
+
+
+def _waiting_form(board: Board, measure: Measure, term: Term, waiting: cp_model.IntVar, times: int) -> Form:
+    """The lower end of a figure, and its thread's waiting so many times."""
+    ends = term.ends
+    assert ends is not None
+    form = Form()
+    cases = board.cases(lambda view: ends(view)[0])
+    for part in additive_parts(board.space, cases):
+        form.add(board.form((literal, int(low * measure.scale)) for literal, low in board.named(part)))
+    form.add(Form(0, {waiting.index: times}, 0, times * UNBOUNDED_NS * board.wait_scale))
+    return form

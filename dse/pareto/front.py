@@ -91,7 +91,7 @@ class _State:
     calls_before: int = 0
     interrupted: bool = False
     untaught: EncodedSpace | None = None
-    """The model as it was before it learnt from solutions, where it does."""
+    """The model as it was before it learnt from solutions, where it does and canonical designs may depend on that."""
 
     def interrupt(self) -> None:
         """What Ctrl-C does: the running calls end, and no others begin."""
@@ -193,7 +193,7 @@ def search_front(
             known = earlier or FrontSearch({}, (tuple(ANYTHING for _ in evaluator.objectives),), (), 0, 0.0)
             return replace(known, elapsed_s=time.monotonic() - started)
     state = _State(evaluator, encoded, SearchRegion(encoded.everywhere), started, budget.limit)
-    state.untaught = encoded.copy() if encoded.learns else None
+    state.untaught = encoded.copy() if encoded.learns and not _is_strict(evaluator, encoded) else None
     if start is not None:
         with until(budget.limit), suppress(OutOfTime):
             state.start_from(start)
@@ -384,6 +384,11 @@ def _has_rounded_limits(evaluator: Evaluator) -> bool:
     return any(limit.measure.rounded for limit in evaluator.limits)
 
 
+def _is_strict(evaluator: Evaluator, encoded: EncodedSpace) -> bool:
+    """Whether canonical designs are the first of all, which are the same whatever a model has learnt."""
+    return _has_rounded_limits(evaluator) or bool(encoded.open_terms)
+
+
 def _first_accepted(solver: Solver, evaluator: Evaluator, known: Found, near: Design | None) -> tuple[Design, bool]:
     """The canonical design of a point among those that exact comparison accepts; the known one when stopped.
 
@@ -392,7 +397,7 @@ def _first_accepted(solver: Solver, evaluator: Evaluator, known: Found, near: De
     Where the search adds to the model as it goes, only the strictly first one is the same whatever way it went.
     """
     is_rounded = _has_rounded_limits(evaluator)
-    strictly = is_rounded or bool(solver.encoded.open_terms)
+    strictly = _is_strict(evaluator, solver.encoded)
     while True:
         found = canonical_design(solver, known, near, strictly=strictly)
         if found is None:

@@ -6,7 +6,8 @@ Every question the search asks goes through `Solver.minimise`, which answers wit
 from __future__ import annotations
 
 import time
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from functools import partial
 from typing import Any
 
@@ -16,7 +17,7 @@ from dse.encode.forms import EXACT_LIMIT
 from dse.encode.model import EncodedSpace
 from dse.pareto.answer import Answer, Found, NoSuchDesign, Unfinished, weighted
 from dse.pareto.parts import Part, Parts
-from dse.pareto.portfolio import PATIENCE, Attempt, Portfolio
+from dse.pareto.portfolio import FIRST_LIMIT, Attempt, Portfolio, Race
 from dse.pareto.settings import (
     BARE,
     BARE_IN_ORDER,
@@ -28,7 +29,7 @@ from dse.pareto.settings import (
     Settings,
     sound_solver,
 )
-from dse.pareto.zones import Bound
+from dse.pareto.zones import Bound, strictly_inside
 from dse.space.types import Design
 
 ORDERED_SEARCH = ((BARE_IN_ORDER, 0.01), (RELAXED_IN_ORDER, 0.05), (CUTTING_IN_ORDER, 0.05))
@@ -39,18 +40,12 @@ FIRST_DESIGN = ((BARE_IN_ORDER, 0.1), (BARE, 0.5))
 """The same for any design at all, where the first attempt at a question has found none."""
 BRIEF = (BARE, 0.05)
 """The first attempt at a part: what bare settings can do they do at once, the rest needs linear relaxation."""
-APART_WAYS = (CUTTING, RELAXED, BARE)
-"""The settings for parts for which that was not enough, in turn ..."""
-APART_WORK = 1.5
-"""... with so much work in the first round, and twice as much in each further one."""
 ANY = (BRIEF, (CUTTING, 1.5), (CUTTING, 100.0))
 """The same for a design that is not the first: fixed, so that it does not depend on what was asked before."""
 APART = 4
 """How much longer questions are asked part by part than as a whole."""
-BARE_FIRST = 0.25
-"""Work for bare settings at the first question, which is harder than those after it, before its parts are asked."""
-READING = 6e-6
-"""Work to read a model, for each variable: the solver does not count it, and it is read again for each part."""
+APART_WAYS = (CUTTING, RELAXED, BARE)
+"""The settings for parts for which a moment was not enough."""
 MOST_RELAXED_ZONES = 2
 """How many zones a question should be about where linear relaxation is what helps."""
 FEW_VARIABLES = 1_000
@@ -77,11 +72,14 @@ class Solver:
         self.work = 0.0
         self.stopped = False
         expected = [settings.least_work(encoded.model) for settings in WAYS]
-        self._whole = Portfolio(expected if len(self.parts) == 1 else [BARE_FIRST / PATIENCE, BARE_FIRST])
+        self._whole = Portfolio(expected if len(self.parts) == 1 else [expected[0], FIRST_LIMIT])
         self._asked = Portfolio(expected)
+        self._apart = Portfolio([CUTTING.least_work(encoded.model) * (1 + number) for number in range(len(APART_WAYS))])
         self.in_order = BARE_IN_ORDER
         self._has_looked_for_any = False
-        self._has_relaxed = False
+        self._weights: Sequence[int] | None = None
+        self._zones: Sequence[Bound] | None = None
+        self._ceiling: int | None = None
         self._running: cp_model.CpSolver | None = None
 
     def stop(self) -> None:
@@ -94,9 +92,9 @@ class Solver:
     def most_zones(self) -> int:
         """How many zones a question should be about: fewer where relaxation matters, which a union makes weak."""
         most = max(1, len(self.encoded.zones))
-        if len(self.parts) > 1:
-            return 1 if self._has_relaxed or self._whole.favourite else most
-        return most if self._whole.favourite == 0 else min(MOST_RELAXED_ZONES, most)
+        if self._whole.favourite == 0:
+            return most
+        return 1 if len(self.parts) > 1 else min(MOST_RELAXED_ZONES, most)
 
     def exclude(self, design: Design, *, unless: Sequence[Any] = ()) -> None:
         """Forbid one design: at least one decision differs, or one of the literals `unless` is true."""
@@ -113,7 +111,6 @@ class Solver:
         if not zones:
             return NoSuchDesign()
         self.calls += 1
-        self._has_relaxed = False
         self._set_objective(weights)
         most = [max(bounds) - 1 for bounds in zip(*zones, strict=True)]
         assert weighted(weights, most) < EXACT_LIMIT, "weights leave exact arithmetic"
@@ -131,10 +128,12 @@ class Solver:
 
     def set_point(self, point: Bound) -> None:
         """Fix the objectives."""
+        self._weights = None
         self._restrict([tuple(value + 1 for value in point)], point)
 
     def _restrict(self, zones: Sequence[Bound], floor: Bound | None = None) -> None:
         """Only designs in one of the zones, with objectives of at least `floor`."""
+        self._zones = zones
         encoded = self.encoded
         assert len(zones) <= max(1, len(encoded.zones)), "more zones than the model has switches"
         proto = encoded.model.proto
@@ -165,6 +164,7 @@ class Solver:
         """Minimise the weighted sum of the objectives, if there is one."""
         model = self.encoded.model
         model.clear_objective()
+        self._weights = weights if any(weights) else None
         if any(weights):
             variables = [objective.variable for objective in self.encoded.objectives]
             model.minimize(cp_model.LinearExpr.weighted_sum(variables, list(weights)))
@@ -173,6 +173,7 @@ class Solver:
         """Some design in the region, whatever its objectives; first depth first in the order of the file."""
         model = self.encoded.model
         model.clear_objective()
+        self._weights = None
         model.add_decision_strategy(self.in_order_of_the_file(), cp_model.CHOOSE_FIRST, cp_model.SELECT_MAX_VALUE)
         answer: Answer = Unfinished()
         try:
@@ -206,6 +207,10 @@ class Solver:
             self.hint(answer.best.design)
         return answer
 
+    def race_apart(self) -> Race:
+        """The attempts at one part."""
+        return self._apart.race()
+
     def solve_part(
         self,
         part: Part,
@@ -218,15 +223,12 @@ class Solver:
         zones = part.open(zones)
         if not zones or (best is not None and not any(weights)):
             return NoSuchDesign()
-        better_than = None if best is None else weighted(weights, best.point)
+        self._ceiling = better_than = None if best is None else weighted(weights, best.point)
         self._restrict(zones, part.floor(zones))
-        objective = self.encoded.model.proto.objective
-        if better_than is not None:
-            objective.domain.extend([-EXACT_LIMIT, better_than - 1])
         try:
             answer = self._within(part, *attempt)
         finally:
-            objective.domain.clear()
+            self._ceiling = None
         part.learn(answer, weights, zones, better_than)
         return answer
 
@@ -304,48 +306,104 @@ class Solver:
         return NoSuchDesign()
 
     def _run(self, settings: Settings, work: float) -> Answer:
-        """One run of the solver, or several until the solution's open terms are exact."""
+        """One run of the solver, or several until the solution's open terms are exact, or as good as they can be.
+
+        The designs of solutions on the way are weighed by the analysis: once no solution is better than the best of
+        these, it is the answer.
+        """
+        best: Found | None = None
         while True:
-            answer = self._once(settings, work)
+            answer, best = self._once(settings, work, best)
             if answer is not None:
                 return answer
             if self._is_stuck():
-                return Unfinished()
+                return Unfinished(best=best)
 
     def _is_stuck(self) -> bool:
         return self.encoded.contention is not None and self.encoded.contention.is_stuck
 
-    def _once(self, settings: Settings, work: float) -> Answer | None:
-        """One run of the solver; None where its solution was not exact, and the model is sharper now."""
+    def _once(self, settings: Settings, work: float, best: Found | None) -> tuple[Answer | None, Found | None]:
+        """One run of the solver for something better than `best`; no answer where the model is sharper now.
+
+        With the best design that is known so far.
+        """
         if self.out_of_time():
-            return Unfinished()
+            return Unfinished(best=best), best
         solver = sound_solver(self.seed)
         parameters: Any = solver.parameters
-        self._has_relaxed |= settings.linearization_level > 0
         settings.apply(parameters, work)
         if self.deadline is not None:
             parameters.max_time_in_seconds = max(0.01, self.deadline - time.monotonic())
-        self._running = solver
-        status = solver.solve(self.encoded.model)
-        self._running = None
+        with self._better_than(best):
+            self._running = solver
+            status = solver.solve(self.encoded.model)
+            self._running = None
         self.work += solver.response_proto.deterministic_time * settings.weight
         assert status != cp_model.MODEL_INVALID, "the model is invalid"
         if status == cp_model.INFEASIBLE:
-            return NoSuchDesign()
-        found = None
+            return best or NoSuchDesign(), best
         if status in (cp_model.OPTIMAL, cp_model.FEASIBLE):
-            point = tuple(solver.value(objective.variable) for objective in self.encoded.objectives)
-            design = self.encoded.design(solver.boolean_value)
-            settled = self.encoded.settled(design, solver.value)
-            if settled is None:
-                return None
-            found = Found(point, settled)
-            if status == cp_model.OPTIMAL:
-                return found
-            if self.encoded.is_loose:  # what is not the least may be larger than the design has it
-                found = None
-        has_bound = self.encoded.model.has_objective()
-        return Unfinished(solver.response_proto.inner_objective_lower_bound if has_bound else None, found)
+            return self._judged(solver, status == cp_model.OPTIMAL, best)
+        return Unfinished(self._bound(solver), best), best
+
+    def _bound(self, solver: cp_model.CpSolver) -> int | None:
+        return solver.response_proto.inner_objective_lower_bound if self.encoded.model.has_objective() else None
+
+    def _judged(
+        self, solver: cp_model.CpSolver, is_optimal: bool, best: Found | None
+    ) -> tuple[Answer | None, Found | None]:
+        """What a solution says; no answer where the model has learnt from it."""
+        point = tuple(solver.value(objective.variable) for objective in self.encoded.objectives)
+        design = self.encoded.design(solver.boolean_value)
+        is_loose = self.encoded.is_loose
+        if is_loose:
+            exact = self.encoded.weigh(design)
+            found = Found(exact, design) if exact is not None and self._is_wanted(exact, best) else None
+            if self._weights is None and found is not None:
+                return (found if is_optimal else Unfinished(self._bound(solver), found)), best
+            best = found or best
+            if is_optimal and self._is_reached(best, point):
+                return best, best
+        settled = self.encoded.settled(design, solver.value)
+        if settled is None and (is_optimal or not is_loose):
+            return None, best
+        if is_optimal and settled is not None:
+            return Found(point, settled), best
+        if settled is not None and not is_loose:  # what is not the least may be larger than the design has it
+            best = Found(point, settled)
+        return Unfinished(self._bound(solver), best), best
+
+    def _is_reached(self, best: Found | None, point: Bound) -> bool:
+        """Whether the best design is as good as a point that none is better than."""
+        if best is None or self._weights is None:
+            return False
+        return weighted(self._weights, best.point) <= weighted(self._weights, point)
+
+    def _is_wanted(self, point: Bound, best: Found | None) -> bool:
+        """Whether a point is one that the solver was asked for, and better than the best one."""
+        if self._zones is not None and not any(strictly_inside(point, zone) for zone in self._zones):
+            return False
+        if self._weights is None:
+            return True
+        value = weighted(self._weights, point)
+        if self._ceiling is not None and value >= self._ceiling:
+            return False
+        return best is None or value < weighted(self._weights, best.point)
+
+    @contextmanager
+    def _better_than(self, best: Found | None) -> Iterator[None]:
+        """Only what is better than a design is looked for."""
+        ceiling = self._ceiling
+        if best is not None and self._weights is not None:
+            ceiling = weighted(self._weights, best.point)
+        domain = self.encoded.model.proto.objective.domain
+        if ceiling is not None:
+            domain.extend([-EXACT_LIMIT, ceiling - 1])
+        try:
+            yield
+        finally:
+            if ceiling is not None:
+                domain.clear()
 
 
 class _Apart:
@@ -364,6 +422,7 @@ class _Apart:
             for number, part in enumerate(solver.parts.all)
             if (open_zones := part.open(zones))
         ]
+        self.races: dict[int, Race] = {}
 
     def attempt(self, work: float) -> Answer:
         """Go on for so much work, and more: what was done is not lost."""
@@ -373,8 +432,7 @@ class _Apart:
             turn, bound, number = self.waiting.pop(self.waiting.index(min(self.waiting)))
             if self.best is not None and bound >= weighted(self.weights, self.best.point):
                 continue
-            answer = self._ask(number, turn)
-            solver.work += READING * len(solver.encoded.model.proto.variables)
+            answer = self._ask(number)
             if isinstance(answer, Found):
                 self.best = answer
             elif isinstance(answer, Unfinished):
@@ -384,14 +442,23 @@ class _Apart:
                     return Unfinished(best=self.best)
         return self.best or NoSuchDesign()
 
-    def _ask(self, number: int, turn: int) -> Answer:
-        """One attempt at a part: bare settings for a moment, then linear relaxation with limits that double."""
-        if turn == 0:
-            attempt = BRIEF
-        else:
-            rounds, way = divmod(turn - 1, len(APART_WAYS))
-            attempt = APART_WAYS[way], APART_WORK * 2**rounds
-        return self.solver.solve_part(self.solver.parts.all[number], attempt, self.weights, self.zones, self.best)
+    def _ask(self, number: int) -> Answer:
+        """One attempt at a part: bare settings for a moment, then those that have cost the least where that failed."""
+        solver = self.solver
+        if number not in self.races:
+            self.races[number] = solver.race_apart()
+            return solver.solve_part(solver.parts.all[number], BRIEF, self.weights, self.zones, self.best)
+        race = self.races[number]
+        way, limit = next(race)
+        before = solver.work
+        answer = solver.solve_part(
+            solver.parts.all[number], (APART_WAYS[way], limit), self.weights, self.zones, self.best
+        )
+        if not isinstance(answer, Unfinished):
+            race.won(way, solver.work - before)
+        elif not solver.out_of_time():
+            race.lost(way, limit)
+        return answer
 
 
 def _set_domain(bounded: Any, low: int, high: int) -> None:

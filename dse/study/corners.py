@@ -186,7 +186,8 @@ def _moves_rates(space: Space, variable: Variable) -> bool:
 def _elsewhere(term: Term, key: object, *, same_rates: bool) -> Term:
     """A term of a space with other figures, ready to be evaluated beside those of the nominal one.
 
-    Where the rates are not the nominal ones, it is tabulated as a whole.
+    Where the rates are not the nominal ones, it is tabulated as a whole. Rows of the nominal space do not bound it: its
+    threads may wait less.
     """
     if term.extreme is not None:
         moved_inner = term.extreme.changed(lambda inner: _elsewhere(inner, key, same_rates=same_rates))
@@ -206,7 +207,7 @@ def _elsewhere(term: Term, key: object, *, same_rates: bool) -> Term:
         assert inner is not None
         return inner(_own(view, key))
 
-    moved = replace(term, value=value, ends=ends if inner is not None else None)
+    moved = replace(term, value=value, ends=ends if inner is not None else None, waits=None, only_waits=False)
     if coefficient is None or not same_rates:
         return replace(moved, coefficient=None, rate=None)
     return replace(moved, coefficient=scaled)

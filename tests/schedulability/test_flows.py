@@ -1,0 +1,112 @@
+"""Response times in flows: rows, what they leave open, and that what is found on the way is refereed."""
+
+from __future__ import annotations
+
+import os
+from fractions import Fraction
+
+import pytest
+from thread_systems import draw, front, text_of
+
+from dse.analysis.evaluate import Evaluator
+from dse.analysis.scheduling import all_responses, longest_alone_ns
+from dse.analysis.views import View
+from dse.api.problem import loads
+from dse.encode import contention, sums
+from dse.encode.model import encode
+from dse.encode.waiting import Waiting
+from dse.pareto.answer import Found
+from dse.pareto.front import Budget, search_front
+from dse.pareto.subproblem import Solver
+from dse.space.types import Space
+
+SEEDS = 800 if os.environ.get("DSE_LONG_TESTS") else 12
+
+
+@pytest.fixture(autouse=True)
+def _nothing_is_tabulated(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(sums, "SCHEDULE_CASE_LIMIT", 1)
+
+
+def asked(seed: int, kind: str, *objectives: str) -> Space:
+    text = text_of(draw(seed, kind=kind), *((objectives,) if objectives else ()))
+    return loads(text.replace("deadlines: all", "deadlines: all\nprocessing: response_time")).space
+
+
+def found(space: Space, workers: int = 1) -> set[tuple[int, ...]]:
+    search = search_front(Evaluator(space), Budget(workers=workers))
+    assert search.is_complete
+    return set(search.points)
+
+
+@pytest.mark.parametrize("kind", ["plain", "fixed"])
+@pytest.mark.parametrize("seed", range(SEEDS))
+def test_jobs_alone_say_how_long_periodic_threads_wait(kind: str, seed: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Deadlines are periods, nothing is late: rows of jobs leave nothing open, so that no clause is needed."""
+
+    def none(*_: object) -> None:
+        raise AssertionError("a clause is needed")
+
+    monkeypatch.setattr(contention, "reason_of_value", none)
+    assert found(asked(seed, kind)) == front(draw(seed, kind=kind), by_response=True)
+
+
+@pytest.mark.parametrize("kind", ["plain", "chained", "stated"])
+@pytest.mark.parametrize("seed", range(SEEDS, 2 * SEEDS))
+def test_clauses_alone_are_exact(kind: str, seed: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(Waiting, "refine", lambda *_: False)
+    assert found(asked(seed, kind)) == front(draw(seed, kind=kind), by_response=True)
+
+
+@pytest.mark.parametrize("kind", ["plain", "chained", "stated"])
+@pytest.mark.parametrize("seed", range(2 * SEEDS, 3 * SEEDS))
+def test_a_multiple_of_a_latency_is_searched_like_the_latency(kind: str, seed: int) -> None:
+    text = text_of(draw(seed, kind=kind), ("minimise price", "minimise way"))
+    text = text.replace("deadlines: all", "deadlines: all\nprocessing: response_time\nmetrics: {way: latency of f * 2}")
+    expected = {(price, 2 * latency) for price, latency in front(draw(seed, kind=kind), by_response=True)}
+    assert found(loads(text).space, workers=2) == expected
+
+
+@pytest.mark.parametrize("seed", range(SEEDS))
+def test_no_row_is_above_what_the_analysis_says(seed: int) -> None:
+    """Any design that the analysis accepts is one of the model's, with the waiting times that it has."""
+    for kind in ("plain", "chained", "stated"):
+        evaluator = Evaluator(asked(seed, kind))
+        search = search_front(evaluator)
+        encoded = encode(evaluator)
+        assert encoded.contention is not None
+        for design in search.points.values():
+            view = View(evaluator.evaluate(design).design)
+            waiting = encoded.contention.waiting
+            if waiting is None:
+                continue
+            for number in list(waiting.variables):
+                waiting.refine(number, view)
+            solver = Solver(encoded)
+            for literals, chosen in zip(encoded.options, view.design, strict=True):
+                if chosen >= 0 and len(literals) > 1:
+                    encoded.model.add_bool_and([encoded.model.get_bool_var_from_proto_index(literals[chosen].index)])
+            known = all_responses(evaluator.space, view)
+            for number, index in waiting.variables.items():
+                response = known.get((number, "thread"))
+                if response is not None:
+                    waited = Fraction(response) - longest_alone_ns(evaluator.space, number, "thread", view)
+                    encoded.model.add(encoded.model.get_int_var_from_proto_index(index) == int(waited * waiting.scale))
+            assert isinstance(solver.ask(), Found)
+            encoded = encode(evaluator)
+            assert encoded.contention is not None
+
+
+@pytest.mark.parametrize("seed", range(SEEDS))
+def test_any_design_comes_with_the_figures_that_it_has(seed: int) -> None:
+    """A search that is stopped hands it out: figures that nothing minimises are not what the solver says they are."""
+    evaluator = Evaluator(asked(seed, "plain"))
+    solver = Solver(encode(evaluator))
+    answer = solver._any_design()
+    if isinstance(answer, Found):
+        claimed = [
+            item.offset + item.step * value for item, value in zip(solver.encoded.objectives, answer.point, strict=True)
+        ]
+        assert evaluator.evaluate(answer.design).objectives == tuple(claimed)
+    else:
+        assert not front(draw(seed, kind="plain"), by_response=True)
