@@ -1,8 +1,43 @@
-"""Settings for all tests: none depends on how fast the machine is."""
+"""Settings for all tests: none depends on how fast the machine is. `effort.py` says how much the random ones try."""
 
 from __future__ import annotations
 
+from pathlib import Path
+
+import pytest
 from hypothesis import HealthCheck, settings
 
 settings.register_profile("dse", deadline=None, suppress_health_check=[HealthCheck.too_slow])
 settings.load_profile("dse")
+
+ROOT = Path(__file__).parents[1]
+QUICK = (
+    *("dse", "tests/spec", "tests/space", "tests/analysis", "tests/files"),
+    *("tests/pareto/test_zones.py", "tests/pareto/test_front.py", "tests/results/test_ranking.py"),
+    *("tests/results/test_words.py", "tests/study/test_errors.py", "tests/verify/test_verify.py"),
+)
+"""What the marker ``quick`` selects: a look at every layer in less than a minute, before the whole suite."""
+TAKES_SECONDS = (
+    *("test_random", "test_words_exchanged", "test_vectorised", "test_what_pyyaml_writes", "test_the_search_is_exact"),
+    *(
+        "test_extremes",
+        "extremes",
+        "test_figures_of_a_flow",
+        "test_overwriting",
+        "test_no_design_meets",
+        "[inmark",
+        "[autoware",
+        "move_base",
+    ),
+)
+"""What of it does not belong to it, by a part of its name."""
+
+
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """Mark what belongs to a quick run."""
+    folders = [ROOT / name for name in QUICK]
+    for item in items:
+        name = item.nodeid
+        near = any(item.path.is_relative_to(folder) for folder in folders)
+        if near and not any(part in name for part in TAKES_SECONDS):
+            item.add_marker("quick")

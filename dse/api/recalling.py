@@ -27,7 +27,7 @@ def restated(problem: Problem, effective: Mapping[str, Any]) -> Problem:
     """
     space = problem.space
     try:
-        space = set_up(problem, {name: effective[name] for name in SETTINGS})
+        space = set_up(problem, _settings(effective))
         requirements = [
             item for text in dict.fromkeys(effective["requirements"]) for item in _requirements(space, text)
         ]
@@ -40,6 +40,21 @@ def restated(problem: Problem, effective: Mapping[str, Any]) -> Problem:
     except (ExpressionError, QuestionError) as error:
         raise UsageError(f"the result does not state a question that fits the problem: {error}") from error
     return replace(problem, space=with_open_cores(replace(space, fixed=fixed)), robust=effective["robust"])
+
+
+def _settings(effective: Mapping[str, Any]) -> dict[str, str]:
+    """All settings of a result; one that does not state them all is of an older meaning."""
+    found = {}
+    for name, allowed in SETTINGS.items():
+        if name not in effective:
+            raise UsageError(
+                f"the result does not state {name!r}: a version of dse wrote it that answered another question "
+                "(solve the problem again)"
+            )
+        if effective[name] not in allowed:
+            raise UsageError(f"the result states the {name} {effective[name]!r}: it is one of {', '.join(allowed)}")
+        found[name] = effective[name]
+    return found
 
 
 def named_choices(space: Space, decisions: Mapping[str, str]) -> dict[int, int]:

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-import os
 import random
 from dataclasses import replace
 from itertools import count, pairwise, takewhile
 
 import pytest
+from effort import cases
 from support import brute_front, evaluated, space_of
 
 from dse.analysis.evaluate import Evaluator
@@ -313,7 +313,7 @@ def test_the_search_is_exact_where_response_times_are_sharpened_on_the_way(
     assert search.is_complete and search.points == brute_front(evaluator)
 
 
-@pytest.mark.parametrize("seed", range(100 if os.environ.get("DSE_LONG_TESTS") else 6))
+@pytest.mark.parametrize("seed", cases(6))
 def test_the_search_is_exact_on_random_threads(seed: int, monkeypatch: pytest.MonkeyPatch) -> None:
     """Random threads, cores, priorities and chains; requirements about half of which decide something."""
     monkeypatch.setattr(sums, "SCHEDULE_CASE_LIMIT", 1)

@@ -16,13 +16,14 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from effort import count
 
 ROOT = Path(__file__).parents[2]
 PUMP = ROOT / "tests" / "fuzz" / "pump.yaml"
 INMARK = ROOT / "problems" / "inmark.yaml"
 PROGRAM = [sys.executable, "-c", "from dse.cli.entry import main; main()"]
 SWEEP = ["sweep", str(PUMP), "--vary", "jitter of sensor_to_valve=1ms..40ms", "--no-store", "--workers", "1"]
-INTERRUPTS = int(os.environ.get("DSE_INTERRUPTS", "2"))
+INTERRUPTS = count(2)
 
 
 def dse(*arguments: str, environment: dict[str, str] | None = None, **more: Any) -> subprocess.CompletedProcess[str]:

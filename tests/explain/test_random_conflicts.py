@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 import time
 from collections import Counter
 from collections.abc import Callable
@@ -12,6 +11,7 @@ from itertools import combinations
 
 import pytest
 from conflicting import infeasible
+from effort import FIRST, count
 
 from dse.analysis.limits import build_limit, judge
 from dse.analysis.views import View
@@ -24,7 +24,7 @@ from dse.space.types import Design, Requirement, Space
 from dse.spec.expressions import Operator
 from dse.units import DIMENSIONLESS
 
-WANTED = int(os.environ.get("DSE_CONFLICTS", "300"))
+WANTED = count(300)
 PARTS = 6
 
 
@@ -32,7 +32,7 @@ PARTS = 6
 def test_conflicts_are_minimal_and_limits_exact(part: int, record_property: Callable[[str, object], None]) -> None:
     wanted = -(-WANTED // PARTS)
     seen: Counter[str] = Counter()
-    for seed in range(part, 10 * WANTED, PARTS):
+    for seed in range(FIRST + part, FIRST + 10 * WANTED, PARTS):
         if seen["problems"] == wanted:
             break
         found = infeasible(seed)
@@ -77,8 +77,8 @@ def check(problem: Problem, designs: list[Design], seen: Counter[str], seed: int
 def all_minimal_conflicts(oracle: Oracle, met: set[frozenset[int]]) -> set[frozenset[int]]:
     """By looking at every set of members, smallest first."""
     minimal: set[frozenset[int]] = set()
-    for count in range(len(oracle.members) + 1):
-        for group in map(frozenset, combinations(range(len(oracle.members)), count)):
+    for size in range(len(oracle.members) + 1):
+        for group in map(frozenset, combinations(range(len(oracle.members)), size)):
             if not any(known <= group for known in minimal) and not any(group <= kept for kept in met):
                 minimal.add(group)
     return minimal

@@ -1,4 +1,4 @@
-"""Tampered results, studies and stores end with a message that names them; `DSE_CRAFTED_CASES` asks for more."""
+"""Tampered results, studies and stores end with a message that names them."""
 
 from __future__ import annotations
 
@@ -18,11 +18,12 @@ from typing import Any
 import pytest
 
 from dse.cli.main import run
+from tests.effort import FIRST, count
 from tests.fuzz.crafted import Crafted, craft_store, crafted
 from tests.fuzz.harness import EXIT_CODES, LIMIT_S, Hangs
 
-CASES = int(os.environ.get("DSE_CRAFTED_CASES", "250"))
-SEED = int(os.environ.get("DSE_CRAFTED_SEED", "1"))
+CASES = count(250)
+SEED = 1 + FIRST
 PUMP = Path(__file__).parent / "pump.yaml"
 GRID = (
     *("sweep", "pump.yaml", "--vary", "bus_types.can_250k.bandwidth=200 kbit/s, 300 kbit/s"),

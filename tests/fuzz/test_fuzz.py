@@ -1,19 +1,19 @@
-"""Mutated files never break the program; `DSE_FUZZ_CASES` and `DSE_FUZZ_SEED` ask for more or other ones."""
+"""Mutated files never break the program."""
 
 from __future__ import annotations
 
 import json
-import os
 from pathlib import Path
 from typing import Any
 
 import pytest
 
 from dse.cli.main import run
+from tests.effort import FIRST, count
 from tests.fuzz.harness import Fuzzer
 
-CASES = int(os.environ.get("DSE_FUZZ_CASES", "400"))
-SEED = int(os.environ.get("DSE_FUZZ_SEED", "1"))
+CASES = count(400)
+SEED = 1 + FIRST
 PUMP = Path(__file__).parent / "pump.yaml"
 
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import io
 import json
-import os
 import random
 import signal
 import subprocess
@@ -14,6 +13,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from effort import count
 from rich.console import Console
 from support import PROBLEMS
 
@@ -29,7 +29,7 @@ from dse.results.result import Result
 
 BY_NAME = {path.stem: path for path in PROBLEMS}
 INMARK = Path(__file__).parents[2] / "problems" / "inmark.yaml"
-KILLS = int(os.environ.get("DSE_KILLS", "3"))
+KILLS = count(3)
 OBJECTIVES = ["jitter of gnss_to_sprayer", "price", "utilisation of computer", "power", "load of canbus0"]
 
 
@@ -161,7 +161,7 @@ def test_a_changed_problem_is_not_resumed(tmp_path: Path) -> None:
 
 
 def test_a_killed_search_leaves_a_whole_state_that_goes_on_to_the_same_front(tmp_path: Path) -> None:
-    """Killed with SIGKILL at random moments; `DSE_KILLS` says how often."""
+    """Killed with SIGKILL at random moments."""
     expected = comparable(dse.solve(INMARK, minimise=OBJECTIVES).to_json())
     path = tmp_path / "result.json"
     command = [sys.executable, "-c", "from dse.cli.main import main; main()", "solve", str(INMARK), "-q"]

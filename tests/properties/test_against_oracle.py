@@ -1,12 +1,7 @@
-"""The product against brute force by an independent reading of the documents, on random problems.
-
-``DSE_RANDOM_PROBLEMS=5000`` looks at that many tiny problems, and a twentieth as many small ones, instead of the
-default; ``DSE_FIRST_SEED=100000`` at others than usual.
-"""
+"""The product against brute force by an independent reading of the documents, on random problems."""
 
 from __future__ import annotations
 
-import os
 from collections.abc import Sequence
 from fractions import Fraction
 
@@ -17,14 +12,13 @@ from dse.pareto.front import search_front
 from dse.space.size import space_size
 from dse.space.trees import consulted
 from dse.space.types import Design
+from tests.effort import cases
 from tests.oracle import evaluator as oracle
 from tests.oracle.generator import random_problem
 from tests.properties.pair import Pair, exact_value
 
-COUNT = int(os.environ.get("DSE_RANDOM_PROBLEMS", "500"))
-FIRST = int(os.environ.get("DSE_FIRST_SEED", "0"))
-PROBLEMS = [("tiny", seed) for seed in range(FIRST, FIRST + COUNT)]
-PROBLEMS += [("small", seed) for seed in range(FIRST, FIRST + COUNT // 20)]
+PROBLEMS = [("tiny", seed) for seed in cases(500)]
+PROBLEMS += [("small", seed) for seed in cases(25)]
 MOST_COMPARED = 250
 """Designs of a problem whose figures are compared, evenly spread; a tiny problem has fewer."""
 MOST_COMBINATIONS = 1500

@@ -2,14 +2,12 @@
 
 A random problem with uncertain inputs and deadlines is asked with limits, requirements, rules, objectives, fixed
 decisions, settings and robustness as they come; the search is stopped at random calls and goes on from the file that
-it left. What comes out is the front of exhaustion, and `verify` confirms it, stopped or not. `DSE_QUESTIONS` says how
-many.
+it left. What comes out is the front of exhaustion, and `verify` confirms it, stopped or not.
 """
 
 from __future__ import annotations
 
 import json
-import os
 import random
 from collections import Counter
 from dataclasses import dataclass, replace
@@ -18,6 +16,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from effort import cases
 from oracle.generator import random_problem
 from support import counted_down
 
@@ -41,8 +40,6 @@ from dse.study.functions import InputSpace
 from dse.study.robust import robust_asked
 from dse.study.uncertainty import read_uncertainties
 
-QUESTIONS = int(os.environ.get("DSE_QUESTIONS", "16"))
-FIRST = int(os.environ.get("DSE_FIRST_QUESTION", "0"))
 MOST_DESIGNS = 4000
 LIMITED = ("latency", "jitter", "utilisation", "load", "response time", "price", "power")
 
@@ -205,7 +202,7 @@ def comparable(result: Result | RobustResult) -> dict[str, Any]:
     return {name: value for name, value in data.items() if name not in ("search", "conflicts", "give_up")}
 
 
-@pytest.mark.parametrize("seed", range(FIRST, FIRST + QUESTIONS))
+@pytest.mark.parametrize("seed", cases(16))
 def test_any_question_is_answered_as_by_looking_at_every_design(
     seed: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, record_property: Any
 ) -> None:

@@ -1,12 +1,7 @@
-"""The same front and designs whatever way it is searched: parts, zones at a time, settings, workers, two-stage calls.
-
-``DSE_RANDOM_PROBLEMS=5000`` looks at a tenth as many problems instead of the default; ``DSE_FIRST_SEED=100000`` at
-others than usual.
-"""
+"""The same front and designs in whatever way it is searched: parts, zones at a time, settings, workers, two stages."""
 
 from __future__ import annotations
 
-import os
 import random
 
 import pytest
@@ -18,19 +13,18 @@ from dse.pareto.front import Budget, FrontSearch, search_front
 from dse.pareto.parts import Part
 from dse.pareto.settings import Settings
 from dse.pareto.subproblem import Solver
+from tests.effort import cases
 from tests.oracle.generator import random_problem
 from tests.properties.pair import Pair
 from tests.support import brute_front
 
-COUNT = int(os.environ.get("DSE_RANDOM_PROBLEMS", "500")) // 10
-FIRST = int(os.environ.get("DSE_FIRST_SEED", "0"))
 WAYS = 3
 MOST_COMBINATIONS = 1500
 LIGHT = 1.0
 """So much work may be drawn to have been too little."""
 
 
-@pytest.mark.parametrize("seed", range(FIRST, FIRST + COUNT))
+@pytest.mark.parametrize("seed", cases(50))
 def test_every_way_finds_the_same(seed: int, monkeypatch: pytest.MonkeyPatch) -> None:
     pair = Pair(random_problem(seed, "tiny"))
     expected = brute_front(pair.evaluator) if pair.combinations <= MOST_COMBINATIONS else None

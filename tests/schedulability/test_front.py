@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-import os
-
 import pytest
+from effort import cases, count
 from support import brute_front
 from thread_systems import draw, front, text_of
 
@@ -14,7 +13,7 @@ from dse.api.question import Changes
 from dse.encode import contention, sums
 from dse.pareto.front import Budget, search_front
 
-SEEDS = 1500 if os.environ.get("DSE_LONG_TESTS") else 20
+SEEDS = count(20)
 
 
 def found(text: str, workers: int = 1) -> set[tuple[int, ...]]:
@@ -24,14 +23,14 @@ def found(text: str, workers: int = 1) -> set[tuple[int, ...]]:
 
 
 @pytest.mark.parametrize("kind", ["plain", "chained", "stated", "fixed"])
-@pytest.mark.parametrize("seed", range(SEEDS))
+@pytest.mark.parametrize("seed", cases(20))
 def test_the_front_is_that_of_looking_at_every_design(kind: str, seed: int) -> None:
     system = draw(seed, kind=kind)
     assert found(text_of(system)) == front(system)
 
 
 @pytest.mark.parametrize("kind", ["plain", "chained", "stated"])
-@pytest.mark.parametrize("seed", range(3 * SEEDS, 4 * SEEDS))
+@pytest.mark.parametrize("seed", cases(20, 3 * SEEDS))
 def test_designs_are_the_first_of_all_with_their_figures(kind: str, seed: int) -> None:
     evaluator = Evaluator(loads(text_of(draw(seed, kind=kind))).space)
     search = search_front(evaluator, Budget(workers=2))
@@ -43,7 +42,7 @@ def test_designs_are_the_first_of_all_with_their_figures(kind: str, seed: int) -
 
 
 @pytest.mark.parametrize("kind", ["plain", "chained", "stated"])
-@pytest.mark.parametrize("seed", range(SEEDS, 2 * SEEDS))
+@pytest.mark.parametrize("seed", cases(20, SEEDS))
 def test_rows_and_clauses_alone_are_exact(kind: str, seed: int, monkeypatch: pytest.MonkeyPatch) -> None:
     """No other cores are tried: whatever the solver proposes stands or teaches."""
     monkeypatch.setattr(contention, "placements", lambda *_: ())
@@ -52,7 +51,7 @@ def test_rows_and_clauses_alone_are_exact(kind: str, seed: int, monkeypatch: pyt
 
 
 @pytest.mark.parametrize("kind", ["plain", "chained", "stated"])
-@pytest.mark.parametrize("seed", range(2 * SEEDS, 3 * SEEDS))
+@pytest.mark.parametrize("seed", cases(20, 2 * SEEDS))
 def test_clauses_alone_are_exact(kind: str, seed: int, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(contention, "placements", lambda *_: ())
     monkeypatch.setattr(contention, "add_rows", lambda *_: None)
@@ -61,7 +60,7 @@ def test_clauses_alone_are_exact(kind: str, seed: int, monkeypatch: pytest.Monke
 
 
 @pytest.mark.parametrize("kind", ["plain", "chained", "stated", "fixed"])
-@pytest.mark.parametrize("seed", range(SEEDS))
+@pytest.mark.parametrize("seed", cases(20))
 def test_response_times_in_flows_are_exact(kind: str, seed: int, monkeypatch: pytest.MonkeyPatch) -> None:
     """No response time is tabulated: bounds first, and what solutions teach."""
     monkeypatch.setattr(sums, "SCHEDULE_CASE_LIMIT", 1)

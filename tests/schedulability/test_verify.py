@@ -3,22 +3,20 @@
 from __future__ import annotations
 
 import json
-import os
 from pathlib import Path
 
 import pytest
+from effort import cases
 from thread_systems import draw, text_of
 
 import dse
 from dse.api.problem import load
 from dse.verification import tables
 
-SEEDS = 150 if os.environ.get("DSE_LONG_TESTS") else 8
-
 
 @pytest.mark.parametrize("method", ["model", "exhaustion"])
 @pytest.mark.parametrize("kind", ["plain", "chained", "stated", "fixed"])
-@pytest.mark.parametrize("seed", range(SEEDS))
+@pytest.mark.parametrize("seed", cases(8))
 def test_true_fronts_are_proved_again_and_false_ones_refused(
     kind: str, method: str, seed: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

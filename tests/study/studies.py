@@ -2,17 +2,15 @@
 
 from __future__ import annotations
 
-import os
 from pathlib import Path
 
-import pytest
+from effort import LONG, long_test
 
 from dse.api.problem import Problem, load, loads
 from dse.examples import example_files, example_path
 from dse.study.quantities import Inputs, copied, effective_text, merged_data
 
-LONG = bool(os.environ.get("DSE_LONG_TESTS"))
-long_test = pytest.mark.skipif(not LONG, reason="takes minutes: set DSE_LONG_TESTS=1")
+__all__ = ["ALL", "LONG", "NAMES", "QUICK", "edited", "example", "long_test", "written"]
 ALL = [path.stem for path in example_files()]
 QUICK = ["starter", "inmark_chapter2", "inmark_chapter3"]
 NAMES = ALL if LONG else QUICK

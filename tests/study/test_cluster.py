@@ -15,7 +15,7 @@ from pathlib import Path
 from threading import Thread
 
 import pytest
-from study.studies import LONG, example
+from study.studies import LONG, example, long_test
 from study.test_sweep import first_path
 
 from dse.errors import UsageError
@@ -64,9 +64,7 @@ def _address(file: Path, workers: int) -> str:
     return address
 
 
-@pytest.mark.skipif(
-    not os.environ.get("DSE_CLUSTER_TESTS") and not LONG, reason="starts a cluster: set DSE_CLUSTER_TESTS=1"
-)
+@long_test
 @pytest.mark.filterwarnings("default")
 def test_three_workers_one_killed(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     problem = example("inmark" if LONG else "starter")
@@ -97,9 +95,7 @@ def test_three_workers_one_killed(tmp_path: Path, capsys: pytest.CaptureFixture[
         sys.stderr.write(f"\n{RUNS} runs: {said}\n")
 
 
-@pytest.mark.skipif(
-    not os.environ.get("DSE_CLUSTER_TESTS") and not LONG, reason="starts a cluster: set DSE_CLUSTER_TESTS=1"
-)
+@long_test
 def test_a_scheduler_that_dies_is_told_in_one_line(tmp_path: Path) -> None:
     """Not with what Dask logs of it, a screen of tracebacks."""
     vary = f"{first_path('starter', '.price')}=1 EUR..3000 EUR step 1 EUR"

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import copy
-import os
 import random
 from collections.abc import Iterator
 from fractions import Fraction
 from typing import Any, Literal
 
 import pytest
+from effort import count
 from explain.test_random_conflicts import infeasible
 
 import dse
@@ -17,7 +17,7 @@ from dse.api.solving import Watcher, solve_asked
 from dse.examples import example_files
 from dse.pareto.front import Budget
 
-COUNT = 300 if os.environ.get("DSE_LONG_TESTS") else 12
+COUNT = count(12)
 METHODS: tuple[Literal["exhaustion", "model"], ...] = ("exhaustion", "model")
 
 

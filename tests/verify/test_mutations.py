@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import json
-import os
 from collections import Counter
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any, Literal
 
 import pytest
+from effort import LONG, cases
 from oracle.generator import random_problem
 from verify.mutations import mutations
 
@@ -18,9 +18,8 @@ from dse.api.problem import Problem
 from dse.errors import ProblemError
 from dse.examples import example_files
 
-MANY = bool(os.environ.get("DSE_LONG_TESTS"))
-SEEDS = {"exhaustion": range(300 if MANY else 12), "model": range(304, 404 if MANY else 311)}
-OF_EACH = 20 if MANY else 3
+SEEDS = {"exhaustion": cases(12), "model": cases(7, 304)}
+OF_EACH = 20 if LONG else 3
 
 
 @pytest.mark.parametrize("path", example_files(), ids=lambda path: path.stem)

@@ -1,0 +1,29 @@
+"""How much the random tests try: one setting, `DSE_EFFORT`, for all of them.
+
+``DSE_EFFORT=20`` draws twenty times as many cases as usual and runs what else takes minutes (clusters, all problems of
+the studies); ``DSE_EFFORT=1:5000`` draws others than usual, from seed 5000 on; ``DSE_EFFORT=0.1`` draws a tenth.
+"""
+
+from __future__ import annotations
+
+import os
+
+import pytest
+
+_FACTOR, _, _FIRST = os.environ.get("DSE_EFFORT", "1").partition(":")
+FACTOR = float(_FACTOR or "1")
+FIRST = int(_FIRST or "0")
+"""The first seed."""
+LONG = FACTOR >= 10
+"""Whether what takes minutes is run too."""
+long_test = pytest.mark.skipif(not LONG, reason="takes minutes: set DSE_EFFORT=10")
+
+
+def cases(usual: int, first: int = 0) -> range:
+    """The seeds of a random test that usually draws so many, from `first` on."""
+    return range(first + FIRST, first + FIRST + count(usual))
+
+
+def count(usual: int) -> int:
+    """How many to draw where usually there are so many; never none."""
+    return max(1, round(usual * FACTOR))
