@@ -10,6 +10,7 @@ from typing import Any, Unpack
 
 from dse.analysis.bounds import Impossible, impossible
 from dse.analysis.remarks import problem_remarks
+from dse.api.meanings import changed_meanings
 from dse.api.problem import Problem, Source, load
 from dse.api.question import Question
 from dse.api.sizes import too_large
@@ -91,7 +92,13 @@ def check(problem: Source, **question: Unpack[Question]) -> Description:
     decisions = tuple(item for item in space.decisions if item.is_open)
     told = told_deadlines(space, partial(_deadline_origin, asked))
     found = tuple(impossible(space, (*space.requirements, *told)))
-    remarks = (*too_large(space), *_remarks(space), *_setting_remarks(asked, space), *_rounded(asked))
+    remarks = (
+        *too_large(space),
+        *_remarks(space),
+        *_setting_remarks(asked, space),
+        *changed_meanings(asked),
+        *_rounded(asked),
+    )
     return Description(space, decisions, space_size(space), remarks, found)
 
 

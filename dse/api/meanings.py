@@ -1,0 +1,97 @@
+"""Which figures of a file count otherwise than under an earlier meaning of files: remarks of `dse.check`.
+
+Each is a change that CHANGELOG.md names under "Changed meaning", told where a file is touched by it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from fractions import Fraction
+
+from dse.api.problem import Problem
+from dse.space.trees import leaves
+from dse.space.types import Space
+from dse.spec.quantities import figures_of
+from dse.units import TRANSMISSION, UNITS, canonical_unit
+
+MOST_NAMED = 6
+"""Maximum number of names in one remark."""
+
+
+def changed_meanings(problem: Problem) -> Iterator[str]:
+    """What in the file an earlier version counted otherwise, and how it counts now."""
+    space = problem.space
+    yield from _equal_priorities(space)
+    yield from _fine_times(problem)
+    yield from _totals(space)
+    yield from _defaults(space)
+    yield from _open_cores(problem)
+
+
+def _named(names: Sequence[str]) -> str:
+    more = f" and {len(names) - MOST_NAMED} more" if len(names) > MOST_NAMED else ""
+    return ", ".join(names[:MOST_NAMED]) + more
+
+
+def _equal_priorities(space: Space) -> Iterator[str]:
+    """Threads that may share a processor, and may have the same stated priority."""
+    holders: dict[tuple[int, int], list[str]] = {}
+    for item in space.components:
+        ranks = {rank for rank in leaves(item.priority) if rank is not None}
+        for slot in {slot for slot in leaves(item.processor) if slot is not None}:
+            for rank in ranks:
+                holders.setdefault((slot, rank), []).append(item.name)
+    shared = {name: None for names in holders.values() if len(names) > 1 for name in names}
+    if shared:
+        yield (
+            "threads of equal stated priority count in each other's response time on one core, in both directions "
+            f"(the shorter period went first before): {_named([*shared])}"
+        )
+
+
+def _fine_times(problem: Problem) -> Iterator[str]:
+    """Times of messages, and stated latencies of flows, that are no whole ns."""
+    spec = problem.loaded.spec
+    found = [
+        figure.path for figure in figures_of(spec) if figure.kind is TRANSMISSION and figure.nominal.denominator != 1
+    ]
+    for name, flow in spec.flows.items():
+        if flow.latency is not None and any(Fraction(end).denominator != 1 for end in flow.latency):
+            found.append(f"flows.{name}.latency")
+    if found:
+        yield f"times that are no whole ns count exactly (rounded outwards to whole ns before): {_named(found)}"
+
+
+def _totals(space: Space) -> Iterator[str]:
+    """Declared totals whose unit is a multiple of a unit of the table: limits on them were off by the factor."""
+    for name, unit in space.totals.items():
+        scale, _ = UNITS.get(canonical_unit(unit), (Fraction(1), None))
+        if scale != 1 and any(item.metric.key == name for item in space.requirements):
+            yield f"limits on {name} count in its own unit, {unit} (off by a factor of {max(scale, 1 / scale)} before)"
+
+
+def _defaults(space: Space) -> Iterator[str]:
+    """Decisions that some type leaves to a default, which is no option of theirs."""
+    for reference in space.references.values():
+        index = space.decision_index(reference.name)
+        if index is None or not space.decisions[index].is_open:
+            continue
+        absent = [text for value, text in reference.texts.items() if value not in space.decisions[index].values]
+        if absent:
+            yield (
+                f"{reference.name} is no decision where the chosen type does not state it: it counts as "
+                f"{_named(absent)}, which was an option before"
+            )
+
+
+def _open_cores(problem: Problem) -> Iterator[str]:
+    """Threads whose core is a decision although the file does not mention it."""
+    space, threads = problem.space, problem.loaded.spec.threads
+    there = [item for item in space.open_cores if item.index < len(space.decisions)]
+    names = [space.components[item.component].name for item in there]
+    silent = [name for name in names if not threads[name].core]
+    if silent:
+        yield (
+            "the core of each thread is a decision, as something that is asked depends on it "
+            f"(`core: first_fit` puts them as before): {_named(silent)}"
+        )

@@ -1,0 +1,68 @@
+"""A file whose figures count otherwise than under an earlier meaning of files is told so by `dse check`."""
+
+from __future__ import annotations
+
+import pytest
+
+import dse
+
+TEXT = """
+dse: 1
+name: older
+totals: {share: '%', mass: g}
+processor_types: {c: {cores: 2, totals: {share: 20 %, mass: 1 kg}}}
+bus_types:
+  short: {bandwidth: 1 Mbit/s, transmission_time: {per_byte: [1 us, 2 us]}}
+  long: {bandwidth: 1 Mbit/s, transmission_time: {fixed: [5 us, 6 us], per_byte: 8 us}}
+processors: {p: {type: c}, q: {type: c}}
+buses: {x: {type: [short, long]}}
+threads:
+  a: {processor: p, period: 10 ms, compute_execution_time: 1 ms, priority: 3}
+  b: {processor: [p, q], period: 20 ms, compute_execution_time: 1 ms, priority: [2, 4]}
+connections: {w: {from: a, to: b, data_size: 8 B, bus: x}}
+flows: {f: {path: [a, b]}}
+requirements: [mass <= 5 kg]
+objectives: [minimise latency of f]
+"""
+PRIORITIES = "threads of equal stated priority count in each other's response time on one core, in both directions"
+FINE = "times that are no whole ns count exactly (rounded outwards to whole ns before): "
+CORES = "the core of each thread is a decision, as something that is asked depends on it"
+FIXED = "x.transmission_time.fixed is no decision where the chosen type does not state it: it counts as 0 ns"
+
+
+def remarks(text: str, word: str) -> list[str]:
+    return [remark for remark in dse.check(dse.loads(text)).remarks if word in remark]
+
+
+@pytest.mark.parametrize(
+    ("edit", "word", "said"),
+    [
+        (("[2, 4]", "[2, 3]"), "equal stated", [f"{PRIORITIES} (the shorter period went first before): a, b"]),
+        (("[p, q]", "q"), "equal stated", []),
+        (("[2, 4]", "3"), "equal stated", [f"{PRIORITIES} (the shorter period went first before): a, b"]),
+        (("per_byte: 8 us", "per_byte: 0.1 ns"), "whole ns", [f"{FINE}bus_types.long.transmission_time.per_byte"]),
+        (("per_byte: 8 us", "per_byte: 1/3 ns .. 8 us"), "whole ns",
+         [f"{FINE}bus_types.long.transmission_time.per_byte.min"]),
+        (("path: [a, b]", "path: [a, b], latency: 1 ps .. 1 s"), "whole ns", [f"{FINE}flows.f.latency"]),
+        (("mass <= 5 kg", "share <= 100 %"), "own unit",
+         ["limits on share count in its own unit, % (off by a factor of 100 before)"]),
+        (("mass <= 5 kg", "utilisation <= 50 %"), "own unit", []),
+        (("fixed: [5 us, 6 us]", "fixed: [5 us, 6 us]"), "no decision", [f"{FIXED}, which was an option before"]),
+        (("fixed: [5 us, 6 us], ", ""), "no decision", []),
+        (("requirements:", "deadlines: all\nrequirements:"), CORES,
+         [f"{CORES} (`core: first_fit` puts them as before): a, b"]),
+        (("priority: 3}", "priority: 3, core: first_fit}\ndeadlines: all"), CORES, []),
+    ],
+)  # fmt: skip
+def test_what_counts_otherwise_is_told(edit: tuple[str, str], word: str, said: list[str]) -> None:
+    if "first_fit}" in edit[1]:
+        text = TEXT.replace("priority: 3}", "priority: 3, core: first_fit}").replace("[2, 4]}", "[2, 4], core: [1, 2]}")
+        text = text.replace("requirements:", "deadlines: all\nrequirements:")
+    else:
+        text = TEXT.replace(*edit)
+    assert remarks(text, word) == said
+
+
+def test_nothing_is_told_of_a_file_that_no_change_touches() -> None:
+    text = TEXT.replace("{fixed: [5 us, 6 us], per_byte: 8 us}", "{per_byte: 8 us}")
+    assert remarks(text, "before") == []
