@@ -1,0 +1,197 @@
+"""Everything that the loader takes is documented, everything documented is taken, and the JSON Schema says the same."""
+
+from __future__ import annotations
+
+import copy
+import re
+from pathlib import Path
+from typing import Any, get_args
+
+import jsonschema
+import pytest
+import yaml
+
+from dse.errors import ProblemError
+from dse.spec import model
+from dse.spec.load import load_spec
+from dse.spec.schema import json_schema
+
+DOCUMENT = (Path(__file__).parents[2] / "docs" / "problem-file.md").read_text(encoding="utf-8")
+VALIDATOR = jsonschema.Draft202012Validator(json_schema())
+EVERY_FIELD = """
+dse: 1
+name: everything
+source: a book
+description: several lines
+assumptions: [none so far]
+include: [parts.yaml]
+profile: dse
+processing: execution_time
+deadlines: stated
+worst_case: deadline
+totals: {mass: g}
+processor_types: {c: {cores: 2, price: 1 EUR, power: 1 W, totals: {mass: 1 kg}, source: s}}
+bus_types:
+  b: {bandwidth: 1 Mbit/s, transmission_time: {fixed: 1 us, per_byte: 1 ns}, latency: 1 ms, overhead: 1 B,
+      virtual: false, exclusive: true, price: 1 EUR, power: 1 W, totals: {mass: 1 g}, source: s}
+  v: {virtual: true, transmission_time: from bandwidth, bandwidth: 1 Mbit/s}
+device_types:
+  d: {period: 1 ms, category: device, dispatch_protocol: periodic, compute_execution_time: 1 us, latency: 1 us,
+      deadline: 1 ms, response_time: 1 us, queue_size: 1, price: 1 EUR, power: 1 W, totals: {mass: 1 g}, source: s}
+thread_types:
+  t: {period: 1 ms, category: thread, dispatch_protocol: periodic, compute_execution_time: 1 us,
+      callback_execution_time: 1 us, latency: 1 us, deadline: 1 ms, response_time: 1 us, queue_size: 1, price: 1 EUR,
+      power: 1 W, totals: {mass: 1 g}, source: s}
+processors: {p: {type: c, optional: true, source: s}}
+buses: {x: {type: b, optional: true, source: s}, y: {type: v, bus: x}}
+devices:
+  e: {type: d, period: 1 ms, category: device, dispatch_protocol: periodic, compute_execution_time: 1 us, latency: 1 us,
+      deadline: 1 ms, response_time: 1 us, queue_size: 1, price: 1 EUR, power: 1 W, totals: {mass: 1 g}, source: s}
+threads:
+  f: {type: t, processor: p, process: q, priority: 1, core: 1, period: 1 ms, category: thread,
+      dispatch_protocol: periodic, dispatch_trigger: [w], compute_execution_time: 1 us, callback_execution_time: 1 us,
+      latency: 1 us, deadline: 1 ms, response_time: 1 us, queue_size: 1, price: 1 EUR, power: 1 W, totals: {mass: 1 g},
+      source: s}
+connections:
+  w: {from: e, to: f, data_size: 1 B, bus: x, rate: 1 Hz, data_rate: 1 B/s, port: data, queue_size: 1, latency: 1 us,
+      source: s}
+flows: {g: {path: [e, f], latency: 1 us .. 1 s, source: s}}
+metrics: {m: latency of g * 2}
+requirements: [price <= 1 EUR]
+rules: [c requires b]
+objectives: [minimise price]
+baseline: {p: {type: c}}
+uncertainty:
+  threads.f.period: {range: 1 ms .. 2 ms, factor: 1 .. 2, distribution: normal, mean: 1 ms, deviation: 1 ms, mode: 1 ms,
+                     samples: [1 ms], column: c, unit: ms, source: s}
+"""
+CLASSES = {
+    "processor_types": "ProcessorType", "bus_types": "BusType", "device_types": "DeviceType",
+    "thread_types": "ThreadType", "processors": "Processor", "buses": "Bus", "devices": "Device", "threads": "Thread",
+    "connections": "Connection", "flows": "Flow", "uncertainty": "Uncertainty",
+}  # fmt: skip
+LISTS = {"path", "dispatch_trigger", "samples", "include", "assumptions", "requirements", "rules", "objectives"}
+"""Fields in which a list is no choice."""
+WORDS = frozenset(
+    {
+        "contention", "core_by", "cpu_affinity", "g", "kg", "kB", "load", "osate", "pthread_setaffinity_np", "rounded",
+        "taskset", "of", "jitter", "busy", "utilisation", "and", "or", "not", "implies", "requires", "require",
+        "forbid", "true", "false", "none", "any", "first_fit", "all", "execution_time", "ppm",
+    }
+)  # fmt: skip
+"""Words in code spans of the document that are no fields: metrics, rules, units, values, and what is not ours."""
+
+
+def fields_of(name: str) -> set[str]:
+    return {info.alias or field for field, info in getattr(model, name).model_fields.items()}
+
+
+def data_of(text: str) -> dict[str, Any]:
+    found: dict[str, Any] = yaml.safe_load(text)
+    return found
+
+
+def places() -> list[tuple[str, ...]]:
+    """Every field of every section, the parts of a transmission time, and the top level."""
+    data = data_of(EVERY_FIELD)
+    found: list[tuple[str, ...]] = [(key,) for key in data if key not in CLASSES]
+    for section in CLASSES:
+        for name, entry in data[section].items():
+            found += [(section, name, field) for field in entry]
+    return [*found, *(("bus_types", "b", "transmission_time", part) for part in ("fixed", "per_byte"))]
+
+
+def taken(data: dict[str, Any], folder: Path) -> bool:
+    (folder / "parts.yaml").write_text("description: nothing\n", encoding="utf-8")
+    (folder / "p.yaml").write_text(yaml.safe_dump(data), encoding="utf-8")
+    try:
+        load_spec(folder / "p.yaml")
+    except ProblemError:
+        return False
+    return True
+
+
+def test_the_file_states_every_field() -> None:
+    data = data_of(EVERY_FIELD)
+    assert set(data) == fields_of("Spec")
+    for section, name in CLASSES.items():
+        assert {field for entry in data[section].values() for field in entry} == fields_of(name), section
+
+
+@pytest.mark.parametrize("place", places(), ids=".".join)
+def test_a_list_is_taken_where_the_document_says(place: tuple[str, ...], tmp_path: Path) -> None:
+    """By the loader and by the schema alike."""
+    told = DOCUMENT[DOCUMENT.index("\nNo alternatives: ") : DOCUMENT.index("## Quantities")]
+    without, lists = (set(re.findall(r"`(\w+)`", part)) for part in told.split(" In\n"))
+    assert lists == LISTS
+    data = data_of(EVERY_FIELD)
+    assert taken(data, tmp_path) and VALIDATOR.is_valid(data)
+    listed = copy.deepcopy(data)
+    part = listed
+    for key in place[:-1]:
+        part = part[key]
+    last = place[-1]
+    is_text = not isinstance(part[last], list) and last in ("source", "description", "column", "unit", "name")
+    part[last] = part[last] if isinstance(part[last], list) else [part[last]]
+    offers = not is_text and not (
+        (last in without and (last != "latency" or place[0] == "flows"))
+        or (len(place) == 1 and last not in LISTS)
+        or (place[0] == "uncertainty" and last not in LISTS)
+        or last == "totals"
+    )  # fmt: skip
+    assert taken(listed, tmp_path) is offers, "loader"
+    assert VALIDATOR.is_valid(listed) is offers, "schema"
+
+
+def test_alternatives_of_a_total_and_of_a_processor_type(tmp_path: Path) -> None:
+    data = data_of(EVERY_FIELD)
+    data["threads"]["f"]["totals"] = {"mass": ["1 g", "2 g"]}
+    data["threads"]["f"]["compute_execution_time"] = {"c": ["1 us", "2 us"]}
+    assert taken(data, tmp_path) and VALIDATOR.is_valid(data)
+
+
+PARAGRAPHS = {
+    "ProcessorType": "* processor type: ",
+    "BusType": "* bus type: ",
+    "Processor": "**processors**: ",
+    "Bus": "**buses**: ",
+    "DeviceType": "**devices**: ",
+    "Device": "**devices**: ",
+    "ThreadType": "**threads**: ",
+    "Thread": "**threads**: ",
+    "Connection": "**connections**: ",
+    "Flow": "**flows**: ",
+    "Uncertainty": "## Uncertainty",
+    "Spec": "## Top level",
+}
+ENDS = {"Uncertainty": "\n## ", "Spec": "\n## ", "Thread": "\n\n`category`", "ThreadType": "\n\n`category`"}
+
+
+@pytest.mark.parametrize("name", PARAGRAPHS)
+def test_every_field_is_documented_where_its_section_is(name: str) -> None:
+    begin = DOCUMENT.index(PARAGRAPHS[name])
+    end = DOCUMENT.find(ENDS.get(name, "\n\n"), begin + 4)
+    text = DOCUMENT[begin : end if end > 0 else None]
+    text = text.split("\n* bus type")[0] if name == "ProcessorType" else text
+    told = set(re.findall(r"`(\w+)(?::[^`]*)?`", text))
+    if name in ("Thread", "ThreadType"):  # "the fields of a device, and"
+        told |= fields_of("Device")
+    assert fields_of(name) - told == set()
+
+
+def test_every_key_that_is_documented_is_taken() -> None:
+    known = set().union(*(fields_of(name) for name in (*CLASSES.values(), "Spec", "TransmissionTime")))
+    for name in (*CLASSES.values(), "Spec"):
+        for info in getattr(model, name).model_fields.values():
+            known |= set(re.findall(r"'([\w-]+)'", str(info.annotation)))
+    known |= {word for kind in (model.Category, model.Protocol, model.Port) for word in _words(kind)}
+    told = set(re.findall(r"`([a-z]\w*)`", DOCUMENT))
+    assert told - known - WORDS == set()
+    assert not WORDS & fields_of("Thread")
+
+
+def _words(kind: Any) -> set[str]:
+    found = {item for item in get_args(kind) if isinstance(item, str)}
+    for item in get_args(kind):
+        found |= _words(item) if not isinstance(item, str) else set()
+    return found
