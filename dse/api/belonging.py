@@ -77,7 +77,7 @@ def belonging(data: Mapping[str, Any], path: str | Path, given: Problem | str | 
         return Belonging(
             candidates[0],
             is_same_text=False,
-            differs=("its text is another, and the result carries none to compare with",),
+            differs=(NO_TEXT,),
         )
     for item in candidates:
         if item.loaded.identity == carried.loaded.identity:

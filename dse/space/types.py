@@ -10,7 +10,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from fractions import Fraction
 from typing import Any, Literal, TypeAlias
 
 from dse.space.trees import Tree
@@ -320,6 +319,3 @@ class Space:
             if decision.name == name:
                 return index
         return None
-
-
-RateHz: TypeAlias = Fraction

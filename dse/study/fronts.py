@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from fractions import Fraction
 from typing import Any
 
 from dse.analysis.evaluate import Evaluator
@@ -117,8 +116,3 @@ def non_dominated(points: Mapping[Any, tuple[Any, ...]]) -> list[Any]:
 
 def _covers(one: tuple[Any, ...], other: tuple[Any, ...]) -> bool:
     return all(a <= b for a, b in zip(one, other, strict=True))
-
-
-def value_of(text: int | str) -> Fraction:
-    """An exact figure of an outcome as a number."""
-    return Fraction(text)

@@ -17,7 +17,7 @@ from dse.analysis.views import View
 from dse.space.trees import Choice
 from dse.space.types import EMPTY, Space
 from dse.verification.contention import is_late_limit, place_of
-from dse.verification.diagrams import NO_DESIGN, Diagram, Diagrams, Node, TooLarge, as_fraction, leaves
+from dse.verification.diagrams import NO_DESIGN, Diagram, Diagrams, TooLarge, as_fraction, leaves
 
 EXACT = 2**52
 """Sums stay below this, so that 64-bit arithmetic and the solver's are exact."""
@@ -300,8 +300,3 @@ class _Builder:
 
         found = self.make.diagram(meets, self.space.decisions[index].name)
         return None if found is True else found
-
-
-def is_diagram(item: Diagram) -> bool:
-    """Whether anything is to be looked up."""
-    return isinstance(item, Node)

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from dse.analysis.evaluate import Evaluator
-from dse.analysis.vectorised import VectorisedEvaluator
+from tests.benchmarks.vectorised import VectorisedEvaluator
 
 from .fronts import non_dominated
 

@@ -135,7 +135,7 @@ def _analysis(case: Case, task: dict[str, Any]) -> dict[str, Any]:
     import numpy as np
 
     from dse.analysis.evaluate import Evaluator
-    from dse.analysis.vectorised import VectorisedEvaluator
+    from tests.benchmarks.vectorised import VectorisedEvaluator
 
     space = _load(case)[0].space
     evaluator = Evaluator(space)

@@ -14,7 +14,7 @@ NEVER = {
     "--help": (*SOLVER, "networkx", "pydantic", "yaml", "rich", "dse.spec", "dse.space", "dse.analysis"),
     "check": (*SOLVER, "networkx", "dse.encode", "dse.pareto", "dse.results", "dse.generator"),
     "new": (*SOLVER, "networkx", "rich", "dse.space", "dse.generator"),
-    "solve": ("networkx", "scipy", "matplotlib", "dse.generator", "dse.analysis.vectorised", "dse.study"),
+    "solve": ("networkx", "scipy", "matplotlib", "dse.generator", "dse.study"),
     "analyse": (*SOLVER, "networkx", "dse.encode", "dse.pareto"),
 }
 ARGUMENTS = {

@@ -13,12 +13,12 @@ from study.studies import ALL, LONG, example
 from study.test_breaks import expected
 
 from dse.analysis.evaluate import Evaluator
-from dse.analysis.vectorised import VectorisedEvaluator
 from dse.space.types import Objective, Space
 from dse.study.axes import LimitAxis, limited, read_axis
 from dse.study.breaks import break_points
 from dse.study.fronts import minimised
 from dse.study.quantities import Inputs, merged_data
+from tests.benchmarks.vectorised import VectorisedEvaluator
 
 GRID = 4000 if LONG else 400
 Vector = tuple[Fraction, ...]

@@ -11,13 +11,13 @@ import numpy as np
 import pytest
 from oracle.generator import random_problem as oracle_problem
 
-from dse.analysis import vectorised
 from dse.analysis.evaluate import Evaluator
-from dse.analysis.vectorised import VectorisedEvaluator
 from dse.api.problem import load, loads
 from dse.examples import example_files
 from dse.generator import FAMILIES, random_problem
 from dse.space.types import Design, Space
+from tests.benchmarks import vectorised
+from tests.benchmarks.vectorised import VectorisedEvaluator
 
 MOST = 150
 
