@@ -8,7 +8,7 @@ from typing import Unpack
 
 from dse.analysis.contention import ContentionReferee, with_contention
 from dse.analysis.evaluate import Evaluator
-from dse.api.problem import Source, complete_design, load, read_choices
+from dse.api.problem import Source, complete_design, load, read_choices, with_stated_cores
 from dse.api.question import Question
 from dse.results.analysis import Analysis
 from dse.results.contention import judge
@@ -43,8 +43,8 @@ def analyse(
     UsageError
         when a decision or option does not exist, or decisions are left open.
     """
-    space = load(problem).ask(**question).space
     texts = [f"'{name}' = {option}" for name, option in design.items()] if isinstance(design, Mapping) else design or ()
+    space = with_stated_cores(load(problem).ask(**question), texts).space
     given = {**space.fixed, **read_choices(space, texts)}
     chosen = complete_design(space, {**space.baseline, **given})
     analysis = analyse_design(Evaluator(space), chosen, response_times=response_times)

@@ -141,7 +141,12 @@ def changed(problem: Problem, changes: Changes) -> Problem:
         for texts that do not parse or name what is not there.
     """
     base, changes = problem.base, problem.changes.then(changes)
-    space = set_up(base, changes.settings)
+    asked = base
+    if changes.result is not None:
+        from dse.api.recalling import asked_as
+
+        asked = asked_as(base, changes.result)
+    space = set_up(asked, changes.settings)
     requirements: list[Requirement] = list(space.requirements)
     rules: list[Rule] = list(space.rules)
     for metric, text in changes.limits:
@@ -154,8 +159,9 @@ def changed(problem: Problem, changes: Changes) -> Problem:
             _add_new(requirements, found)
     objectives = _objectives(space, changes.objectives) if changes.objectives else space.objectives
     space = replace(space, requirements=tuple(requirements), rules=tuple(rules), objectives=objectives)
-    fixed = dict(read_choices(with_all_cores(space), changes.fix))
-    return Problem(base.loaded, with_open_cores(replace(space, fixed=fixed)), changes, base.space)
+    space = replace(space, fixed={**space.fixed, **read_choices(with_all_cores(space), changes.fix)})
+    space = with_all_cores(space) if changes.cores else with_open_cores(space)
+    return Problem(base.loaded, space, changes, base.space)
 
 
 def set_up(problem: Problem, given: Mapping[str, str | None]) -> Space:
@@ -260,6 +266,17 @@ def read_choices(space: Space, texts: Sequence[str]) -> Mapping[int, int]:
                 raise UsageError(f"{text!r}: {name} is already set to another option")
             choices[decision] = option
     return choices
+
+
+def with_stated_cores(problem: Problem, texts: Sequence[str]) -> Problem:
+    """The problem, with every open core a decision where one of the texts ``name = option`` states one.
+
+    A stated core counts whatever is asked: in response times that are only told, in the use of each core.
+    """
+    names = {item.decision.name for item in problem.space.open_cores}
+    if not any(text.partition("=")[0].strip().strip("'\"") in names for text in texts):
+        return problem
+    return changed(problem, Changes(cores=True))
 
 
 def complete_design(space: Space, choices: Mapping[int, int]) -> Design:

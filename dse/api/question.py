@@ -49,7 +49,9 @@ class Changes:
 
     `limits` are (metric, text) pairs such as ("jitter", "20 ms") or ("jitter", "my_flow=20 ms"); `require` holds
     requirements and rules; `objectives`, where given, replace those of the file; `fix` holds ``decision = option``
-    texts. The others are settings, each with the values that the problem file has for it.
+    texts. The next four are settings, each with the values that the problem file has for it. `result` is the
+    ``effective`` block of a result whose question takes the place of the file's, under all other changes. `cores`
+    makes every open core a decision, whatever is asked: for designs that state cores.
     """
 
     limits: Sequence[tuple[str, str]] = ()
@@ -60,6 +62,8 @@ class Changes:
     worst_case: str | None = None
     processing: str | None = None
     deadlines: str | None = None
+    result: Mapping[str, Any] | None = None
+    cores: bool = False
 
     @property
     def settings(self) -> dict[str, str | None]:
@@ -76,6 +80,8 @@ class Changes:
         given: dict[str, Any] = {name: value for name, value in more.settings.items() if value is not None}
         return replace(
             self,
+            result=more.result or self.result,
+            cores=more.cores or self.cores,
             limits=(*self.limits, *more.limits),
             require=(*self.require, *more.require),
             objectives=more.objectives or self.objectives,
@@ -107,7 +113,7 @@ def changes_of(question: Mapping[str, Any]) -> Changes:
         *(f"minimise {text}" for text in _texts(question, "minimise")),
         *(f"maximise {text}" for text in _texts(question, "maximise")),
     )
-    settings = {item.name: question.get(item.name) for item in fields(Changes) if item.name in SETTINGS}
+    settings: dict[str, Any] = {item.name: question.get(item.name) for item in fields(Changes) if item.name in SETTINGS}
     return Changes(limits, _texts(question, "require"), objectives, _texts(question, "fix"), **settings)
 
 

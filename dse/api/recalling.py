@@ -57,6 +57,24 @@ def _settings(effective: Mapping[str, Any]) -> dict[str, str]:
     return found
 
 
+def asked_as(problem: Problem, effective: Mapping[str, Any]) -> Problem:
+    """The problem with the question of a result, and with what its file demands beyond that: it may have changed.
+
+    Errors as for `restated`.
+    """
+    asked = restated(problem, effective)
+    own = set_up(problem, _settings(effective))
+    known = {*effective["requirements"], *effective["rules"]}
+    requirements = [item for item in own.requirements if item.text not in known]
+    rules = [item for item in own.rules if item.text not in known]
+    space = replace(
+        asked.space,
+        requirements=(*asked.space.requirements, *requirements),
+        rules=(*asked.space.rules, *rules),
+    )
+    return replace(asked, space=space)
+
+
 def named_choices(space: Space, decisions: Mapping[str, str]) -> dict[int, int]:
     """Options by decision, from names and canonical texts as results have them.
 

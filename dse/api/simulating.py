@@ -14,7 +14,7 @@ from dse.analysis.latency import flow_rows
 from dse.analysis.rates import is_event_triggered
 from dse.analysis.scheduling import processor_responses
 from dse.analysis.views import View
-from dse.api.problem import Source, complete_design, load, read_choices
+from dse.api.problem import Source, complete_design, load, read_choices, with_stated_cores
 from dse.api.question import Question
 from dse.errors import UsageError
 from dse.results.analysis import FlowTable
@@ -95,8 +95,8 @@ def simulate(
         when there was no time for the analysed bounds.
     """
     limit = TimeLimit.after(time_limit_s)
-    space = load(problem).ask(**question).space
     texts = [f"'{name}' = {option}" for name, option in design.items()] if isinstance(design, Mapping) else design or ()
+    space = with_stated_cores(load(problem).ask(**question), texts).space
     chosen = complete_design(space, {**space.baseline, **space.fixed, **read_choices(space, texts)})
     with until(limit):
         evaluation = Evaluator(space).evaluate(chosen)

@@ -17,9 +17,10 @@ from dse.cli.common import (
     question_options,
     write_text,
 )
-from dse.errors import EXIT_COMPLETE, EXIT_NO, about
+from dse.errors import EXIT_COMPLETE, EXIT_NO
 
 if TYPE_CHECKING:
+    from dse.api.designs import NamedDesign
     from dse.api.problem import Problem
 
 
@@ -29,7 +30,7 @@ if TYPE_CHECKING:
     "--design",
     multiple=True,
     metavar="'DECISION = OPTION'",
-    help="A decision of the design, on top of the baseline; or RESULT.json#ID, an alternative of a solve.",
+    help="A decision of the design, on top of the baseline; or RESULT.json#ID, an alternative and its question.",
 )
 @click.option("--response-times", is_flag=True, help="Also the response time of every thread, by core and priority.")
 @question_options
@@ -44,8 +45,8 @@ def command(file: str, design: tuple[str, ...], response_times: bool, json_path:
     from dse.api.analysing import analyse
     from dse.api.problem import load
 
-    problem = load(Path(file)).ask(**question_of(options))
-    analysis = analyse(problem, choices_of(design, problem), response_times=response_times)
+    found = named(design, load(Path(file)).ask(**question_of(options)))
+    analysis = analyse(found.problem, found.texts, response_times=response_times)
     if json_path != "-":
         from dse.report.terminal import print_analysis
 
@@ -55,19 +56,11 @@ def command(file: str, design: tuple[str, ...], response_times: bool, json_path:
     return EXIT_COMPLETE if analysis.is_feasible else EXIT_NO
 
 
-def choices_of(texts: tuple[str, ...], problem: Problem) -> list[str]:
-    """Texts ``a = b``; ``RESULT.json#ID`` stands for all decisions of that alternative, which the problem must have."""
-    from dse.api.problem import read_choices
-    from dse.results.reading import decisions_in_file
+def named(texts: tuple[str, ...], problem: Problem) -> NamedDesign:
+    """The design that `texts` name; where its result asks otherwise than the file, standard error says so."""
+    from dse.api.designs import named_design
 
-    found: list[str] = []
-    for text in texts:
-        path, mark, number = text.rpartition("#")
-        if mark and path.endswith(".json"):
-            chosen = [f"'{name}' = {option}" for name, option in decisions_in_file(path, number).items()]
-            with about(path):
-                read_choices(problem.space, chosen)
-            found += chosen
-        else:
-            found.append(text)
+    found = named_design(problem, texts)
+    for remark in found.remarks:
+        click.echo(f"dse: {remark}", err=True)
     return found

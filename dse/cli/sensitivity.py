@@ -8,7 +8,7 @@ from typing import Any
 
 import click
 
-from dse.cli.analyse import choices_of
+from dse.cli.analyse import named
 from dse.cli.common import (
     OrderedCommand,
     check_writable,
@@ -50,7 +50,7 @@ class Share(click.ParamType[Any]):
     "--design",
     multiple=True,
     metavar="'DECISION = OPTION'",
-    help="A decision of the design, on top of the baseline; or RESULT.json#ID, an alternative of a solve.",
+    help="A decision of the design, on top of the baseline; or RESULT.json#ID, an alternative and its question.",
 )
 @question_options
 @objective_options()
@@ -122,7 +122,8 @@ def command(
     with until(time_limit):
         problem = load(Path(file)).ask(**question_of(options, objectives_of(minimise, maximise)))
         claim_study(target, problem.name, "sensitivity")
-        result = sensitivity_asked(problem, choices_of(design, problem), settings, say)
+        found = named(design, problem)
+        result = sensitivity_asked(found.problem, found.texts, settings, say)
     if live:
         click.echo("\r\033[K", err=True, nl=False)
     if "-" not in (json_path, csv_path):

@@ -7,7 +7,7 @@ from typing import Any
 
 import click
 
-from dse.cli.analyse import choices_of
+from dse.cli.analyse import named
 from dse.cli.common import (
     check_writable,
     console,
@@ -27,7 +27,7 @@ from dse.timelimit import TimeLimit, until
     "--design",
     multiple=True,
     metavar="'DECISION = OPTION'",
-    help="A decision of the design, on top of the baseline; or RESULT.json#ID, an alternative of a solve.",
+    help="A decision of the design, on top of the baseline; or RESULT.json#ID, an alternative and its question.",
 )
 @click.option("--duration", metavar="DURATION", help="Simulated time of each run, e.g. 10s; else as long as needed.")
 @click.option(
@@ -88,10 +88,10 @@ def command(
     from dse.api.simulating import simulate
 
     with until(time_limit):
-        problem = load(Path(file)).ask(**question_of(options))
+        found = named(design, load(Path(file)).ask(**question_of(options)))
     simulation = simulate(
-        problem,
-        choices_of(design, problem),
+        found.problem,
+        found.texts,
         duration=duration,
         offsets=offsets,
         runs=runs,

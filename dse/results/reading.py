@@ -77,15 +77,14 @@ def check_semantics(data: Mapping[str, Any], path: str | Path) -> None:
         )
 
 
-def decisions_in_file(path: str | Path, number: str) -> Mapping[str, str]:
-    """The decisions of alternative `number` (its id) of a result file.
+def decisions_in(data: Mapping[str, Any], number: str, path: str | Path) -> Mapping[str, str]:
+    """The decisions of alternative `number` (its id) of a whole result.
 
     Raises
     ------
     UsageError
-        when the file is no result or has no such alternative.
+        when it has no such alternative.
     """
-    data = read_result(path)
     others = [item for group in data["others"] for item in group["designs"]]
     for point in [*data["front"], *others]:
         if str(point["id"]) == number:

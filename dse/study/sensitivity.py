@@ -9,7 +9,7 @@ from fractions import Fraction
 from typing import TypeVar, Unpack
 
 from dse.analysis.evaluate import Evaluator
-from dse.api.problem import Problem, Source, complete_design, load, read_choices
+from dse.api.problem import Problem, Source, complete_design, load, read_choices, with_stated_cores
 from dse.api.question import Question
 from dse.errors import UsageError
 from dse.results.result import decisions_of
@@ -109,6 +109,7 @@ def sensitivity_asked(
     if not 0 < settings.swing < 1:
         raise UsageError("the swing is a share above 0 and below 100 %")
     tell = say or (lambda _: None)
+    problem = with_stated_cores(problem, texts)
     inputs = InputSpace(problem)
     space = inputs.problem.space
     design = chosen_design(space, texts)

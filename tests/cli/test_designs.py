@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import json
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -70,3 +72,82 @@ def test_solving_compares_with_the_baseline_where_cores_are_open(plant: Path) ->
         item.name: item.options[option] for item, option in zip(result.space.decisions, result.baseline, strict=True)
     }
     assert (chosen["line.type"], chosen["filter.period"]) == ("cable", "20 ms")
+
+
+@pytest.fixture
+def solved(plant: Path) -> Path:
+    """A result whose question is another than the file's: response times, one limit more."""
+    file = plant.with_suffix(".json")
+    limit = ["--max-latency", "60ms", "--fix", "filter.core = 2"]
+    assert run(["solve", str(plant), "--processing", "response-time", *limit, "-q", "--json", str(file)]) == 0
+    return file
+
+
+def analysed(arguments: list[str], capsys: pytest.CaptureFixture[str]) -> tuple[dict[str, Any], str]:
+    capsys.readouterr()
+    assert run(["analyse", *arguments, "--json", "-"]) in (0, 4)
+    said = capsys.readouterr()
+    return json.loads(said.out), said.err
+
+
+def test_a_design_of_a_result_is_judged_by_the_question_of_the_result(
+    plant: Path, solved: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    result = json.loads(solved.read_text())
+    for point in result["front"]:
+        found, said = analysed([str(plant), "--design", f"{solved}#{point['id']}"], capsys)
+        assert found["decisions"] == point["decisions"] and found["decisions"]["filter.core"] == "2"
+        assert {name: found["metrics"][name]["value"] for name in point["metrics"]} == point["metrics"]
+        assert [item["requirement"] for item in found["requirements"]] == result["problem"]["effective"]["requirements"]
+        beyond = "processing response_time; latency of loop <= 60 ms; filter.core = 2"
+        assert said == f"dse: as in {solved}, beyond what the problem file asks: {beyond}\n"
+
+
+def test_what_the_caller_asks_takes_the_place_of_what_the_result_asks(
+    plant: Path, solved: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    chosen = ["--design", f"{solved}#1", "--design", "filter.core = 1", "--processing", "execution-time"]
+    found, said = analysed([str(plant), *chosen, "--max-jitter", "1ms"], capsys)
+    assert found["feasible"] is False and found["breaches"] == []
+    assert found["processing"] == "execution_time" and found["decisions"]["filter.core"] == "1"
+    assert [item["requirement"] for item in found["requirements"]] == [
+        "latency of loop <= 60 ms",
+        "jitter of loop <= 1 ms",
+    ]
+    assert f"processing is execution_time, as asked here; in {solved} it is response_time" in said
+
+
+@pytest.mark.parametrize("core", [1, 2])
+def test_a_core_that_a_design_states_counts_whatever_is_asked(plant: Path, core: int) -> None:
+    analysis = dse.analyse(plant, {"filter.core": str(core)})
+    assert analysis.decisions["filter.core"] == str(core)
+    assert analysis.processors[0].cores["filter"] == core
+
+
+@pytest.mark.parametrize("command", ["simulate", "sensitivity"])
+def test_other_commands_take_the_question_of_a_result_too(
+    command: str, plant: Path, solved: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert run([command, str(plant), "--design", f"{solved}#1", "--json", "-"]) == 0
+    said = capsys.readouterr()
+    assert json.loads(said.out)["decisions"]["filter.core"] == "2"
+    assert "latency of loop <= 60 ms" in said.out + said.err and "processing response_time" in said.err
+    if command == "sensitivity":
+        assert "latency of loop <= 60 ms" in said.out
+
+
+def test_a_file_that_has_changed_since_is_told(plant: Path, solved: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    plant.write_text(
+        plant.read_text().replace("1 ms .. 3 ms", "1 ms .. 4 ms") + "requirements: [jitter of loop <= 1 s]\n"
+    )
+    found, said = analysed([str(plant), "--design", f"{solved}#1"], capsys)
+    assert [item["requirement"] for item in found["requirements"]] == [
+        "latency of loop <= 60 ms",
+        "jitter of loop <= 1 s",
+    ]
+    assert f"{plant} has changed since {solved} was written: " in said
+
+
+def test_a_design_is_one_alternative(plant: Path, solved: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert run(["analyse", str(plant), "--design", f"{solved}#1", "--design", f"{solved}#2"]) == 2
+    assert "one alternative of one result" in capsys.readouterr().err
