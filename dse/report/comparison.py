@@ -34,6 +34,9 @@ def _print_designs(console: Console, found: DesignComparison) -> None:
         console.print(_texts(console, "Requirements", "requirement", found.names, found.verdicts))
     changed = sum(line.differs for line in found.decisions)
     console.print(f"{changed} of {len(found.decisions)} decisions differ.", style="bold", markup=False)
+    if found.unlike:
+        said = "Figures that follow different rules have no difference"
+        console.print(f"{said}: {'; '.join(found.unlike)}.", markup=False)
 
 
 def _print_results(console: Console, found: ResultComparison) -> None:
@@ -45,9 +48,13 @@ def _print_results(console: Console, found: ResultComparison) -> None:
             table.add_column(plain(info.name), justify="right", overflow="fold")
         table.add_column("there", overflow="fold")
         for item in points:
-            table.add_row(str(item.point.id), *_figures(item, result), _said(item))
+            table.add_row(str(item.point.id), *_figures(item, result), "-" if found.unlike else _said(item))
         console.print(table)
-        console.print(_summary(name, other, points), markup=False)
+        if not found.unlike:
+            console.print(_summary(name, other, points), markup=False)
+    if found.unlike:
+        said = "The fronts are not comparable, their objectives follow different rules"
+        console.print(f"{said}: {'; '.join(found.unlike)}.", style="bold", markup=False)
 
 
 def _texts(console: Console, title: str, heading: str, names: tuple[str, str], lines: tuple[Line, ...]) -> Table:

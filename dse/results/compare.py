@@ -7,19 +7,25 @@ from dataclasses import dataclass, replace
 from fractions import Fraction
 from typing import Any
 
+from dse.analysis.measures import all_metrics
 from dse.results.analysis import Analysis
 from dse.results.result import ObjectiveInfo, Point, Result
 from dse.results.values import exact
-from dse.space.settings import SETTINGS
+from dse.space.metrics import parts_of
+from dse.space.settings import SETTINGS, settings_of
+from dse.space.types import Metric, Space
 
 FORMAT = "dse-comparison/1"
+LATENCIES = ("latency", "min latency", "jitter")
+COUNTING = {"profile": (*LATENCIES, "busy"), "worst_case": LATENCIES, "processing": LATENCIES}
+"""The kinds of metric that each setting counts otherwise; which deadlines are required changes no figure."""
 
 
 @dataclass(frozen=True)
 class Line:
     """One thing in two designs: texts or exact numbers in `unit`; None where a design does not have it.
 
-    `is_alike` is false for sums of money in two currencies, which have no difference.
+    `is_alike` is false for what has no difference: sums of money in two currencies, figures of different rules.
     """
 
     name: str
@@ -43,13 +49,17 @@ class Line:
 
 @dataclass(frozen=True)
 class DesignComparison:
-    """Two designs: their decisions, metrics, and how each meets the requirements that its problem states."""
+    """Two designs: their decisions, metrics, and how each meets the requirements that its problem states.
+
+    `unlike` says which figures follow different rules, so that they tell nothing of which design is better.
+    """
 
     names: tuple[str, str]
     decisions: tuple[Line, ...]
     metrics: tuple[Line, ...]
     verdicts: tuple[Line, ...]
     currencies: tuple[str, str]
+    unlike: tuple[str, ...] = ()
 
     def to_dict(self) -> dict[str, Any]:
         """In the form ``dse-comparison/1``."""
@@ -64,6 +74,7 @@ class DesignComparison:
                 for line in self.metrics
             },
             "requirements": {line.name: [line.one, line.other] for line in self.verdicts},
+            "not_comparable": list(self.unlike),
         }
 
 
@@ -78,12 +89,16 @@ class PointComparison:
 
 @dataclass(frozen=True)
 class ResultComparison:
-    """Two results with the same objectives: what was asked and found, and each point against the other front."""
+    """Two results with the same objectives: what was asked and found, and each point against the other front.
+
+    `unlike` says which objectives follow different rules; then no point is held against another.
+    """
 
     names: tuple[str, str]
     results: tuple[Result, Result]
     facts: tuple[Line, ...]
     points: tuple[tuple[PointComparison, ...], tuple[PointComparison, ...]]
+    unlike: tuple[str, ...] = ()
 
     def to_dict(self) -> dict[str, Any]:
         """In the form ``dse-comparison/1``."""
@@ -104,6 +119,7 @@ class ResultComparison:
                 ]
                 for points in self.points
             ],
+            "not_comparable": list(self.unlike),
         }
 
 
@@ -115,15 +131,23 @@ def compare_designs(names: tuple[str, str], one: Analysis, other: Analysis) -> D
     ]
     currencies = (one.space.currency, other.space.currency)
     units = {**other.metric_units, **one.metric_units}
+    ruled = _ruled_otherwise(one.space, other.space)
+    affected = {item.name for item in all_metrics(one.space) if _rules_of(one.space, item) & ruled.keys()}
+    affected &= one.metrics.keys() & other.metrics.keys()
     return DesignComparison(
         names=names,
         decisions=_lines(one.decisions, other.decisions),
         metrics=tuple(
-            replace(line, unit=units[line.name], is_alike=units[line.name] != "ct" or currencies[0] == currencies[1])
+            replace(
+                line,
+                unit=units[line.name],
+                is_alike=line.name not in affected and (units[line.name] != "ct" or currencies[0] == currencies[1]),
+            )
             for line in _lines(one.metrics, other.metrics)
         ),
         verdicts=_lines(*held),
         currencies=currencies,
+        unlike=_said(ruled) if affected else (),
     )
 
 
@@ -142,10 +166,36 @@ def compare_results(names: tuple[str, str], one: Result, other: Result) -> Resul
     if currencies[0] != currencies[1] and any(info.unit == "ct" for info in one.objectives):
         raise ValueError(f"the results count money in {' and in '.join(currencies)}: they cannot be compared")
     facts = _lines(_facts(one), _facts(other))
+    ruled = _ruled_otherwise(one.space, other.space)
+    ruled = {
+        name: values
+        for name, values in ruled.items()
+        if any(name in _rules_of(one.space, item.metric) for item in one.space.objectives)
+    }
     points = tuple(
-        tuple(_against(point, mine, theirs) for point in mine.front) for mine, theirs in ((one, other), (other, one))
+        tuple(PointComparison(point, (), ()) if ruled else _against(point, mine, theirs) for point in mine.front)
+        for mine, theirs in ((one, other), (other, one))
     )
-    return ResultComparison(names, (one, other), facts, (points[0], points[1]))
+    return ResultComparison(names, (one, other), facts, (points[0], points[1]), _said(ruled))
+
+
+def _ruled_otherwise(one: Space, other: Space) -> dict[str, tuple[str, str]]:
+    """The settings by which two spaces count figures otherwise; OSATE's worst case is none of the own profile."""
+    mine, theirs = settings_of(one), settings_of(other)
+    found = {name: (mine[name], theirs[name]) for name in COUNTING if mine[name] != theirs[name]}
+    if one.profile == other.profile == "dse":
+        found.pop("worst_case", None)
+    return found
+
+
+def _rules_of(space: Space, metric: Metric) -> frozenset[str]:
+    """The settings that a metric is counted by."""
+    found = frozenset(name for name, kinds in COUNTING.items() if metric.kind in kinds)
+    return found.union(*(_rules_of(space, part) for _, part in parts_of(space, metric)))
+
+
+def _said(ruled: Mapping[str, tuple[str, str]]) -> tuple[str, ...]:
+    return tuple(f"{name.replace('_', ' ')}: {one} and {other}" for name, (one, other) in ruled.items())
 
 
 def _facts(result: Result) -> dict[str, str]:

@@ -87,6 +87,29 @@ def test_two_results() -> None:
     assert found.to_dict()["of"] == "results"
 
 
+def test_figures_of_different_rules_are_not_compared(tmp_path: Path) -> None:
+    """A result by response times loses against every one by execution times, which says nothing of the designs."""
+    one, other = written(tmp_path, "one", 300), written(tmp_path, "other", 300, processing="response_time")
+    rules = ("processing: execution_time and response_time",)
+    found = compare(one, other)
+    assert isinstance(found, ResultComparison) and found.unlike == rules
+    assert not any(item.equal or item.dominated_by for points in found.points for item in points)
+    printed = io.StringIO()
+    print_comparison(Console(file=printed, width=200), found)
+    assert "not comparable, their objectives follow different rules: processing" in printed.getvalue()
+    assert "dominated" not in printed.getvalue() and "only here" not in printed.getvalue()
+    designs = compare(f"{one}#1", f"{other}#1")
+    assert isinstance(designs, DesignComparison) and designs.unlike == rules
+    alike = {line.name: line.is_alike for line in designs.metrics}
+    assert not alike["jitter of main"] and alike["price"] and alike["utilisation of cpu"]
+    prices = [
+        written(tmp_path, name, 300, processing=name, minimise="price") for name in ("execution_time", "response_time")
+    ]
+    same = compare(*prices)
+    assert isinstance(same, ResultComparison) and same.unlike == ()
+    assert [item.equal for item in same.points[0]] == [(1,)]
+
+
 def test_what_cannot_be_compared(tmp_path: Path) -> None:
     one, other = written(tmp_path, "one", 300), written(tmp_path, "other", 300, minimise="price")
     with pytest.raises(UsageError, match="different objectives"):

@@ -130,6 +130,7 @@ class Designs(Form):
     requirements: dict[str, Annotated[list[Literal["holds", "broken"] | None], Field(min_length=2, max_length=2)]] = (
         field("How both meet each requirement; null where the problem does not state it.")
     )
+    not_comparable: list[str] = field("The settings by which figures of both are counted otherwise.")
 
 
 class ComparedPoint(Form):
@@ -151,6 +152,9 @@ class Results(Form):
         "What was asked and found, in words, of both."
     )
     points: list[list[ComparedPoint]] = field("The points of each front.", min_length=2, max_length=2)
+    not_comparable: list[str] = field(
+        "The settings by which the objectives of both are counted otherwise: then no point is compared."
+    )
 
 
 class ComparisonForm(RootModel[Annotated[Designs | Results, Field(discriminator="of")]]):
