@@ -13,6 +13,7 @@ from math import lcm
 from typing import Literal
 
 from dse.analysis.binding import bus_stack, byte_times_ns
+from dse.analysis.changes import change_terms
 from dse.analysis.latency import counts_responses, step_rows
 from dse.analysis.recall import Recall
 from dse.analysis.resources import (
@@ -27,7 +28,7 @@ from dse.analysis.resources import (
 from dse.analysis.scheduling import UNBOUNDED_NS, bounded_response_ns, longest_alone_ns
 from dse.analysis.terms import PPM, SCALE_LIMIT, ZERO, Extreme, Measure, Term, exact_sum, extreme_term, scaled_term
 from dse.analysis.views import View
-from dse.space.metrics import busy_obstacle, metric_dimension, total_unit
+from dse.space.metrics import asks_for_changes, busy_obstacle, metric_dimension, total_unit
 from dse.space.trees import FROM_BANDWIDTH, PerProcessorType, Tree, at, leaves
 from dse.space.types import Bus, Component, Flow, Metric, Slot, Space, Step
 from dse.units import DATA, DATA_RATE, DIMENSIONLESS, FREQUENCY, LENGTH, MONEY, POWER, TIME, Dimension, Exact, Quantity
@@ -82,6 +83,8 @@ def build_measure(space: Space, metric: Metric) -> Measure:
         return _scaled(metric, "ppm", terms, busy_scale(space, number, terms))
     if metric.kind == "response time":
         return _scaled(metric, "ns", (_response_term(space, number),), _whole_time_scale(space), RESPONSE_SCALE_LIMIT)
+    if metric.kind == "changes":
+        return Measure(metric, "", change_terms(space))
     if metric.kind == "derived":
         return _sum(space, metric, space.derived[metric.index or 0].terms)
     if metric.kind in ("max", "min"):
@@ -328,8 +331,8 @@ def display_unit(dimension: Dimension) -> tuple[str, Fraction]:
 
 
 def all_metrics(space: Space) -> tuple[Metric, ...]:
-    """Every metric that a result lists: flows, processors, buses, system totals, derived metrics."""
-    metrics = []
+    """Every metric that a result lists: flows, processors, buses, system totals, derived metrics, changes if asked."""
+    metrics: list[Metric] = []
     for number, flow in enumerate(space.flows):
         metrics += [Metric(f"{kind} of {flow.name}", kind, number) for kind in ("latency", "min latency", "jitter")]
     metrics += [Metric(f"utilisation of {slot.name}", "utilisation", n) for n, slot in enumerate(space.processors)]
@@ -340,4 +343,6 @@ def all_metrics(space: Space) -> tuple[Metric, ...]:
     metrics += [Metric("price", "price", None, "price"), Metric("power", "power", None, "power")]
     metrics += [Metric(name, "total", None, name) for name in space.totals]
     metrics += [Metric(item.name, "derived", number) for number, item in enumerate(space.derived)]
+    if asks_for_changes(space):
+        metrics.append(Metric("changes", "changes"))
     return tuple(metrics)

@@ -14,7 +14,7 @@ from typing import Any
 from dse.analysis.binding import bus_figure, bus_stack
 from dse.analysis.limits import HOLDS
 from dse.analysis.measures import reachable_buses
-from dse.analysis.views import View
+from dse.analysis.views import View, is_met
 from dse.space.trees import NOT_OFFERED, Choice, NotOffered, PerProcessorType, Tree, at, consulted, leaves
 from dse.space.types import (
     EMPTY,
@@ -50,11 +50,6 @@ class Cover:
 
     slot: Slot
     users: tuple[Callable[[View], bool], ...]
-
-
-def is_met(decision: Decision, index: int, view: View) -> bool:
-    """Whether the design uses the decision."""
-    return index in consulted(decision.home, view)[0]
 
 
 def has_conditional_home(decision: Decision, index: int) -> bool:

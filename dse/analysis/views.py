@@ -11,8 +11,8 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, Generic, TypeVar
 
-from dse.space.trees import NotOffered
-from dse.space.types import Space
+from dse.space.trees import NotOffered, consulted
+from dse.space.types import Decision, Space
 from dse.timelimit import look_at_the_clock
 
 T = TypeVar("T")
@@ -56,6 +56,11 @@ class PartialView(View):
         if option is None:
             raise Undecided(decision)
         return int(option)
+
+
+def is_met(decision: Decision, index: int, view: View) -> bool:
+    """Whether the design uses the decision."""
+    return index in consulted(decision.home, view)[0]
 
 
 @dataclass(frozen=True, slots=True)

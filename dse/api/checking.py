@@ -9,6 +9,7 @@ from functools import partial
 from typing import Any, Unpack
 
 from dse.analysis.bounds import Impossible, impossible
+from dse.analysis.changes import counted_decisions
 from dse.analysis.remarks import problem_remarks
 from dse.api.meanings import changed_meanings
 from dse.api.problem import Problem, Source, load
@@ -16,6 +17,7 @@ from dse.api.question import Question
 from dse.api.sizes import too_large
 from dse.space.activation import exclusions
 from dse.space.figures import mentions
+from dse.space.metrics import asks_for_changes
 from dse.space.questions import unoffered_types
 from dse.space.settings import settings_of, told_deadlines
 from dse.space.size import space_size
@@ -26,6 +28,8 @@ from dse.units import format_duration, format_number, format_ratio
 
 MOST_ROUNDED = 20
 """The most figures of which is said one by one that they are rounded."""
+MOST_NAMES = 10
+"""The most decisions that one remark names."""
 
 
 @dataclass(frozen=True)
@@ -180,5 +184,24 @@ def _remarks(space: Space) -> Iterator[str]:
         for rule in space.rules:
             if mentions(rule.text, name):
                 yield f'rule "{rule.text}" names the type {name}, which nothing may have: it is used in no design'
+    yield from _uncounted_changes(space)
     if not space.objectives:
         yield "there are no objectives: `dse solve` needs --minimise"
+
+
+def _uncounted_changes(space: Space) -> Iterator[str]:
+    """What could change unseen where changes are counted, and costs that nothing has."""
+    if asks_for_changes(space):
+        counted = {index for index, _, _ in counted_decisions(space)}
+        left = [
+            item.name
+            for index, item in enumerate(space.decisions)
+            if item.is_open and index not in counted and item.field != "core"
+        ]
+        if left:
+            names = ", ".join(left[:MOST_NAMES]) + (f" and {len(left) - MOST_NAMES} more" if left[MOST_NAMES:] else "")
+            yield f"the baseline leaves {names} open: what a design chooses there is not counted as a change"
+    for index in space.cost_of_change:
+        item = space.decisions[index]
+        if item.is_open and index not in space.baseline:
+            yield f"the cost of changing {item.name} is not counted: the baseline does not state it"

@@ -207,7 +207,8 @@ def _spaced(quantity: str) -> str:
 def _requirement_or_rule(space: Space, text: str) -> tuple[Requirement, ...] | Rule:
     """A requirement where the text begins with a metric, else a rule."""
     derived = [item.name for item in space.derived]
-    metrics = [*LIMITED_METRICS, "min latency", "max latency", "response time", "utilization", *space.totals, *derived]
+    others = ("min latency", "max latency", "response time", "utilization")
+    metrics = [*LIMITED_METRICS, *others, *space.totals, *derived]
     body = re.sub(r"^\s*(require|forbid)\s+", "", text)
     is_metric = any(re.match(rf"{re.escape(name)}(\s|[<>=≤≥]|$)", body) for name in metrics)
     is_metric = is_metric or CALL.match(body) is not None
@@ -287,8 +288,7 @@ def complete_design(space: Space, choices: Mapping[int, int]) -> Design:
     UsageError
         naming the decisions that are still open.
     """
-    from dse.analysis.validity import is_met
-    from dse.analysis.views import View
+    from dse.analysis.views import View, is_met
 
     made = [0 if len(item.options) == 1 else choices.get(index, -1) for index, item in enumerate(space.decisions)]
     design = _with_slots(space, made)

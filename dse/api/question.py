@@ -9,7 +9,7 @@ from typing import Any, TypeAlias, TypedDict
 from dse.errors import UsageError
 from dse.space.settings import SETTINGS
 
-LIMITED_METRICS = ("jitter", "latency", "utilisation", "load", "busy", "price", "power")
+LIMITED_METRICS = ("jitter", "latency", "utilisation", "load", "busy", "price", "power", "changes")
 """The metrics that ``max_METRIC`` limits."""
 Texts: TypeAlias = str | Sequence[str]
 """One text, or several."""
@@ -32,6 +32,7 @@ class Question(TypedDict, total=False):
     max_busy: Texts
     max_price: Texts
     max_power: Texts
+    max_changes: Texts
     require: Texts
     minimise: Texts
     maximise: Texts

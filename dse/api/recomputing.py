@@ -7,10 +7,11 @@ from contextlib import contextmanager
 from dataclasses import dataclass, field
 from typing import Any, Protocol
 
+from dse.analysis.changes import cost_of_changes
 from dse.analysis.evaluate import Evaluation, Evaluator
+from dse.analysis.views import View
 from dse.api.problem import Problem, baseline_design
 from dse.errors import UsageError
-from dse.results.changes import changes_between
 from dse.results.ranking import FORMER_WORDS, rank, same_score
 from dse.results.result import decisions_of, ranked
 from dse.results.variants import find_variants
@@ -260,9 +261,7 @@ def _check_ranks(bench: Bench) -> None:
     base = baseline_design(bench.space)
     changed = None
     if base is not None:
-        changed = [
-            sum(not change.follows for change in changes_between(bench.space, base, design)) for design in bench.designs
-        ]
+        changed = [cost_of_changes(bench.space, View(design)) for design in bench.designs]
     ranking = rank(method, vectors, list(zip(bench.names, senses, strict=True)), changed)
     if data["ranking"]["words"] not in (ranking.words, FORMER_WORDS.get(method)):
         bench.find("ranking.words", f"do not describe the method {method!r}")

@@ -22,8 +22,8 @@ if TYPE_CHECKING:
     from dse.api.question import Question
 
 F = TypeVar("F", bound=Callable[..., Any])
-LIMITS = ("jitter", "latency", "utilisation", "load", "busy", "price", "power")
-EXAMPLES = {"utilisation": "70%", "load": "50%", "busy": "80%", "price": "500EUR", "power": "10W"}
+LIMITS = ("jitter", "latency", "utilisation", "load", "busy", "price", "power", "changes")
+EXAMPLES = {"utilisation": "70%", "load": "50%", "busy": "80%", "price": "500EUR", "power": "10W", "changes": "3"}
 OF = {"jitter": "flow", "latency": "flow", "utilisation": "processor", "load": "bus", "busy": "bus"}
 NOUNS = {"busy": "busy time"}
 ORDER = f"{__name__}.order"
@@ -46,7 +46,8 @@ def question_options(command: F) -> F:
     """Options that change the question: limits, requirements, rules, fixed decisions, settings."""
     for metric in reversed(LIMITS):
         example = EXAMPLES.get(metric, "20ms")
-        what = f"of every {OF[metric]}, or of one (NAME={example})" if metric in OF else "of the system"
+        one = f"of every {OF[metric]}, or of one (NAME={example})" if metric in OF else "of the system"
+        what = "against the baseline" if metric == "changes" else one
         command = click.option(
             f"--max-{metric}",
             multiple=True,

@@ -44,8 +44,9 @@ def sentences(result: Result, reasons: Reasons) -> list[Sentence]:
     """What is said about an alternative, most important first."""
     currency = result.space.currency
     found = [Sentence("Stands out", best_words(result, reasons))]
-    if reasons.baseline is not None:
-        found.append(Sentence("Against the baseline", comparison_words(reasons.baseline, currency)))
+    said = baseline_comparison_words(reasons, currency)
+    if said:
+        found.append(Sentence("Against the baseline", said))
     above, near = reasons.above, reasons.neighbour
     if above is not None:
         same = near is not None and near.with_ == above.with_
@@ -115,14 +116,42 @@ def comparison_words(comparison: Comparison, currency: str) -> str:
     return f"{changes_words(comparison.changes)}. {deltas_words(comparison.deltas, currency)}."
 
 
+def baseline_comparison_words(reasons: Reasons, currency: str) -> str:
+    """What changes against the baseline, counted where the question counts it, and what that gains and gives up."""
+    if reasons.changed is None:
+        return comparison_words(reasons.baseline, currency) if reasons.baseline is not None else ""
+    counted = {change.name for change in reasons.changed}
+    others = [change for change in reasons.baseline.changes if change.name not in counted] if reasons.baseline else []
+    said = [counted_words(reasons.changed) + _tail(others)]
+    if reasons.baseline is not None:
+        said.append(deltas_words(reasons.baseline.deltas, currency))
+    return " ".join(f"{text}." for text in said)
+
+
+def counted_words(changes: Sequence[Change]) -> str:
+    """``2 changes: nav.period from 10 ms to 20 ms; …``; with their costs where these are not 1 each."""
+    if not changes:
+        return "No change is counted"
+    number = "1 change" if len(changes) == 1 else f"{len(changes)} changes"
+    if all(change.cost == 1 for change in changes):
+        return f"{number}: {'; '.join(map(_change, changes))}"
+    costs = sum(change.cost or 0 for change in changes)
+    listed = "; ".join(f"{_change(change)} ({change.cost})" for change in changes)
+    return f"{number} at a cost of {costs}: {listed}"
+
+
+def _tail(changes: Sequence[Change]) -> str:
+    """What changes besides."""
+    return f" (with it: {', '.join(_following(change) for change in changes)})" if changes else ""
+
+
 def changes_words(changes: Sequence[Change]) -> str:
     """``Changes computer from RT101 to Spectra; nav.period, now 20 ms (with it: ser1 is left empty)``."""
     if not changes:
         return "Nothing changes"
     chosen = [_change(change) for change in changes if not change.follows]
-    follow = [_following(change) for change in changes if change.follows]
-    tail = f" (with it: {', '.join(follow)})" if follow else ""
-    return f"Changes {'; '.join(chosen)}{tail}" if chosen else f"Changes: {', '.join(follow)}"
+    follow = [change for change in changes if change.follows]
+    return f"Changes {'; '.join(chosen)}{_tail(follow)}" if chosen else f"Changes: {', '.join(map(_following, follow))}"
 
 
 def variants_words(variants: Sequence[Comparison], currency: str) -> str:
@@ -174,6 +203,8 @@ def _following(change: Change) -> str:
     name = short_name(change.name)
     if change.after is None:
         return f"no {name}"
+    if change.before is None:
+        return _change(change)
     return f"{name} is left empty" if change.after == "none" else f"{name} is used"
 
 
@@ -278,7 +309,8 @@ def rate_words(loss: Delta, gain: Delta, currency: str) -> str:
     rate = (Fraction(-loss.gain) / loss_factor) / (Fraction(gain.gain) / gain_factor)
     loss_unit = "percentage points" if loss_unit == "%" else loss_unit
     gain_unit = "percentage point" if gain_unit == "%" else gain_unit
-    return f"{float(rate):.4g} {loss_unit} per {gain_unit}"
+    worse, better = loss_unit or ("change" if rate == 1 else "changes"), gain_unit or "change"
+    return f"{float(rate):.4g} {worse} per {better}"
 
 
 def shortened(text: str, room: int) -> str:

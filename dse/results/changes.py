@@ -5,8 +5,11 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
+from dse.analysis.changes import changed_decisions
+from dse.analysis.views import View
 from dse.results.result import ObjectiveInfo
-from dse.space.types import EMPTY, Design, Space
+from dse.space.metrics import asks_for_changes
+from dse.space.types import Design, Space
 
 
 @dataclass(frozen=True)
@@ -14,13 +17,15 @@ class Change:
     """A decision that differs; None where a design has no use for it.
 
     `follows` marks what is no choice of its own: a decision that falls away with another one, or an optional slot of
-    one type, which is filled exactly when something is bound to it.
+    one type, which is filled exactly when something is bound to it. Where changes are counted, it marks what does not
+    count, and `cost` is what the change counts.
     """
 
     name: str
     before: str | None
     after: str | None
     follows: bool
+    cost: int | None = None
 
 
 @dataclass(frozen=True)
@@ -44,16 +49,33 @@ def changes_between(space: Space, before: Design, after: Design) -> tuple[Change
     return tuple(_changes(space, before, after))
 
 
+def counted_changes(space: Space, design: Design) -> tuple[Change, ...] | None:
+    """The changes against the stated baseline that ``changes`` counts; None where nothing asks how many there are."""
+    if not asks_for_changes(space):
+        return None
+    costs = changed_decisions(space, View(design))
+    return tuple(
+        Change(
+            decision.name,
+            decision.options[space.baseline[index]],
+            decision.options[design[index]],
+            False,
+            costs[decision.name],
+        )
+        for index, decision in enumerate(space.decisions)
+        if decision.name in costs
+    )
+
+
 def _changes(space: Space, before: Design, after: Design) -> Iterator[Change]:
     for decision, old, new in zip(space.decisions, before, after, strict=True):
         if old == new or not decision.is_open:
             continue
-        slot = decision.field == "type" and len(decision.options) == 2 and EMPTY in decision.options
         yield Change(
             decision.name,
             decision.options[old] if old >= 0 else None,
             decision.options[new] if new >= 0 else None,
-            follows=new < 0 or slot,
+            follows=new < 0 or decision.follows,
         )
 
 

@@ -185,6 +185,8 @@ def _requirement_text(item: Requirement) -> str:
 
 
 def _metric_text(metric: Metric) -> str:
+    if metric.operands:
+        return metric.name
     kind, of, name = metric.name.partition(" of ")
     if not of or not re.search(r"[<>=!]|\bof\b", name):
         return metric.name
@@ -197,7 +199,7 @@ def _rules(draft: Draft, space: Space, rest: Sequence[Decision], design: Design)
     lines = []
     for decision in rest:
         chosen = _chosen(space, decision, design)
-        if chosen is None or _follows(space, decision):
+        if chosen is None or decision.follows:
             continue
         quote = "'" if '"' in decision.component else '"'
         value = f'"{chosen}"' if '"' not in chosen else f"'{chosen}'"
@@ -213,17 +215,12 @@ def _rules(draft: Draft, space: Space, rest: Sequence[Decision], design: Design)
         )
 
 
-def _follows(space: Space, decision: Decision) -> bool:
-    """The type of an optional slot with one type: whether it is filled follows from what is bound to it."""
-    return decision.field == "type" and EMPTY in decision.options and len(decision.options) == 2
-
-
 def _baseline(draft: Draft, space: Space, design: Design) -> None:
     """The design itself, decision by decision."""
     made: dict[str, dict[str, str]] = {}
     for decision in _open(space):
         chosen = _chosen(space, decision, design)
-        if chosen is not None and not _follows(space, decision):
+        if chosen is not None and not decision.follows:
             made.setdefault(decision.component, {})[decision.field] = chosen
     lines = ["baseline:", *(f"  {yaml_text(name)}: {flow_mapping(fields)}" for name, fields in made.items())]
     flow = "{" + ", ".join(f"{yaml_text(name)}: {flow_mapping(fields)}" for name, fields in made.items()) + "}"

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from dse.results.changes import changes_between
+from dse.analysis.changes import cost_of_changes
+from dse.analysis.views import View
 from dse.results.ranking import rank
 from dse.results.result import Result
 from dse.space.types import Space
@@ -34,11 +35,7 @@ def ranked_by(result: Result, method: str) -> Result:
     points = [[point.objectives[name] for name in names] for point in result.front]
     changed = None
     if result.baseline is not None:
-        base = result.baseline
-        changed = [
-            sum(not change.follows for change in changes_between(result.space, base, point.design))
-            for point in result.front
-        ]
+        changed = [cost_of_changes(result.space, View(point.design)) for point in result.front]
     ranking = rank(method, points, objectives, changed)
     rows = zip(ranking.ranks, ranking.scores, result.front, strict=True)
     front = [replace(point, rank=number, score=score) for number, score, point in rows]

@@ -14,7 +14,7 @@ from dse.analysis.latency import Row
 from dse.analysis.limits import Limit, thread_loads
 from dse.analysis.views import View
 from dse.results.analysis import Analysis, FlowTable
-from dse.results.changes import Change, Delta, changes_between, deltas
+from dse.results.changes import Change, Delta, changes_between, counted_changes, deltas
 from dse.results.result import Point, Result
 from dse.results.tables import analyse_design
 from dse.space.types import Requirement
@@ -82,6 +82,8 @@ class Reasons:
 
     point: Point
     analysis: Analysis
+    changed: tuple[Change, ...] | None
+    """The changes against the baseline, where they are counted; they are known of a part of a baseline, too."""
     baseline: Comparison | None
     above: Comparison | None
     neighbour: Comparison | None
@@ -120,6 +122,7 @@ class Reasoner:
         return Reasons(
             point=point,
             analysis=analysis,
+            changed=counted_changes(self.result.space, point.design),
             baseline=self._against_baseline(point),
             above=None if above is None else self.against(point, above),
             neighbour=None if neighbour is None else self.against(point, neighbour),

@@ -382,7 +382,7 @@ class Result:
         A text that a spreadsheet would take for a formula gets an apostrophe.
         """
         units = self.units
-        heading = [f"{name} [{units[name]}]" if name in units else name for name in self.columns]
+        heading = [f"{name} [{units[name]}]" if units.get(name) else name for name in self.columns]
         return csv_text([heading, *self._rows()])
 
 

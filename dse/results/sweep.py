@@ -196,7 +196,7 @@ class SweepResult:
         writer = csv.writer(out, lineterminator="\n")
         columns = self.columns
         units = self._units()
-        writer.writerow([f"{name} [{units[name]}]" if name in units else name for name in columns])
+        writer.writerow([f"{name} [{units[name]}]" if units.get(name) else name for name in columns])
         for row in self._rows():
             writer.writerow([row.get(name) for name in columns])
         return out.getvalue()

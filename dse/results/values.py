@@ -28,7 +28,7 @@ def readable(value: Fraction | int, unit: str, currency: str = "EUR", digits: in
         return _rounded(Fraction(value) / 100, 2, keep=Fraction(value) % 100 != 0) + f" {currency}"
     name = PREFERRED.get(unit)
     if name is None:
-        return f"{_rounded(Fraction(value), digits)} {unit}"
+        return f"{_rounded(Fraction(value), digits)} {unit}".rstrip()
     factor = dict(READABLE[unit])[name]
     return f"{_rounded(Fraction(value) / factor, digits)} {name}"
 

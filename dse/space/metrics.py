@@ -31,7 +31,7 @@ from dse.units import (
 
 SYSTEM_METRICS = {"price": MONEY, "power": POWER}
 FLOW_METRICS = ("latency", "min latency", "jitter")
-BUILT_IN = (*FLOW_METRICS, "utilisation", "load", "busy", "response time", *SYSTEM_METRICS)
+BUILT_IN = (*FLOW_METRICS, "utilisation", "load", "busy", "response time", *SYSTEM_METRICS, "changes")
 RESERVED = (*BUILT_IN, "utilization", "max latency", "maximum latency", "minimum latency")
 EXAMPLES = {TIME: "20 ms", DATA_RATE: "5 KB/s", MONEY: "500 EUR", POWER: "10 W", DIMENSIONLESS: "70 %"}
 _MEANT = {
@@ -70,6 +70,8 @@ def resolve_metrics(space: Space, ref: MetricExpr) -> tuple[Metric, ...]:
         return _busy(space, ref.of)
     if kind == "response time":
         return _response_times(space, ref.of)
+    if kind == "changes":
+        return (_changes(space, ref.of),)
     if kind in SYSTEM_METRICS or kind in space.totals:
         return (_system_metric(space, ref),)
     for number, derived in enumerate(space.derived):
@@ -81,6 +83,16 @@ def resolve_metrics(space: Space, ref: MetricExpr) -> tuple[Metric, ...]:
     meant = _MEANT.get(kind.lower())
     hint = f'did you mean "{meant}"?' if meant else closest(kind, known) or "known: " + ", ".join(known)
     raise QuestionError(f"unknown metric {shown(kind)}", hint)
+
+
+def _changes(space: Space, of: str | None) -> Metric:
+    """How many decisions differ from the baseline, or what they cost."""
+    if of is not None:
+        raise QuestionError("changes are counted in the whole system: leave the `of` out")
+    if not space.states_baseline:
+        hint = 'such as "baseline: {my_thread: {period: 10 ms}}"'
+        raise QuestionError("changes are counted from the baseline, and the problem states none", hint)
+    return Metric("changes", "changes")
 
 
 def _system_metric(space: Space, ref: MetricRef) -> Metric:
@@ -157,7 +169,7 @@ def _response_times(space: Space, of: str | None) -> tuple[Metric, ...]:
 
 
 def metric_dimension(space: Space, metric: Metric) -> Dimension | None:
-    """The dimension of a metric; None for a declared total, whose unit is the user's own."""
+    """The dimension of a metric; None for a declared total, whose unit is the user's own, and for a count."""
     parts = parts_of(space, metric)
     if parts:
         coefficient, inner = parts[0]
@@ -165,7 +177,7 @@ def metric_dimension(space: Space, metric: Metric) -> Dimension | None:
         if inner_dimension is None or coefficient.dimension is None:
             return None
         return coefficient.dimension.times(inner_dimension)
-    if metric.kind == "total":
+    if metric.kind in ("total", "changes"):
         return None
     known = {"utilisation": DIMENSIONLESS, "busy": DIMENSIONLESS, "load": DATA_RATE, **SYSTEM_METRICS}
     return known.get(metric.kind, TIME)
@@ -176,6 +188,18 @@ def parts_of(space: Space, metric: Metric) -> Sequence[tuple[Quantity, Metric]]:
     if metric.kind == "derived":
         return space.derived[metric.index or 0].terms
     return [part for operand in metric.operands for part in operand]
+
+
+def counts_changes(space: Space, metric: Metric) -> bool:
+    """Whether a metric counts, or is made of what counts, changes against the baseline."""
+    return metric.kind == "changes" or any(counts_changes(space, inner) for _, inner in parts_of(space, metric))
+
+
+def asks_for_changes(space: Space) -> bool:
+    """Whether a requirement, an objective or a derived metric counts changes against the baseline."""
+    asked = [item.metric for item in space.requirements] + [item.metric for item in space.objectives]
+    derived = [inner for item in space.derived for _, inner in item.terms]
+    return any(counts_changes(space, metric) for metric in (*asked, *derived))
 
 
 def one_metric(space: Space, ref: MetricExpr) -> Metric:
@@ -234,10 +258,10 @@ def _check_kinds(space: Space, text: str, terms: Sequence[tuple[Quantity, Metric
 
 
 def total_unit(space: Space, metric: Metric) -> str:
-    """The unit of a declared total, or of a metric made of such."""
+    """The unit of a declared total, or of a metric made of such; a count has none."""
     while parts := parts_of(space, metric):
         metric = parts[0][1]
-    return space.totals[metric.key]
+    return space.totals.get(metric.key, "")
 
 
 def own_limit(space: Space, metric: Metric, limit: Quantity) -> Quantity:
@@ -253,10 +277,11 @@ def own_limit(space: Space, metric: Metric, limit: Quantity) -> Quantity:
     wanted = metric_dimension(space, metric)
     if wanted is None:
         unit = total_unit(space, metric)
-        ratio = unit_ratio(limit.unit, unit) if limit.unit else None
+        ratio = unit_ratio(limit.unit, unit) if limit.unit and unit else Fraction(1) if limit.unit == unit else None
         if ratio is None:
             got = shown(limit.unit) if limit.unit else "a bare number"
-            raise QuestionError(f"expected a limit in {unit} for {metric.name}, got {got}")
+            wanted_unit = f"a limit in {unit}" if unit else "a plain number"
+            raise QuestionError(f"expected {wanted_unit} for {metric.name}, got {got}")
         return Quantity(as_written(limit).value * ratio, None, unit)
     of_bandwidth = is_share(metric, limit)
     if limit.unit == "" and (wanted != DIMENSIONLESS or metric.kind in ("utilisation", "busy")):

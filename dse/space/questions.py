@@ -112,7 +112,10 @@ T = TypeVar("T")
 
 def with_questions(ledger: Ledger, space: Space, spec: Spec) -> Space:
     """The space with everything that the problem file asks; mistakes go to the ledger."""
-    space = _with_cores(ledger, _with_derived(ledger, space, spec), spec)
+    space = _with_cores(ledger, space, spec)
+    baseline, costs = _baseline(ledger, space, spec), _costs(ledger, space, spec)
+    space = replace(space, baseline=baseline, states_baseline=bool(spec.baseline), cost_of_change=costs)
+    space = _with_derived(ledger, space, spec)
     space = replace(space, requirements=tuple(_required_latencies(ledger, space)))
     requirements = list(with_deadlines(space, partial(_deadline_origin, ledger, spec)).requirements)
     for number, text in enumerate(spec.requirements):
@@ -127,7 +130,7 @@ def with_questions(ledger: Ledger, space: Space, spec: Spec) -> Space:
         rules += _attempt(ledger, path, text, partial(read_rule, space, text, origin))
     objectives = _objectives(ledger, space, spec)
     space = replace(space, requirements=tuple(requirements), objectives=tuple(objectives), rules=tuple(rules))
-    return with_open_cores(replace(space, baseline=_baseline(ledger, space, spec)))
+    return with_open_cores(space)
 
 
 def _with_cores(ledger: Ledger, space: Space, spec: Spec) -> Space:
@@ -228,25 +231,52 @@ def _objectives(ledger: Ledger, space: Space, spec: Spec) -> list[Objective]:
     return objectives
 
 
-def _baseline(ledger: Ledger, space: Space, spec: Spec) -> dict[int, int]:
-    result: dict[int, int] = {}
+def _stated(
+    ledger: Ledger, space: Space, section: str, content: Mapping[str, Mapping[str, T]]
+) -> Iterator[tuple[Path, str, T]]:
+    """What a section states of fields, with the place and the full name of each; unknown components are noted."""
     known = [item.name for item in (*space.processors, *space.buses)]
     known += [item.name for item in space.components] + [item.name for item in space.connections]
-    for component, fields in spec.baseline.items():
+    for component, fields in content.items():
         if component not in known:
-            ledger.unknown(("baseline", component), "component", component, known)
+            ledger.unknown((section, component), "component", component, known)
             continue
         for field_name, value in fields.items():
-            name, path = f"{component}.{field_name}", ("baseline", component, field_name)
-            try:
-                decision, option = read_option(space, name, str(value))
-            except QuestionError as error:
-                if not ledger.is_doubtful(component, name):
-                    ledger.error(path, error.message, error.hint, at_key=name not in space.references)
-                continue
-            if decision is not None:
-                result[decision] = option
+            yield (section, component, field_name), f"{component}.{field_name}", value
+
+
+def _baseline(ledger: Ledger, space: Space, spec: Spec) -> dict[int, int]:
+    result: dict[int, int] = {}
+    for path, name, value in _stated(ledger, space, "baseline", spec.baseline):
+        try:
+            decision, option = read_option(space, name, str(value))
+        except QuestionError as error:
+            if not ledger.is_doubtful(str(path[1]), name):
+                ledger.error(path, error.message, error.hint, at_key=name not in space.references)
+            continue
+        if decision is not None:
+            result[decision] = option
     return result
+
+
+def _costs(ledger: Ledger, space: Space, spec: Spec) -> dict[int, int]:
+    """What changing each decision costs, where that is stated; a field that is fixed costs nothing."""
+    result: dict[int, int] = {}
+    for path, name, cost in _stated(ledger, space, "cost_of_change", spec.cost_of_change):
+        decision = space.decision_index(name)
+        if decision is not None and space.decisions[decision].field == "core":
+            ledger.error(path, "on which core a thread runs is not counted as a change", at_key=True)
+        elif decision is not None:
+            result[decision] = cost
+        elif name not in space.references and not ledger.is_doubtful(str(path[1]), name):
+            ledger.error(path, *_unknown_field(space, name), at_key=True)
+    return result
+
+
+def _unknown_field(space: Space, name: str) -> tuple[str, str]:
+    """What is wrong with a name that no field has, and which come close."""
+    fields = [item for item in space.references if item.rpartition(".")[0] == name.rpartition(".")[0]]
+    return f"nothing is called {shown(name)}", closest(name, fields or space.references)
 
 
 def read_option(space: Space, name: str, text: str) -> tuple[int | None, int]:
@@ -259,8 +289,7 @@ def read_option(space: Space, name: str, text: str) -> tuple[int | None, int]:
     """
     reference = space.references.get(name)
     if reference is None:
-        fields = [item for item in space.references if item.rpartition(".")[0] == name.rpartition(".")[0]]
-        raise QuestionError(f"nothing is called {shown(name)}", closest(name, fields or space.references))
+        raise QuestionError(*_unknown_field(space, name))
     value = offered_value(reference, text)
     decision = space.decision_index(name)
     if decision is None:

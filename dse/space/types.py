@@ -46,6 +46,11 @@ class Decision:
         """Whether there is anything to decide."""
         return len(self.options) > 1
 
+    @property
+    def follows(self) -> bool:
+        """Whether it is the type of an optional slot of one type: filled exactly when something is bound to it."""
+        return self.field == "type" and len(self.options) == 2 and EMPTY in self.options
+
 
 @dataclass(frozen=True)
 class Figures:
@@ -168,8 +173,8 @@ class Metric:
 
     `kind` is ``latency``, ``min latency``, ``jitter`` (of a flow), ``utilisation`` (of a processor), ``load`` and
     ``busy`` (of a bus), ``response time`` (of a thread; `key` is ``deadline`` where its own is the limit), ``price``,
-    ``power``, ``total`` (`key` names it; `of` a component, or all), ``derived``, or an extreme: ``max`` and ``min`` are
-    the greatest and the least of `operands`, each a sum of metrics times constants.
+    ``power``, ``total`` (`key` names it; `of` a component, or all), ``changes``, ``derived``, or an extreme: ``max``
+    and ``min`` are the greatest and the least of `operands`, each a sum of metrics times constants.
     """
 
     name: str
@@ -312,6 +317,10 @@ class Space:
     """The names of all types by section (``processor_types``, …), also of those that nothing may have."""
     deadlines: str = "none"
     """Which deadlines of threads count: ``stated``, ``all`` (a thread without one ends by its period) or ``none``."""
+    states_baseline: bool = False
+    """Whether the file states a baseline, be it of fixed fields alone, which `baseline` leaves out."""
+    cost_of_change: Mapping[int, int] = field(default_factory=dict)
+    """What changing a decision of the baseline counts, by decision; 1 where none is stated."""
 
     def decision_index(self, name: str) -> int | None:
         """The index of the decision called `name`, or None."""

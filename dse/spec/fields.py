@@ -148,6 +148,11 @@ Core: TypeAlias = Annotated[
     WithJsonSchema({"anyOf": [{"type": "integer", "minimum": 1}, {"enum": list(CORE_RULES)}]}),
 ]
 QueueSize: TypeAlias = Annotated[int, PlainValidator(_count(0)), WithJsonSchema({"type": "integer", "minimum": 0})]
+Weight: TypeAlias = Annotated[
+    int,
+    PlainValidator(_count(0)),
+    WithJsonSchema({"type": "integer", "minimum": 0, "description": "What changing the decision costs, in any unit."}),
+]
 Setting: TypeAlias = Annotated[
     str | int,
     PlainValidator(_setting),

@@ -42,6 +42,7 @@ from dse.spec.fields import (
     Total,
     Transmission,
     Version,
+    Weight,
     describe,
     field_error,
 )
@@ -317,3 +318,4 @@ class Spec(Catalogue):
     rules: Items[RuleText] = ()
     objectives: Items[Line] = ()
     baseline: dict[Name, dict[Name, Setting]] = {}
+    cost_of_change: dict[Name, dict[Name, Weight]] = {}

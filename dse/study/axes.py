@@ -48,6 +48,11 @@ class LimitAxis:
     labels: tuple[str, ...] = ()
 
     @property
+    def requirements(self) -> tuple[Requirement, ...]:
+        """Every limit that there may be."""
+        return (*self.low, *self.high, *(item for one in self.values for item in one))
+
+    @property
     def is_exact(self) -> bool:
         """Whether every break-point in an interval is asked for, rather than the front for each of some values."""
         return not self.values

@@ -17,6 +17,8 @@ from typing import Any
 
 from dse.api.problem import Problem
 from dse.errors import UsageError
+from dse.space.metrics import asks_for_changes
+from dse.space.types import Space
 from dse.spec.quantities import BASE, COUNT, FIELDS, PARTS, RANGES, TOTAL
 from dse.units import (
     TRANSMISSION,
@@ -29,7 +31,8 @@ from dse.units import (
     shown,
 )
 
-LEFT_OUT = ("baseline", "uncertainty")
+BASELINE = ("baseline", "cost_of_change")
+"""The keys of a problem file that say from where and how changes are counted."""
 Place = tuple[str | int, ...]
 
 
@@ -48,11 +51,33 @@ class InputValue:
 
 
 def merged_data(problem: Problem) -> dict[str, Any]:
-    """The problem as plain data with its includes merged in; the baseline and stated uncertainties are left out.
+    """The problem as plain data with its includes merged in; stated uncertainties are left out.
 
-    Neither changes the front, so that editing them does not make a run a new one.
+    They do not change the front, so that editing them does not make a run a new one.
     """
-    return {key: value for key, value in problem.loaded.document.items() if key not in LEFT_OUT}
+    return {key: value for key, value in problem.loaded.document.items() if key != "uncertainty"}
+
+
+def needed_data(data: Mapping[str, Any], space: Space) -> dict[str, Any]:
+    """The data with no more of a baseline than the question of `space` looks at, for the same reason.
+
+    Where changes are counted, that is what it states of open decisions: a fixed field never changes, and its value may
+    be varied.
+    """
+    kept = {key: value for key, value in data.items() if key not in BASELINE}
+    if asks_for_changes(space):
+        stated = _of_open_decisions(space, data["baseline"]) or data["baseline"]
+        kept |= {key: stated if key == "baseline" else data[key] for key in BASELINE if key in data}
+    return kept
+
+
+def _of_open_decisions(space: Space, baseline: Mapping[str, Mapping[str, Any]]) -> dict[str, dict[str, Any]]:
+    open_ones = {item.name for item in space.decisions if item.is_open}
+    kept = {
+        component: {name: value for name, value in fields.items() if f"{component}.{name}" in open_ones}
+        for component, fields in baseline.items()
+    }
+    return {component: fields for component, fields in kept.items() if fields}
 
 
 def effective_text(data: Mapping[str, Any]) -> str:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Generator, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
 from typing import Any, Unpack
@@ -20,7 +20,7 @@ from dse.study.axes import Axis, InputAxis, LimitAxis, grid_points, read_axis
 from dse.study.cluster import run_on_cluster
 from dse.study.fronts import check_objectives
 from dse.study.outcomes import OutcomeError, read_outcome
-from dse.study.quantities import Inputs, copied, merged_data
+from dse.study.quantities import Inputs, copied, merged_data, needed_data
 from dse.study.runs import OTHER_VERSION, Run, make_payload, solve_payload
 from dse.study.store import Store, semantics_version
 from dse.study.workers import Task, check_workers, run_all
@@ -125,7 +125,7 @@ def sweep_asked(
     check_objectives(asked.space)
     inputs = Inputs(merged_data(asked))
     axes = read_axes(asked, inputs, vary)
-    runs = plan(axes, inputs, asked.changes, seed)
+    runs = plan(axes, inputs, asked, seed)
     done, found = _solved(runs, means, progress)
     limits = [(axis.metric.name, axis.operator) for axis in axes if isinstance(axis, LimitAxis)]
     outcomes, scale = rank_together([done.get(number) for number in range(len(runs))], limits)
@@ -183,20 +183,23 @@ def read_axes(problem: Problem, inputs: Inputs, vary: Sequence[str]) -> list[Axi
     return axes
 
 
-def plan(axes: Sequence[Axis], inputs: Inputs, changes: Changes, seed: int) -> list[Run]:
+def plan(axes: Sequence[Axis], inputs: Inputs, asked: Problem, seed: int) -> list[Run]:
     """The runs of a sweep, in order."""
     exact = next((axis.shipped(None) for axis in axes if isinstance(axis, LimitAxis) and axis.is_exact), None)
     grid = [axis for axis in axes if not (isinstance(axis, LimitAxis) and axis.is_exact)]
+    limits = [item for axis in axes if isinstance(axis, LimitAxis) for item in axis.requirements]
+    space = replace(asked.space, requirements=(*asked.space.requirements, *limits))
+    needed = needed_data(inputs.data, space)
     runs = []
     for point in grid_points(grid):
-        data = copied(inputs.data)
-        limits = []
+        data = copied(needed)
+        shipped = []
         for axis, number in zip(grid, point, strict=True):
             if isinstance(axis, InputAxis):
                 axis.write(inputs, data, number)
             else:
-                limits.append(axis.shipped(number))
-        runs.append(Run(point, make_payload(data, changes, limits, exact, seed)))
+                shipped.append(axis.shipped(number))
+        runs.append(Run(point, make_payload(data, asked.changes, shipped, exact, seed)))
     return runs
 
 

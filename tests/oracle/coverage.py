@@ -142,7 +142,7 @@ def _question_features(problem: Problem) -> Iterator[str]:
             if word in rule.text
         )
         yield "rule without verb" if not rule.text.startswith(("require ", "forbid ")) else "rule with verb"
-    for key in ("metrics", "totals", "baseline"):
+    for key in ("metrics", "totals", "baseline", "cost_of_change"):
         if problem.document.get(key):
             yield key
     if any(" " in name for name in problem.section_of):

@@ -42,7 +42,9 @@ Where the documents leave something open, this is how they are read here:
 20. An objective without a name is about the worst of all candidates. In an extreme (``max``, ``min``) a metric without
     a name that stands alone, perhaps with constants, is every one of its kind; one in a sum must be unmistakable.
     Utilisation counts as it is listed, of one core.
-21. Lists inside a ``totals`` mapping, and inside a map of a virtual bus per processor type, are not supported here.
+21. ``changes`` counts the decisions with two or more options that the baseline states, that are active in the design,
+    and for which it has another option, each as often as ``cost_of_change`` says, else once.
+22. Lists inside a ``totals`` mapping, and inside a map of a virtual bus per processor type, are not supported here.
 """
 
 from __future__ import annotations
@@ -77,6 +79,7 @@ __all__ = [
 ]
 
 Design = dict[str, str | None]
+CHANGES: Dimension = (("changes", 1),)
 
 
 def decisions(problem: Problem) -> dict[str, list[str]]:
@@ -222,6 +225,7 @@ def _figures(problem: Problem, reading: Reading) -> dict[str, Any]:
     }
     for figure in ("price", "power"):
         figures[figure] = _amounts(reading, figure)
+    figures["changes"] = _changes(problem, reading.design)
     figures["totals"] = {figure: _amounts(reading, figure) for figure in problem.totals}
     figures["metrics"] = {
         name: quantities.per_second(*_sum(problem, figures, terms)) for name, terms in problem.metrics.items()
@@ -232,6 +236,21 @@ def _figures(problem: Problem, reading: Reading) -> dict[str, Any]:
         for objective in problem.objectives
     )
     return figures
+
+
+def _changes(problem: Problem, design: Mapping[str, str | None]) -> int:
+    """The decisions that differ from the baseline, by what each costs."""
+    costs = problem.document.get("cost_of_change", {})
+    count = 0
+    for name, fields in problem.document.get("baseline", {}).items():
+        for field, stated in fields.items():
+            decision = f"{name}.{field}"
+            chosen = design.get(decision)
+            if chosen is None or len(problem.decisions[decision]) < 2:
+                continue
+            if option_value(field, chosen) != option_value(field, stated):
+                count += int(costs.get(name, {}).get(field, 1))
+    return count
 
 
 def _amounts(reading: Reading, figure: str) -> dict[str, Any]:
@@ -247,6 +266,8 @@ def _metric(problem: Problem, figures: Mapping[str, Any], name: str, of: str | N
         amounts = figures[name] if name in ("price", "power") else figures["totals"][name]
         dimension = {"price": MONEY, "power": POWER}.get(name) or ((problem.totals.get(name, ""), 1),)
         return (amounts["system"] if of is None else amounts["components"][of]), dimension
+    if name == "changes":
+        return Fraction(figures["changes"]), CHANGES
     of = of if of is not None else _only(problem, name)
     if name == "utilisation":
         return figures["utilisation"][of], RATIO
@@ -299,7 +320,7 @@ def _each(problem: Problem, operand: grammar.Sum) -> list[grammar.Sum]:
     """A metric that stands alone without a name is about each flow, processor or bus."""
     ((sign, metric, constants), *others) = operand
     named = isinstance(metric, grammar.Extreme) or metric.of is not None or metric.name in problem.metrics
-    if others or named or metric.name in ("price", "power", *problem.totals):
+    if others or named or metric.name in ("price", "power", "changes", *problem.totals):
         return [operand]
     subjects = _subjects(problem, metric.name)
     return [((sign, grammar.Metric(metric.name, subject), constants),) for subject in subjects]
@@ -366,6 +387,8 @@ def _satisfied(
     if metric in problem.totals and metric not in problem.metrics:
         unit = problem.totals[metric]
         limit = quantities.Quantity(quantities.figure(requirement.limit, unit), ((unit, 1),))
+    if metric == "changes" and limit is not None:
+        limit = quantities.Quantity(limit.value, CHANGES)
     if limit is None:
         raise ValueError(f"cannot read the limit of {requirement.text!r}")
     if metric == "load" and limit.dimension == RATIO:

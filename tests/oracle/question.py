@@ -166,6 +166,7 @@ def add_question(rng: random.Random, document: dict[str, Any]) -> None:
         _require_flow_latency(rng, sample)
     if rng.random() < 0.2:
         _add_baseline(rng, document)
+    _ask_for_changes(random.Random(rng.getstate()[1][2]), document)
 
 
 def _ask_for_busy_time(rng: random.Random, sample: _Sample) -> None:
@@ -184,6 +185,42 @@ def _ask_for_busy_time(rng: random.Random, sample: _Sample) -> None:
     sign = rng.choice(["<=", "<=", "<=", "<", ">=", ">"])
     limit = ceil(value) if sign[0] == "<" else floor(value)
     text = f"busy{of} {sign} {rng.choice([f'{limit} ppm', f'{limit / 10**4:.4f} %'])}"
+    document["requirements"] = [*document.get("requirements", []), text]
+
+
+def _ask_for_changes(rng: random.Random, document: dict[str, Any]) -> None:
+    """Sometimes how much changes, as an objective, a limit or in a derived metric; drawn apart from all else."""
+    problem = Problem(document)
+    found = list(designs(problem)) if rng.random() < 0.4 else []
+    if not found:
+        return
+    baseline, costs = document.setdefault("baseline", {}), {}
+    for decision, option in rng.choice(found).items():
+        name, field = problem.owner(decision)
+        stated = option if option is not None else rng.choice(problem.decisions[decision])
+        if rng.random() < (0.8 if option is not None else 0.3):
+            baseline.setdefault(name, {}).setdefault(field, stated)
+        if rng.random() < 0.2:
+            costs.setdefault(name, {})[field] = rng.choice(["0", "2", "5"])
+    if not baseline:
+        del document["baseline"]
+        return
+    if costs:
+        document["cost_of_change"] = costs
+    metric = "changes"
+    if rng.random() < 0.3:
+        metric = "effort"
+        document["metrics"] = {**document.get("metrics", {}), metric: "changes * 3 - changes"}
+    if rng.random() < 0.6 and len(document["objectives"]) < 4:
+        document["objectives"] = [
+            *document["objectives"],
+            f"{rng.choice(['minimise', 'minimise', 'maximise'])} {metric}",
+        ]
+        return
+    asked = Problem({**document, "objectives": ["minimise changes"], "requirements": []})
+    values = sorted(evaluate(asked, one)["objectives"][0] for one in found[:: len(found) // SAMPLE + 1])
+    value = values[int(len(values) * rng.choice([0, 0.3, 0.6, 0.8]))]
+    text = f"changes {rng.choice(['<=', '<=', '<=', '<', '>=', '=='])} {value}"
     document["requirements"] = [*document.get("requirements", []), text]
 
 

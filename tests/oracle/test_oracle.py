@@ -526,6 +526,7 @@ KINDS = {
     "totals",
     "metrics",
     "baseline",
+    "cost_of_change",
     "maximise",
     *(f"{count} objectives" for count in range(1, 6)),
     *(
@@ -547,6 +548,8 @@ KINDS = {
             "max",
             "min",
             "extreme1",
+            "changes",
+            "effort",
             "utilisation (all)",
             "latency (all)",
             "load (all)",
@@ -574,6 +577,7 @@ KINDS = {
             "max (general)",
             "min (general)",
             "extreme1 (general)",
+            "changes (general)",
         )
     ),
     *(f"operator {sign}" for sign in ("<=", "<", ">=", ">", "==")),

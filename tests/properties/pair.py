@@ -125,7 +125,18 @@ class Pair:
         found |= {f"busy of {bus}": value for bus, value in figures["busy"].items()}
         found |= {"price": figures["price"]["system"], "power": figures["power"]["system"]}
         found |= {total: amounts["system"] for total, amounts in figures["totals"].items()}
+        if any("changes" in text for text in self._asked()):
+            found["changes"] = Fraction(figures["changes"])
         return found | figures["metrics"]
+
+    def _asked(self) -> list[str]:
+        """The metrics, objectives and requirements of the problem, as texts."""
+        document = self.oracle.document
+        return [
+            *document.get("metrics", {}).values(),
+            *document.get("objectives", ()),
+            *document.get("requirements", ()),
+        ]
 
     # Brute force with the product's evaluator alone
 

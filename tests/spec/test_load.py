@@ -59,6 +59,7 @@ requirements: [jitter of main <= 5 ms]
 rules: [forbid RT101, {require: can}]
 objectives: [minimise price]
 baseline: {nav: {period: 10 ms}, computer: {cores: 4}}
+cost_of_change: {nav: {period: 3}}
 uncertainty:
   bus_types.can.bandwidth:
     {distribution: normal, mean: 120 kbit/s, deviation: 2 kbit/s, range: 100 .. 140 kbit/s, source: x}
@@ -87,6 +88,7 @@ def test_values() -> None:
     assert spec.flows["main"].latency == TimeRange(0, 10_000_000)
     assert spec.rules == ("forbid RT101", "require can")
     assert spec.baseline == {"nav": {"period": "10 ms"}, "computer": {"cores": 4}}
+    assert spec.cost_of_change == {"nav": {"period": 3}}
 
 
 def test_every_field_is_used_in_the_example() -> None:
