@@ -28,7 +28,7 @@ def read_outcome(text: str) -> dict[str, Any]:
         data = parse_json(text)
     except ValueError as error:
         raise OutcomeError(f"not JSON: {error}") from error
-    if not isinstance(data, dict) or data.get("kind") not in _FORMS:
+    if not isinstance(data, dict) or not isinstance(data.get("kind"), str) or data["kind"] not in _FORMS:
         raise OutcomeError("it is of no known kind")
     _check_form(data, _FORMS[data["kind"]])
     if data["kind"] != "error":
@@ -51,9 +51,11 @@ def _check_alternatives(data: Mapping[str, Any]) -> None:
     if data["status"] != "incomplete" and (data["status"] == "infeasible") == bool(found):
         raise OutcomeError("status does not fit what was found")
     for item in found:
-        if not isinstance(item, dict) or set(item.get("metrics", ())) != set(data["units"]):
-            raise OutcomeError("an alternative lacks figures")
+        if not isinstance(item, dict):
+            raise OutcomeError("an alternative is not what a run writes")
         _check_form(item, _ALTERNATIVE if data["kind"] == "front" else {**_ALTERNATIVE, **_LIMITED})
+        if set(item["metrics"]) != set(data["units"]):
+            raise OutcomeError("an alternative lacks figures")
     if data["kind"] == "breaks":
         ids = [item["id"] for item in found]
         listed = [entry["id"] for stretch in data["stretches"] for entry in stretch["front"]]
