@@ -28,7 +28,7 @@ from dse.analysis.resources import (
 from dse.analysis.scheduling import UNBOUNDED_NS, bounded_response_ns, longest_alone_ns
 from dse.analysis.terms import PPM, SCALE_LIMIT, ZERO, Extreme, Measure, Term, exact_sum, extreme_term, scaled_term
 from dse.analysis.views import View
-from dse.space.metrics import asks_for_changes, busy_obstacle, metric_dimension, total_unit
+from dse.space.metrics import FLOW_METRICS, asks_for_changes, busy_obstacle, metric_dimension, total_unit
 from dse.space.trees import FROM_BANDWIDTH, PerProcessorType, Tree, at, leaves
 from dse.space.types import Bus, Component, Flow, Metric, Slot, Space, Step
 from dse.units import DATA, DATA_RATE, DIMENSIONLESS, FREQUENCY, LENGTH, MONEY, POWER, TIME, Dimension, Exact, Quantity
@@ -68,7 +68,7 @@ DISPLAY: dict[Dimension, tuple[str, Fraction]] = {
 
 def build_measure(space: Space, metric: Metric) -> Measure:
     """The measure of a resolved metric."""
-    if metric.kind in ("latency", "min latency", "jitter"):
+    if metric.kind in FLOW_METRICS:
         flow = space.flows[metric.index or 0]
         return _scaled(metric, "ns", tuple(_latency_terms(space, flow, metric.kind)), *_latency_scale(space, flow))
     number = metric.index or 0
@@ -334,7 +334,7 @@ def all_metrics(space: Space) -> tuple[Metric, ...]:
     """Every metric that a result lists: flows, processors, buses, system totals, derived metrics, changes if asked."""
     metrics: list[Metric] = []
     for number, flow in enumerate(space.flows):
-        metrics += [Metric(f"{kind} of {flow.name}", kind, number) for kind in ("latency", "min latency", "jitter")]
+        metrics += [Metric(f"{kind} of {flow.name}", kind, number) for kind in FLOW_METRICS]
     metrics += [Metric(f"utilisation of {slot.name}", "utilisation", n) for n, slot in enumerate(space.processors)]
     metrics += [Metric(f"load of {bus.name}", "load", n) for n, bus in enumerate(space.buses)]
     metrics += [

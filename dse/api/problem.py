@@ -8,10 +8,11 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any, TypeAlias, Unpack
 
-from dse.api.question import LIMITED_METRICS, Changes, Question, changes_of
+from dse.api.question import Changes, Question, changes_of
 from dse.errors import UsageError
 from dse.space.build import build_space, every_mistake
 from dse.space.cores import with_all_cores, with_open_cores
+from dse.space.metrics import RESERVED
 from dse.space.questions import (
     QuestionError,
     read_objective,
@@ -207,8 +208,7 @@ def _spaced(quantity: str) -> str:
 def _requirement_or_rule(space: Space, text: str) -> tuple[Requirement, ...] | Rule:
     """A requirement where the text begins with a metric, else a rule."""
     derived = [item.name for item in space.derived]
-    others = ("min latency", "max latency", "response time", "utilization")
-    metrics = [*LIMITED_METRICS, *others, *space.totals, *derived]
+    metrics = [*RESERVED, *space.totals, *derived]
     body = re.sub(r"^\s*(require|forbid)\s+", "", text)
     is_metric = any(re.match(rf"{re.escape(name)}(\s|[<>=≤≥]|$)", body) for name in metrics)
     is_metric = is_metric or CALL.match(body) is not None

@@ -6,11 +6,10 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, fields, replace
 from typing import Any, TypeAlias, TypedDict
 
+from dse.api.limited import LIMITED
 from dse.errors import UsageError
 from dse.space.settings import SETTINGS
 
-LIMITED_METRICS = ("jitter", "latency", "utilisation", "load", "busy", "price", "power", "changes")
-"""The metrics that ``max_METRIC`` limits."""
 Texts: TypeAlias = str | Sequence[str]
 """One text, or several."""
 
@@ -108,7 +107,7 @@ def changes_of(question: Mapping[str, Any]) -> Changes:
     for name in question:
         if name not in known:
             raise UsageError(f"a question has no {name!r}: there are {', '.join(known)}")
-    limits = tuple((metric, text) for metric in LIMITED_METRICS for text in _texts(question, f"max_{metric}"))
+    limits = tuple((metric, text) for metric in LIMITED for text in _texts(question, f"max_{metric}"))
     objectives = (
         *_texts(question, "objectives"),
         *(f"minimise {text}" for text in _texts(question, "minimise")),

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any, TypeVar, cast
 
 import click
 
+from dse.api.limited import LIMITED
 from dse.errors import UsageError
 from dse.files import writing as files
 from dse.files.guard import PathLike, claim
@@ -22,10 +23,6 @@ if TYPE_CHECKING:
     from dse.api.question import Question
 
 F = TypeVar("F", bound=Callable[..., Any])
-LIMITS = ("jitter", "latency", "utilisation", "load", "busy", "price", "power", "changes")
-EXAMPLES = {"utilisation": "70%", "load": "50%", "busy": "80%", "price": "500EUR", "power": "10W", "changes": "3"}
-OF = {"jitter": "flow", "latency": "flow", "utilisation": "processor", "load": "bus", "busy": "bus"}
-NOUNS = {"busy": "busy time"}
 ORDER = f"{__name__}.order"
 
 
@@ -44,15 +41,13 @@ def problem_argument(command: F) -> F:
 
 def question_options(command: F) -> F:
     """Options that change the question: limits, requirements, rules, fixed decisions, settings."""
-    for metric in reversed(LIMITS):
-        example = EXAMPLES.get(metric, "20ms")
-        one = f"of every {OF[metric]}, or of one (NAME={example})" if metric in OF else "of the system"
-        what = "against the baseline" if metric == "changes" else one
+    for metric, (example, of, called, whose) in reversed(list(LIMITED.items())):
+        what = f"of every {of}, or of one (NAME={example})" if of else whose
         command = click.option(
             f"--max-{metric}",
             multiple=True,
             metavar="QUANTITY",
-            help=f"Limit the {NOUNS.get(metric, metric)} {what}, e.g. {example}.",
+            help=f"Limit the {called or metric} {what}, e.g. {example}.",
         )(command)
     more = (
         click.option("--require", multiple=True, metavar="TEXT", help="A further requirement or rule."),
@@ -218,7 +213,7 @@ def question_of(options: dict[str, Any], objectives: tuple[str, ...] = ()) -> Qu
     from dse.space.settings import SETTINGS
 
     asked: Question = {"objectives": objectives, "require": options["require"], "fix": options["fix"]}
-    for name in (*(f"max_{metric}" for metric in LIMITS), *SETTINGS):
+    for name in (*(f"max_{metric}" for metric in LIMITED), *SETTINGS):
         asked[name] = options[name]  # type: ignore[literal-required]  # every one is a key of Question
     return asked
 

@@ -1,0 +1,106 @@
+"""The steps of CONTRIBUTING.md, applied to a copy of the package: what they add is solved, proved again and swept."""
+
+from __future__ import annotations
+
+import json
+import re
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+import dse
+from dse.api.limited import LIMITED
+from dse.api.question import Question
+
+ROOT = Path(__file__).parents[1]
+HUNK = re.compile(r"^```diff\n--- (?P<file>\S+)\n(?P<lines>.*?)^```", re.M | re.S)
+PROBLEM = """
+dse: 1
+name: toy
+processor_types: {cpu: {price: 5 EUR}, fast: {price: 9 EUR}}
+processors: {p: {type: [cpu, fast]}}
+threads:
+  a: {processor: p, period: 10 ms, compute_execution_time: {cpu: 1 ms .. 4 ms, fast: 1 ms .. 2 ms}}
+  b:
+    processor: p
+    period: [20 ms, 40 ms]
+    compute_execution_time: {cpu: 1 ms .. 4 ms, fast: 1 ms .. 2 ms}
+    release_jitter: [1 ms, 3 ms]
+connections: {ab: {from: a, to: b}}
+flows: {f: {path: [a, b]}}
+requirements: [data age of f <= 90 ms]
+rules: ["b.period == 40 ms implies b.release_jitter == 3 ms"]
+objectives: [minimise data age of f, minimise price, maximise min latency of f]
+"""
+
+
+@pytest.fixture(scope="module")
+def changed(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A copy of the package with every step of the document, and a problem that uses them."""
+    folder = tmp_path_factory.mktemp("changed")
+    shutil.copytree(ROOT / "dse", folder / "dse", ignore=shutil.ignore_patterns("__pycache__"))
+    text = (ROOT / "CONTRIBUTING.md").read_text(encoding="utf-8")
+    hunks = list(HUNK.finditer(text))
+    assert len(hunks) == text.count("```diff")
+    for hunk in hunks:
+        path = folder / hunk["file"]
+        before = "".join(line[1:] for line in hunk["lines"].splitlines(keepends=True) if line[0] in " -")
+        after = "".join(line[1:] for line in hunk["lines"].splitlines(keepends=True) if line[0] in " +")
+        source = path.read_text(encoding="utf-8")
+        assert source.count(before) == 1, f"CONTRIBUTING.md has another text of {hunk['file']} than there is:\n{before}"
+        path.write_text(source.replace(before, after), encoding="utf-8")
+    (folder / "toy.yaml").write_text(PROBLEM, encoding="utf-8")
+    return folder
+
+
+def called(folder: Path, *arguments: str, code: int = 0) -> str:
+    """What a command of the copy prints."""
+    program = [sys.executable, "-c", "from dse.cli.main import main; main()", *arguments]
+    done = subprocess.run(program, cwd=folder, capture_output=True, text=True, check=False)
+    assert done.returncode == code, done.stdout + done.stderr
+    return done.stdout
+
+
+def test_what_the_steps_add_is_searched_and_proved_again(changed: Path) -> None:
+    """On cpu, period 20 ms, released 1 ms late: 4 + 20 + 4 + 1 ms, and 20 ms for the age; on fast 4 ms less."""
+    called(changed, "solve", "toy.yaml", "-q", "--json", "r.json")
+    data = json.loads((changed / "r.json").read_text(encoding="utf-8"))
+    found = {
+        point["decisions"]["p.type"]: (point["decisions"], point["objectives"]["data age of f"])
+        for point in data["front"]
+    }
+    best = {"b.period": "20 ms", "b.release_jitter": "1 ms"}
+    assert found == {
+        "cpu": ({"p.type": "cpu", **best}, 49_000_000),
+        "fast": ({"p.type": "fast", **best}, 45_000_000),
+    }
+    for method in ("exhaustion", "model"):
+        assert "Verified" in called(changed, "verify", "r.json", "--method", method)
+
+
+def test_what_the_steps_add_is_analysed_swept_and_in_the_schema(changed: Path) -> None:
+    design = [part for text in ("p.type=cpu", "b.period=40ms", "b.release_jitter=3ms") for part in ("--design", text)]
+    called(changed, "analyse", "toy.yaml", *design, "--json", "a.json", code=4)
+    data = json.loads((changed / "a.json").read_text(encoding="utf-8"))
+    assert data["metrics"]["data age of f"] == {"value": 91_000_000, "unit": "ns"} and not data["feasible"]
+    assert [row["max_ns"] for row in data["flows"]["f"]["rows"] if row["max_method"] == "released late"] == [3_000_000]
+    said = called(changed, "sweep", "toy.yaml", "--vary", "data age of f=40ms..60ms", "--no-store")
+    assert "No design below 45 ms" in said
+    swept = called(changed, "sweep", "toy.yaml", "--vary", "threads.b.release_jitter[0]=1ms,2ms", "--no-store")
+    assert "46 ms" in swept
+    fields = json.loads(called(changed, "schema"))["$defs"]["Thread"]["properties"]
+    assert "release_jitter" in fields
+
+
+def test_every_limited_metric_has_a_keyword() -> None:
+    limits = {name.removeprefix("max_") for name in Question.__annotations__ if name.startswith("max_")}
+    assert limits == set(LIMITED)
+    pump = dse.load(
+        (ROOT / "tests" / "fuzz" / "pump.yaml").read_text(encoding="utf-8") + "baseline: {control: {period: 5 ms}}\n"
+    )
+    for name, item in LIMITED.items():
+        asked = pump.ask(**{f"max_{name}": item.example})  # type: ignore[misc]
+        assert any(name in requirement.text for requirement in asked.space.requirements[3:])
