@@ -13,13 +13,17 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from itertools import count
 
 from ortools.sat.python import cp_model
 
 from dse.pareto.feasibility import Oracle
 from dse.pareto.settings import sound_solver
 from dse.space.types import Design
-from dse.timelimit import OutOfTime
+from dse.timelimit import OutOfTime, look_at_the_clock
+
+LIMIT = 2.0
+"""Deterministic time of the first attempt at a largest set; each further one has another seed and twice as much."""
 
 
 @dataclass(frozen=True)
@@ -69,12 +73,22 @@ class _Map:
         self.seed = seed
 
     def largest(self) -> frozenset[int] | None:
-        """A largest unexplored set, or None when all are explored."""
-        solver = sound_solver(self.seed)
-        status = solver.solve(self.model)
-        if status == cp_model.INFEASIBLE:
-            return None
-        assert status == cp_model.OPTIMAL
+        """A largest unexplored set, or None when all are explored.
+
+        Raises
+        ------
+        OutOfTime
+            when there is none by the deadline.
+        """
+        for attempt in count():
+            look_at_the_clock()
+            solver = sound_solver(self.seed + attempt)
+            solver.parameters.max_deterministic_time = LIMIT * 2**attempt
+            status = solver.solve(self.model)
+            if status == cp_model.INFEASIBLE:
+                return None
+            if status == cp_model.OPTIMAL:
+                break
         return frozenset(number for number, literal in enumerate(self.chosen) if solver.boolean_value(literal))
 
     def without_conflict(self, conflict: frozenset[int]) -> None:

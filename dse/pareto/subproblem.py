@@ -17,7 +17,7 @@ from dse.encode.forms import EXACT_LIMIT
 from dse.encode.model import EncodedSpace
 from dse.pareto.answer import Answer, Found, NoSuchDesign, Unfinished, weighted
 from dse.pareto.parts import Part, Parts
-from dse.pareto.portfolio import FIRST_LIMIT, Attempt, Portfolio, Race
+from dse.pareto.portfolio import PATIENCE, Attempt, Portfolio
 from dse.pareto.settings import (
     BARE,
     BARE_IN_ORDER,
@@ -40,12 +40,20 @@ FIRST_DESIGN = ((BARE_IN_ORDER, 0.1), (BARE, 0.5))
 """The same for any design at all, where the first attempt at a question has found none."""
 BRIEF = (BARE, 0.05)
 """The first attempt at a part: what bare settings can do they do at once, the rest needs linear relaxation."""
+APART_WAYS = (CUTTING, RELAXED, BARE)
+"""The settings for parts for which that was not enough, in turn ..."""
+APART_WORK = 1.5
+"""... with so much work in the first round, and twice as much in each further one."""
+APART_CHEAP = 0.1
+"""A part for which linear relaxation has needed less than this is asked with it at once the next time."""
 ANY = (BRIEF, (CUTTING, 1.5), (CUTTING, 100.0))
 """The same for a design that is not the first: fixed, so that it does not depend on what was asked before."""
 APART = 4
 """How much longer questions are asked part by part than as a whole."""
-APART_WAYS = (CUTTING, RELAXED, BARE)
-"""The settings for parts for which a moment was not enough."""
+BARE_FIRST = 0.25
+"""Work for bare settings at the first question, which is harder than those after it, before its parts are asked."""
+READING = 6e-6
+"""Work to read a model, for each variable: the solver does not count it, and it is read again for each part."""
 MOST_RELAXED_ZONES = 2
 """How many zones a question should be about where linear relaxation is what helps."""
 FEW_VARIABLES = 1_000
@@ -72,11 +80,12 @@ class Solver:
         self.work = 0.0
         self.stopped = False
         expected = [settings.least_work(encoded.model) for settings in WAYS]
-        self._whole = Portfolio(expected if len(self.parts) == 1 else [expected[0], FIRST_LIMIT])
+        self._whole = Portfolio(expected if len(self.parts) == 1 else [BARE_FIRST / PATIENCE, BARE_FIRST])
         self._asked = Portfolio(expected)
-        self._apart = Portfolio([CUTTING.least_work(encoded.model) * (1 + number) for number in range(len(APART_WAYS))])
         self.in_order = BARE_IN_ORDER
         self._has_looked_for_any = False
+        self._has_relaxed = False
+        self.relaxed_first: set[int] = set()  # numbers of parts
         self._weights: Sequence[int] | None = None
         self._zones: Sequence[Bound] | None = None
         self._ceiling: int | None = None
@@ -92,9 +101,9 @@ class Solver:
     def most_zones(self) -> int:
         """How many zones a question should be about: fewer where relaxation matters, which a union makes weak."""
         most = max(1, len(self.encoded.zones))
-        if self._whole.favourite == 0:
-            return most
-        return 1 if len(self.parts) > 1 else min(MOST_RELAXED_ZONES, most)
+        if len(self.parts) > 1:
+            return 1 if self._has_relaxed or self._whole.favourite else most
+        return most if self._whole.favourite == 0 else min(MOST_RELAXED_ZONES, most)
 
     def exclude(self, design: Design, *, unless: Sequence[Any] = ()) -> None:
         """Forbid one design: at least one decision differs, or one of the literals `unless` is true."""
@@ -111,6 +120,7 @@ class Solver:
         if not zones:
             return NoSuchDesign()
         self.calls += 1
+        self._has_relaxed = False
         self._set_objective(weights)
         most = [max(bounds) - 1 for bounds in zip(*zones, strict=True)]
         assert weighted(weights, most) < EXACT_LIMIT, "weights leave exact arithmetic"
@@ -206,10 +216,6 @@ class Solver:
         if isinstance(answer, Unfinished) and answer.best is not None:
             self.hint(answer.best.design)
         return answer
-
-    def race_apart(self) -> Race:
-        """The attempts at one part."""
-        return self._apart.race()
 
     def solve_part(
         self,
@@ -331,6 +337,7 @@ class Solver:
             return Unfinished(best=best), best
         solver = sound_solver(self.seed)
         parameters: Any = solver.parameters
+        self._has_relaxed |= settings.linearization_level > 0
         settings.apply(parameters, work)
         if self.deadline is not None:
             parameters.max_time_in_seconds = max(0.01, self.deadline - time.monotonic())
@@ -418,11 +425,10 @@ class _Apart:
         self.zones = zones
         self.best = solver.parts.best(weights, zones)
         self.waiting = [
-            (0, weighted(weights, part.floor(open_zones)), number)
+            (int(number in solver.relaxed_first), weighted(weights, part.floor(open_zones)), number)
             for number, part in enumerate(solver.parts.all)
             if (open_zones := part.open(zones))
         ]
-        self.races: dict[int, Race] = {}
 
     def attempt(self, work: float) -> Answer:
         """Go on for so much work, and more: what was done is not lost."""
@@ -432,7 +438,8 @@ class _Apart:
             turn, bound, number = self.waiting.pop(self.waiting.index(min(self.waiting)))
             if self.best is not None and bound >= weighted(self.weights, self.best.point):
                 continue
-            answer = self._ask(number)
+            answer = self._ask(number, turn)
+            solver.work += READING * len(solver.encoded.model.proto.variables)
             if isinstance(answer, Found):
                 self.best = answer
             elif isinstance(answer, Unfinished):
@@ -442,22 +449,20 @@ class _Apart:
                     return Unfinished(best=self.best)
         return self.best or NoSuchDesign()
 
-    def _ask(self, number: int) -> Answer:
-        """One attempt at a part: bare settings for a moment, then those that have cost the least where that failed."""
+    def _ask(self, number: int, turn: int) -> Answer:
+        """One attempt at a part: bare settings for a moment, then linear relaxation with limits that double."""
+        if turn == 0:
+            attempt = BRIEF
+        else:
+            rounds, way = divmod(turn - 1, len(APART_WAYS))
+            attempt = APART_WAYS[way], APART_WORK * 2**rounds
         solver = self.solver
-        if number not in self.races:
-            self.races[number] = solver.race_apart()
-            return solver.solve_part(solver.parts.all[number], BRIEF, self.weights, self.zones, self.best)
-        race = self.races[number]
-        way, limit = next(race)
         before = solver.work
-        answer = solver.solve_part(
-            solver.parts.all[number], (APART_WAYS[way], limit), self.weights, self.zones, self.best
-        )
-        if not isinstance(answer, Unfinished):
-            race.won(way, solver.work - before)
-        elif not solver.out_of_time():
-            race.lost(way, limit)
+        answer = solver.solve_part(solver.parts.all[number], attempt, self.weights, self.zones, self.best)
+        if turn == 1 and solver.work - before <= APART_CHEAP:
+            solver.relaxed_first.add(number)
+        else:
+            solver.relaxed_first.discard(number)
         return answer
 
 

@@ -10,6 +10,7 @@ import threading
 import time
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import count
 from typing import Any, Literal
 
 from ortools.sat.python import cp_model
@@ -22,6 +23,8 @@ from dse.verification.contention import Lesson, lessons_of, on_other_cores
 from dse.verification.diagrams import Diagram, Node, TooLarge, leaves
 from dse.verification.tables import EXACT, Sum, Tables
 
+FIRST_LIMIT = 30.0
+"""Deterministic time (about as many seconds) of the first attempt at a question."""
 SEED = 982_451_653
 MOST_STOPS = 500
 """So often a call is told to stop, each 10 ms."""
@@ -228,18 +231,27 @@ class SecondModel:
         model.add_bool_or(others)
 
     def _solve(self, model: cp_model.CpModel) -> tuple[Any, Design | None]:
+        """An answer of the solver, in attempts with limits that double and other seeds; unknown at the deadline only.
+
+        A run of bad luck ends at its limit, which counts steps and not seconds.
+        """
         self.calls += 1
-        solver = other_solver()
-        if self.deadline is not None:
-            left = self.deadline - time.monotonic()
-            if left <= 0:
-                return cp_model.UNKNOWN, None
-            solver.parameters.max_time_in_seconds = left
-        status = _in_a_thread(solver, model, self.deadline)
-        assert status != cp_model.MODEL_INVALID, "the model is invalid"
-        if status in (cp_model.OPTIMAL, cp_model.FEASIBLE):
-            return status, tuple(solver.value(self._in(model, variable)) for variable in self.chosen)
-        return status, None
+        for attempt in count():
+            solver = other_solver()
+            solver.parameters.random_seed = SEED + attempt
+            solver.parameters.max_deterministic_time = FIRST_LIMIT * 2**attempt
+            if self.deadline is not None:
+                left = self.deadline - time.monotonic()
+                if left <= 0:
+                    break
+                solver.parameters.max_time_in_seconds = left
+            status = _in_a_thread(solver, model, self.deadline)
+            assert status != cp_model.MODEL_INVALID, "the model is invalid"
+            if status in (cp_model.OPTIMAL, cp_model.FEASIBLE):
+                return status, tuple(solver.value(self._in(model, variable)) for variable in self.chosen)
+            if status == cp_model.INFEASIBLE:
+                return status, None
+        return cp_model.UNKNOWN, None
 
 
 def other_solver() -> cp_model.CpSolver:
