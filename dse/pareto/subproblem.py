@@ -403,14 +403,15 @@ class Solver:
         ceiling = self._ceiling
         if best is not None and self._weights is not None:
             ceiling = weighted(self._weights, best.point)
+        if ceiling is None:
+            yield  # without a look at the objective, which would make one where there is none
+            return
         domain = self.encoded.model.proto.objective.domain
-        if ceiling is not None:
-            domain.extend([-EXACT_LIMIT, ceiling - 1])
+        domain.extend([-EXACT_LIMIT, ceiling - 1])
         try:
             yield
         finally:
-            if ceiling is not None:
-                domain.clear()
+            domain.clear()
 
 
 class _Apart:
