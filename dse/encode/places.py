@@ -113,6 +113,8 @@ def _thread(board: Board, rates: RateVariables, number: int, component: Componen
         if core is None and counts[processor] > 1 and component.core is None:
             unknown.add(processor)
             continue
+        if core is not None and core > counts[processor]:  # of another processor with more cores: no design has it
+            continue
         found.setdefault(processor, [[] for _ in range(counts[processor])])[(core or 1) - 1].append(literal)
     for processor, columns in found.items():
         if processor not in unknown:
