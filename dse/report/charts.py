@@ -12,7 +12,7 @@ from textwrap import wrap
 from typing import Any, TypeAlias
 
 from dse.results.result import ObjectiveInfo, Result
-from dse.results.values import counted, display_unit
+from dse.results.values import counted, display_unit, titled
 
 Spec: TypeAlias = dict[str, Any]
 SCHEMA = "https://vega.github.io/schema/vega-lite/v6.json"
@@ -96,7 +96,7 @@ def class_order(result: Result, axis: int) -> list[str]:
 def axis_title(result: Result, axis: int) -> list[str]:
     """``price [EUR]``, in lines."""
     info = result.objectives[axis]
-    return wrap(f"{info.name} [{display_unit(info.unit, result.space.currency)[1]}]", TITLE_WIDTH)
+    return wrap(titled(info.name, display_unit(info.unit, result.space.currency)[1]), TITLE_WIDTH)
 
 
 def scatter(

@@ -8,7 +8,7 @@ from fractions import Fraction
 from dse.report.document import NOTHING, Table
 from dse.report.parts import Data, Plot, Section, decisions_text, figure_text, limited, number_of
 from dse.report.studyplots import shares, tornado
-from dse.results.values import display_unit, readable
+from dse.results.values import display_unit, readable, titled
 from dse.results.variants import varying
 
 SHOWN_BARS = 12
@@ -103,7 +103,7 @@ def _tornado_plot(metric: str, bars: Sequence[Data], currency: str) -> Plot:
         records.append({**record, "inputs": ends, "text": text, "label": f"{bar['path']} · {text}"})
     more = f" The {len(bars) - SHOWN_BARS} shorter bars are in the table." if len(bars) > SHOWN_BARS else ""
     words = f"{metric}: what moves it most; the dashed line is {figure_text(bars[0]['nominal'], unit, currency)}.{more}"
-    return Plot(f"tornado-{metric}", tornado(records, f"{metric} [{display_unit(unit, currency)[1]}]", words), words)
+    return Plot(f"tornado-{metric}", tornado(records, titled(metric, display_unit(unit, currency)[1]), words), words)
 
 
 def _tornado_table(metric: str, bars: Sequence[Data], currency: str) -> Table:

@@ -9,7 +9,7 @@ from typing import Any
 from dse.report.document import Table
 from dse.report.parts import Data, Plot, Section, decisions_text, limited, number_of
 from dse.report.studyplots import lines_chart
-from dse.results.values import counted, display_unit, readable
+from dse.results.values import counted, display_unit, readable, titled
 from dse.results.variants import varying
 from dse.units import UnitError, parse_quantity
 
@@ -92,7 +92,7 @@ def _steps_plot(runs: Sequence[Data], info: Data, unit: str, metric: str, curren
         if stretches:
             records.append({**records[-1], "x": number_of(stretches[-1]["to"], unit, currency), "mark": False})
     across, up = (
-        f"{name} [{display_unit(u, currency)[1]}]"
+        titled(name, display_unit(u, currency)[1])
         for name, u in ((f"limit on {metric}", unit), (info["name"], info["unit"]))
     )
     words = f"Best {info['name']} as a function of the limit on {metric}."
@@ -156,9 +156,9 @@ def _values_plot(data: Data, info: Data, currency: str) -> Plot | None:
         records.append({**place, "where": label, "text": counted(best, info["unit"], currency), "mark": True})
     if not records:
         return None
-    across = f"{last['name']} [{unit}]"
+    across = titled(last["name"], unit)
     words = f"Best {info['name']} as a function of {last['name']}."
-    up = f"best {info['name']} [{display_unit(info['unit'], currency)[1]}]"
+    up = titled(f"best {info['name']}", display_unit(info["unit"], currency)[1])
     return Plot(f"best-{info['name']}", lines_chart(records, across, up, words), words)
 
 
@@ -167,4 +167,4 @@ def _places(labels: Sequence[str]) -> tuple[dict[str, float], str]:
     last = parse_quantity(labels[-1].lstrip("*"))
     one = parse_quantity(f"1 {last.unit}").value if last.unit and last.dimension is not None else Fraction(1)
     found = {label: float(parse_quantity(label.lstrip("*")).value / one) for label in labels}
-    return found, last.unit or ("times the value" if labels[-1].startswith("*") else "1")
+    return found, last.unit or ("times the value" if labels[-1].startswith("*") else "")

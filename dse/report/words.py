@@ -309,7 +309,8 @@ def rate_words(loss: Delta, gain: Delta, currency: str) -> str:
     rate = (Fraction(-loss.gain) / loss_factor) / (Fraction(gain.gain) / gain_factor)
     loss_unit = "percentage points" if loss_unit == "%" else loss_unit
     gain_unit = "percentage point" if gain_unit == "%" else gain_unit
-    worse, better = loss_unit or ("change" if rate == 1 else "changes"), gain_unit or "change"
+    worse = loss_unit or ("changes" if loss.name == "changes" else f"of {loss.name}")
+    better = gain_unit or ("change" if gain.name == "changes" else f"1 of {gain.name}")
     return f"{float(rate):.4g} {worse} per {better}"
 
 

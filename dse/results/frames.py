@@ -7,7 +7,7 @@ from fractions import Fraction
 from typing import TYPE_CHECKING, Any
 
 from dse.errors import UsageError
-from dse.results.values import PREFERRED, display_unit
+from dse.results.values import PREFERRED, display_unit, titled
 from dse.units import MONEY, UnitError, parse_quantity
 
 if TYPE_CHECKING:
@@ -52,7 +52,7 @@ def unit_frame(
 
     texts = (wanted,) if isinstance(wanted, str) else tuple(wanted or ())
     factors = {name: _factor(unit, texts, currency) for name, unit in units.items() if name in columns}
-    heads = [f"{name} [{factors[name][1]}]" if name in factors else name for name in columns]
+    heads = [titled(name, factors[name][1]) if name in factors else name for name in columns]
     values = [
         [_in_unit(row.get(name), factors[name][0]) if name in factors else row.get(name) for name in columns]
         for row in rows

@@ -18,7 +18,7 @@ from dse.errors import EXIT_COMPLETE, EXIT_INCOMPLETE, EXIT_NO
 from dse.results.contention import Contended, contention_dict
 from dse.results.frames import unit_frame
 from dse.results.ranking import METHOD, competition_ranks, ideal_distances
-from dse.results.values import exact
+from dse.results.values import exact, titled
 from dse.results.variants import find_variants
 from dse.space.types import Design, Space
 from dse.version import SEMANTICS
@@ -382,7 +382,7 @@ class Result:
         A text that a spreadsheet would take for a formula gets an apostrophe.
         """
         units = self.units
-        heading = [f"{name} [{units[name]}]" if units.get(name) else name for name in self.columns]
+        heading = [titled(name, units.get(name, "")) for name in self.columns]
         return csv_text([heading, *self._rows()])
 
 

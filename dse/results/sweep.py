@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any
 
 from dse.errors import EXIT_COMPLETE, EXIT_INCOMPLETE, EXIT_INVALID, EXIT_NO
 from dse.results.frames import unit_frame
+from dse.results.values import titled
 
 if TYPE_CHECKING:
     import pandas
@@ -196,7 +197,7 @@ class SweepResult:
         writer = csv.writer(out, lineterminator="\n")
         columns = self.columns
         units = self._units()
-        writer.writerow([f"{name} [{units[name]}]" if units.get(name) else name for name in columns])
+        writer.writerow([titled(name, units.get(name, "")) for name in columns])
         for row in self._rows():
             writer.writerow([row.get(name) for name in columns])
         return out.getvalue()

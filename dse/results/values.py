@@ -47,6 +47,15 @@ def display_unit(unit: str, currency: str = "EUR") -> tuple[Fraction, str]:
     return dict(READABLE.get(base, ())).get(name, Fraction(1)) * count, name
 
 
+def titled(name: str, unit: str) -> str:
+    """A name with its unit, as the title of an axis or a column: ``price [EUR]``; a count has none.
+
+    >>> titled("price", "EUR"), titled("changes", ""), titled("a third of the changes", "1/3 ")
+    ('price [EUR]', 'changes', 'a third of the changes [1/3]')
+    """
+    return f"{name} [{unit.strip()}]" if unit else name
+
+
 def counted(value: Fraction | int, unit: str, currency: str = "EUR", digits: int = 3) -> str:
     """A value in a counting unit (``1/3 ppm``) as `readable` shows it; never 0 for what is not 0.
 

@@ -15,6 +15,7 @@ import pytest
 
 import dse
 from dse.cli.main import run
+from dse.report.charts import axis_title
 from dse.results.order import ranked_by
 from dse.study.robust import solve_robust
 
@@ -187,3 +188,12 @@ def test_explained(file: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert run(["explain", str(file), "--max-utilisation", "45%", "--max-changes", "1"]) == 4
     said = " ".join(capsys.readouterr().out.split())
     assert "changes <= 1 (command line): feasible from 3 on (2 more), i.e. `changes <= 3`" in said
+
+
+def test_figures_without_a_unit_have_none_in_headings() -> None:
+    thirds = HAND.replace("objectives:", "metrics: {effort: changes / 3}\nobjectives:")
+    result = dse.solve(dse.loads(thirds), minimise=["utilisation", "effort"], require="effort <= 1")
+    assert vectors(result) == {(950_000, 0), (725_000, 1), (500_000, 2), (425_000, 3)}
+    assert "effort [1/3],latency" in result.to_csv().replace("max(utilisation) [ppm],", "")
+    assert {"changes", "effort [1/3]"} <= set(result.frame().columns)
+    assert axis_title(dse.solve(dse.loads(HAND)), 1) == ["changes"]

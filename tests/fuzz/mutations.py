@@ -90,6 +90,10 @@ TOKENS = (
         "forbid",
         "minimise",
         "maximise",
+        "max(",
+        "min(",
+        "changes",
+        "cost_of_change",
         "a multiple of",
         "jitter",
         "latency",
@@ -204,7 +208,8 @@ def changed_sense(text: str, rng: random.Random, others: Sequence[str]) -> str:
         old, new, unit = rng.choice(names), rng.choice(names), ""
     else:
         old, new = rng.sample(
-            ("<=", ">=", "<", ">", "==", " and ", " or ", "require", "forbid", "minimise", "maximise"), 2
+            ("<=", ">=", "<", ">", "==", " and ", " or ", "require", "forbid", "minimise", "maximise", "max(", "min("),
+            2,
         )
         unit = ""
     places = [place.start() for place in re.finditer(re.escape(old), text)]
