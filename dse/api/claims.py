@@ -43,12 +43,33 @@ def check_claims(bench: Bench, method: Method, deadline: float | None) -> None:
 
 
 def _check_proofs(bench: Bench, prover: _Refining, refuted: Sequence[Bound], open_: Sequence[Bound]) -> None:
+    refuted, open_ = _extended(prover, refuted, open_)
     _check_cover(bench, prover, (refuted, open_), prover.outer)
     _check_emptiness(bench, prover, refuted)
     if bench.data["status"] == "incomplete":
         _check_unexplored(bench, prover, open_)
     _check_first_designs(bench, prover)
     bench.checked.append(f"{len(refuted)} refuted regions hold no design: {prover.words}")
+
+
+def _extended(
+    prover: _Refining, refuted: Sequence[Bound], open_: Sequence[Bound]
+) -> tuple[Sequence[Bound], Sequence[Bound]]:
+    """The regions, without an end where they end outermost along an objective that holds open response times.
+
+    How long these get at most is nothing that the second model can tell: it proves the wider regions instead.
+    """
+    for axis in prover.unlimited:
+        most = max((region[axis] for region in (*refuted, *open_)), default=0)
+
+        def widened(region: Bound, axis: int = axis, most: int = most) -> Bound:
+            ends = (
+                max(most, prover.outer[axis]) if at == axis and end == most else end for at, end in enumerate(region)
+            )
+            return tuple(ends)
+
+        refuted, open_ = [widened(region) for region in refuted], [widened(region) for region in open_]
+    return refuted, open_
 
 
 class _UnprovableError(Exception):
@@ -66,6 +87,7 @@ class _Refining:
         witness = self.bench.witness
         evaluator = Evaluator(self.bench.space) if witness is None else witness.evaluator()
         self.prover, tables = make_prover(evaluator, self.method, self.deadline)
+        self.unlimited = [axis for axis, (total, _) in enumerate(tables.objectives) if total.is_open]
         return outer_bound(tables)
 
     @property

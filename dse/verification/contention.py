@@ -17,7 +17,7 @@ from typing import TypeAlias
 from dse.analysis.evaluate import Evaluation, Evaluator
 from dse.analysis.limits import HOLDS, Limit, judge
 from dse.analysis.packing import placements
-from dse.analysis.scheduling import core_of_each, counted_ns, subset_responses
+from dse.analysis.scheduling import all_responses, core_of_each, counted_ns, longest_alone_ns, subset_responses
 from dse.analysis.views import CyclicActivation, View
 from dse.space.trees import NotOffered, at, leaves
 from dse.space.types import Design, Space
@@ -30,10 +30,14 @@ Groups: TypeAlias = tuple[tuple[int, ...], ...]
 
 @dataclass(frozen=True)
 class Lesson:
-    """Not all at once: each decision has one of the options beside it, and the threads of each group share a core."""
+    """Not all at once: each decision has one of the options beside it, and the threads of each group share a core.
+
+    With `raised` (a thread, and a time in ns): else that thread waits so long at least.
+    """
 
     box: Mapping[int, frozenset[int]]
     groups: Groups
+    raised: tuple[int, Fraction] | None = None
 
 
 class _Noting(Sequence[int]):
@@ -91,8 +95,23 @@ def lessons_of(space: Space, late: Sequence[Limit], design: Design) -> list[Less
     return [_lesson(space, limit, design) for limit in late if not judge(limit, view).holds]
 
 
+def waiting_lesson(space: Space, number: int, waited: Fraction, design: Design) -> Lesson:
+    """Why a thread waits so long (ns) in a design."""
+
+    def waits(groups: Sequence[Sequence[int]] | None, view: View) -> bool:
+        known = all_responses(space, view) if groups is None else subset_responses(space, groups, view)
+        alone = longest_alone_ns(space, number, "thread", view)
+        return max(alone, counted_ns(known.get((number, "thread"), alone))) - alone >= waited
+
+    groups = _least(space, number, waits, design)
+    noting = _Noting(design)
+    assert waits(groups, View(noting)), "a thread waits no more"
+    return Lesson({item: frozenset((option,)) for item, option in noting.seen.items()}, groups or (), (number, waited))
+
+
 def _lesson(space: Space, limit: Limit, design: Design) -> Lesson:
-    groups = _least(space, limit, design)
+    number = limit.requirement.metric.index or 0
+    groups = _least(space, number, lambda given, view: _breaks(space, limit, given, view), design)
 
     def is_late(given: Sequence[int]) -> bool:
         view = View(given)
@@ -113,24 +132,26 @@ def _breaks(space: Space, limit: Limit, groups: Sequence[Sequence[int]], view: V
     return not HOLDS[limit.requirement.operator](Fraction(counted_ns(response)), limit.bound(view))
 
 
-def _least(space: Space, limit: Limit, design: Design) -> Groups | None:
+def _least(
+    space: Space, number: int, breaks: Callable[[Sequence[Sequence[int]], View], bool], design: Design
+) -> Groups | None:
     """Groups of threads of which none can be left out; None where first-fit decides who shares a core."""
-    view, number = View(design), limit.requirement.metric.index or 0
+    view = View(design)
     found: dict[tuple[int, int], list[int]] = {}
     for processor in range(len(space.processors)):
         for thread, core in core_of_each(space, processor, view).items():
             if place_of(space, thread, view) >= 0:
                 found.setdefault((processor, core), []).append(thread)
     groups = [tuple(group) for group in found.values()]
-    if not _breaks(space, limit, groups, view):
+    if not breaks(groups, view):
         return None
     for group in list(groups):
         fewer = [item for item in groups if item != group]
-        if number not in group and _breaks(space, limit, fewer, view):
+        if number not in group and breaks(fewer, view):
             groups = fewer
     for thread in [item for group in groups for item in group if item != number]:
         fewer = [left for group in groups if (left := tuple(item for item in group if item != thread))]
-        if _breaks(space, limit, fewer, view):
+        if breaks(fewer, view):
             groups = fewer
     return tuple(groups)
 

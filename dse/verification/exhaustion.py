@@ -13,7 +13,8 @@ import numpy.typing as npt
 from dse.space.types import INACTIVE
 from dse.timelimit import look_at_the_clock
 from dse.verification.diagrams import Diagram, Node, scope
-from dse.verification.tables import Sum, Tables
+from dse.verification.sums import Sum
+from dse.verification.tables import Tables
 
 Ints = npt.NDArray[np.int64]
 MOST_ROWS = 3_000_000
@@ -50,17 +51,35 @@ def exhaust(tables: Tables, limit: int = MOST_ROWS) -> Exhaustion:
     if not tables.is_exact:
         columns = _kept(columns, _exactly(tables, columns, count))
         count = len(columns[0]) if columns else count
+    if tables.waits is not None:
+        return Exhaustion(*_weighed(tables, columns, count), looked_at)
     vectors = np.empty((count, len(tables.objectives)), dtype=np.int64)
     for axis, (total, divisor) in enumerate(tables.objectives):
         found = _sums(total, columns, count)
         assert not (found % divisor).any(), "an objective is no integer in its counting unit"
         vectors[:, axis] = found // divisor
+    return Exhaustion(_marked(tables, columns, count), vectors, looked_at)
+
+
+def _weighed(tables: Tables, columns: list[Any], count: int) -> tuple[Ints, Ints]:
+    """The designs, and their objectives as the analysis has them."""
+    signs = [1 if item.sense == "minimise" else -1 for item in tables.space.objectives]
+    vectors = np.empty((count, len(signs)), dtype=np.int64)
+    for row in range(count):
+        look_at_the_clock()
+        found = tables.evaluator.evaluate(tuple(int(column[row]) for column in columns))
+        vectors[row] = [sign * value for sign, value in zip(signs, found.objectives, strict=True)]
+    return _marked(tables, columns, count), vectors
+
+
+def _marked(tables: Tables, columns: list[Any], count: int) -> Ints:
+    """The designs, with what is inactive marked."""
     designs = np.stack(columns, axis=1).astype(np.int64) if columns else np.empty((1, 0), dtype=np.int64)
     for index, met in enumerate(tables.met):
         if met is not None:
             used = _values(met, columns, count).astype(bool)
             designs[~used, index] = INACTIVE
-    return Exhaustion(designs, vectors, looked_at)
+    return designs
 
 
 def _structural_designs(tables: Tables, limit: int) -> list[Any]:

@@ -8,20 +8,25 @@ from __future__ import annotations
 
 import threading
 import time
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import partial
 from itertools import count
+from math import ceil
 from typing import Any, Literal
 
 from ortools.sat.python import cp_model
 
-from dse.analysis.limits import judge
+from dse.analysis.evaluate import Evaluation
+from dse.analysis.limits import Limit, judge
 from dse.analysis.views import View
 from dse.space.types import INACTIVE, Design
 from dse.timelimit import OutOfTime, look_at_the_clock
-from dse.verification.contention import Lesson, lessons_of, on_other_cores
+from dse.verification.contention import Lesson, lessons_of, on_other_cores, waiting_lesson
 from dse.verification.diagrams import Diagram, Node, TooLarge, leaves
-from dse.verification.tables import EXACT, Sum, Tables
+from dse.verification.sums import Sum
+from dse.verification.tables import EXACT, Tables
+from dse.verification.waiting import Waiting
 
 FIRST_LIMIT = 30.0
 """Deterministic time (about as many seconds) of the first attempt at a question."""
@@ -61,6 +66,9 @@ class SecondModel:
         ]
         for _, diagram in tables.conditions:
             self.model.add(self._value(diagram) == 1)
+        self.waiting: Waiting | None = None
+        if tables.waits is not None:
+            self.waiting = Waiting(tables.space, self.model, tables.waits, self._value)
         for bound in tables.bounds:
             if bound.sum.high > 0:
                 self.model.add(self._total(bound.sum) <= 0)
@@ -71,13 +79,17 @@ class SecondModel:
             self.objectives.append(variable)
         self.option = [self._canonical(index) for index in range(len(self.chosen))]
         self.places = {number: self._placed(diagram) for number, diagram in tables.places.items()}
-        self.free_cores = {item.index for item in tables.space.open_cores} if tables.late else set[int]()
+        moves = bool(tables.late) and tables.waits is None
+        self.free_cores = {item.index for item in tables.space.open_cores} if moves else set[int]()
         problem = self.model.validate()
         assert not problem, problem
 
     def _total(self, total: Sum) -> Any:
         """A sum as an expression; each of the sums of an extreme has a variable of its own."""
-        found = sum(self._value(part) for part in total.parts)
+        found: Any = sum(self._value(part) for part in total.parts)
+        for number, times in total.waits:
+            assert self.waiting is not None
+            found = found + times * self.waiting.variables[number]
         for pick in total.extremes:
             parts = []
             for item in pick.sums:
@@ -121,18 +133,25 @@ class SecondModel:
 
     def in_region(self, below: Sequence[int | None], from_on: Sequence[int | None] | None = None) -> Reply:
         """A design whose objectives are below `below` and not below `from_on` (None: no bound)."""
-        model = self.model.clone()
-        for axis, bound in enumerate(below):
-            if bound is not None:
-                model.add(self._in(model, self.objectives[axis]) <= bound - 1)
         for axis, bound in enumerate(from_on or ()):
-            if bound is not None:
-                model.add(self._in(model, self.objectives[axis]) >= bound)
-        return self._ask(model)
+            if bound is not None and self.tables.objectives[axis][0].is_open:
+                raise TooLarge("how long response times may get at most depends on too much to tabulate")
+
+        def ask(model: cp_model.CpModel) -> None:
+            for axis, bound in enumerate(below):
+                if bound is not None:
+                    model.add(self._in(model, self.objectives[axis]) <= bound - 1)
+            for axis, bound in enumerate(from_on or ()):
+                if bound is not None:
+                    model.add(self._in(model, self.objectives[axis]) >= bound)
+
+        return self._ask(ask)
 
     def earlier_design(self, vector: Sequence[int], design: Design) -> Reply:
         """A design with these objectives that comes before `design` in the order of the file."""
-        model = self.model.clone()
+        return self._ask(partial(self._ask_earlier, vector, design))
+
+    def _ask_earlier(self, vector: Sequence[int], design: Design, model: cp_model.CpModel) -> None:
         for axis, value in enumerate(vector):
             model.add(self._in(model, self.objectives[axis]) == value)
         same: Any = model.new_constant(1)
@@ -149,58 +168,88 @@ class SecondModel:
             found.append(smaller)
             same = alike
         model.add_bool_or(found)
-        return self._ask(model)
 
     def another_design(self, below: Sequence[int], known: Sequence[Design], among: Sequence[int]) -> Reply:
         """A design with objectives below `below` that differs from each known one in some of the decisions `among`."""
-        model = self.model.clone()
-        for axis, bound in enumerate(below):
-            model.add(self._in(model, self.objectives[axis]) <= bound - 1)
-        for design in known:
-            others = []
-            for index in among:
-                other = model.new_bool_var("")
-                model.add(self._in(model, self.option[index]) != design[index]).only_enforce_if(other)
-                others.append(other)
-            model.add_bool_or(others)
-        return self._ask(model)
+
+        def ask(model: cp_model.CpModel) -> None:
+            for axis, bound in enumerate(below):
+                model.add(self._in(model, self.objectives[axis]) <= bound - 1)
+            for design in known:
+                others = []
+                for index in among:
+                    other = model.new_bool_var("")
+                    model.add(self._in(model, self.option[index]) != design[index]).only_enforce_if(other)
+                    others.append(other)
+                model.add_bool_or(others)
+
+        return self._ask(ask)
 
     @staticmethod
     def _in(model: cp_model.CpModel, variable: Any) -> Any:
         return model.get_int_var_from_proto_index(variable.index)
 
-    def _ask(self, model: cp_model.CpModel) -> Reply:
+    def _ask(self, ask: Callable[[cp_model.CpModel], None]) -> Reply:
         """Solve; a design that only the coarse bounds admit is left out and the question asked again.
 
-        Of one with threads that are late the model learns why.
+        Of one with threads that are late, or wait longer than thought, the model learns why.
 
         Raises
         ------
         OutOfTime
             when the deadline comes before the answer.
         """
+        left_out: list[Design] = []
         while True:
             look_at_the_clock()
-            status, values = self._solve(model)
+            model = self.model.clone()
+            ask(model)
+            for values in left_out:
+                self._leave_out(model, values)
+            status, solver = self._solve(model)
             if status == cp_model.INFEASIBLE:
                 return Reply("none")
-            if values is None:
+            if solver is None:
                 raise OutOfTime
+            values = tuple(solver.value(self._in(model, variable)) for variable in self.chosen)
+            claimed = tuple(solver.value(self._in(model, variable)) for variable in self.objectives)
             evaluation = self.tables.evaluator.evaluate(values)
-            if evaluation.is_feasible:
+            if evaluation.is_feasible and (self.waiting is None or self._vector(evaluation) == claimed):
                 return Reply("design", evaluation.design)
             late = [limit for limit in self.tables.late if not judge(limit, View(values)).holds]
-            if late and not evaluation.breaches:
+            if late and not evaluation.breaches and self.waiting is None:
                 moved = on_other_cores(self.tables.evaluator, self.tables.late, evaluation)
                 if moved is not None:
                     return Reply("design", moved.design)
-                for lesson in lessons_of(self.tables.space, late, values):
-                    for taught in (model, self.model):
-                        self._teach(taught, lesson)
+            if self._learns(model, solver, values, late):
                 continue
             broken = [verdict.requirement.text for verdict in evaluation.verdicts if not verdict.holds]
             assert not evaluation.breaches and not self.tables.is_exact, (values, evaluation.breaches, broken)
-            self._leave_out(model, values)
+            left_out.append(values)
+
+    def _vector(self, evaluation: Evaluation) -> tuple[int, ...]:
+        """The objectives of a design, to be minimised."""
+        signs = [1 if item.sense == "minimise" else -1 for item in self.tables.space.objectives]
+        return tuple(sign * value for sign, value in zip(signs, evaluation.objectives, strict=True))
+
+    def _learns(
+        self, model: cp_model.CpModel, solver: cp_model.CpSolver, values: Design, late: Sequence[Limit]
+    ) -> bool:
+        """Whether the model is stricter for what a refused solution shows."""
+        space = self.tables.space
+        lessons = []
+        if self.waiting is not None:
+            said = {
+                number: solver.value(self._in(model, variable)) for number, variable in self.waiting.variables.items()
+            }
+            low = self.waiting.too_low(values, said)
+            if low and self.waiting.count(values):
+                return True
+            lessons = [waiting_lesson(space, number, waited, values) for number, waited in low.items()]
+        lessons += lessons_of(space, late, values) if late else []
+        for lesson in lessons:
+            self._teach(self.model, lesson)
+        return bool(lessons)
 
     def _teach(self, model: cp_model.CpModel, lesson: Lesson) -> None:
         """Some decision has an option outside the box, or some thread another core than the first of its group."""
@@ -220,6 +269,12 @@ class SecondModel:
                 one, another = (self._in(model, self.places[number]) for number in (first, thread))
                 model.add(one != another).only_enforce_if(apart)
                 ways.append(apart)
+        if lesson.raised is not None and self.waiting is not None:
+            number, waited = lesson.raised
+            longer = model.new_bool_var("")
+            least = ceil(waited * self.waiting.scale)
+            model.add(self.waiting.variables[number] >= least).only_enforce_if(longer)
+            ways.append(longer)
         model.add_bool_or(ways)
 
     def _leave_out(self, model: cp_model.CpModel, values: Design) -> None:
@@ -230,7 +285,7 @@ class SecondModel:
             others.append(other)
         model.add_bool_or(others)
 
-    def _solve(self, model: cp_model.CpModel) -> tuple[Any, Design | None]:
+    def _solve(self, model: cp_model.CpModel) -> tuple[Any, cp_model.CpSolver | None]:
         """An answer of the solver, in attempts with limits that double and other seeds; unknown at the deadline only.
 
         A run of bad luck ends at its limit, which counts steps and not seconds.
@@ -248,7 +303,7 @@ class SecondModel:
             status = _in_a_thread(solver, model, self.deadline)
             assert status != cp_model.MODEL_INVALID, "the model is invalid"
             if status in (cp_model.OPTIMAL, cp_model.FEASIBLE):
-                return status, tuple(solver.value(self._in(model, variable)) for variable in self.chosen)
+                return status, solver
             if status == cp_model.INFEASIBLE:
                 return status, None
         return cp_model.UNKNOWN, None

@@ -107,7 +107,7 @@ def make_prover(evaluator: Evaluator, method: Method = "auto", deadline: float |
     tables = build_tables(evaluator)
     if method != "model":
         try:
-            few = FEW_JUDGED if tables.late else FEW
+            few = FEW_JUDGED if tables.late or tables.waits is not None else FEW
             return AllDesigns(exhaust(tables, few) if method == "auto" else exhaust(tables)), tables
         except TooMany:
             if method == "exhaustion":

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from fractions import Fraction
 from functools import partial
 from math import ceil, floor, lcm
 from typing import Any
@@ -11,84 +12,26 @@ from typing import Any
 from dse.analysis.evaluate import Evaluator
 from dse.analysis.limits import Limit, thread_loads
 from dse.analysis.measures import Term
-from dse.analysis.rates import rate_hz
+from dse.analysis.rates import NS_PER_S, rate_hz
+from dse.analysis.scheduling import UNBOUNDED_NS, work_ns
 from dse.analysis.validity import is_broken
 from dse.analysis.views import View
+from dse.space.cores import is_scheduled
 from dse.space.trees import Choice
-from dse.space.types import EMPTY, Space
+from dse.space.trees import leaves as tree_leaves
+from dse.space.types import EMPTY, Component, Space
 from dse.verification.contention import is_late_limit, place_of
 from dse.verification.diagrams import NO_DESIGN, Diagram, Diagrams, TooLarge, as_fraction, leaves
+from dse.verification.sums import Figures, Pick, Sum, Waits
 
 EXACT = 2**52
 """Sums stay below this, so that 64-bit arithmetic and the solver's are exact."""
 COARSE = 10**6
+ONE = Fraction(1)
 FEW_DECISIONS = 10
 """With more open decisions a response time surely has too many cases to tabulate."""
 FEW_LEAVES = 300
 """A response time with more cases than this is judged design by design."""
-
-
-@dataclass(frozen=True)
-class Sum:
-    """The sum of its parts (diagrams of integers) and `extremes`; `low` and `high` bound it."""
-
-    parts: tuple[Diagram, ...]
-    low: int
-    high: int
-    extremes: tuple[Pick, ...] = ()
-
-    @property
-    def diagrams(self) -> Iterator[Diagram]:
-        """The diagrams of all figures in it."""
-        yield from self.parts
-        for item in self.extremes:
-            for one in item.sums:
-                yield from one.diagrams
-
-
-@dataclass(frozen=True)
-class Pick:
-    """The greatest (or the least) of several sums."""
-
-    greatest: bool
-    sums: tuple[Sum, ...]
-
-    @property
-    def low(self) -> int:
-        """A lower bound."""
-        return self.of(item.low for item in self.sums)
-
-    @property
-    def high(self) -> int:
-        """An upper bound."""
-        return self.of(item.high for item in self.sums)
-
-    def of(self, values: Iterable[int]) -> int:
-        """The value that counts."""
-        return max(values) if self.greatest else min(values)
-
-
-@dataclass(frozen=True)
-class Figures:
-    """The summands of a figure as exact fractions: diagrams, and extremes of further summands with their kind."""
-
-    parts: tuple[Diagram, ...]
-    extremes: tuple[tuple[bool, tuple[Figures, ...]], ...] = ()
-
-    @property
-    def leaves(self) -> Iterator[Any]:
-        """Every fraction in it."""
-        for part in self.parts:
-            yield from leaves(part)
-        for _, sums in self.extremes:
-            for item in sums:
-                yield from item.leaves
-
-    @property
-    def biggest(self) -> Any:
-        """A bound of its absolute value."""
-        found = sum(max((abs(leaf) for leaf in leaves(part)), default=0) for part in self.parts)
-        return found + sum(max(item.biggest for item in sums) for _, sums in self.extremes)
 
 
 @dataclass(frozen=True)
@@ -118,11 +61,13 @@ class Tables:
     """Limits on response times that no bound holds: the analysis judges them design by design."""
     places: Mapping[int, Diagram] = field(default_factory=dict)
     """For each thread that may share a core with others a number for its core; empty where there are no such limits."""
+    waits: Waits | None = None
+    """Waiting in objectives and bounds; none where tables hold all of it."""
 
     @property
     def is_exact(self) -> bool:
         """Whether the bounds admit exactly the designs that the requirements do."""
-        return not self.late and all(bound.exact for bound in self.bounds)
+        return not self.late and self.waits is None and all(bound.exact for bound in self.bounds)
 
 
 def build_tables(evaluator: Evaluator) -> Tables:
@@ -147,7 +92,8 @@ def build_tables(evaluator: Evaluator) -> Tables:
         objectives=objectives,
         met=tuple(builder.met(number) for number in range(len(evaluator.space.decisions))),
         late=late,
-        places=builder.places() if late else {},
+        places=builder.places() if late or builder.waiting else {},
+        waits=builder.waits() if builder.waiting else None,
     )
 
 
@@ -158,6 +104,11 @@ class _Builder:
         self.make = Diagrams(evaluator.space)
         self.conditions: list[tuple[str, Diagram]] = []
         self.late: list[Limit] = []
+        self.waiting: set[int] = set()
+        measures = [*evaluator.objectives, *(limit.measure for limit in evaluator.limits)]
+        self.wait_scale = lcm(
+            *(item.scale for item in measures if not item.rounded and is_scheduled(self.space, item.metric))
+        )
 
     def structure(self) -> None:
         """What the architecture and the rules demand."""
@@ -199,28 +150,50 @@ class _Builder:
         self.defined(found, name)
         return self.make.mapped(found, as_fraction)
 
-    def figures(self, terms: Iterable[Term], owner: str) -> Figures:
-        """Summands as exact fractions."""
-        plain, extremes = [], []
+    def figures(self, terms: Iterable[Term], owner: str, *, upper: bool = False) -> Figures:
+        """Summands as exact fractions; where `upper`, waiting that is too much to tabulate may be left open."""
+        plain, extremes, waits = [], [], []
         for term in terms:
-            if term.extreme is None:
-                plain.append(self.term(term, owner))
-            else:
-                sums = tuple(self.figures(inner, owner) for inner in term.extreme.sums)
+            if term.extreme is not None:
+                sums = tuple(self.figures(inner, owner, upper=upper) for inner in term.extreme.sums)
                 extremes.append((term.extreme.kind == "max", sums))
-        return Figures(tuple(plain), tuple(extremes))
+            elif upper and term.only_waits and term.waits is not None and self._is_large(term, owner):
+                plain.append(self.term(replace(term, value=partial(_least_of, term)), owner))
+                waits.append(term.waits)
+                self.waiting.add(term.waits[0])
+            else:
+                plain.append(self.term(term, owner))
+        return Figures(tuple(plain), tuple(extremes), tuple(waits))
+
+    def _is_large(self, term: Term, name: str) -> bool:
+        """Whether a response time has too many cases to tabulate."""
+        if term.waits is not None and self.space.components[term.waits[0]].processor is None:
+            return False
+        if sum(decision.is_open for decision in self.space.decisions) > FEW_DECISIONS:
+            return True
+        try:
+            self.make.diagram(term.value, name, FEW_LEAVES)
+        except TooLarge:
+            return True
+        return False
 
     def objective(self, number: int) -> tuple[Sum, int]:
         """Objective `number`, negated when it is to be maximised."""
         measure = self.evaluator.objectives[number]
         sign = 1 if self.space.objectives[number].sense == "minimise" else -1
-        figures = self.figures(measure.terms, measure.metric.name)
+        upper = sign > 0 and not measure.rounded
+        figures = self.figures(measure.terms, measure.metric.name, upper=upper)
         if measure.rounded:
-            return self._sum(figures, sign, lambda value: ceil(value * measure.scale)), 1
+            return self._sum(figures, sign, partial(_rounded_up, measure.scale)), 1
         divisor = lcm(*((leaf * measure.scale).denominator for leaf in figures.leaves))
-        return self._sum(figures, sign, lambda value: int(value * measure.scale * divisor)), divisor
+        each = Fraction(measure.scale * divisor)
 
-    def _sum(self, figures: Figures, sign: int, count: Callable[[Any], int]) -> Sum:
+        def count(value: Any) -> int:
+            return int(value * each)
+
+        return self._sum(figures, sign, count, each), divisor
+
+    def _sum(self, figures: Figures, sign: int, count: Callable[[Any], int], scale: Fraction = ONE) -> Sum:
         """The sum with each figure counted, times `sign`: the greatest of several is the least of their negatives."""
         made = [
             self.make.mapped(part, lambda leaf: 0 if leaf is NO_DESIGN else sign * count(leaf))
@@ -228,12 +201,19 @@ class _Builder:
         ]
         ends = [leaves(part) or [0] for part in made]
         picks = tuple(
-            Pick(greatest == (sign > 0), tuple(self._sum(item, sign, count) for item in sums))
+            Pick(greatest == (sign > 0), tuple(self._sum(item, sign, count, scale) for item in sums))
             for greatest, sums in figures.extremes
         )
+        waits = []
+        for number, weight in figures.waits:
+            times = sign * weight * scale / self.wait_scale
+            if times.denominator != 1:
+                raise TooLarge("response times have no common unit with the figures that they are added to")
+            waits.append((number, int(times)))
         low = sum(min(end) for end in ends) + sum(item.low for item in picks)
         high = sum(max(end) for end in ends) + sum(item.high for item in picks)
-        return Sum(tuple(made), low, high, picks)
+        high += sum(times * UNBOUNDED_NS * self.wait_scale for _, times in waits)
+        return Sum(tuple(made), low, high, picks, tuple(waits))
 
     def limit(self, limit: Limit) -> list[Bound]:
         """The inequalities of a requirement; one for each thread where every core has its limit."""
@@ -249,7 +229,8 @@ class _Builder:
                 return []
         bound = self.make.diagram(limit.bound, name)
         self.defined(bound, name)
-        parts = self.figures(limit.measure.terms, name)
+        upper = operator in ("<=", "<") and not limit.is_elsewhere and not limit.measure.rounded
+        parts = self.figures(limit.measure.terms, name, upper=upper)
         found = []
         if operator in ("<=", "<", "=="):
             found.append(self.bound(name, parts, self.make.mapped(bound, as_fraction), 1, strict=operator == "<"))
@@ -265,13 +246,69 @@ class _Builder:
         """The inequality sign * (figures - bound) <= 0, or < 0, in whole numbers."""
         edge = Figures((bound,))
         scale = lcm(*(leaf.denominator for item in (figures, edge) for leaf in item.leaves))
+        if figures.is_open:
+            scale = lcm(scale, self.wait_scale)
         exact = (figures.biggest + edge.biggest) * scale < EXACT
+        if figures.is_open and not exact:
+            raise TooLarge(f"{name} adds response times to figures that are too fine")
         scale = scale if exact else COARSE
         whole: Callable[[Any], int] = floor  # a lower bound of each summand: no design is lost
-        low = self._sum(figures, sign, lambda value: sign * whole(sign * value * scale))
+        low = self._sum(figures, sign, lambda value: sign * whole(sign * value * scale), Fraction(scale))
         most = self._sum(edge, 1, lambda value: whole(-sign * value * scale) + (1 if strict and exact else 0))
-        made = Sum((*low.parts, *most.parts), low.low + most.low, low.high + most.high, low.extremes)
-        return Bound(name, made, exact)
+        made = Sum((*low.parts, *most.parts), low.low + most.low, low.high + most.high, low.extremes, low.waits)
+        return Bound(name, made, exact and not figures.is_open)
+
+    def waits(self) -> Waits:
+        """What the waiting of threads follows from."""
+        simple = [number for number, item in enumerate(self.space.components) if _is_simple(item)]
+        rates = {number: self._rates(number) for number in simple}
+        listed = sorted({leaf for diagram in rates.values() for leaf in leaves(diagram)})
+        scale = self.wait_scale
+
+        def separation(rate: Any) -> int:
+            return ceil(NS_PER_S * scale / rate) if rate and rate is not NO_DESIGN else 2 * UNBOUNDED_NS * scale
+
+        places = self.places()
+        return Waits(
+            space=self.space,
+            scale=scale,
+            threads=tuple(sorted(self.waiting)),
+            works={number: self._whole(partial(self._work, number), number) for number in simple},
+            ranks={
+                number: self.make.mapped(found, lambda rate: 0 if rate is NO_DESIGN else listed.index(rate))
+                for number, found in rates.items()
+            },
+            separations={number: self.make.mapped(found, separation) for number, found in rates.items()},
+            places={number: places[number] for number in simple},
+            priorities={number: next(iter(tree_leaves(self.space.components[number].priority))) for number in simple},
+            latest={
+                limit.requirement.metric.index or 0: self._latest(limit)
+                for limit in self.late
+                if limit.requirement.metric.index in self.waiting & set(simple)
+            },
+        )
+
+    def _rates(self, number: int) -> Diagram:
+        return self.make.diagram(partial(self._rate, number), f"the rate of {self.space.components[number].name}")
+
+    def _work(self, number: int, view: View) -> int:
+        return work_ns(self.space, number, view)
+
+    def _whole(self, formula: Callable[[View], Any], number: int) -> Diagram:
+        found = self.make.diagram(formula, f"the execution time of {self.space.components[number].name}")
+        return self.make.mapped(found, lambda leaf: 0 if leaf is NO_DESIGN else leaf)
+
+    def _latest(self, limit: Limit) -> Diagram:
+        """The time by which a job ends, in the unit of waiting."""
+        strict = limit.requirement.operator == "<"
+
+        def count(bound: Any) -> int:
+            if bound is NO_DESIGN:
+                return 2 * UNBOUNDED_NS * self.wait_scale
+            scaled = Fraction(bound) * self.wait_scale
+            return min(ceil(scaled) - 1 if strict else floor(scaled), 2 * UNBOUNDED_NS * self.wait_scale)
+
+        return self.make.mapped(self.make.diagram(limit.bound, limit.requirement.text), count)
 
     def places(self) -> dict[int, Diagram]:
         """The core of each thread, as a number."""
@@ -300,3 +337,21 @@ class _Builder:
 
         found = self.make.diagram(meets, self.space.decisions[index].name)
         return None if found is True else found
+
+
+def _rounded_up(scale: int, value: Any) -> int:
+    found: int = ceil(value * scale)
+    return found
+
+
+def _least_of(term: Term, view: View) -> Fraction:
+    """The figure of a term where nothing waits."""
+    assert term.ends is not None
+    return term.ends(view)[0]
+
+
+def _is_simple(component: Component) -> bool:
+    """Whether it is a thread whose jobs can be counted: one kind of job, and one priority or none."""
+    is_hybrid = "hybrid" in set(tree_leaves(component.protocol)) and component.callback_ns is not None
+    priorities = list(tree_leaves(component.priority))
+    return component.processor is not None and not is_hybrid and len(set(priorities)) == 1

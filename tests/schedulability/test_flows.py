@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-import os
 from fractions import Fraction
 
 import pytest
+from effort import cases
 from thread_systems import draw, front, text_of
 
 from dse.analysis.evaluate import Evaluator
@@ -19,8 +19,6 @@ from dse.pareto.answer import Found
 from dse.pareto.front import Budget, search_front
 from dse.pareto.subproblem import Solver
 from dse.space.types import Space
-
-SEEDS = 800 if os.environ.get("DSE_LONG_TESTS") else 12
 
 
 @pytest.fixture(autouse=True)
@@ -40,7 +38,7 @@ def found(space: Space, workers: int = 1) -> set[tuple[int, ...]]:
 
 
 @pytest.mark.parametrize("kind", ["plain", "fixed"])
-@pytest.mark.parametrize("seed", range(SEEDS))
+@pytest.mark.parametrize("seed", cases(12))
 def test_jobs_alone_say_how_long_periodic_threads_wait(kind: str, seed: int, monkeypatch: pytest.MonkeyPatch) -> None:
     """Deadlines are periods, nothing is late: rows of jobs leave nothing open, so that no clause is needed."""
 
@@ -52,14 +50,14 @@ def test_jobs_alone_say_how_long_periodic_threads_wait(kind: str, seed: int, mon
 
 
 @pytest.mark.parametrize("kind", ["plain", "chained", "stated"])
-@pytest.mark.parametrize("seed", range(SEEDS, 2 * SEEDS))
+@pytest.mark.parametrize("seed", cases(12, 1_000))
 def test_clauses_alone_are_exact(kind: str, seed: int, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(Waiting, "refine", lambda *_: False)
     assert found(asked(seed, kind)) == front(draw(seed, kind=kind), by_response=True)
 
 
 @pytest.mark.parametrize("kind", ["plain", "chained", "stated"])
-@pytest.mark.parametrize("seed", range(2 * SEEDS, 3 * SEEDS))
+@pytest.mark.parametrize("seed", cases(12, 2_000))
 def test_a_multiple_of_a_latency_is_searched_like_the_latency(kind: str, seed: int) -> None:
     text = text_of(draw(seed, kind=kind), ("minimise price", "minimise way"))
     text = text.replace("deadlines: all", "deadlines: all\nprocessing: response_time\nmetrics: {way: latency of f * 2}")
@@ -67,7 +65,7 @@ def test_a_multiple_of_a_latency_is_searched_like_the_latency(kind: str, seed: i
     assert found(loads(text).space, workers=2) == expected
 
 
-@pytest.mark.parametrize("seed", range(SEEDS))
+@pytest.mark.parametrize("seed", cases(12))
 def test_no_row_is_above_what_the_analysis_says(seed: int) -> None:
     """Any design that the analysis accepts is one of the model's, with the waiting times that it has."""
     for kind in ("plain", "chained", "stated"):
@@ -97,7 +95,7 @@ def test_no_row_is_above_what_the_analysis_says(seed: int) -> None:
             assert encoded.contention is not None
 
 
-@pytest.mark.parametrize("seed", range(SEEDS))
+@pytest.mark.parametrize("seed", cases(12))
 def test_any_design_comes_with_the_figures_that_it_has(seed: int) -> None:
     """A search that is stopped hands it out: figures that nothing minimises are not what the solver says they are."""
     evaluator = Evaluator(asked(seed, "plain"))

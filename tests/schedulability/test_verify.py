@@ -11,7 +11,7 @@ from thread_systems import draw, text_of
 
 import dse
 from dse.api.problem import load
-from dse.verification import tables
+from dse.verification import tables, waiting
 
 
 @pytest.mark.parametrize("method", ["model", "exhaustion"])
@@ -23,6 +23,35 @@ def test_true_fronts_are_proved_again_and_false_ones_refused(
     monkeypatch.setattr(tables, "FEW_DECISIONS", -1)  # no response time is tabulated
     file = tmp_path / "drawn.yaml"
     file.write_text(text_of(draw(seed, kind=kind)), encoding="utf-8")
+    check_both_ways(file, method)
+
+
+@pytest.mark.parametrize("method", ["model", "exhaustion"])
+@pytest.mark.parametrize("kind", ["plain", "chained", "stated", "fixed"])
+@pytest.mark.parametrize("seed", cases(6, 1_000))
+def test_the_same_with_response_times_in_the_flow(
+    kind: str, method: str, seed: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(tables, "FEW_DECISIONS", -1)
+    file = tmp_path / "drawn.yaml"
+    text = text_of(draw(seed, kind=kind)).replace("deadlines: all", "deadlines: all\nprocessing: response_time")
+    file.write_text(text, encoding="utf-8")
+    check_both_ways(file, method)
+
+
+@pytest.mark.parametrize("seed", cases(6, 2_000))
+def test_waiting_that_only_lessons_raise_is_proved_as_well(
+    seed: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(tables, "FEW_DECISIONS", -1)
+    monkeypatch.setattr(waiting.Waiting, "count", lambda *_: False)
+    file = tmp_path / "drawn.yaml"
+    text = text_of(draw(seed, kind="chained")).replace("deadlines: all", "processing: response_time")
+    file.write_text(text, encoding="utf-8")
+    check_both_ways(file, "model")
+
+
+def check_both_ways(file: Path, method: str) -> None:
     result = dse.solve(load(file), workers=1)
     proved = dse.verify(result, method=method)  # type: ignore[arg-type]
     assert (proved.status, proved.findings, proved.left_open) == ("verified", (), ())

@@ -1,0 +1,113 @@
+"""What the second proof adds up: sums of diagrams, extremes of such sums, and waiting that no diagram holds."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import dataclass
+from fractions import Fraction
+from typing import Any
+
+from dse.analysis.rates import NS_PER_S, rate_hz
+from dse.analysis.views import View
+from dse.space.types import Space
+from dse.verification.diagrams import Diagram, leaves
+
+
+@dataclass(frozen=True)
+class Sum:
+    """The sum of its parts (diagrams of integers), `extremes` and `waits`; `low` and `high` bound it."""
+
+    parts: tuple[Diagram, ...]
+    low: int
+    high: int
+    extremes: tuple[Pick, ...] = ()
+    waits: tuple[tuple[int, int], ...] = ()
+    """Threads with how often their waiting counts on top, in units of the tables' `Waits`."""
+
+    @property
+    def is_open(self) -> bool:
+        """Whether some waiting is in it."""
+        return bool(self.waits) or any(one.is_open for item in self.extremes for one in item.sums)
+
+    @property
+    def diagrams(self) -> Iterator[Diagram]:
+        """The diagrams of all figures in it."""
+        yield from self.parts
+        for item in self.extremes:
+            for one in item.sums:
+                yield from one.diagrams
+
+
+@dataclass(frozen=True)
+class Pick:
+    """The greatest (or the least) of several sums."""
+
+    greatest: bool
+    sums: tuple[Sum, ...]
+
+    @property
+    def low(self) -> int:
+        """A lower bound."""
+        return self.of(item.low for item in self.sums)
+
+    @property
+    def high(self) -> int:
+        """An upper bound."""
+        return self.of(item.high for item in self.sums)
+
+    def of(self, values: Iterable[int]) -> int:
+        """The value that counts."""
+        return max(values) if self.greatest else min(values)
+
+
+@dataclass(frozen=True)
+class Figures:
+    """The summands of a figure as exact fractions: diagrams, and extremes of further summands with their kind."""
+
+    parts: tuple[Diagram, ...]
+    extremes: tuple[tuple[bool, tuple[Figures, ...]], ...] = ()
+    waits: tuple[tuple[int, Fraction], ...] = ()
+
+    @property
+    def is_open(self) -> bool:
+        """Whether some waiting is in it."""
+        return bool(self.waits) or any(item.is_open for _, sums in self.extremes for item in sums)
+
+    @property
+    def leaves(self) -> Iterator[Any]:
+        """Every fraction in it."""
+        for part in self.parts:
+            yield from leaves(part)
+        for _, sums in self.extremes:
+            for item in sums:
+                yield from item.leaves
+
+    @property
+    def biggest(self) -> Any:
+        """A bound of its absolute value."""
+        found = sum(max((abs(leaf) for leaf in leaves(part)), default=0) for part in self.parts)
+        return found + sum(max(item.biggest for item in sums) for _, sums in self.extremes)
+
+
+@dataclass(frozen=True)
+class Waits:
+    """Waiting that no table holds: of `threads`, in units of 1 / `scale` ns, with what it follows from.
+
+    For each thread that is simple enough the diagrams of its execution time (ns), the rank of its rate, its separation
+    (in these units) and its place, its stated priority, and the time to end by where a limit says one.
+    """
+
+    space: Space
+    scale: int
+    threads: tuple[int, ...]
+    works: Mapping[int, Diagram]
+    ranks: Mapping[int, Diagram]
+    separations: Mapping[int, Diagram]
+    places: Mapping[int, Diagram]
+    priorities: Mapping[int, int | None]
+    latest: Mapping[int, Diagram]
+
+    def separation_ns(self, number: int, view: View) -> Fraction | None:
+        """The time between two jobs of a thread; None where there is one only."""
+        rate = rate_hz(self.space, ("activation", number), view)
+        return NS_PER_S / rate if rate else None

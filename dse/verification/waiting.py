@@ -1,0 +1,119 @@
+"""Waiting times in the second proof: a variable for each thread, at least what the jobs counted so far make it.
+
+The second model's own form of response times: a product that is never written out. The work that another thread does
+within a thread's response time is a variable; k times its execution time where the thread waits for it and its k-th
+job is released in time, a comparison of the response time with k - 1 times its separation, which is a variable, too.
+What that leaves open (jitter, several streams, later jobs of a busy period) is learnt from designs, for each option in
+a box and wherever the same threads share their cores (`dse.verification.contention`).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from fractions import Fraction
+from typing import Any
+
+from ortools.sat.python import cp_model
+
+from dse.analysis.scheduling import UNBOUNDED_NS, all_responses, longest_alone_ns
+from dse.analysis.views import View
+from dse.space.types import Design, Space
+from dse.verification.contention import place_of
+from dse.verification.sums import Waits
+
+MOST_JOBS = 24
+"""So many jobs of one thread at most are counted within the response time of another."""
+
+
+class Waiting:
+    """The waiting times in a model, in units of 1 / `scale` ns."""
+
+    def __init__(self, space: Space, model: cp_model.CpModel, waits: Waits, value: Callable[[Any], Any]) -> None:
+        self.space, self.model, self.scale = space, model, waits.scale
+        self.waits = waits
+
+        def variable(diagram: Any) -> Any:
+            found = value(diagram)
+            return model.new_constant(found) if isinstance(found, int) else found
+
+        self.work = {number: variable(item) for number, item in waits.works.items()}
+        self.rank = {number: variable(item) for number, item in waits.ranks.items()}
+        self.separation = {number: variable(item) for number, item in waits.separations.items()}
+        self.place = {number: variable(item) for number, item in waits.places.items()}
+        most = UNBOUNDED_NS * self.scale
+        self.variables = {number: model.new_int_var(0, most, "") for number in waits.threads}
+        self._done: dict[tuple[int, int], tuple[Any, Any]] = {}
+        self._counted: set[tuple[int, int, int]] = set()
+        for number in (item for item in waits.threads if item in self.work):
+            others = [other for other in self.work if other != number and self._may_wait(number, other)]
+            shares = [self._share(number, other) for other in others]
+            model.add(self.variables[number] >= self.scale * sum(shares))
+        for number, latest in waits.latest.items():
+            model.add(self.scale * self.work[number] + self.variables[number] <= value(latest))
+
+    def _may_wait(self, number: int, other: int) -> bool:
+        """Whether a thread may wait for another: not where stated priorities rule that out."""
+        own, theirs = self.waits.priorities[number], self.waits.priorities[other]
+        if own is None and theirs is None:
+            return True
+        return theirs is not None and (own is None or theirs >= own)
+
+    def _share(self, number: int, other: int) -> Any:
+        """The work of another thread that a thread waits for: at least its first job, where it does wait."""
+        model = self.model
+        waits, apart = model.new_bool_var(""), model.new_bool_var("")
+        model.add(self.place[number] != self.place[other]).only_enforce_if(apart)
+        ways = [waits, apart]
+        if self.waits.priorities[number] is None and self.waits.priorities[other] is None:
+            after = model.new_bool_var("")
+            model.add(self.rank[other] <= self.rank[number] - int(other < number)).only_enforce_if(after)
+            ways.append(after)
+        model.add_bool_or(ways)
+        share = model.new_int_var(0, UNBOUNDED_NS, "")
+        model.add(share >= self.work[other]).only_enforce_if(waits)
+        self._done[number, other] = waits, share
+        return share
+
+    def count(self, design: Design) -> bool:
+        """Count the jobs that delay threads in a design; whether any of them was not counted yet."""
+        view = View(design)
+        known = all_responses(self.space, view)
+        fresh = False
+        for number in self.variables:
+            response = known.get((number, "thread"), 0)
+            place = place_of(self.space, number, view)
+            for (thread, other), (waits, share) in list(self._done.items()):
+                if thread != number or place_of(self.space, other, view) != place:
+                    continue
+                separation = self.waits.separation_ns(other, view)
+                for job in range(2, MOST_JOBS + 1):
+                    if response is not None and (separation is None or (job - 1) * separation >= response):
+                        break
+                    if (number, other, job) not in self._counted:
+                        self._counted.add((number, other, job))
+                        self._add_job(number, other, job, waits, share)
+                        fresh = True
+        return fresh
+
+    def _add_job(self, number: int, other: int, job: int, waits: Any, share: Any) -> None:
+        """A share of `job` jobs, or a response time that is over before the last of them is released."""
+        model = self.model
+        over, full = model.new_bool_var(""), model.new_bool_var("")
+        end = self.scale * self.work[number] + self.variables[number]
+        model.add(end <= (job - 1) * self.separation[other]).only_enforce_if(over)
+        model.add(share >= job * self.work[other]).only_enforce_if(full)
+        model.add_bool_or([waits.negated(), over, full])
+
+    def too_low(self, design: Design, values: Mapping[int, int]) -> dict[int, Fraction]:
+        """The threads that wait longer in a design than a solution says, with how long (ns)."""
+        view = View(design)
+        known = all_responses(self.space, view)
+        found = {}
+        for number, value in values.items():
+            alone = longest_alone_ns(self.space, number, "thread", view)
+            response = known.get((number, "thread"), alone)
+            counted = UNBOUNDED_NS if response is None else min(max(response, alone), UNBOUNDED_NS)
+            waited = Fraction(counted) - alone
+            if waited * self.scale > value:
+                found[number] = waited
+        return found
