@@ -15,7 +15,7 @@ deadlines: all
 {processing}
 processor_types:
   wide: {{cores: 3, price: 30 EUR}}
-  narrow: {{cores: 1, price: 10 EUR}}
+  narrow: {{cores: {narrow}, price: 10 EUR}}
 processors:
   many: {{type: [wide, narrow]}}
   one: {{type: narrow, optional: true}}
@@ -31,10 +31,11 @@ objectives: [minimise price, minimise latency of f]
 """
 
 
+@pytest.mark.parametrize("narrow", [1, 2])
 @pytest.mark.parametrize("processing", ["", "processing: response_time"])
 @pytest.mark.parametrize("core", ["", ", core: 2", ", core: [1, 3]", ", core: 1"])
-def test_a_core_that_only_some_processors_have(core: str, processing: str) -> None:
-    evaluator = Evaluator(space_of(TEXT.format(core=core, processing=processing)))
+def test_a_core_that_only_some_processors_have(core: str, processing: str, narrow: int) -> None:
+    evaluator = Evaluator(space_of(TEXT.format(core=core, processing=processing, narrow=narrow)))
     search = search_front(evaluator)
     assert search.is_complete
     expected = brute_front(evaluator)
