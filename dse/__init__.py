@@ -29,9 +29,12 @@ if TYPE_CHECKING:
     from dse.errors import DseError as DseError
     from dse.errors import ProblemError as ProblemError
     from dse.errors import UsageError as UsageError
+    from dse.examples import example_path as example_path
+    from dse.generator import random_problem as random_problem
     from dse.report.writing import write_report as write_report
     from dse.results.analysis import Analysis as Analysis
     from dse.results.explanation import Explanation as Explanation
+    from dse.results.forms.registry import schema as schema
     from dse.results.graph import architecture_graph as architecture_graph
     from dse.results.order import ranked_by as ranked_by
     from dse.results.result import Result as Result
@@ -80,6 +83,9 @@ _HOMES = {
     "sensitivity": "dse.study.sensitivity",
     "sweep": "dse.study.sweep",
     "Verification": "dse.results.verification",
+    "example_path": "dse.examples",
+    "random_problem": "dse.generator",
+    "schema": "dse.results.forms.registry",
 }
 
 __all__ = ["__version__", *_HOMES]

@@ -33,6 +33,11 @@ class Diagnostic:
 
     `line` and `column` count from 1 (0: unknown); `path` is the dotted place in the data, such as
     ``threads.nav.period``; `hint` names the closest valid name or the allowed values.
+
+    Examples
+    --------
+    >>> print(Diagnostic("unknown key", "threds", "p.yaml", 3, 1, 'did you mean "threads"?'))
+    p.yaml:3:1: threds: unknown key (did you mean "threads"?)
     """
 
     message: str
@@ -53,13 +58,33 @@ class Diagnostic:
 
 
 class DseError(Exception):
-    """Base of all errors that are the user's to mend; `exit_code` is the process's answer."""
+    """Base of all errors that are the user's to mend; `exit_code` is the process's answer.
+
+    Examples
+    --------
+    >>> import dse
+    >>> try:
+    ...     dse.load("pump.yaml").ask(max_jitter="20")
+    ... except DseError as error:
+    ...     error.exit_code
+    2
+    """
 
     exit_code = EXIT_USAGE
 
 
 class UsageError(DseError):
-    """The call is wrong: an unknown option value, an expression that does not parse, an incomplete design."""
+    """The call is wrong: an unknown option value, an expression that does not parse, an incomplete design.
+
+    Examples
+    --------
+    >>> import dse
+    >>> try:
+    ...     dse.solve("pump.yaml", max_jitter="20")
+    ... except UsageError as error:
+    ...     str(error)
+    '--max-jitter 20: expected a limit with its unit for jitter of sensor_to_valve, got a bare number (such as 20 ms)'
+    """
 
 
 @contextmanager
@@ -80,7 +105,17 @@ def about(path: object) -> Iterator[None]:
 
 
 class ProblemError(DseError):
-    """The problem file is wrong; holds every diagnostic found, in file order."""
+    """The problem file is wrong; holds every diagnostic found, in file order.
+
+    Examples
+    --------
+    >>> import dse
+    >>> try:
+    ...     dse.load({"dse": 1, "name": "x", "threds": {}})
+    ... except ProblemError as error:
+    ...     error.diagnostics[0].message, error.diagnostics[0].hint
+    ('unknown key', 'did you mean "threads"?')
+    """
 
     exit_code = EXIT_INVALID
 

@@ -31,6 +31,11 @@ def example_files() -> tuple[Path, ...]:
 def example_path(name: str) -> Path:
     """The file of the example called `name`, with or without its suffix.
 
+    Parameters
+    ----------
+    name
+        such as ``"inmark"``; ``dse new --list`` has all.
+
     Raises
     ------
     UsageError

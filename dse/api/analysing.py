@@ -42,6 +42,14 @@ def analyse(
         when the file is wrong.
     UsageError
         when a decision or option does not exist, or decisions are left open.
+
+    Examples
+    --------
+    >>> import dse
+    >>> found = dse.analyse("pump.yaml", {"computer.type": "large", "can0.type": "can_250k",
+    ...     "filter.dispatch_protocol": "aperiodic", "control.period": "5 ms"})
+    >>> found.is_feasible, found.flows[0].max_ns, found.metrics["price"]
+    (True, 8412000, Fraction(24000, 1))
     """
     texts = [f"'{name}' = {option}" for name, option in design.items()] if isinstance(design, Mapping) else design or ()
     space = with_stated_cores(load(problem).ask(**question), texts).space

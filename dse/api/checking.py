@@ -38,6 +38,12 @@ class Description:
 
     `impossible` are requirements and deadlines that no design meets, as bounds alone show, each with its place and both
     figures; there may be others.
+
+    Examples
+    --------
+    >>> import dse
+    >>> [decision.name for decision in dse.check("pump.yaml").decisions][:2]
+    ['computer.type', 'can0.type']
     """
 
     space: Space
@@ -90,6 +96,12 @@ def check(problem: Source, **question: Unpack[Question]) -> Description:
         with every mistake in the file.
     UsageError
         when a change does not fit the problem.
+
+    Examples
+    --------
+    >>> import dse
+    >>> dse.check("pump.yaml").size
+    48
     """
     asked = load(problem).ask(**question)
     space = asked.space

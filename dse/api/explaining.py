@@ -76,6 +76,13 @@ def explain(
         when the file is wrong.
     UsageError
         when a change or an offer is.
+
+    Examples
+    --------
+    >>> import dse
+    >>> found = dse.explain("pump.yaml", max_jitter="5 ms")
+    >>> found.status, [(item.demand.text, item.closest) for item in found.relaxations]
+    ('infeasible', [('jitter of sensor_to_valve <= 5 ms', Fraction(6934000, 1))])
     """
     return explain_asked(load(problem).ask(**question), Wishes(every, limit, _texts(offer), time_limit_s, seed))
 

@@ -41,6 +41,13 @@ def export(result: Result, alternative: int | str, form: Format = "problem", fol
     ------
     UsageError
         when there is no such design.
+
+    Examples
+    --------
+    >>> import dse
+    >>> chosen = dse.loads(dse.export(dse.solve("pump.yaml"), 1))
+    >>> chosen.space.baseline is not None
+    True
     """
     chosen = find_design(result, alternative)
     title = f"{result.problem.name}: alternative {chosen.id} of dse solve, problem SHA-256 {result.problem.sha256}"

@@ -32,7 +32,14 @@ ORIGIN = "command line"
 
 @dataclass(frozen=True)
 class Problem:
-    """A valid problem: what was read, and the space of designs that it describes."""
+    """A valid problem: what was read, and the space of designs that it describes.
+
+    Examples
+    --------
+    >>> import dse
+    >>> dse.load("pump.yaml")
+    <Problem 'Pump': 5 open decisions>
+    """
 
     loaded: LoadedSpec
     space: Space
@@ -121,7 +128,21 @@ def load_carried(name: str | Path, texts: Mapping[str, str]) -> Problem:
 
 
 def loads(text: str, name: str = "<text>") -> Problem:
-    """Read a problem from text; it cannot include files. Errors as for `load`."""
+    """Read a problem from text; it cannot include files. Errors as for `load`.
+
+    Parameters
+    ----------
+    text
+        the content of a problem file.
+    name
+        what messages call it.
+
+    Examples
+    --------
+    >>> import dse
+    >>> dse.loads("{dse: 1, name: Idle, devices: {lamp: {period: 1 s}}}").name
+    'Idle'
+    """
     return _problem(lambda: parse_spec(text, name))
 
 

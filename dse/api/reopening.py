@@ -47,6 +47,14 @@ def reopen(path: str | Path, problem: str | Path | None = None) -> Result:
     UsageError
         when the file is no result, its problem is not found or means something else now, or a figure is not the one
         that the analysis finds.
+
+    Examples
+    --------
+    >>> import dse
+    >>> import pathlib
+    >>> written = pathlib.Path("pump.json").write_text(dse.solve("pump.yaml").to_json(), encoding="utf-8")
+    >>> dse.reopen("pump.json")
+    <Result of 'Pump': complete, 4 points>
     """
     with about(path):
         return _reopened(path, problem)

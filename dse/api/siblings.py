@@ -50,6 +50,13 @@ def with_others(
     ------
     UsageError
         when `within` is no share.
+
+    Examples
+    --------
+    >>> import dse
+    >>> found = dse.with_others(dse.solve("pump.yaml"), 2, within="20%")
+    >>> [item.id for item in found.others[0].designs]
+    []
     """
     if result.interrupted:
         return result

@@ -93,6 +93,13 @@ def simulate(
         would take more than `MOST_DISPATCHES`.
     OutOfTime
         when there was no time for the analysed bounds.
+
+    Examples
+    --------
+    >>> import dse
+    >>> best = dse.solve("pump.yaml").front[0]
+    >>> dse.simulate("pump.yaml", best.decisions, runs=1).contradictions
+    ()
     """
     limit = TimeLimit.after(time_limit_s)
     texts = [f"'{name}' = {option}" for name, option in design.items()] if isinstance(design, Mapping) else design or ()

@@ -59,6 +59,15 @@ def solve(
         when the file is wrong.
     UsageError
         when a limit, requirement, objective or decision is.
+
+    Examples
+    --------
+    >>> import dse
+    >>> result = dse.solve("pump.yaml")
+    >>> result
+    <Result of 'Pump': complete, 4 points>
+    >>> result.front[0].objectives
+    {'jitter of sensor_to_valve': 7078000, 'price': 24000}
     """
     limit = TimeLimit.after(time_limit_s)
     return solve_asked(load(problem).ask(**question), Budget(limit, seed, workers), Watcher(progress))

@@ -28,7 +28,7 @@ COMMANDS = {
     "explain": "Why a problem is infeasible, and the smallest changes that mend it.",
     "verify": "Re-check a result without trusting the solver that made it.",
     "new": "Write a problem file to start from.",
-    "schema": "Print the JSON Schema of problem files.",
+    "schema": "Print the JSON Schema of problem files, and of what commands write.",
 }
 MOST_MISTAKES = 250
 """So many are shown."""

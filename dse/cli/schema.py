@@ -35,9 +35,7 @@ FORMATS = (
 def command(name: str, output: str) -> int:
     """Print the JSON Schema of problem files, for completion and checks in an editor, or of what commands write."""
     check_writable(output)
-    from dse.results.forms.registry import form_schema
-    from dse.spec.schema import json_schema
+    from dse.results.forms.registry import schema
 
-    schema = json_schema() if name == "problem" else form_schema(name)
-    write_text(output, json.dumps(schema, ensure_ascii=False, indent=1) + "\n")
+    write_text(output, json.dumps(schema(name), ensure_ascii=False, indent=1) + "\n")
     return 0

@@ -49,6 +49,11 @@ def random_problem(threads: int, seed: int = 1, objectives: int = 2, family: str
     ------
     UsageError
         when an argument is out of range.
+
+    Examples
+    --------
+    >>> random_problem(5).splitlines()[-1] == random_problem(5, seed=1).splitlines()[-1]
+    True
     """
     if threads < LEAST_THREADS:
         raise UsageError(f"a random problem has at least {LEAST_THREADS} threads, got {threads}")

@@ -70,12 +70,25 @@ def write_report(result: Result, folder: str | Path = "reports") -> list[Path]:
 
     Each file is written whole or not at all, in place of one of that name.
 
+    Parameters
+    ----------
+    result
+        what `dse.solve` returned.
+    folder
+        where to; the files are called like the problem's.
+
     Raises
     ------
     UsageError
         when one of them would take the place of the problem file, or of one that it includes.
     OSError
         when one cannot be written.
+
+    Examples
+    --------
+    >>> import dse
+    >>> [path.name for path in dse.write_report(dse.solve("pump.yaml"), "reports")]
+    ['pump.html', 'pump.md', 'pump.csv', 'pump.json']
     """
     target = Path(folder)
     target.mkdir(parents=True, exist_ok=True)

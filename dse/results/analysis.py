@@ -76,7 +76,16 @@ class Usage:
 
 @dataclass(frozen=True)
 class Analysis:
-    """Everything that can be said of one design; `breaches` says why it is not valid, then the tables are empty."""
+    """Everything that can be said of one design; `breaches` says why it is not valid, then the tables are empty.
+
+    Examples
+    --------
+    >>> import dse
+    >>> best = dse.solve("pump.yaml").front[0]
+    >>> found = dse.analyse("pump.yaml", best.decisions)
+    >>> [(item.requirement.text, item.holds) for item in found.verdicts][:1]
+    [('jitter of sensor_to_valve <= 30 ms', True)]
+    """
 
     space: Space
     design: Design

@@ -149,6 +149,12 @@ class Explanation:
     file forbids them. `complete` says that nothing which was asked for is missing, `every` that
     `conflicts` are all there are. Where time ran out, `left_open` says in words what was not looked at, and `reduced`,
     if not empty, are demands that have no design together (proved), fewer of which may have none either.
+
+    Examples
+    --------
+    >>> import dse
+    >>> dse.explain("pump.yaml").status
+    'feasible'
     """
 
     problem: Origin

@@ -26,6 +26,20 @@ def architecture_graph(space: Space, design: Design) -> networkx.MultiDiGraph[st
     (``stated``, ``decided`` or ``first-fit``). Edges have `kind`: ``connection`` (key: its name; `buses`,
     `size_bytes`), ``runs on`` (thread to processor), ``carried by`` (virtual bus to bus). What else was decided of a
     component, slot or connection stands there by the name of its field, as text. Empty slots are left out.
+
+    Parameters
+    ----------
+    space
+        the space of the problem: `Problem.space`, `Result.space`.
+    design
+        one of its designs, such as `Point.design`.
+
+    Examples
+    --------
+    >>> import dse
+    >>> result = dse.solve("pump.yaml")
+    >>> sorted(architecture_graph(result.space, result.front[0].design))[:3]
+    ['can0', 'computer', 'control']
     """
     import networkx
 

@@ -25,10 +25,25 @@ def check_ranking(method: str, space: Space, *, has_baseline: bool) -> None:
 def ranked_by(result: Result, method: str) -> Result:
     """The result with its front ranked by `method` (see `dse.results.ranking.rank`); every point stays, with its id.
 
+    Parameters
+    ----------
+    result
+        what `dse.solve` returned.
+    method
+        as for ``--rank-by``: ``ideal``, ``topsis``, ``knee``, ``baseline``, ``weights:price=2,jitter=1``,
+        ``order:price,jitter``.
+
     Raises
     ------
     UsageError
         when the method does not exist or does not fit the result.
+
+    Examples
+    --------
+    >>> import dse
+    >>> found = dse.ranked_by(dse.solve("pump.yaml"), "knee")
+    >>> [point.id for point in found.front]
+    [1, 4, 2, 3]
     """
     names = [item.name for item in result.objectives]
     objectives = [(item.name, item.sense) for item in result.objectives]

@@ -219,6 +219,13 @@ class Result:
     each objective that may still be unexplored. `interrupted` says that Ctrl-C ended the search: nothing is added then.
     `contended` says by id what each design keeps when response times count, where the question leaves them out
     (`dse.analysis.contention`); designs that are missing there were not checked.
+
+    Examples
+    --------
+    >>> import dse
+    >>> result = dse.solve("pump.yaml")
+    >>> result.frame(("ms", "EUR")).columns[2]
+    'jitter of sensor_to_valve [ms]'
     """
 
     problem: Origin

@@ -53,6 +53,14 @@ class RobustResult:
     `nominal` is the front without uncertainties. `inputs` says what was stated; `corners` how many (requirement,
     values) pairs stand for all values in between. `unjudged` are the ids of nominal points of which the time was too
     short to tell whether they are robust.
+
+    Examples
+    --------
+    >>> import dse, pathlib
+    >>> text = pathlib.Path("pump.yaml").read_text(encoding="utf-8")
+    >>> text += "uncertainty: {threads.filter.compute_execution_time: {factor: 0.9 .. 1.5}}"
+    >>> dse.solve_robust(text).price["price"]
+    (6000, 6000)
     """
 
     robust: Result

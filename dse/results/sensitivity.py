@@ -209,6 +209,14 @@ class SensitivityResult:
     `broken` are the requirements that the design breaks as it is; margins and scaling then look at the others.
     `swing` says over what the bars go. `left_out` names what the time limit left no time for; where that is the factor
     on all execution times, `scaling` is None.
+
+    Examples
+    --------
+    >>> import dse
+    >>> best = dse.solve("pump.yaml").front[0]
+    >>> found = dse.sensitivity("pump.yaml", [f"{name} = {option}" for name, option in best.decisions.items()])
+    >>> found.broken, found.scaling.requirement
+    ((), 'utilisation of computer <= 30 %')
     """
 
     problem: Mapping[str, Any]

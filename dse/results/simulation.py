@@ -132,6 +132,14 @@ class Simulation:
     """A simulation of one design. `lost` counts data by where and why; `notes` is what a reader must know.
 
     `is_stopped`: the time limit came before the last run.
+
+    Examples
+    --------
+    >>> import dse
+    >>> best = dse.solve("pump.yaml").front[0]
+    >>> found = dse.simulate("pump.yaml", best.decisions, runs=1)
+    >>> found.flows[0].name, found.flows[0].count > 0
+    ('sensor_to_valve', True)
     """
 
     space: Space

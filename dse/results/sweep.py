@@ -114,6 +114,13 @@ class SweepResult:
     were solved; `solved` and `found` (in the store) tell what this sitting did and are no part of it. `scale` has for
     each objective its best and worst value on all fronts together: ranks and scores of every run rest on it.
     `remarks` say what varying an input cannot show.
+
+    Examples
+    --------
+    >>> import dse
+    >>> found = dse.sweep("pump.yaml", "price=60EUR..300EUR", store=None)
+    >>> [str(stretch["from"]) for stretch in found.runs[0].outcome["stretches"]]
+    ['6000', '7500', '24000', '25500']
     """
 
     problem: Mapping[str, Any]

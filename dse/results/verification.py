@@ -29,6 +29,13 @@ class Verification:
     `status` is ``verified``, ``rejected`` (`findings` say what is wrong) or ``unfinished`` (nothing wrong was found,
     but `left_open` could not be proved again). `checked` says what was looked at and how, `remarks` what a reader of
     the result should know.
+
+    Examples
+    --------
+    >>> import dse
+    >>> found = dse.verify(dse.solve("pump.yaml"))
+    >>> found.status, found.findings, found.left_open
+    ('verified', (), ())
     """
 
     result: str

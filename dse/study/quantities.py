@@ -269,6 +269,7 @@ def _scaled(text: str, kind: Kind, factor: Fraction) -> str:
 def quantity_text(quantity: Quantity, kind: Kind) -> str:
     """Exact text of a quantity, in the unit that it was written in.
 
+    >>> from dse.units import PERIOD
     >>> quantity_text(parse_quantity("1.5 ms"), PERIOD)
     '1.5 ms'
     """

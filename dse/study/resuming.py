@@ -45,6 +45,15 @@ def resume(
     UsageError
         when the file is no result, of another problem (which means something else since), or its question is not the
         one that was searched.
+
+    Examples
+    --------
+    >>> import dse
+    >>> import pathlib
+    >>> stopped = dse.solve("pump.yaml", time_limit_s=60).to_json()
+    >>> written = pathlib.Path("stopped.json").write_text(stopped, encoding="utf-8")
+    >>> dse.resume("stopped.json").status
+    'complete'
     """
     budget = Budget(TimeLimit.after(time_limit_s), seed, workers)
     asked, earlier = read_search(path, problem)

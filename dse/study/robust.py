@@ -73,6 +73,15 @@ def solve_robust(
     UsageError
         when nothing is stated, an input has no bounds, or nothing can be proved of a requirement over the stated
         ranges.
+
+    Examples
+    --------
+    >>> import dse, pathlib
+    >>> text = pathlib.Path("pump.yaml").read_text(encoding="utf-8")
+    >>> text += "uncertainty: {threads.filter.compute_execution_time: {factor: 0.9 .. 1.5}}"
+    >>> found = dse.solve_robust(text)
+    >>> len(found.robust.front), len(found.nominal.front), found.failures
+    (4, 4, ())
     """
     budget = Budget(TimeLimit.after(time_limit_s), seed, workers)
     return robust_asked(load(problem).ask(**question), budget, RobustWatcher(progress))

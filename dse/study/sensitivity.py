@@ -79,6 +79,14 @@ def sensitivity(
         when the file, or an uncertainty that it states, is wrong.
     UsageError
         when a decision does not exist, or the design is none.
+
+    Examples
+    --------
+    >>> import dse
+    >>> best = dse.solve("pump.yaml").front[0]
+    >>> found = dse.sensitivity("pump.yaml", [f"{name} = {option}" for name, option in best.decisions.items()])
+    >>> found.scaling.factor
+    Fraction(5, 2)
     """
     limit = TimeLimit.after(time_limit_s)
     texts = (

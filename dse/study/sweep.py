@@ -106,6 +106,13 @@ def sweep(
         when the file is wrong.
     UsageError
         when a path, metric, range, step or unit is wrong, the store is damaged or foreign, or the cluster is not there.
+
+    Examples
+    --------
+    >>> import dse
+    >>> found = dse.sweep("pump.yaml", "jitter of sensor_to_valve=1ms..40ms", store=None)
+    >>> [stretch["from"] for stretch in found.runs[0].outcome["stretches"]]
+    [6934000, 7078000, 13444000, 13588000]
     """
     limit = TimeLimit.after(time_limit_s)
     texts = [vary] if isinstance(vary, str) else list(vary)

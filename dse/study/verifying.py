@@ -73,6 +73,12 @@ def verify(
         when the file is no result or the problem is not found.
     ProblemError
         when the problem is wrong.
+
+    Examples
+    --------
+    >>> import dse
+    >>> dse.verify(dse.solve("pump.yaml")).status
+    'verified'
     """
     data = result.to_dict() if isinstance(result, RobustResult) else result
     return verify_with(data, RobustWitness, problem=problem, method=method, time_limit_s=time_limit_s)

@@ -10,12 +10,13 @@ from typing import Any
 from pydantic import BaseModel, ValidationError
 from pydantic_core import ErrorDetails
 
+from dse.errors import UsageError
 from dse.results.forms.design import AnalysisForm, CheckForm, SimulationForm
 from dse.results.forms.result import ResultForm
 from dse.results.forms.studies import SensitivityForm, SweepForm
 from dse.results.forms.verdicts import ComparisonForm, ExplanationForm, VerificationForm
 from dse.spec.fields import describe
-from dse.spec.schema import DIALECT, simplified
+from dse.spec.schema import DIALECT, json_schema, simplified
 
 FORMS: Mapping[str, type[BaseModel]] = {
     "result": ResultForm,
@@ -54,6 +55,31 @@ KINDS = {
 """What is expected, by pydantic's name of the kind."""
 TAGS = ("union_tag_invalid", "union_tag_not_found")
 """What pydantic finds where it cannot tell which case of a union something is."""
+
+
+def schema(of: str = "problem") -> dict[str, Any]:
+    """The JSON Schema of problem files, or of a format that is written, as plain data.
+
+    Parameters
+    ----------
+    of
+        ``problem``, or one of `FORMS`: ``result`` for ``dse-result/1``.
+
+    Raises
+    ------
+    UsageError
+        when there is no such format.
+
+    Examples
+    --------
+    >>> schema("result")["properties"]["status"]["enum"]
+    ['complete', 'incomplete', 'infeasible']
+    """
+    if of == "problem":
+        return json_schema()
+    if of not in FORMS:
+        raise UsageError(f"no format is called {of!r}: there are problem, {', '.join(FORMS)}")
+    return form_schema(of)
 
 
 @dataclass(frozen=True)

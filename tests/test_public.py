@@ -1,0 +1,131 @@
+"""What `dse` exports is documented by example, and is enough for each command's job."""
+
+from __future__ import annotations
+
+import inspect
+import json
+import re
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+import dse
+from dse.cli.main import COMMANDS, run
+
+NAMES = [name for name in dse.__all__ if name != "__version__"]
+PUMP = Path(__file__).parent / "fuzz" / "pump.yaml"
+DESIGN = {"computer.type": "small", "can0.type": "can_500k", "filter.dispatch_protocol": "aperiodic",
+          "control.period": "10 ms"}  # fmt: skip
+CHOSEN = [part for name, option in DESIGN.items() for part in ("--design", f"{name} = {option}")]
+ASKED: dict[str, Any] = {"max_jitter": "20 ms", "require": "price <= 900 EUR", "fix": "can0.type = can_500k"}
+OPTIONS = ["--max-jitter", "20 ms", "--require", "price <= 900 EUR", "--fix", "can0.type = can_500k"]
+VARY = "jitter of sensor_to_valve=1ms..40ms"
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_every_public_name_has_a_docstring_with_an_example(name: str) -> None:
+    """In NumPy style; `pytest dse` runs the examples. A function tells of each of its parameters."""
+    thing = getattr(dse, name)
+    text = inspect.getdoc(thing) or ""
+    assert re.search(r"^Examples\n-+\n(>>> .*\n)+", text + "\n", re.M), name
+    if inspect.isfunction(thing):
+        shown = text.partition("Parameters\n----------\n")[2]
+        assert [item for item in inspect.signature(thing).parameters if item not in shown] == []
+
+
+def solve() -> Any:
+    return dse.with_others(dse.solve("pump.yaml", **ASKED), 1, within="20%").to_dict()
+
+
+def analyse() -> Any:
+    return dse.analyse(dse.load("pump.yaml").ask(max_price="100 EUR"), DESIGN).to_dict()
+
+
+def simulate() -> Any:
+    return dse.simulate("pump.yaml", DESIGN, runs=2).to_dict()
+
+
+def sweep() -> Any:
+    return dse.sweep("pump.yaml", VARY, store=None).to_dict()
+
+
+def sensitivity() -> Any:
+    return dse.sensitivity("pump.yaml", [f"{name} = {option}" for name, option in DESIGN.items()]).to_dict()
+
+
+def report() -> Any:
+    dse.write_report(dse.ranked_by(dse.reopen("r.json"), "knee"), "mine")
+    return json.loads(Path("mine/pump.json").read_text(encoding="utf-8"))
+
+
+def compare() -> Any:
+    result = dse.reopen("r.json")
+    one, other = (dse.analyse("pump.yaml", point.decisions) for point in result.front[:2])
+    return {**dse.compare(one, other).to_dict(), "names": ["r.json#1", "r.json#2"]}
+
+
+def export() -> Any:
+    return dse.export(dse.reopen("r.json"), 2)
+
+
+def check() -> Any:
+    return dse.check("pump.yaml", **ASKED).to_dict()
+
+
+def explain() -> Any:
+    return dse.explain("pump.yaml", max_jitter="5 ms").to_dict()
+
+
+def verify() -> Any:
+    return dse.verify("r.json").to_dict()
+
+
+def new() -> Any:
+    return dse.random_problem(8, seed=3)
+
+
+def schema() -> Any:
+    return dse.schema("sweep")
+
+
+JOBS: dict[str, tuple[list[str], Callable[[], Any]]] = {
+    "solve": (["pump.yaml", *OPTIONS, "--alternatives", "1", "--within", "20%", "-q", "--json", "out.json"], solve),
+    "analyse": (["pump.yaml", "--max-price", "100 EUR", *CHOSEN, "--json", "out.json"], analyse),
+    "simulate": (["pump.yaml", *CHOSEN, "--runs", "2", "--json", "out.json"], simulate),
+    "sweep": (["pump.yaml", "--vary", VARY, "--no-store", "--json", "out.json"], sweep),
+    "sensitivity": (["pump.yaml", *CHOSEN, "--json", "out.json"], sensitivity),
+    "report": (["r.json", "--rank-by", "knee", "-o", "theirs"], report),
+    "compare": (["r.json#1", "r.json#2", "--json", "out.json"], compare),
+    "export": (["r.json", "--alternative", "2", "-o", "out.json"], export),
+    "check": (["pump.yaml", *OPTIONS, "--json", "out.json"], check),
+    "explain": (["pump.yaml", "--max-jitter", "5 ms", "--json", "out.json"], explain),
+    "verify": (["r.json", "--json", "out.json"], verify),
+    "new": (["out.json", "--random", "--threads", "8", "--seed", "3"], new),
+    "schema": (["--of", "sweep", "-o", "out.json"], schema),
+}
+
+
+def test_every_command_has_its_job_here() -> None:
+    assert list(JOBS) == list(COMMANDS)
+
+
+@pytest.mark.parametrize("name", JOBS)
+def test_a_commands_job_is_done_with_what_dse_exports(
+    name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    Path("pump.yaml").write_text(PUMP.read_text(encoding="utf-8"), encoding="utf-8")
+    Path("r.json").write_text(dse.solve("pump.yaml").to_json(), encoding="utf-8")
+    options, job = JOBS[name]
+    assert run([name, *options]) in (0, 4)
+    written = Path("theirs/pump.json" if name == "report" else "out.json").read_text(encoding="utf-8")
+    mine = job()
+    theirs = written if isinstance(mine, str) else json.loads(written)
+    if isinstance(theirs, dict):
+        for data in (mine, theirs):
+            for key in ("search", "wall_s"):
+                data.pop(key, None)
+        mine = json.loads(json.dumps(mine))
+    assert mine == theirs
