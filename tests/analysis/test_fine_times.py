@@ -120,7 +120,7 @@ def test_the_simulation_stays_within_fine_bounds(contention: bool) -> None:
 
 
 def rounded(text: str) -> list[str]:
-    return [remark for remark in dse.check(loads(text)).remarks if "counts as" in remark]
+    return [remark for remark in dse.check(loads(text)).remarks if '" counts as' in remark]
 
 
 def test_what_reading_rounds_is_told() -> None:

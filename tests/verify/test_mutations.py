@@ -18,7 +18,7 @@ from dse.api.problem import Problem
 from dse.errors import ProblemError
 from dse.examples import example_files
 
-SEEDS = {"exhaustion": cases(12), "model": cases(7, 304)}
+SEEDS = {"exhaustion": cases(12), "model": cases(8, 304)}
 OF_EACH = 20 if LONG else 3
 
 
