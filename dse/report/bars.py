@@ -10,6 +10,7 @@ from dse.report.charts import Spec, whole_spec
 from dse.report.words import shortened
 from dse.results.analysis import FlowTable, Usage
 from dse.results.values import counted, readable
+from dse.units import Exact
 
 METHODS = (
     "sampling",
@@ -41,13 +42,18 @@ def waterfall_records(table: FlowTable) -> list[dict[str, Any]]:
             "row": number,
             "label": row.contributor,
             "method": row.max_method if row.max_method in METHODS else "other",
-            "min_ns": row.min_ns,
-            "max_ns": row.max_ns,
+            "min_ns": _drawn(row.min_ns),
+            "max_ns": _drawn(row.max_ns),
             "text": text,
         }
         short = _name_beside(row.contributor, text)
         records.append(record if short == row.contributor else {**record, "short": short})
     return records
+
+
+def _drawn(value_ns: Exact) -> int | float:
+    """A time as a length in a drawing, which knows no fractions; its text is exact."""
+    return int(value_ns) if value_ns == int(value_ns) else float(value_ns)
 
 
 def _name_beside(name: str, figures: str) -> str:
@@ -58,7 +64,7 @@ def _name_beside(name: str, figures: str) -> str:
 def stacked_rows(records: Sequence[Mapping[str, Any]]) -> list[dict[str, Any]]:
     """The records with their bars, in ms, each from the worst case of the one before it (report.js does the same)."""
     found = []
-    start = 0
+    start: float = 0
     for record in records:
         bar = {"start": start / 1e6, "best": (start + record["min_ns"]) / 1e6, "end": (start + record["max_ns"]) / 1e6}
         found.append({**record, **bar, "title": f"{record.get('short', record['label'])} · {record['text']}"})
