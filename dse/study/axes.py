@@ -21,7 +21,7 @@ from dse.spec.grammar import ExpressionError
 from dse.spec.quantities import COUNT, TOTAL, read_value
 from dse.spec.scan import CALL
 from dse.study.quantities import Inputs, copied, quantity_text
-from dse.units import DIMENSIONLESS, Quantity, UnitError, format_number, parse_quantity
+from dse.units import DIMENSIONLESS, Quantity, UnitError, format_number, parse_quantity, unit_ratio
 
 MOST_VALUES = 100_000
 ORIGIN = "--vary"
@@ -224,9 +224,10 @@ def _ends(values: str) -> tuple[str, str]:
     if not first.unit and last.unit:
         low = f"{low} {last.unit}"
         first = parse_quantity(low)
-    if first.dimension != last.dimension or (first.dimension is None and first.unit != last.unit):
+    alike = _like(first, last)
+    if alike is None:
         raise UsageError(f"the ends of the range are of different kinds: {low}, {high}")
-    if first.value > last.value:
+    if alike.value > last.value:
         raise UsageError(f"the range is empty: {low} is above {high}")
     return low, high
 
@@ -240,7 +241,8 @@ def _grid(values: str, dimension: Any) -> list[str]:
             raise UsageError("an empty value")
         for text in texts:
             _check_dimension(parse_quantity(text), dimension)
-        if len({parse_quantity(text).value for text in texts}) < len(texts):
+        found = [parse_quantity(text) for text in texts]
+        if len({(_like(quantity, found[0]) or quantity).value for quantity in found}) < len(texts):
             raise UsageError("a value is given twice")
         return texts
     if not step_text:
@@ -249,14 +251,24 @@ def _grid(values: str, dimension: Any) -> list[str]:
     low, high, step = (parse_quantity(text) for text in (low_text, high_text, step_text))
     for quantity in (low, high):
         _check_dimension(quantity, dimension)
-    if step.dimension != high.dimension:
+    low, stride = _like(low, high) or low, _like(step, high)
+    if stride is None:
         raise UsageError(f"the step {step_text} is not of the kind of {high_text}")
+    step = stride
     if step.value <= 0:
         raise UsageError(f"a step must be above 0, got {step_text}")
     count = (high.value - low.value) // step.value + 1
     if count > MOST_VALUES:
         raise UsageError(f"{count} values: at most {MOST_VALUES}")
     return [_text(low.value + number * step.value, high) for number in range(int(count))]
+
+
+def _like(quantity: Quantity, other: Quantity) -> Quantity | None:
+    """A quantity beside another: where units are a total's own, in the other's unit; None where the kinds differ."""
+    if quantity.dimension != other.dimension:
+        return None
+    ratio = Fraction(1) if quantity.dimension is not None else unit_ratio(quantity.unit, other.unit)
+    return None if ratio is None else replace(quantity, value=quantity.value * ratio, unit=other.unit)
 
 
 def _check_dimension(quantity: Quantity, dimension: Any) -> None:

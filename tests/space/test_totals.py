@@ -7,7 +7,7 @@ from fractions import Fraction
 import pytest
 
 import dse
-from dse.errors import ProblemError
+from dse.errors import ProblemError, UsageError
 
 TEXT = """
 dse: 1
@@ -80,3 +80,21 @@ def test_what_measures_something_else_is_refused(arguments: tuple[str, ...], sai
 def test_one_figure_in_two_units_is_one_option() -> None:
     with pytest.raises(ProblemError, match=r"threads.t.totals.mass\[1\]: option given twice"):
         dse.loads(text("g", "5 g", "1 kg", "2 kg").replace("[0.2 kg, 100 g]", "[0.2 kg, 200 g]"))
+
+
+def test_a_sweep_over_a_total_counts_its_ends_and_step_in_one_unit() -> None:
+    """A step of 1 kg between 600 g and 2600 g is no step of 1 g, and 0.6 kg is 600 g."""
+    problem = dse.loads(text("g", "500 g", "1.5 kg", "9 kg"))
+    assert len(dse.sweep(problem, "mass=600 g..2.6 kg step 1 kg").runs) == 3
+    assert len(dse.sweep(problem, "mass=0.6 kg..2600 g step 500 g").runs) == 5
+    assert len(dse.sweep(problem, "mass=600 g,1.6 kg").runs) == 2
+    whole = dse.sweep(problem, "mass=1 g..9 kg").runs[0].outcome
+    assert whole is not None and whole["exact"]
+    for wrong, said in (
+        ("mass=0.6 kg,600 g", "a value is given twice"),
+        ("mass=600 g..2.6 kg step 1 mm", "is not of the kind of"),
+        ("mass=600 g..1 mm", "of different kinds"),
+        ("mass=1 kg..600 g", "the range is empty"),
+    ):
+        with pytest.raises(UsageError, match=said):
+            dse.sweep(problem, wrong)
