@@ -42,6 +42,11 @@ ON_PROBLEMS: tuple[tuple[int, tuple[str, ...], tuple[str, ...]], ...] = (
     (30, ("analyse",), ()),
     (6, ("analyse", "--response-times"), ()),
     (12, ("solve",), (*SHORT, "--json", "-")),
+    (4, ("solve",), (*SHORT, "--robust", "--json", "-")),
+    (4, ("solve",), (*SHORT, "--deadlines", "all", "--processing", "response-time")),
+    (2, ("explain",), (*SHORT, "--all", "--csv", "-")),
+    (2, ("check",), ("--deadlines", "all", "--fix", "control.period=5 ms")),
+    (2, ("sensitivity",), ("--samples", "20", "--time-limit", "0.5s")),
     (2, ("solve",), (*SHORT, "--report", "-o", "report")),
     (4, ("explain",), SHORT),
     (4, ("simulate",), SIMULATED),
@@ -269,6 +274,8 @@ def _corpus(folder: Path) -> tuple[list[tuple[str, str]], list[tuple[str, str]]]
             "others.json": ["solve", "pump.yaml", "--alternatives", "2", "--within", "5%"],
             "impossible.json": ["solve", "pump.yaml", "--max-jitter", "5ms"],
             "why.json": ["explain", "pump.yaml", "--max-jitter", "5ms"],
+            "all.json": ["solve", "everything.yaml", "--deadlines", "all", "--time-limit", "20"],
+            "robust.json": ["solve", "everything.yaml", "--robust", "--time-limit", "20"],
             "swept.json": ["sweep", "pump.yaml", "--vary", "jitter of sensor_to_valve=1ms..40ms", "--no-store"],
         }
         for name, arguments in wanted.items():

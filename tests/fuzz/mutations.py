@@ -47,6 +47,35 @@ SCALARS: tuple[Any, ...] = (
         "-5 EUR",
         "1 W",
     ),
+    *(
+        "1 kB",
+        "1.5 kg",
+        "90 g",
+        "1 TOPS",
+        "1e-30 kg",
+        "1/3 kg",
+        "1 µW",
+        "2 TB/s",
+        "1e30 TiB",
+        "0 g",
+        "-1 g",
+        "200000 ppm",
+    ),
+    *(
+        "from bandwidth",
+        "any",
+        "first_fit",
+        "stated",
+        "all",
+        "response_time",
+        {"factor": "0 .. 0"},
+        {"factor": "1 .. 1e30"},
+    ),
+    *(
+        {"samples": ["1", "1 ms"]},
+        {"distribution": "normal", "mean": "1 ms", "deviation": "1e9 s"},
+        {"samples": "pump.yaml"},
+    ),
     *("50 %", "101 %", "1e9 %", "0 %", "1e-30 %", "70", "1 GB/s", "1 m/s", "1 h"),
     *("periodic", "aperiodic", "sporadic", "hybrid", "timed", "none", "yes", "on", "12:30", "0o17", "1e3", ".5", "=1"),
     *(
@@ -125,15 +154,31 @@ TOKENS = (
         "NaN",
         "\\u0000",
     ),
+    *(
+        "max(",
+        "min(",
+        "busy",
+        "response time of",
+        "core",
+        "is in",
+        "*",
+        "/",
+        " .. ",
+        "1/3",
+        "kg",
+        "TOPS",
+        "*1e30",
+        "all of",
+    ),
 )
 _PARTS = re.compile(r"\w+|\s+|[^\w\s]+")
 Mutation = Callable[[str, random.Random, Sequence[str]], str]
 
 
 def mutated(text: str, rng: random.Random, others: Sequence[str]) -> bytes:
-    """The text with one to six mutations; `others` are texts from which parts may come."""
+    """The text with one to six mutations, sometimes many; `others` are texts from which parts may come."""
     plausible = rng.random() < 0.4
-    for _ in range(rng.choice((1, 1, 2) if plausible else (1, 1, 1, 2, 2, 3, 6))):
+    for _ in range(rng.choice((1, 1, 2, 2, 5, 12) if plausible else (1, 1, 1, 2, 2, 3, 6, 25))):
         kind = changed_sense if plausible else rng.choices(_KINDS, _WEIGHTS)[0]
         text = kind(text, rng, others)
     if plausible:
@@ -252,6 +297,18 @@ def changed_tree(text: str, rng: random.Random, others: Sequence[str]) -> str:
     return written(tree, rng, is_json=text.lstrip().startswith("{"))
 
 
+def spliced(text: str, rng: random.Random, others: Sequence[str]) -> str:
+    """Sections of another document beside or in place of those of this one."""
+    tree, other = parsed(text), parsed(rng.choice(others))
+    if not isinstance(tree, dict) or not isinstance(other, dict) or not other:
+        return changed_lines(text, rng, others)
+    for key in rng.sample(sorted(other, key=str), min(len(other), rng.choice((1, 1, 2, 5)))):
+        mine, theirs = tree.get(key), copy.deepcopy(other[key])
+        both = isinstance(mine, dict) and isinstance(theirs, dict) and rng.random() < 0.6
+        tree[key] = {**mine, **theirs} if both else theirs
+    return written(tree, rng, is_json=text.lstrip().startswith("{"))
+
+
 def monstrous(text: str, rng: random.Random, others: Sequence[str]) -> str:
     """Too deep, too long, too many, or growing without end."""
     size = rng.choice((10, 100, 1000, 20_000))
@@ -278,8 +335,8 @@ def monstrous(text: str, rng: random.Random, others: Sequence[str]) -> str:
     return rng.choice(others)[: rng.randrange(2000)] + text
 
 
-_KINDS: tuple[Mutation, ...] = (changed_tree, changed_number, changed_tokens, changed_lines, monstrous)
-_WEIGHTS = (8, 5, 6, 3, 1)
+_KINDS: tuple[Mutation, ...] = (changed_tree, changed_number, changed_tokens, changed_lines, spliced, monstrous)
+_WEIGHTS = (8, 5, 6, 3, 2, 1)
 
 
 def parsed(text: str) -> Any:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import shlex
 from pathlib import Path
 from typing import Any
 
@@ -156,3 +157,41 @@ def test_alternative_prices_of_a_processor_type_have_margins(tmp_path: Path) -> 
     design += ["filter.dispatch_protocol = periodic", "filter.period = 10 ms", "control.period = 10 ms"]
     given = [part for choice in design for part in ("--design", choice)]
     assert run(["sensitivity", str(file), *given, "--no-front"]) == 0
+
+
+EVERYTHING = Path(__file__).parent / "everything.yaml"
+DESIGN = ("--design", "r.json#1")
+
+
+@pytest.fixture(scope="module")
+def everything(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A folder with a problem that has a little of everything (times finer than 1 ns, units, fractions), solved."""
+    folder = tmp_path_factory.mktemp("everything")
+    (folder / "e.yaml").write_bytes(EVERYTHING.read_bytes())
+    assert run(["solve", str(folder / "e.yaml"), "-q", "--json", str(folder / "r.json")]) == 0
+    return folder
+
+
+@pytest.mark.parametrize(
+    ("line", "code"),
+    [
+        ("check e.yaml --deadlines all", 0),
+        ("solve e.yaml --report -o out", 0),
+        ("solve e.yaml --robust --report -o out", 0),
+        ("solve e.yaml --alternatives 2 --within 5% --csv out.csv", 0),
+        ("explain e.yaml --require 'mass <= 80 g' --all --csv out.csv", 4),
+        ("analyse e.yaml DESIGN --response-times --json out.json", 0),
+        ("simulate e.yaml DESIGN --duration 50ms --runs 2 --json out.json", 0),
+        ("sensitivity e.yaml DESIGN --samples 20 --report -o out", 0),
+        ("sweep e.yaml --vary 'mass=100 g..0.3 kg step 100 g' --no-store --workers 1 --report -o out", 0),
+        ("verify r.json", 0),
+        ("report r.json -o out --figures svg", 0),
+        ("compare r.json r.json", 0),
+        ("export r.json --alternative 1 --format problem -o x.yaml", 0),
+    ],
+)
+def test_every_command_takes_a_problem_with_everything(
+    line: str, code: int, everything: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(everything)
+    assert run(shlex.split(line.replace("DESIGN", " ".join(DESIGN)))) == code
