@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import io
 import os
 import signal
 import sys
 import threading
 from contextlib import suppress
 from types import FrameType
-from typing import TextIO
+from typing import Any, TextIO
 
 
 class Interrupts:
@@ -23,12 +24,24 @@ class Interrupts:
         raise KeyboardInterrupt
 
 
+class Unheard(io.FileIO):
+    """A stream for what is said beside the answer: where nobody reads any more, it is said to nobody."""
+
+    def write(self, data: Any) -> int:
+        """As in a file; without a reader everything counts as written."""
+        try:
+            return super().write(data) or 0
+        except BrokenPipeError:
+            return memoryview(data).nbytes
+
+
 def main() -> None:
     """Run the command line and leave with its exit code."""
     code = 5  # as dse.errors.EXIT_INCOMPLETE, which may not be there yet
     try:
         signal.signal(signal.SIGINT, Interrupts.note)
         _open_closed_streams()
+        _outlive_readers()
         os.environ.setdefault("PYDANTIC_DISABLE_PLUGINS", "__all__")  # we use none; looking for them takes time
         from dse.cli.main import run
 
@@ -47,6 +60,14 @@ def _leave(code: int) -> None:
                 stream.flush()
         os._exit(code)
     sys.exit(code)
+
+
+def _outlive_readers() -> None:
+    """What is said on standard error changes no exit code and ends no work, though its reader has gone."""
+    said = sys.stderr
+    with suppress(OSError, ValueError):
+        raw = io.BufferedWriter(Unheard(said.fileno(), "wb", closefd=False))
+        sys.stderr = io.TextIOWrapper(raw, said.encoding, said.errors, line_buffering=True, write_through=True)
 
 
 def _open_closed_streams() -> None:

@@ -105,6 +105,22 @@ def test_a_full_disk_below_a_report_leaves_no_half_file(tmp_path: Path, result: 
     assert all(item.stat().st_size < 20_000 and item.name[0] != "." for item in (tmp_path / "out").iterdir())
 
 
+@pytest.mark.parametrize(
+    ("arguments", "code"),
+    [
+        (["check", "nothing.yaml"], 2),
+        (["check", str(ROOT / "tests" / "bad_inputs" / "period_zero.yaml")], 3),
+        (["solve", str(PUMP), "--require", "nonsense"], 2),
+        (["solve", str(PUMP), "--max-jitter", "5ms"], 4),
+    ],
+    ids=lambda value: str(value),
+)
+def test_exit_codes_where_nobody_reads_what_is_said(arguments: list[str], code: int) -> None:
+    """As in ``dse check bad.yaml 2>&1 | true``."""
+    for out in (subprocess.PIPE, no_reader()):
+        assert dse(*arguments, stdout=out, stderr=no_reader()).returncode == code
+
+
 @pytest.mark.skipif(not hasattr(os, "geteuid") or os.geteuid() == 0, reason="root may write everywhere")
 def test_an_unwritable_folder_is_told_before_the_work(tmp_path: Path) -> None:
     tmp_path.chmod(0o500)
