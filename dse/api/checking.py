@@ -11,6 +11,7 @@ from typing import Any, Unpack
 from dse.analysis.bounds import Impossible, impossible
 from dse.analysis.changes import counted_decisions
 from dse.analysis.remarks import problem_remarks
+from dse.analysis.validity import slot_users
 from dse.api.meanings import changed_meanings
 from dse.api.problem import Problem, Source, load
 from dse.api.question import Question
@@ -22,7 +23,7 @@ from dse.space.questions import unoffered_types
 from dse.space.settings import settings_of, told_deadlines
 from dse.space.size import space_size
 from dse.space.trees import leaves
-from dse.space.types import Component, Decision, Space
+from dse.space.types import Component, Decision, Slot, Space
 from dse.spec.rounding import rounded_figures
 from dse.units import format_duration, format_number, format_ratio
 
@@ -174,8 +175,38 @@ def _rounded(problem: Problem) -> Iterator[str]:
         yield f"{len(found) - MOST_ROUNDED} more figures are rounded likewise"
 
 
+def _limited(space: Space) -> set[tuple[str, int | None]]:
+    """The kind and index of every metric that has an upper limit, also by a limit on the greatest of several."""
+    found = set()
+    for item in space.requirements:
+        if item.operator in ("<=", "<", "=="):
+            alone = [part[0][1] for part in item.metric.operands if len(part) == 1 and item.metric.kind == "max"]
+            found |= {(metric.kind, metric.index) for metric in (item.metric, *alone)}
+    return found
+
+
+def _idle(space: Space) -> Iterator[str]:
+    """Processors, buses and devices that every design has, though none uses them, and what they cost."""
+    for slot, users in slot_users(space):
+        if not users and not slot.optional and _costs(slot):
+            verb = "runs on" if slot in space.processors else "goes over"
+            yield f"nothing {verb} {slot.name}, but every design has it and its {_costs(slot)}"
+    ends = {end for item in space.connections for end in (item.source, item.target)}
+    steps = {step.index for flow in space.flows for step in flow.steps if step.kind == "component"}
+    for number, component in enumerate(space.components):
+        if component.section == "devices" and number not in ends | steps and _costs(component):
+            yield f"no connection or flow uses {component.name}, but every design has it and its {_costs(component)}"
+
+
+def _costs(part: Slot | Component) -> str:
+    """What a part adds to the sums of a design, in words; "" for nothing."""
+    figures = part.figures
+    trees = {"price": figures.price_ct, "power": figures.power_mw, **figures.totals}
+    return " and ".join(name for name, tree in trees.items() if any(leaf for leaf in leaves(tree)))
+
+
 def _remarks(space: Space) -> Iterator[str]:
-    limited = {(item.metric.kind, item.metric.index) for item in space.requirements}
+    limited = _limited(space)
     for number, slot in enumerate(space.processors):
         loaded = any(
             number in set(leaves(item.processor)) for item in space.components if item.execution_ns is not None
@@ -184,8 +215,9 @@ def _remarks(space: Space) -> Iterator[str]:
             yield f"nothing limits the utilisation of {slot.name}: designs that overload it are admitted"
     for number, bus in enumerate(space.buses):
         bandwidths = [leaf for leaf in leaves(bus.bandwidth_bps) if leaf is not None]
-        if bandwidths and ("load", number) not in limited:
+        if bandwidths and not limited & {("load", number), ("busy", number)}:
             yield f"nothing limits the load of {bus.name}: designs that overload it are admitted"
+    yield from _idle(space)
     yield from problem_remarks(space)
     for item in space.requirements:
         if item.metric.kind == "utilisation" and item.operator == "==":

@@ -45,6 +45,54 @@ def test_an_equality_of_utilisation_looks_at_the_sum_alone() -> None:
     assert found == [f"utilisation of p == 70 % {said}"]
 
 
+IDLE = """
+dse: 1
+name: idle parts
+totals: {mass: g}
+processor_types: {small: {price: 10 EUR, power: 9 W}, big: {price: 20 EUR}}
+bus_types: {cable: {price: 3 EUR}, air: {}}
+processors: {main: {type: small}, spare: {type: [small, big]}, extra: {type: small, optional: true}}
+buses: {line: {type: cable}, ether: {type: air}}
+devices: {lamp: {totals: {mass: 1 g}, period: 1 s}, sign: {period: 1 s}, used: {price: 1 EUR, period: 1 s}}
+threads: {t: {processor: main, dispatch_protocol: aperiodic, compute_execution_time: 1 ms}}
+connections: {w: {from: used, to: t}}
+"""
+
+
+def test_what_no_design_uses_but_every_design_pays_for_is_remarked_on() -> None:
+    assert [text for text in dse.check(dse.loads(IDLE)).remarks if "every design has it" in text] == [
+        "nothing runs on spare, but every design has it and its price and power",
+        "nothing goes over line, but every design has it and its price",
+        "no connection or flow uses lamp, but every design has it and its mass",
+    ]
+
+
+LOADED = """
+dse: 1
+name: one loaded bus
+bus_types: {cable: {exclusive: true, bandwidth: 1 Mbit/s, transmission_time: {fixed: 10 us, per_byte: 10 us}}}
+buses: {line: {type: cable}}
+devices: {a: {period: 1 s}, b: {period: 1 s}}
+connections: {w: {from: a, to: b, data_size: 1 B, bus: line}}
+requirements: [REQUIREMENT]
+"""
+
+
+@pytest.mark.parametrize(
+    ("requirement", "is_limited"),
+    [
+        ("load of line <= 50 %", True),
+        ("busy of line <= 50 %", True),
+        ("max(busy) < 50 %", True),
+        ("load of line >= 10 %", False),
+        ("price <= 1 EUR", False),
+    ],
+)
+def test_an_upper_limit_on_the_busy_time_limits_a_bus(requirement: str, is_limited: bool) -> None:
+    remarks = dse.check(dse.loads(LOADED.replace("REQUIREMENT", requirement))).remarks
+    assert any("nothing limits the load of line" in text for text in remarks) is not is_limited
+
+
 def test_a_stated_response_time_below_the_execution_time_is_remarked_on_too() -> None:
     text = TWO.replace("PROFILE", "dse").replace("deadline: 3 ms", "response_time: 2 ms .. 4 ms")
     found = [remark for remark in dse.check(dse.loads(text)).remarks if "too small" in remark]
