@@ -101,6 +101,8 @@ def _fix_in_place(draft: Draft, space: Space, decision: Decision, design: Design
         return False
     path = [section, decision.component, *_field_path(decision.field)]
     node = draft.find(path)
+    if decision.field == "core" and not isinstance(node, yaml.SequenceNode):
+        return _pin(draft, path, _chosen(space, decision, design))
     places = [path] if isinstance(node, yaml.SequenceNode) else []
     if isinstance(node, yaml.MappingNode):
         places = [[*path, key.value] for key, value in node.value if isinstance(value, yaml.SequenceNode)]
@@ -114,6 +116,18 @@ def _fix_in_place(draft: Draft, space: Space, decision: Decision, design: Design
             draft.choose(sequence, texts.index(chosen) if chosen in texts else 0)
         else:
             return False
+    return True
+
+
+def _pin(draft: Draft, path: list[str], core: str | None) -> bool:
+    """State the core of a thread that leaves it open; False where the thread is shared with others by an alias."""
+    node, thread = draft.find(path), draft.find(path[:-1])
+    if not isinstance(thread, yaml.MappingNode) or draft.is_shared(path[:-1]):
+        return False
+    if core is not None and node is not None:
+        draft.replace(path, core)
+    elif core is not None:
+        draft.add_entry(path[:-1], path[-1], core)
     return True
 
 

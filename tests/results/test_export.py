@@ -25,6 +25,25 @@ from dse.results.formats import graphml, graphviz, ros2_parameters
 from dse.results.reading import read_result
 from dse.results.result import Result
 
+CORES = """\
+dse: 1
+name: cores
+deadlines: all
+processor_types: {board: {cores: 2}}
+processors: {main: {type: board}}
+threads:
+  block:
+    processor: main
+    period: 10 ms  # a comment
+    compute_execution_time: 6 ms
+  flow: {processor: main, period: 10 ms, compute_execution_time: 6 ms}
+  any: {processor: main, core: any, period: 40 ms, compute_execution_time: 1 ms}
+  listed: {processor: main, core: [1, 2], period: 40 ms, compute_execution_time: 1 ms}
+  shared: &it {processor: main, period: 80 ms, compute_execution_time: 1 ms}
+  same: *it
+objectives: [minimise utilisation of main]
+"""
+
 
 def solved(path: Path, **asked: Any) -> Result:
     return dse.solve(path, **asked)
@@ -294,3 +313,17 @@ def test_reopening_hostile_names(tmp_path: Path) -> None:
     path = tmp_path / "result.json"
     path.write_text(result.to_json(), encoding="utf-8")
     assert reopen(path).to_dict() == result.to_dict()
+
+
+def test_chosen_cores_stand_at_their_threads(tmp_path: Path) -> None:
+    """As ``core: 2``, in block and in flow style, in the place of ``any``; as a rule only where an alias is shared."""
+    source = tmp_path / "cores.yaml"
+    source.write_text(CORES, encoding="utf-8")
+    result = solved(source)
+    point = result.front[0]
+    text = export(result, point.id, folder=tmp_path)
+    stated = {name: fields.get("core") for name, fields in yaml.safe_load(text)["threads"].items()}
+    chosen = {name.removesuffix(".core"): int(core) for name, core in point.decisions.items() if name.endswith(".core")}
+    assert len(chosen) == 6 and stated == {**chosen, "shared": None, "same": None}
+    analysis = dse.analyse(dse.loads(text))
+    assert analysis.is_feasible and analysis.decisions["same.core"] == point.decisions["same.core"]
