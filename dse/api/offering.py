@@ -25,6 +25,8 @@ from dse.spec.model import Spec
 from dse.timelimit import OutOfTime, until
 
 MOST_COMBINATIONS = 200
+SLOTS = ("processors", "buses")
+"""The components whose type goes by their own name, as in every table of ours."""
 SECTIONS = {
     "processors": "processor_types",
     "buses": "bus_types",
@@ -56,9 +58,12 @@ def _offered(loaded: LoadedSpec, text: str) -> LoadedSpec:
     try:
         name, value = parse_assignment(text.replace("+=", "=", 1))
     except ExpressionError as error:
-        raise UsageError(f"offer {text!r}: {error}") from error
-    component, _, field = name.rpartition(".")
+        form = "" if "=" in text else 'an offer is COMPONENT.FIELD += OPTION, such as "computer.type += Spectra"'
+        raise UsageError(f"offer {text!r}: {form or error}") from error
     spec = loaded.spec
+    component, _, field = name.rpartition(".")
+    if any(name in getattr(spec, section) for section in SLOTS):
+        component, field = name, "type"
     section = next((section for section in SECTIONS if component in getattr(spec, section)), None)
     if section is None:
         raise UsageError(f"offer {text!r}: nothing is called {component!r}; an offer is COMPONENT.FIELD += OPTION")

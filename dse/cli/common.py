@@ -24,6 +24,8 @@ if TYPE_CHECKING:
 
 F = TypeVar("F", bound=Callable[..., Any])
 ORDER = f"{__name__}.order"
+PIPED_WIDTH = 160
+"""How wide what goes into a file or a pipe is, where COLUMNS does not say."""
 
 
 class Words(click.Choice[str]):
@@ -133,20 +135,20 @@ def in_time(command: F) -> F:
 
 
 class Seconds(click.ParamType[float]):
-    """A time limit: seconds, or a duration with its unit."""
+    """A time limit: a duration with its unit, like every other."""
 
     name = "duration"
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> float:
-        """Seconds from ``90``, ``90s`` or ``1.5 min``."""
+        """Seconds from ``90s`` or ``1.5 min``."""
         from dse.units import TIME, UnitError, parse_quantity
 
         try:
             quantity = parse_quantity(str(value))
         except UnitError as error:
             self.fail(f"{value!r}: {error.message}", param, ctx)
-        if quantity.unit and quantity.dimension != TIME:
-            self.fail(f"{value!r} is no duration", param, ctx)
+        if quantity.dimension != TIME:
+            self.fail(f'{value!r}: expected a duration with its unit, such as "60s"', param, ctx)
         if quantity.value <= 0:
             self.fail("a time limit is positive", param, ctx)
         return float(quantity.value)
@@ -193,6 +195,8 @@ def report_folder(path: str) -> Path:
         when it cannot be written to.
     """
     folder = Path(path)
+    if folder.exists() and not folder.is_dir():
+        raise UsageError(f"{path}: is a file; -o names the folder that reports go to")
     try:
         folder.mkdir(parents=True, exist_ok=True)
     except OSError as error:
@@ -219,7 +223,7 @@ def question_of(options: dict[str, Any], objectives: tuple[str, ...] = ()) -> Qu
 
 
 def console(*, quiet: bool = False, err: bool = False) -> Console:
-    """A console that neither cuts tables in a pipe nor fails on a terminal without UTF-8."""
+    """A console that neither cuts tables in a pipe nor fails on a terminal without UTF-8; COLUMNS is its width."""
     from rich.console import Console
 
     class PipedConsole(Console):
@@ -231,7 +235,8 @@ def console(*, quiet: bool = False, err: bool = False) -> Console:
     stream = sys.stderr if err else sys.stdout
     if hasattr(stream, "reconfigure"):
         stream.reconfigure(errors="replace")
-    width = None if stream.isatty() else 160
+    stated = os.environ.get("COLUMNS", "")
+    width = None if stream.isatty() or (stated.isascii() and stated.isdecimal() and int(stated)) else PIPED_WIDTH
     return PipedConsole(file=stream, quiet=quiet, width=width, highlight=False, soft_wrap=False, emoji=False)
 
 

@@ -14,17 +14,20 @@ def print_description(console: Console, description: Description) -> None:
     """The decisions of a problem, the size of its space, and remarks."""
     space = description.space
     console.print(f"{space.name}: valid ({basis_words(settings_of(space))})", style="bold", markup=False)
-    table = plain_table(console)
-    table.add_column("decision", overflow="fold")
-    table.add_column("options", overflow="fold")
-    for decision in description.decisions:
-        table.add_row(plain(decision.name), plain(", ".join(decision.options)))
-    console.print(table)
-    console.print(
-        f"At most {format_count(description.size)} designs: combinations of options, before rules, bindings and "
-        "requirements (a decision that is not in use counts once where one other decides on that, else in full).",
-        markup=False,
-    )
+    if description.decisions:
+        table = plain_table(console)
+        table.add_column("decision", overflow="fold")
+        table.add_column("options", overflow="fold")
+        for decision in description.decisions:
+            table.add_row(plain(decision.name), plain(", ".join(decision.options)))
+        console.print(table)
+        console.print(
+            f"At most {format_count(description.size)} designs: combinations of options, before rules, bindings and "
+            "requirements (a decision that is not in use counts once where one other decides on that, else in full).",
+            markup=False,
+        )
+    else:
+        console.print("No decision is open: the file states a single design.", markup=False)
     console.print(f"Flows: {', '.join(flow.name for flow in space.flows) or 'none'}", markup=False)
     for title, texts in (
         ("Requirements", [item.text for item in space.requirements]),

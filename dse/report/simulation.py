@@ -43,6 +43,8 @@ def print_simulation(console: Console, simulation: Simulation) -> None:
         f"{simulation.runs} runs, {simulation.events:,} events, offsets {simulation.offsets}, seed {simulation.seed}"
     )
     said = "The analysis is contradicted." if simulation.contradictions else "No observation contradicts the analysis."
+    if not simulation.is_anything_observed:
+        said = "Nothing was observed: nothing came to its end in the simulated time (--duration)."
     said = said if simulation.runs else "Nothing was observed."
     console.print(f"{said} {effort}.", style="bold", markup=False)
 

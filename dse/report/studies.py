@@ -223,10 +223,14 @@ def _print_margins(console: Console, result: SensitivityResult, show_all: bool) 
     console.print(table)
     more = len(ordered) - len(shown)
     free = len(result.margins) - len(breaking)
-    console.print(
-        f"{more} further inputs have a margin (--all shows them); {free} reach a requirement but break none.",
-        markup=False,
+    said = [f"{more} further input{'s have' if more > 1 else ' has'} a margin (--all shows them)"] if more else []
+    said += (
+        [f"{free} reach{'es' if free == 1 else ''} a requirement but break{'s' if free == 1 else ''} none"]
+        if free
+        else []
     )
+    if said:
+        console.print(f"{'; '.join(said)}.", markup=False)
 
 
 def _breaking(item: Margin) -> str:

@@ -165,6 +165,11 @@ class Simulation:
         return EXIT_INCOMPLETE if self.is_stopped else EXIT_COMPLETE
 
     @property
+    def is_anything_observed(self) -> bool:
+        """Whether a single datum came through, or a thread ended."""
+        return any(flow.count for flow in self.flows) or any(task.observed_ns for task in self.tasks)
+
+    @property
     def contradictions(self) -> tuple[str, ...]:
         """Every observation that refutes the analysis, in words."""
         found = [

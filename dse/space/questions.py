@@ -282,11 +282,14 @@ def _unknown_field(space: Space, name: str) -> tuple[str, str]:
 def read_option(space: Space, name: str, text: str) -> tuple[int | None, int]:
     """The decision called `name` and its option `text`; (None, 0) for a fixed field that has this very value.
 
+    A type may go by the name of its component alone, as it does in tables.
+
     Raises
     ------
     QuestionError
         when there is no such field, or it has no such option.
     """
+    name = name if name in space.references else f"{name}.type" if f"{name}.type" in space.references else name
     reference = space.references.get(name)
     if reference is None:
         raise QuestionError(*_unknown_field(space, name))

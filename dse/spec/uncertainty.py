@@ -123,7 +123,7 @@ class _Reader:
         if entry.distribution == "triangular":
             return self._triangular(ends)
         self._refuse("mode")
-        words = "uniform" if entry.distribution == "uniform" else "anything (sampled uniformly)"
+        words = "uniform" if entry.distribution == "uniform" else "anything"
         return self._made(f"{words} in {getattr(entry, forms[0])}", ends)
 
     def _made(self, words: str, ends: Ends | None, **more: Fraction) -> Stated:

@@ -231,7 +231,7 @@ def _uncertain(
             yield chance(DesignFunction(inputs, design), uncertain, shares)
 
     return UncertainResult(
-        inputs={item.path: item.words for item in uncertain},
+        inputs={item.path: item.sampled_words for item in uncertain},
         samples=settings.samples,
         seed=settings.seed,
         chances=tuple(

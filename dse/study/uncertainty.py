@@ -54,6 +54,11 @@ class Uncertain:
         return self.near if self.low is None or self.high is None else (self.low, self.high)
 
     @property
+    def sampled_words(self) -> str:
+        """What is stated, and how it is drawn where that says nothing of it."""
+        return self.words.replace("anything in ", "anything (sampled uniformly) in ")
+
+    @property
     def robust_words(self) -> str:
         """What it is, and which of its values a robust front holds for."""
         if self.low is not None:

@@ -1,0 +1,97 @@
+"""What commands say where there is little to say, or where something is called by a shorter name."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from dse.cli.main import run
+from dse.examples import example_path
+
+STARTER = str(example_path("starter"))
+SINGLE = """
+dse: 1
+name: single
+processor_types: {small: {price: 10 EUR}}
+processors: {computer: {type: small}}
+devices: {sensor: {period: 10 ms}}
+threads: {t: {processor: computer, dispatch_protocol: aperiodic, compute_execution_time: 1 ms}}
+connections: {c: {from: sensor, to: t, data_size: 1 B}}
+flows: {f: {path: [sensor, t]}}
+requirements: [latency of f <= 100 ms]
+uncertainty: {threads.t.compute_execution_time: {range: 1 ms .. 2 ms}}
+objectives: [minimise price]
+baseline: {}
+"""
+
+
+@pytest.fixture
+def single(tmp_path: Path) -> str:
+    path = tmp_path / "single.yaml"
+    path.write_text(SINGLE)
+    return str(path)
+
+
+def said(arguments: list[str], code: int, capsys: pytest.CaptureFixture[str]) -> str:
+    capsys.readouterr()
+    assert run(arguments) == code
+    found = capsys.readouterr()
+    return found.out + found.err
+
+
+def test_a_type_goes_by_the_name_of_its_component(capsys: pytest.CaptureFixture[str]) -> None:
+    """As tables show it: ``can0 can_500k``, not ``can0.type can_500k``."""
+    long = ["--fix", "can0.type = can_500k", "-q", "--csv", "-"]
+    short = ["--fix", "can0 = can_500k", "-q", "--csv", "-"]
+    assert said(["solve", STARTER, *short], 0, capsys) == said(["solve", STARTER, *long], 0, capsys)
+    assert "can0 can_500k" in said(["analyse", STARTER, "--design", "can0 = can_500k"], 4, capsys)
+    assert 'nothing is called "can2"' in said(["solve", STARTER, "--fix", "can2 = can_500k"], 2, capsys)
+
+
+def test_an_offer_says_its_form(capsys: pytest.CaptureFixture[str]) -> None:
+    form = "an offer is COMPONENT.FIELD += OPTION"
+    assert form in said(["explain", STARTER, "--offer", "can0.type can_500k"], 2, capsys)
+    assert "it is an option already" in said(["explain", STARTER, "--offer", "can0 += can_500k"], 2, capsys)
+
+
+def test_what_stands_in_the_place_of_a_folder_is_told(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    path = tmp_path / "taken"
+    path.write_text("kept")
+    assert f"{path}: is a file; -o names the folder" in said(["solve", STARTER, "--report", "-o", str(path)], 2, capsys)
+    assert path.read_text() == "kept"
+
+
+@pytest.mark.parametrize("limit", ["3", "3 m", "3 EUR"])
+def test_a_limit_of_time_has_a_unit_like_every_duration(limit: str, capsys: pytest.CaptureFixture[str]) -> None:
+    assert "expected a duration with its unit" in said(["solve", STARTER, "--time-limit", limit], 2, capsys)
+    assert said(["simulate", STARTER, "--duration", limit], 2, capsys)
+
+
+def test_nothing_observed_is_no_support(single: str, capsys: pytest.CaptureFixture[str]) -> None:
+    short = said(["simulate", single, "--duration", "1ns"], 0, capsys)
+    assert "Nothing was observed" in short and "No observation contradicts" not in short
+    assert "No observation contradicts" in said(["simulate", single], 0, capsys)
+
+
+def test_there_is_nothing_to_tell_of_no_decisions(single: str, capsys: pytest.CaptureFixture[str]) -> None:
+    found = said(["check", single], 0, capsys)
+    assert "No decision is open" in found and "decision " not in found.replace("No decision is", "")
+    assert "At most" not in found
+
+
+def test_what_is_drawn_is_said_only_where_it_is_drawn(single: str, capsys: pytest.CaptureFixture[str]) -> None:
+    drawn = said(["sensitivity", single, "--samples", "10"], 0, capsys)
+    assert "anything (sampled uniformly) in 1 ms .. 2 ms" in drawn and "0 further inputs" not in drawn
+    robust = said(["solve", single, "--robust"], 0, capsys)
+    assert "anything in 1 ms .. 2 ms" in robust and "sampled" not in robust
+
+
+def test_columns_are_the_width_of_what_is_piped(
+    single: str, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    widest = {}
+    for columns in ("60", "300", "0", "wide"):
+        monkeypatch.setenv("COLUMNS", columns)
+        widest[columns] = max(map(len, said(["analyse", STARTER], 4, capsys).splitlines()))
+    assert widest["60"] <= 60 < widest["0"] == widest["wide"] <= 160 < widest["300"] <= 300
