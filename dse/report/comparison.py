@@ -34,6 +34,11 @@ def _print_designs(console: Console, found: DesignComparison) -> None:
         console.print(_texts(console, "Requirements", "requirement", found.names, found.verdicts))
     changed = sum(line.differs for line in found.decisions)
     console.print(f"{changed} of {len(found.decisions)} decisions differ.", style="bold", markup=False)
+    if any(line.renumbered for line in found.decisions):
+        one, other = found.names
+        console.print(
+            f"Cores of {other} are numbered here like those of {one}: equal cores may change places.", markup=False
+        )
     if found.unlike:
         said = "Figures that follow different rules have no difference"
         console.print(f"{said}: {'; '.join(found.unlike)}.", markup=False)
@@ -60,7 +65,7 @@ def _print_results(console: Console, found: ResultComparison) -> None:
 def _texts(console: Console, title: str, heading: str, names: tuple[str, str], lines: tuple[Line, ...]) -> Table:
     table = _headed(console, title, heading, names, "")
     for line in lines:
-        cells = ["-" if value is None else plain(str(value)) for value in (line.one, line.other)]
+        cells = ["-" if value is None else plain(str(value)) for value in (line.one, line.renumbered or line.other)]
         table.add_row(plain(line.name), *cells, "differs" if line.differs else "")
     return table
 

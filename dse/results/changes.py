@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 from dse.analysis.changes import changed_decisions
 from dse.analysis.views import View
+from dse.results.renumbering import numbered_like
 from dse.results.result import ObjectiveInfo
 from dse.space.metrics import asks_for_changes
 from dse.space.types import Design, Space
@@ -45,8 +46,11 @@ class Delta:
 
 
 def changes_between(space: Space, before: Design, after: Design) -> tuple[Change, ...]:
-    """The open decisions in which two canonical designs differ, in the order of the problem."""
-    return tuple(_changes(space, before, after))
+    """The open decisions in which two canonical designs differ, in the order of the problem.
+
+    Equal cores of `before` are numbered as in `after`: a change of numbers alone is none.
+    """
+    return tuple(_changes(space, numbered_like(space, before, after), after))
 
 
 def counted_changes(space: Space, design: Design) -> tuple[Change, ...] | None:

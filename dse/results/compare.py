@@ -9,7 +9,8 @@ from typing import Any
 
 from dse.analysis.measures import all_metrics
 from dse.results.analysis import Analysis
-from dse.results.result import ObjectiveInfo, Point, Result
+from dse.results.renumbering import numbered_like
+from dse.results.result import ObjectiveInfo, Point, Result, decisions_of
 from dse.results.values import exact
 from dse.space.metrics import parts_of
 from dse.space.settings import SETTINGS, settings_of
@@ -26,6 +27,7 @@ class Line:
     """One thing in two designs: texts or exact numbers in `unit`; None where a design does not have it.
 
     `is_alike` is false for what has no difference: sums of money in two currencies, figures of different rules.
+    `renumbered` is `other` for a core that goes by another number where the cores of both are numbered alike.
     """
 
     name: str
@@ -33,11 +35,12 @@ class Line:
     other: Any
     unit: str = ""
     is_alike: bool = True
+    renumbered: str | None = None
 
     @property
     def differs(self) -> bool:
         """Whether the two are not the same."""
-        return bool(self.one != self.other) or not self.is_alike
+        return bool(self.one != (self.renumbered or self.other)) or not self.is_alike
 
     @property
     def difference(self) -> Fraction | None:
@@ -136,7 +139,7 @@ def compare_designs(names: tuple[str, str], one: Analysis, other: Analysis) -> D
     affected &= one.metrics.keys() & other.metrics.keys()
     return DesignComparison(
         names=names,
-        decisions=_lines(one.decisions, other.decisions),
+        decisions=_decisions(one, other),
         metrics=tuple(
             replace(
                 line,
@@ -177,6 +180,17 @@ def compare_results(names: tuple[str, str], one: Result, other: Result) -> Resul
         for mine, theirs in ((one, other), (other, one))
     )
     return ResultComparison(names, (one, other), facts, (points[0], points[1]), _said(ruled))
+
+
+def _decisions(one: Analysis, other: Analysis) -> tuple[Line, ...]:
+    """Decision by decision; cores that the same threads share are the same by any number."""
+    lines = _lines(one.decisions, other.decisions)
+    if one.space.decisions != other.space.decisions or one.breaches or other.breaches:
+        return lines
+    alike = decisions_of(one.space, numbered_like(one.space, other.design, one.design))
+    return tuple(
+        line if alike.get(line.name) == line.other else replace(line, renumbered=alike[line.name]) for line in lines
+    )
 
 
 def _ruled_otherwise(one: Space, other: Space) -> dict[str, tuple[str, str]]:

@@ -1,0 +1,118 @@
+"""Equal cores may change places: only what is no renumbering counts as a change."""
+
+from __future__ import annotations
+
+import io
+import random
+from itertools import permutations, product
+
+import pytest
+from rich.console import Console
+
+import dse
+from dse.analysis.evaluate import Evaluator
+from dse.analysis.validity import canonical
+from dse.report.comparison import print_comparison
+from dse.results.changes import changes_between
+from dse.results.compare import compare_designs
+from dse.results.renumbering import numbered_like
+from dse.results.tables import analyse_design
+from dse.space.types import Design, Space
+
+TEXT = """
+dse: 1
+name: cores
+deadlines: all
+processor_types: {board: {cores: 3}, small: {cores: 2}}
+processors: {main: {type: [board, small]}, side: {type: small}}
+threads:
+  a: {processor: main, period: 10 ms, compute_execution_time: 1 ms}
+  b: {processor: [main, side], period: 20 ms, compute_execution_time: 2 ms}
+  c: {processor: main, period: 30 ms, compute_execution_time: 3 ms}
+  d: {processor: side, period: 30 ms, compute_execution_time: 3 ms}
+  e: {processor: main, period: 30 ms, compute_execution_time: 3 ms}
+objectives: [minimise utilisation of main]
+"""
+
+
+def cores(space: Space, design: Design) -> dict[str, str]:
+    return {
+        item.name.removesuffix(".core"): item.options[option]
+        for item, option in zip(space.decisions, design, strict=True)
+        if item.field == "core" and option >= 0
+    }
+
+
+def drawn(space: Space, source: random.Random) -> Design:
+    evaluator = Evaluator(space)
+    while True:
+        design = tuple(source.randrange(len(item.options)) for item in space.decisions)
+        if not evaluator.evaluate(design).breaches:
+            return canonical(space, design)
+
+
+@pytest.mark.parametrize("seed", range(30))
+def test_a_renumbered_design_is_the_same_and_no_further_away(seed: int) -> None:
+    source = random.Random(seed)
+    space = dse.loads(TEXT).space
+    evaluator = Evaluator(space)
+    one, other = drawn(space, source), drawn(space, source)
+    found = numbered_like(space, one, other)
+    assert evaluator.metric_values(found) == evaluator.metric_values(one)
+    assert [option for item, option in zip(space.decisions, found, strict=True) if item.field != "core"] == [
+        option for item, option in zip(space.decisions, one, strict=True) if item.field != "core"
+    ]
+    before, after = cores(space, one), cores(space, found)
+    assert before.keys() == after.keys()
+    for name, peer in product(before.keys() - {"b", "d"}, repeat=2):  # b and d may be elsewhere
+        assert (before[name] == before[peer]) == (after[name] == after[peer])
+    assert numbered_like(space, found, other) == found
+    kept = [sum(a == b for a, b in zip(design, other, strict=True)) for design in (one, found)]
+    assert kept[0] <= kept[1]
+
+
+def placed(space: Space, **chosen: int) -> Design:
+    """Everything on the board but d, threads on the cores that are given."""
+    design = [0] * len(space.decisions)
+    for name, core in chosen.items():
+        number = space.decision_index(f"{name}.core")
+        assert number is not None
+        design[number] = core - 1
+    return canonical(space, tuple(design))
+
+
+def test_only_who_shares_a_core_counts() -> None:
+    space = dse.loads(TEXT).space
+    base = placed(space, a=1, b=1, c=2, e=3, d=1)
+    for first, second, third in permutations((1, 2, 3)):
+        for side in (1, 2):
+            other = placed(space, a=first, b=first, c=second, e=third, d=side)
+            assert changes_between(space, base, other) == ()
+            assert changes_between(space, other, base) == ()
+    [change] = changes_between(space, base, placed(space, a=3, b=3, c=3, e=1, d=2))
+    assert (change.name, change.before, change.after) == ("c.core", "2", "3")
+
+
+@pytest.mark.parametrize(
+    "named", ["rules: [a.core == 1 implies c.core == 2]", "baseline: {a: {core: 1}, b: {processor: main}}"]
+)
+def test_named_cores_keep_their_numbers(named: str) -> None:
+    space = dse.loads(TEXT + named).space
+    one = drawn(space, random.Random(1))
+    assert numbered_like(space, one, drawn(space, random.Random(2))) == one
+
+
+def test_a_comparison_tells_renumbered_cores_from_changed_ones() -> None:
+    space = dse.loads(TEXT).space
+    designs = [placed(space, a=1, b=1, c=2, e=3, d=1), placed(space, a=2, b=2, c=2, e=1, d=2)]
+    analyses = [analyse_design(Evaluator(space), design) for design in designs]
+    found = compare_designs(("one", "other"), analyses[0], analyses[1])
+    assert {line.name: (line.one, line.renumbered) for line in found.decisions if line.renumbered} == {
+        "a.core": ("1", "1"), "b.core": ("1", "1"), "c.core": ("2", "1"), "e.core": ("3", "3"), "d.core": ("1", "1")
+    }  # fmt: skip
+    assert [line.name for line in found.decisions if line.differs] == ["c.core"]
+    assert found.to_dict()["decisions"]["a.core"] == ["1", "2"]
+    printed = io.StringIO()
+    print_comparison(Console(file=printed, width=120), found)
+    assert "1 of 7 decisions differ." in printed.getvalue()
+    assert "Cores of other are numbered here like those of one" in printed.getvalue()
