@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from pathlib import Path
 
 import pytest
@@ -9,6 +10,8 @@ from hypothesis import HealthCheck, settings
 
 settings.register_profile("dse", deadline=None, suppress_health_check=[HealthCheck.too_slow])
 settings.load_profile("dse")
+
+os.environ.pop("COLUMNS", None)  # what runs tests in parallel sets it; commands go by it
 
 ROOT = Path(__file__).parents[1]
 QUICK = (

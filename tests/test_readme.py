@@ -5,10 +5,11 @@ from __future__ import annotations
 import re
 from pathlib import Path
 
+import click
 import pytest
 from documents import ROOT, run
 
-from dse.cli.main import COMMANDS
+from dse.cli.main import COMMANDS, cli
 
 README = ROOT / "README.md"
 COMMAND = re.compile(r"<!-- ci: (?P<name>\w+) -->\n```sh\n(?P<text>.*?)^```", re.M | re.S)
@@ -24,6 +25,20 @@ def test_what_the_readme_shows_is_what_happens(tmp_path: Path, monkeypatch: pyte
 def test_commands_that_are_named_exist() -> None:
     named = set(re.findall(r"`dse (\w+)", README.read_text(encoding="utf-8")))
     assert {"solve", "analyse"} <= named <= set(COMMANDS)
+
+
+def test_commands_without_json_are_named() -> None:
+    without = {
+        name for name in COMMANDS if "--json" not in {option for item in _command(name).params for option in item.opts}
+    }
+    [said] = re.findall(r"All of them but (.*?), which write files", README.read_text(encoding="utf-8"))
+    assert set(re.findall(r"`(\w+)`", said)) == without
+
+
+def _command(name: str) -> click.Command:
+    found = cli.get_command(click.Context(cli), name)
+    assert isinstance(found, click.Command)
+    return found
 
 
 def test_commands_to_copy_are_single_lines_that_make_their_own_environment() -> None:
