@@ -58,11 +58,13 @@ def contention_words(result: Result) -> str:
     if len(checked) == 1:
         which = "only design" if len(found) == 1 else "one design that was checked"
         return f"{begin} the {which} {'keeps' if kept else 'does not keep'} every {what}{rest}."
-    count = "none of the" if not kept else "all" if len(kept) == len(checked) else f"{len(kept)} of the"
+    count = f"{len(kept) or 'none'} of the {len(checked)}"
+    if len(kept) == len(checked):
+        count = "both" if len(kept) == 2 else f"all {len(checked)}"
     of = "designs" if len(checked) == len(found) else "designs that were checked"
     who = f" ({_ids(kept)})" if 0 < len(kept) < len(checked) else ""
     verb = "keep" if len(kept) > 1 else "keeps"
-    return f"{begin} {count} {len(checked)} {of} {verb} every {what}{who}{rest}."
+    return f"{begin} {count} {of} {verb} every {what}{who}{rest}."
 
 
 def told_words(space: Space) -> str:

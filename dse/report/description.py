@@ -7,7 +7,7 @@ from rich.console import Console
 from dse.api.checking import Description, impossible_words
 from dse.report.plain import basis_words, plain, plain_table
 from dse.space.settings import settings_of
-from dse.units.text import format_count
+from dse.units.text import count_words
 
 
 def print_description(console: Console, description: Description) -> None:
@@ -22,7 +22,7 @@ def print_description(console: Console, description: Description) -> None:
             table.add_row(plain(decision.name), plain(", ".join(decision.options)))
         console.print(table)
         console.print(
-            f"At most {format_count(description.size)} designs: combinations of options, before rules, bindings and "
+            f"At most {count_words(description.size, 'design')}: combinations of options, before rules, bindings and "
             "requirements (a decision that is not in use counts once where one other decides on that, else in full).",
             markup=False,
         )

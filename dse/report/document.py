@@ -43,7 +43,7 @@ from dse.results.result import Point, Result, decisions_of
 from dse.results.values import counted, display_unit, readable
 from dse.space.types import Space
 from dse.timelimit import look_at_the_clock
-from dse.units.text import format_count
+from dse.units.text import count_words
 from dse.version import __version__
 
 NOTHING = "\N{EN DASH}"
@@ -217,7 +217,7 @@ class Document:
             ),
             ("Proved", proof_words(result)),
             ("Referee", "every point was recomputed by the analysis, without the solver"),
-            ("Space", f"at most {format_count(search.space_size)} designs, by their options alone"),
+            ("Space", f"at most {count_words(search.space_size, 'design')}, by their options alone"),
             ("Search", f"{search.solver}, {search.solver_calls} calls, {search.workers} workers, seed {search.seed}"),
             ("Versions", f"dse {__version__}, Python {python_version()}"),
             ("Problem file", f"{result.problem.file.rpartition('/')[2]}, SHA-256 {result.problem.sha256}{carried}"),

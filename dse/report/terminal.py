@@ -41,7 +41,7 @@ from dse.results.values import counted, readable
 from dse.results.variants import varying
 from dse.space.settings import settings_of
 from dse.units import Exact
-from dse.units.text import format_count
+from dse.units.text import count_words
 
 TOP = 10
 EXPLAINED = 3
@@ -76,8 +76,8 @@ def print_result(console: Console, result: Result, top: int | None = TOP) -> Non
         print_hanging(console, f"{text}.")
     search = result.search
     console.print(
-        f"{search.solver_calls} solver calls, {search.wall_s:.2f} s, at most {format_count(search.space_size)} "
-        "designs; every point recomputed without the solver.",
+        f"{search.solver_calls} solver calls, {search.wall_s:.2f} s, at most "
+        f"{count_words(search.space_size, 'design')}; every point recomputed without the solver.",
         markup=False,
     )
     for said in filter(None, (unused_words(result), rounding_words(result), exclusion_words(result.space))):

@@ -103,3 +103,12 @@ def format_count(count: int) -> str:
     ('9,600', 'about 10^20')
     """
     return f"{count:,}" if count < 10**15 else f"about 10^{len(str(count)) - 1}"
+
+
+def count_words(count: int, noun: str) -> str:
+    """A count and what is counted.
+
+    >>> count_words(9600, "design"), count_words(1, "design")
+    ('9,600 designs', '1 design')
+    """
+    return f"{format_count(count)} {noun}{'' if count == 1 else 's'}"
