@@ -28,10 +28,11 @@ from dse.analysis.views import View
 from dse.space.trees import at, leaves
 from dse.space.types import Component, Space
 from dse.timelimit import look_at_the_clock
-from dse.units import Exact, Rounded
+from dse.units import Exact, Rounded, Unbounded
 
 UNBOUNDED_NS = 10**14
 """Stands for a response time without a bound (27.8 h) wherever a number is needed."""
+NO_BOUND = Unbounded(UNBOUNDED_NS)
 MOST_ROUNDS = 64
 PLAIN = (int, Fraction, Rounded, type(None))
 Part: TypeAlias = Literal["thread", "callback"]
@@ -129,8 +130,8 @@ def bounded_response_ns(space: Space, component: int, part: Part, view: View) ->
 
 
 def counted_ns(response_ns: Exact | None) -> Exact:
-    """A response time as a number: `UNBOUNDED_NS` where it has no bound, or one beyond that."""
-    return UNBOUNDED_NS if response_ns is None else min(response_ns, UNBOUNDED_NS)
+    """A response time as a number: `NO_BOUND`, an `UNBOUNDED_NS`, where it has no bound, or one beyond that."""
+    return NO_BOUND if response_ns is None or response_ns >= UNBOUNDED_NS else response_ns
 
 
 def longest_alone_ns(space: Space, component: int, part: Part, view: View) -> int:

@@ -7,11 +7,12 @@ from dataclasses import dataclass, replace
 from fractions import Fraction
 from functools import partial, reduce
 from math import ceil
-from typing import Any, Literal, TypeAlias
+from typing import Any, Literal, TypeAlias, cast
 
 from dse.analysis.rates import RateKey, rate_hz
 from dse.analysis.views import View
 from dse.space.types import Metric, Space
+from dse.units import is_unbounded
 
 PPM = 10**6
 ZERO = Fraction(0)
@@ -94,7 +95,7 @@ class Measure:
         """A value in `unit` in units of 1 / `scale`."""
         total = value * self.scale
         assert total.denominator == 1, f"{self.metric.name}: {total} is no integer"
-        return int(total)
+        return cast(int, total) if is_unbounded(total) else int(total)
 
     @property
     def counting_unit(self) -> str:

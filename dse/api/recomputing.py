@@ -14,6 +14,7 @@ from dse.api.problem import Problem, baseline_design
 from dse.errors import UsageError
 from dse.results.ranking import FORMER_WORDS, rank, same_score
 from dse.results.result import decisions_of, ranked
+from dse.results.values import figures_of
 from dse.results.variants import find_variants
 from dse.results.verification import Finding
 from dse.space.size import space_size
@@ -177,7 +178,7 @@ def check_front(bench: Bench) -> None:
             ids.append(point["id"])
             bench.designs.append(evaluation.design)
             pairs = zip(bench.signs, evaluation.objectives, strict=True)
-            bench.vectors.append(tuple(sign * value for sign, value in pairs))
+            bench.vectors.append(tuple(sign * int(value) for sign, value in pairs))
     for at, one in enumerate(bench.vectors):
         look_at_the_clock()
         for later, other in enumerate(bench.vectors):
@@ -212,8 +213,9 @@ def recomputed(
     if bench.witness is not None and evaluation.is_feasible:
         _hear(bench, bench.witness, evaluation.design, place, called)
     objectives = dict(zip(bench.names, evaluation.objectives, strict=True))
-    bench.compare(f"{place}.objectives", objectives, point["objectives"])
-    bench.compare(f"{place}.metrics", evaluator.metric_values(evaluation.design), point["metrics"])
+    bench.compare(f"{place}.objectives", figures_of(objectives), point["objectives"])
+    metrics = evaluator.metric_values(evaluation.design)
+    bench.compare(f"{place}.metrics", figures_of(metrics), point["metrics"])
     return evaluation if evaluation.is_feasible else None
 
 
@@ -250,7 +252,7 @@ def _design(bench: Bench, decisions: Mapping[str, Any], place: str) -> Design | 
 def _check_ranks(bench: Bench) -> None:
     """Ids in the order of the default ranking, ranks by the stated method."""
     data = bench.data
-    vectors = [tuple(point["objectives"][name] for name in bench.names) for point in data["front"]]
+    vectors = [tuple(sign * value for sign, value in zip(bench.signs, vector, strict=True)) for vector in bench.vectors]
     senses = [item.sense for item in bench.space.objectives]
     order = {
         vector: number for number, (_, vector, _) in enumerate(ranked([(v, ()) for v in vectors], senses), start=1)

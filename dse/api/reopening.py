@@ -29,6 +29,7 @@ from dse.results.result import (
     Sibling,
     decisions_of,
 )
+from dse.results.values import figures_of
 from dse.space.types import Design
 
 
@@ -114,8 +115,9 @@ def _checked(
     if not evaluation.is_feasible:
         raise UsageError(f"{named} is no design of the problem that meets its requirements")
     objectives = dict(zip((info.name for info in infos), evaluation.objectives, strict=True))
-    if objectives != item["objectives"]:
-        raise UsageError(f"{named} has other figures than the result says: {objectives}")
+    stated = figures_of(objectives)
+    if stated != item["objectives"]:
+        raise UsageError(f"{named} has other figures than the result says: {stated}")
     return {
         "objectives": objectives,
         "metrics": evaluator.metric_values(evaluation.design),

@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
+from dse.analysis.evaluate import Evaluator
 from dse.api.belonging import problem_of
 from dse.api.origins import origin_of
 from dse.api.problem import Problem
@@ -44,8 +45,11 @@ def search_in(space: Space, data: Mapping[str, Any]) -> FrontSearch:
     anywhere = {name: sign * ANYTHING for name, sign in signs.items()}  # where nothing is known of an objective
     points = {}
     for point in data["front"]:
+        design = named_design(space, point["decisions"])
         vector = tuple(point["objectives"][name] for name in signs)
-        points[vector] = named_design(space, point["decisions"])
+        if None in vector:  # unbounded: the search counts with what stands for it
+            vector = tuple(map(int, Evaluator(space).evaluate(design).objectives))
+        points[vector] = design
     return FrontSearch(
         points=points,
         unexplored=tuple(_bound({**anywhere, **region}, signs) for region in data["unexplored"]),

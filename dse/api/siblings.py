@@ -112,8 +112,8 @@ def _others(
 ) -> Others:
     names = [info.name for info in result.objectives]
     designs = []
-    for number, (design, vector) in enumerate(found.designs, start=first):
-        objectives = dict(zip(names, vector, strict=True))
+    for number, (design, _) in enumerate(found.designs, start=first):
+        objectives = dict(zip(names, evaluator.evaluate(design).objectives, strict=True))
         designs.append(
             Sibling(
                 id=f"{point.id}.{number}",

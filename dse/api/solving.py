@@ -156,7 +156,7 @@ def _points(evaluator: Evaluator, search: FrontSearch) -> tuple[Point, ...]:
         Point(
             id=number,
             rank=rank,
-            objectives=dict(zip(names, vector, strict=True)),
+            objectives=dict(zip(names, evaluator.evaluate(design).objectives, strict=True)),
             metrics=evaluator.metric_values(design),
             decisions=decisions_of(space, design),
             design=design,

@@ -10,7 +10,7 @@ from dse.report.charts import Spec, whole_spec
 from dse.report.words import shortened
 from dse.results.analysis import FlowTable, Usage
 from dse.results.values import counted, readable
-from dse.units import Exact
+from dse.units import Exact, is_unbounded
 
 METHODS = (
     "sampling",
@@ -31,7 +31,7 @@ HUES = ("var(--c1)", "var(--c2)", "var(--c3)", "var(--c4)", "var(--c5)", "var(--
 def waterfall_records(table: FlowTable) -> list[dict[str, Any]]:
     """The rows of a flow's contributor table that take time: ``row`` counts from 1, ``text`` has the figures.
 
-    ``short`` is the name where it is too long to stand beside them.
+    ``short`` is the name where it is too long to stand beside them. A bar without a bound ends with its minimum.
     """
     records = []
     for number, row in enumerate(table.rows, start=1):
@@ -43,7 +43,7 @@ def waterfall_records(table: FlowTable) -> list[dict[str, Any]]:
             "label": row.contributor,
             "method": row.max_method if row.max_method in METHODS else "other",
             "min_ns": _drawn(row.min_ns),
-            "max_ns": _drawn(row.max_ns),
+            "max_ns": _drawn(row.min_ns if is_unbounded(row.max_ns) else row.max_ns),
             "text": text,
         }
         short = _name_beside(row.contributor, text)

@@ -13,6 +13,7 @@ from typing import Any, TypeAlias
 
 from dse.results.result import ObjectiveInfo, Result
 from dse.results.values import counted, display_unit, titled
+from dse.units import is_unbounded
 
 Spec: TypeAlias = dict[str, Any]
 SCHEMA = "https://vega.github.io/schema/vega-lite/v6.json"
@@ -55,17 +56,21 @@ CONFIG: Spec = {
 def front_records(result: Result) -> list[dict[str, Any]]:
     """A record per point: ``id``, ``rank``; for objective k the readable value ``o<k>``, text ``t<k>``, class ``q<k>``.
 
-    ``n<k>`` is the place between the worst (0) and the best value (1) of the front; 1 where there is only one.
+    ``n<k>`` is the place between the worst (0) and the best value (1) of the front; 1 where there is only one. What is
+    unbounded has the worst place and no value (None): it is not drawn among the others.
     """
     records: list[dict[str, Any]] = [{"id": point.id, "rank": point.rank} for point in result.front]
     for axis, info in enumerate(result.objectives):
         values = [point.objectives[info.name] for point in result.front]
         factor, _ = display_unit(info.unit, result.space.currency)
-        low, high = min(values, default=0), max(values, default=0)
+        bounded = [value for value in values if not is_unbounded(value)]
+        low, high = min(bounded, default=0), max(bounded, default=0)
         classes = _classes(values, info, result.space.currency)
         for record, value in zip(records, values, strict=True):
-            place = Fraction(value - low, high - low) if high > low else Fraction(info.sense == "maximise")
-            record[f"o{axis}"] = float(value / factor)
+            place = Fraction(min(value, high) - low, high - low) if high > low else Fraction(info.sense == "maximise")
+            if is_unbounded(value):
+                place = Fraction(1)
+            record[f"o{axis}"] = None if is_unbounded(value) else float(value / factor)
             record[f"t{axis}"] = counted(value, info.unit, result.space.currency)
             record[f"n{axis}"] = float(place if info.sense == "maximise" else 1 - place)
             record[f"q{axis}"] = classes[value]

@@ -12,6 +12,7 @@ from dse.report.words import amount_words
 from dse.results.compare import DesignComparison, Line, PointComparison, ResultComparison
 from dse.results.result import Result
 from dse.results.values import counted
+from dse.units import is_unbounded
 
 
 def print_comparison(console: Console, found: DesignComparison | ResultComparison) -> None:
@@ -82,6 +83,8 @@ def _headed(console: Console, title: str, heading: str, names: tuple[str, str], 
 
 def _difference(line: Line, currency: str) -> str:
     change = line.difference
+    if is_unbounded(change):
+        return "-"
     if not change:
         return "" if change is not None else "-"
     return f"{'+' if change > 0 else '-'}{amount_words(abs(change), line.unit, currency)}"

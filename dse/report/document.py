@@ -33,6 +33,7 @@ from dse.report.words import (
     proof_words,
     rank_text,
     sentences,
+    slack_words,
     tie_words,
     unused_words,
 )
@@ -43,6 +44,7 @@ from dse.results.result import Point, Result, decisions_of
 from dse.results.values import counted, display_unit, readable
 from dse.space.types import Space
 from dse.timelimit import look_at_the_clock
+from dse.units import is_unbounded
 from dse.units.text import count_words
 from dse.version import __version__
 
@@ -124,7 +126,8 @@ class Document:
         found: dict[str, Any] = {"id": "baseline"}
         for axis, info in enumerate(self.result.objectives):
             value = self.reasoner.baseline[1][info.name]
-            found[f"o{axis}"] = float(value / display_unit(info.unit, self.space.currency)[0])
+            factor, _ = display_unit(info.unit, self.space.currency)
+            found[f"o{axis}"] = None if is_unbounded(value) else float(value / factor)
             found[f"t{axis}"] = counted(value, info.unit, self.space.currency)
         return found
 
@@ -299,9 +302,9 @@ class Document:
             if analysis.limits_empty_slot(verdict):
                 rows.append((verdict.requirement.text, NOTHING, NOTHING, NOTHING, EMPTY_SLOT))
                 continue
-            values = [
-                readable(v, verdict.unit, self.space.currency, 6) for v in (verdict.value, verdict.limit, verdict.slack)
-            ]
+            figures = (verdict.value, verdict.limit)
+            values = [readable(value, verdict.unit, self.space.currency, 6) for value in figures]
+            values.append(slack_words(verdict.slack, verdict.unit, self.space.currency))
             rows.append((verdict.requirement.text, *values, "holds" if verdict.holds else "BROKEN"))
         return Table("Requirements", ("requirement", "value", "limit", "slack", "verdict"), tuple(rows), (1, 2, 3))
 
@@ -330,6 +333,9 @@ class Document:
                 rows.append((name, here))
                 continue
             change = value - base.metrics[name]
+            if is_unbounded(change):
+                rows.append((name, readable(base.metrics[name], unit, self.space.currency), here, NOTHING))
+                continue
             sign = "+" if change > 0 else MINUS if change < 0 else "±"
             said = f"{sign}{amount_words(abs(change), unit, self.space.currency)}"
             rows.append((name, readable(base.metrics[name], unit, self.space.currency), here, said))

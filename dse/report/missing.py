@@ -2,10 +2,16 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+from typing import cast
+
+from dse.analysis.latency import counts_responses
+from dse.analysis.scheduling import UNBOUNDED_NS
 from dse.report.words import amount_words, listed
 from dse.results.missing import Outlook, outlooks_of
 from dse.results.result import Result
 from dse.results.values import counted
+from dse.units import Unbounded, is_unbounded
 
 TITLE = "Proved of every design that may be missing"
 
@@ -13,11 +19,27 @@ TITLE = "Proved of every design that may be missing"
 def missing_words(result: Result) -> list[str]:
     """How good a design can be that a stopped search did not find: phrases that follow `TITLE`; none if it finished."""
     currency, outlooks = result.space.currency, outlooks_of(result)
+    if counts_responses(result.space):
+        outlooks = tuple(map(_without_stand_ins, outlooks))
     said = [_outlook(item, currency) for item in outlooks]
     near = [
-        f"{amount_words(item.near, item.unit, currency)} in {item.name}" for item in outlooks if item.near is not None
+        f"{amount_words(item.near, item.unit, currency)} in {item.name}"
+        for item in outlooks
+        if item.near is not None and not is_unbounded(item.near)
     ]
     return [*said, f"some design found is worse by at most {listed(near)}"] if near else said
+
+
+def _without_stand_ins(item: Outlook) -> Outlook:
+    """Regions count with plain numbers; those that only what stands for an unbounded time has reached are unbounded."""
+    scale, _, base = item.unit.rpartition(" ")
+    least = UNBOUNDED_NS * (int(scale.removeprefix("1/")) if scale else 1) // 2
+
+    def marked(value: int) -> int:
+        return cast(int, Unbounded(value)) if base == "ns" and value >= least else value
+
+    best, near = (None if value is None else marked(value) for value in (item.best, item.near))
+    return replace(item, bound=marked(item.bound), best=best, near=near)
 
 
 def _outlook(item: Outlook, currency: str) -> str:
@@ -28,5 +50,7 @@ def _outlook(item: Outlook, currency: str) -> str:
         return f"{bound}; nothing was found yet"
     if not item.possible_gain:
         return f"{bound}; the best is found: {counted(item.best, item.unit, currency)}"
+    if is_unbounded(item.best) or is_unbounded(item.bound):
+        return f"{bound}, instead of {counted(item.best, item.unit, currency)}, the best found"
     gain = amount_words(item.possible_gain, item.unit, currency)
     return f"{bound}, {gain} {word} than the best found"

@@ -9,7 +9,8 @@ from typing import Any, TypeAlias
 
 from dse.report.charts import Spec
 from dse.report.document import Table
-from dse.results.values import display_unit, readable
+from dse.results.values import NO_BOUND, display_unit, readable
+from dse.units import is_unbounded
 
 Data: TypeAlias = Mapping[str, Any]
 MOST_ROWS = 400
@@ -60,13 +61,17 @@ def decisions_text(chosen: Mapping[str, str], names: Sequence[str]) -> str:
     return ", ".join(f"{name.removesuffix('.type')} {chosen[name]}" for name in names if name in chosen)
 
 
-def number_of(value: Any, unit: str, currency: str) -> float:
-    """A figure as a number of the unit that engineers read."""
+def number_of(value: Any, unit: str, currency: str) -> float | None:
+    """A figure as a number of the unit that engineers read; None where it is unbounded, and cannot be drawn."""
+    if value is None or is_unbounded(value):
+        return None
     return float(Fraction(value) / display_unit(unit, currency)[0])
 
 
 def figure_text(value: Any, unit: str, currency: str) -> str:
-    """An input or a metric for people, in full where its unit has no other form."""
+    """An input or a metric for people, in full where its unit has no other form; None is unbounded."""
+    if value is None or is_unbounded(value):
+        return NO_BOUND
     if unit in ("ns", "ct", "ppm", "mW", "B/s", "nm"):
         return readable(Fraction(value), unit, currency, 6)
     number = Fraction(value)

@@ -14,7 +14,7 @@ from dse.report.sensitivitysection import sensitivity_sections
 from dse.report.sweepsection import sweep_sections
 from dse.results import sensitivity, sweep
 from dse.results.result import FORMAT as RESULT_FORMAT
-from dse.results.values import counted
+from dse.results.values import counted, figure
 
 
 def sections_of(data: Data) -> list[Section]:
@@ -56,7 +56,8 @@ def _robust(data: Data) -> Iterator[Section]:
     rows = []
     for item in found["lost"]:
         figures = (
-            counted(front[item["nominal_id"]]["objectives"][name], unit, currency) for name, unit in units.items()
+            counted(figure(front[item["nominal_id"]]["objectives"][name]), unit, currency)
+            for name, unit in units.items()
         )
         worst = (figure_text(item[key], item["unit"], currency) for key in ("worst", "limit"))
         rows.append((f"#{item['nominal_id']}", *figures, item["requirement"], *worst))

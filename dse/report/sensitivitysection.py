@@ -8,7 +8,7 @@ from fractions import Fraction
 from dse.report.document import NOTHING, Table
 from dse.report.parts import Data, Plot, Section, decisions_text, figure_text, limited, number_of
 from dse.report.studyplots import shares, tornado
-from dse.results.values import display_unit, readable, titled
+from dse.results.values import display_unit, figure, readable, titled
 from dse.results.variants import varying
 
 SHOWN_BARS = 12
@@ -50,6 +50,16 @@ def left_out_words(parts: Sequence[str]) -> str:
     'Stopped by the time limit; not looked at: margins of further inputs, uncertain inputs.'
     """
     return f"Stopped by the time limit; not looked at: {', '.join(parts)}."
+
+
+def unbounded_words(metrics: Sequence[str]) -> str:
+    """Of which metrics nothing is told.
+
+    >>> unbounded_words(["latency of f"])
+    'Unbounded for some of the stated values, so that nothing explains their variation: latency of f.'
+    """
+    named = ", ".join(metrics)
+    return f"Unbounded for some of the stated values, so that nothing explains their variation: {named}."
 
 
 def scaling_words(found: Data) -> str:
@@ -96,10 +106,15 @@ def _tornado_plot(metric: str, bars: Sequence[Data], currency: str) -> Plot:
     unit = bars[0]["unit"]
     records = []
     for bar in bars[:SHOWN_BARS]:
-        low, high = sorted(number_of(value, unit, currency) for value in bar["values"])
+        nominal = number_of(bar["nominal"], unit, currency)
+        drawn = [number_of(value, unit, currency) for value in bar["values"]]
+        known = [value for value in (*drawn, nominal) if value is not None]
+        low, high = (min(known), max(known)) if None in drawn and known else (drawn[0], drawn[1])
         ends = " .. ".join(figure_text(value, bar["input_unit"], currency) for value in bar["inputs"])
-        text = " .. ".join(figure_text(value, unit, currency) for value in sorted(map(Fraction, bar["values"])))
-        record = {"low": low, "high": high, "nominal": number_of(bar["nominal"], unit, currency), "path": bar["path"]}
+        text = " .. ".join(figure_text(value, unit, currency) for value in sorted(map(figure, bar["values"])))
+        if low is not None and high is not None:
+            low, high = min(low, high), max(low, high)
+        record = {"low": low, "high": high, "nominal": nominal, "path": bar["path"]}
         records.append({**record, "inputs": ends, "text": text, "label": f"{bar['path']} · {text}"})
     more = f" The {len(bars) - SHOWN_BARS} shorter bars are in the table." if len(bars) > SHOWN_BARS else ""
     words = f"{metric}: what moves it most; the dashed line is {figure_text(bars[0]['nominal'], unit, currency)}.{more}"
@@ -140,6 +155,8 @@ def _uncertain_section(found: Data, currency: str) -> Section:
                 (0,),
             )
         )
+    if found.get("unbounded"):
+        texts.append(unbounded_words(found["unbounded"]))
     plots = []
     for index in found["indices"]:
         paths = sorted(index["total"], key=lambda path: -index["total"][path])

@@ -10,12 +10,13 @@ from rich.console import Console
 
 from dse.report.parts import decisions_text
 from dse.report.plain import basis_words, plain, plain_table, print_hanging
-from dse.report.sensitivitysection import INDICES, left_out_words, scaling_words, weakest
+from dse.report.sensitivitysection import INDICES, left_out_words, scaling_words, unbounded_words, weakest
 from dse.results.robust import RobustResult
 from dse.results.sensitivity import Break, Margin, SensitivityResult, UncertainResult
 from dse.results.sweep import Change, SweepResult, SweepRun
-from dse.results.values import readable
+from dse.results.values import NO_BOUND, figure, readable
 from dse.results.variants import find_variants, varying
+from dse.units import is_unbounded
 
 SHOWN_DESIGNS = 3
 SHOWN_MARGINS = 15
@@ -96,7 +97,7 @@ def _best_by_limit(
     pick = min if info["sense"] == "minimise" else max
     steps: list[tuple[Fraction, str]] = []
     for stretch in outcome["stretches"]:
-        value = pick(Fraction(known[entry["id"]]["metrics"][info["name"]]) for entry in stretch["front"])
+        value = pick(figure(known[entry["id"]]["metrics"][info["name"]]) for entry in stretch["front"])
         if not steps or steps[-1][0] != value:
             steps.append((value, readable(Fraction(stretch["from"]), outcome["unit"], currency, 6)))
     return (
@@ -153,7 +154,7 @@ def _print_front(console: Console, sweep: SweepResult, run: SweepRun, where: str
 
 def _leaders(sweep: SweepResult, run: SweepRun) -> list[Mapping[str, Any]]:
     """The designs of a front without variants of better-ranked ones, on the scale of the sweep."""
-    vectors = [tuple(Fraction(item["metrics"][info.name]) for info in sweep.scale) for item in run.front]
+    vectors = [tuple(figure(item["metrics"][info.name]) for info in sweep.scale) for item in run.front]
     ranges = [abs(info.best - info.worst) for info in sweep.scale]
     variants = find_variants(vectors, [item["decisions"] for item in run.front], ranges)
     return [item for item, leader in zip(run.front, variants, strict=True) if leader is None]
@@ -176,7 +177,7 @@ def _headings(outcome: Mapping[str, Any]) -> list[str]:
 
 
 def _values(outcome: Mapping[str, Any], item: Mapping[str, Any], currency: str) -> list[str]:
-    return [readable(Fraction(item["metrics"][info["name"]]), info["unit"], currency) for info in outcome["objectives"]]
+    return [readable(figure(item["metrics"][info["name"]]), info["unit"], currency) for info in outcome["objectives"]]
 
 
 # --- sensitivity ---------------------------------------------------------------------------------------------------
@@ -238,6 +239,11 @@ def _breaking(item: Margin) -> str:
     return "; ".join(f"{word}: {_requirement(side)}" for word, side in parts)
 
 
+def _length(swing: Fraction, longest: Fraction) -> int:
+    """How long a bar is drawn; one without a bound takes all the room."""
+    return BAR_WIDTH if is_unbounded(swing) else max(1, round(BAR_WIDTH * swing / longest))
+
+
 def _requirement(side: Break) -> str:
     return f"{side.requirement} (by {side.thread} alone)" if side.thread else side.requirement
 
@@ -250,7 +256,7 @@ def _print_scaling(console: Console, result: SensitivityResult) -> None:
 def _print_tornado(console: Console, result: SensitivityResult, metric: str, show_all: bool) -> None:
     bars = result.of_metric(metric)
     shown = bars if show_all else bars[:SHOWN_BARS]
-    longest = max(bar.swing for bar in bars) or Fraction(1)
+    longest = max((bar.swing for bar in bars if not is_unbounded(bar.swing)), default=Fraction(0)) or Fraction(1)
     table = plain_table(
         console, plain(f"{metric}: {_figure(bars[0].nominal, bars[0].unit, result.currency)} ({result.swing})")
     )
@@ -258,7 +264,7 @@ def _print_tornado(console: Console, result: SensitivityResult, metric: str, sho
         table.add_column(heading, justify="right" if heading in ("from", "to") else "left", overflow="fold")
     for bar in shown:
         ends = [_figure(value, bar.unit, result.currency) for value in sorted(bar.values)]
-        table.add_row(plain(bar.path), *ends, "#" * max(1, round(BAR_WIDTH * bar.swing / longest)))
+        table.add_row(plain(bar.path), *ends, "#" * _length(bar.swing, longest))
     console.print(table)
     if len(bars) > len(shown):
         console.print(f"and {len(bars) - len(shown)} shorter bars", markup=False)
@@ -287,6 +293,8 @@ def _print_uncertain(console: Console, found: UncertainResult, show_all: bool) -
         console.print(table)
         if len(found.chances) > len(shown):
             console.print(f"and {len(found.chances) - len(shown)} less sure ones (--all shows them)", markup=False)
+    if found.unbounded:
+        console.print(unbounded_words(found.unbounded), markup=False)
     for index in found.indices:
         title = f"What moves {index.output}: {INDICES}"
         table = plain_table(console, plain(title))
@@ -299,6 +307,8 @@ def _print_uncertain(console: Console, found: UncertainResult, show_all: bool) -
 
 
 def _figure(value: Fraction, unit: str, currency: str) -> str:
+    if is_unbounded(value):
+        return NO_BOUND
     if unit in READABLE:
         return readable(value, unit, currency, 6)
     number = str(value) if value.denominator == 1 else f"{float(value):.9g}"

@@ -9,7 +9,7 @@ from typing import Any
 from dse.report.document import Table
 from dse.report.parts import Data, Plot, Section, decisions_text, limited, number_of
 from dse.report.studyplots import lines_chart
-from dse.results.values import counted, display_unit, readable, titled
+from dse.results.values import counted, display_unit, figure, readable, titled
 from dse.results.variants import varying
 from dse.units import UnitError, parse_quantity
 
@@ -51,7 +51,7 @@ def _break_section(data: Data, runs: Sequence[Data], texts: tuple[str, ...], cur
         for stretch in run["stretches"]:
             best = known[stretch["best"]]
             ends = [readable(Fraction(stretch[end]), unit, currency, 6) for end in ("from", "to")]
-            values = [counted(Fraction(best["metrics"][i["name"]]), i["unit"], currency) for i in run["objectives"]]
+            values = [counted(figure(best["metrics"][i["name"]]), i["unit"], currency) for i in run["objectives"]]
             size = str(len(stretch["front"]))
             chosen = decisions_text(best["decisions"], names)
             rows.append((*run["values"].values(), *ends, *values, size, chosen))
@@ -77,7 +77,7 @@ def _steps_plot(runs: Sequence[Data], info: Data, unit: str, metric: str, curren
     pick = min if info["sense"] == "minimise" else max
     records: list[dict[str, Any]] = []
     for run in runs:
-        known = {item["id"]: Fraction(item["metrics"][info["name"]]) for item in run["alternatives"]}
+        known = {item["id"]: figure(item["metrics"][info["name"]]) for item in run["alternatives"]}
         stretches = run["stretches"]
         for stretch in stretches:
             value = pick(known[entry["id"]] for entry in stretch["front"])
@@ -132,7 +132,7 @@ def _grid_section(data: Data, texts: tuple[str, ...], currency: str) -> Section:
 
 
 def _best(run: Data, info: Data) -> Fraction | None:
-    values = [Fraction(item["metrics"][info["name"]]) for item in run.get("front", ())]
+    values = [figure(item["metrics"][info["name"]]) for item in run.get("front", ())]
     if not values:
         return None
     return min(values) if info["sense"] == "minimise" else max(values)

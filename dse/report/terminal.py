@@ -30,6 +30,7 @@ from dse.report.words import (
     rounding_words,
     sentences,
     short_name,
+    slack_words,
     tie_words,
     unused_words,
 )
@@ -321,10 +322,9 @@ def _print_verdicts(console: Console, analysis: Analysis) -> None:
             if analysis.limits_empty_slot(verdict):
                 table.add_row(_plain(verdict.requirement.text), "-", "-", "-", EMPTY_SLOT)
                 continue
-            figures = [
-                readable(value, verdict.unit, analysis.space.currency, 6)
-                for value in (verdict.value, verdict.limit, verdict.slack)
-            ]
+            currency = analysis.space.currency
+            figures = [readable(value, verdict.unit, currency, 6) for value in (verdict.value, verdict.limit)]
+            figures.append(slack_words(verdict.slack, verdict.unit, currency))
             said = "holds" if verdict.holds else "BROKEN"
             if verdict.worst_term:
                 said += f" by {verdict.worst_term} alone"

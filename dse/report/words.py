@@ -17,6 +17,7 @@ from dse.results.values import counted, display_unit, readable
 from dse.results.variants import NEAR
 from dse.space.activation import exclusions
 from dse.space.types import Space
+from dse.units import is_unbounded
 from dse.units.text import format_count
 
 REDUCED = (
@@ -221,6 +222,8 @@ def deltas_words(items: Sequence[Delta], currency: str) -> str:
 
 def _delta(item: Delta, currency: str) -> str:
     after, before = counted(item.after, item.unit, currency), counted(item.before, item.unit, currency)
+    if is_unbounded(item.after) or is_unbounded(item.before):
+        return f"{item.name} {after} instead of {before}"
     return f"{item.name} {after} instead of {before} ({difference_words(item, currency)})"
 
 
@@ -229,7 +232,10 @@ EMPTY_SLOT = "holds: the slot is empty"
 
 
 def difference_words(item: Delta, currency: str) -> str:
-    """``15 EUR less``."""
+    """``15 EUR less``; where one of the two is unbounded there is no difference."""
+    if is_unbounded(item.after) or is_unbounded(item.before):
+        after, before = counted(item.after, item.unit, currency), counted(item.before, item.unit, currency)
+        return f"{after} instead of {before}"
     change = item.after - item.before
     return f"{amount_words(abs(change), item.unit, currency)} {'more' if change > 0 else 'less'}"
 
@@ -244,6 +250,11 @@ def amount_words(value: Fraction | int, unit: str, currency: str, digits: int = 
     return text.removesuffix("%") + _points(text) if text.endswith("%") else text
 
 
+def slack_words(slack: Fraction, unit: str, currency: str) -> str:
+    """How far a value is from its limit; a dash where the value is unbounded."""
+    return "-" if is_unbounded(slack) else readable(slack, unit, currency, 6)
+
+
 def _points(text: str) -> str:
     return "percentage point" if text == "1 %" else "percentage points"
 
@@ -254,6 +265,8 @@ def margin_words(margin: Margin, currency: str) -> str:
     who = f"{margin.thread} alone, {value} against {limit}" if margin.thread else f"{value} against {limit}"
     if not margin.slack:
         return f"{margin.requirement.text}: {who}. It binds: there is no slack."
+    if is_unbounded(margin.slack):
+        return f"{margin.requirement.text}: {who}."
     slack = amount_words(margin.slack, margin.unit, currency)
     share = f" ({readable(margin.share * 10**6, 'ppm', digits=1)} of the limit)" if margin.limit else ""
     return f"{margin.requirement.text}: {who}, slack {slack}{share}."
@@ -274,6 +287,8 @@ def _limit_words(margin: Margin, currency: str) -> str:
 def dominant_words(dominant: Dominant) -> str:
     """``ekf_fusion.main_loop, sampling: 20 ms of 42.042 ms (47.6 %)``; several when they tie."""
     rows = listed([f"{row.contributor} ({row.max_method})" for row in dominant.rows])
+    if is_unbounded(dominant.total_ns):
+        return f"{rows}, which has no bound."
     share = readable(Fraction(dominant.part_ns, dominant.total_ns) * 10**6, "ppm", digits=1)
     each = " each" if len(dominant.rows) > 1 else ""
     return f"{rows}, {counted(dominant.part_ns, 'ns')}{each} of {counted(dominant.total_ns, 'ns')} ({share})."
@@ -291,7 +306,7 @@ def improvement_words(item: Improvement, result: Result) -> str:
     losses = [delta for delta in item.deltas if delta.gain < 0]
     costs = [f"{delta.name} {difference_words(delta, currency)}" for delta in losses]
     text = f"#{item.point} has {difference_words(gained, currency)}, for {listed(costs)}"
-    if len(losses) == 1:
+    if len(losses) == 1 and not any(map(is_unbounded, (losses[0].gain, gained.gain))):
         text += f" ({rate_words(losses[0], gained, currency)})"
     also = [
         f"{delta.name} {difference_words(delta, currency)}"

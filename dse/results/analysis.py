@@ -43,7 +43,7 @@ class FlowTable:
     @property
     def jitter_ns(self) -> Exact:
         """Maximum minus minimum latency."""
-        return whole(Fraction(self.max_ns - self.min_ns))
+        return whole(self.max_ns - self.min_ns)
 
 
 @dataclass(frozen=True)

@@ -11,7 +11,7 @@ from dse.analysis.measures import all_metrics
 from dse.results.analysis import Analysis
 from dse.results.renumbering import numbered_like
 from dse.results.result import ObjectiveInfo, Point, Result, decisions_of
-from dse.results.values import exact
+from dse.results.values import exact, figures_of
 from dse.space.metrics import parts_of
 from dse.space.settings import SETTINGS, settings_of
 from dse.space.types import Metric, Space
@@ -114,7 +114,7 @@ class ResultComparison:
                 [
                     {
                         "id": item.point.id,
-                        "objectives": dict(item.point.objectives),
+                        "objectives": figures_of(item.point.objectives),
                         "equal": list(item.equal),
                         "dominated_by": list(item.dominated_by),
                     }

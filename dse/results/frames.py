@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from fractions import Fraction
 from typing import TYPE_CHECKING, Any
 
 from dse.errors import UsageError
 from dse.results.values import PREFERRED, display_unit, titled
-from dse.units import MONEY, UnitError, parse_quantity
+from dse.units import MONEY, UnitError, is_unbounded, parse_quantity
 
 if TYPE_CHECKING:
     import pandas
@@ -62,6 +63,8 @@ def unit_frame(
 
 def _in_unit(value: Any, factor: Fraction | None) -> Any:
     """A figure divided by what makes one of the unit; as it is where none was asked for."""
+    if is_unbounded(value):
+        return math.inf
     return value if value is None or factor is None else float(Fraction(value) / factor)
 
 

@@ -18,7 +18,7 @@ from dse.errors import EXIT_COMPLETE, EXIT_INCOMPLETE, EXIT_NO
 from dse.results.contention import Contended, contention_dict
 from dse.results.frames import unit_frame
 from dse.results.ranking import METHOD, competition_ranks, ideal_distances
-from dse.results.values import exact, titled
+from dse.results.values import exact, figures_of, in_table, titled
 from dse.results.variants import find_variants
 from dse.space.types import Design, Space
 from dse.version import SEMANTICS
@@ -139,8 +139,8 @@ class Others:
         designs = [
             {
                 "id": item.id,
-                "objectives": dict(item.objectives),
-                "metrics": dict(item.metrics),
+                "objectives": figures_of(item.objectives),
+                "metrics": figures_of(item.metrics),
                 "decisions": dict(item.decisions),
                 "dominated_by": list(item.dominated_by),
                 "different_decisions": item.different,
@@ -296,8 +296,8 @@ class Result:
                     "id": point.id,
                     "rank": point.rank,
                     "score": point.score,
-                    "objectives": dict(point.objectives),
-                    "metrics": dict(point.metrics),
+                    "objectives": figures_of(point.objectives),
+                    "metrics": figures_of(point.metrics),
                     "decisions": dict(point.decisions),
                     **({} if point.is_first else {"is_first": False}),
                     **({"variant_of": self.variants[point.id]} if point.id in self.variants else {}),
@@ -338,7 +338,8 @@ class Result:
         """The front as a frame, in the order of rank.
 
         Columns: ``id``, ``rank``; each objective and each further metric as ``NAME [UNIT]`` (integers in the units of
-        `objectives` and `metric_units`); each open decision by name (text, None where inactive).
+        `objectives` and `metric_units`; infinite where they are unbounded); each open decision by name (text, None
+        where inactive).
 
         Parameters
         ----------
@@ -401,7 +402,7 @@ def csv_text(rows: Iterable[Sequence[Any]]) -> str:
 
 
 def _cell(value: Any) -> Any:
-    return f"'{value}" if isinstance(value, str) and value[:1] in FORMULA else value
+    return f"'{value}" if isinstance(value, str) and value[:1] in FORMULA else in_table(value)
 
 
 def decisions_of(space: Space, design: Design) -> dict[str, str]:

@@ -109,7 +109,13 @@ class RobustResult:
                 "corners": self.corners,
                 "nominal_front": nominal["front"],
                 "nominal": {name: nominal[name] for name in STATE},
-                "price": {name: {"nominal": one, "robust": other} for name, (one, other) in self.price.items()},
+                "price": {
+                    name: {
+                        key: None if best is None else exact(best)
+                        for key, best in zip(("nominal", "robust"), pair, strict=True)
+                    }
+                    for name, pair in self.price.items()
+                },
                 "kept": [point.id for point in self.kept],
                 "entered": [point.id for point in self.entered],
                 "lost": [item.to_dict() for item in self.failures],
@@ -120,3 +126,7 @@ class RobustResult:
     def to_json(self) -> str:
         """`to_dict` as text."""
         return json.dumps(self.to_dict(), ensure_ascii=False, indent=1) + "\n"
+
+
+def _plain(value: int | None) -> int | str | None:
+    return None if value is None else exact(value)

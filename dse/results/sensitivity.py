@@ -181,7 +181,10 @@ class Indices:
 
 @dataclass(frozen=True)
 class UncertainResult:
-    """What stated uncertainties do: inputs in words, the chance of each alternative, indices of the studied design."""
+    """What stated uncertainties do: inputs in words, the chance of each alternative, indices of the studied design.
+
+    The metrics `unbounded` have none: a response time in them has no bound for some of the stated values.
+    """
 
     inputs: Mapping[str, str]
     samples: int
@@ -189,6 +192,7 @@ class UncertainResult:
     chances: tuple[Chance, ...]
     indices: tuple[Indices, ...]
     design_chance: Chance
+    unbounded: tuple[str, ...] = ()
 
     def to_dict(self) -> dict[str, Any]:
         """For JSON."""
@@ -199,6 +203,7 @@ class UncertainResult:
             "design": self.design_chance.to_dict(),
             "alternatives": [item.to_dict() for item in self.chances],
             "indices": [item.to_dict() for item in self.indices],
+            **({"unbounded": list(self.unbounded)} if self.unbounded else {}),
         }
 
 

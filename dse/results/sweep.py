@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 
 from dse.errors import EXIT_COMPLETE, EXIT_INCOMPLETE, EXIT_INVALID, EXIT_NO
 from dse.results.frames import unit_frame
-from dse.results.values import titled
+from dse.results.values import exact, figure, in_table, titled
 
 if TYPE_CHECKING:
     import pandas
@@ -206,7 +206,7 @@ class SweepResult:
         units = self._units()
         writer.writerow([titled(name, units.get(name, "")) for name in columns])
         for row in self._rows():
-            writer.writerow([row.get(name) for name in columns])
+            writer.writerow([in_table(row.get(name)) for name in columns])
         return out.getvalue()
 
     def frame(self, units: str | Sequence[str] | None = None) -> pandas.DataFrame:
@@ -244,12 +244,12 @@ class SweepResult:
                 for stretch in run.outcome["stretches"]:
                     for item in run.of_stretch(stretch):
                         limits = {"from": stretch["from"], "to": stretch["to"]}
-                        yield {**head, **limits, "rank": item["rank"], **item["metrics"], **item["decisions"]}
+                        yield {**head, **limits, "rank": item["rank"], **_figures(item), **item["decisions"]}
                 continue
             if not run.front:
                 yield head
             for item in run.front:
-                yield {**head, "rank": item["rank"], **item["metrics"], **item["decisions"]}
+                yield {**head, "rank": item["rank"], **_figures(item), **item["decisions"]}
 
 
 def _axis(axis: VariedAxis) -> dict[str, Any]:
@@ -278,13 +278,16 @@ def _change(before: SweepRun, after: SweepRun) -> Change:
 
 
 def _best(run: SweepRun, info: Mapping[str, str]) -> Fraction | None:
-    values = [Fraction(item["metrics"][info["name"]]) for item in run.front]
+    values = [figure(item["metrics"][info["name"]]) for item in run.front]
     if not values:
         return None
     return min(values) if info["sense"] == "minimise" else max(values)
 
 
+def _figures(item: Mapping[str, Any]) -> dict[str, Any]:
+    """The metrics of a design as a table has them: those that JSON has as null are unbounded."""
+    return {name: figure(None) if value is None else value for name, value in item["metrics"].items()}
+
+
 def _plain(value: Fraction | None) -> int | str | None:
-    if value is None:
-        return None
-    return int(value) if value.denominator == 1 else f"{value.numerator}/{value.denominator}"
+    return None if value is None else exact(value)

@@ -17,6 +17,7 @@ from typing import Any, TypeAlias
 
 from dse.results.ranking import competition_ranks, ideal_distances, range_of, score_texts
 from dse.results.sweep import ScaledObjective
+from dse.results.values import figure
 
 Outcome: TypeAlias = Mapping[str, Any]
 Vector: TypeAlias = tuple[Fraction, ...]
@@ -56,12 +57,13 @@ def rank_together(
         ]
         result.append(_ranked_breaks(outcome, rows) if outcome["kind"] == "breaks" else _ranked_front(outcome, rows))
     scaled = (
-        ScaledObjective(info["name"], info["sense"], info["unit"], Fraction(best), Fraction(worst))
+        ScaledObjective(info["name"], info["sense"], info["unit"], ZERO + best, ZERO + worst)
         for info, (best, worst) in zip(infos, scale, strict=bool(scale))
     )
     return result, tuple(scaled)
 
 
+ZERO = Fraction(0)
 Row: TypeAlias = tuple[Fraction, tuple[Fraction, ...], Vector, int, str]
 """Squared distance, what is needed of each limit, objectives, place among the alternatives, score."""
 
@@ -72,7 +74,7 @@ def _alternatives(outcome: Outcome) -> Sequence[Outcome]:
 
 
 def _vector(item: Outcome, infos: Sequence[Outcome]) -> Vector:
-    return tuple(Fraction(item["metrics"][info["name"]]) for info in infos)
+    return tuple(figure(item["metrics"][info["name"]]) for info in infos)
 
 
 def _needs(outcome: Outcome, item: Outcome, signs: Mapping[str, int]) -> tuple[Fraction, ...]:
@@ -80,7 +82,7 @@ def _needs(outcome: Outcome, item: Outcome, signs: Mapping[str, int]) -> tuple[F
     if "limited" in item:  # exact, also where the limit is a share
         return (Fraction(item["limited"]) * (1 if outcome["operator"] == "<=" else -1),)
     figures = item["metrics"]
-    return tuple(sign * Fraction(figures[name]) for name, sign in signs.items() if name in figures)
+    return tuple(sign * figure(figures[name]) for name, sign in signs.items() if name in figures)
 
 
 def _ranked_front(outcome: Outcome, rows: Sequence[Row]) -> Outcome:

@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from fractions import Fraction
+from typing import Any
 
-from dse.units import Exact
+from dse.analysis.scheduling import UNBOUNDED_NS
+from dse.units import Exact, Unbounded, is_unbounded
 
 READABLE: dict[str, tuple[tuple[str, Fraction], ...]] = {
     "ns": (("s", Fraction(10**9)), ("ms", Fraction(10**6)), ("us", Fraction(1000)), ("ns", Fraction(1))),
@@ -17,13 +20,36 @@ MOST_DIGITS = 9
 PREFERRED = {"ns": "ms", "nm": "cm", "ppm": "%", "mW": "W", "B/s": "KB/s"}
 
 
-def exact(value: Exact) -> int | str:
-    """An integer, or a fraction as text."""
+NO_BOUND = "unbounded"
+"""What is shown in place of a figure in which a response time has no bound."""
+
+
+def exact(value: Exact) -> int | str | None:
+    """A figure as JSON has it: an integer, or a fraction as text; None where it is unbounded."""
+    if is_unbounded(value):
+        return None
     return int(value) if value.denominator == 1 else f"{value.numerator}/{value.denominator}"
+
+
+def figure(given: int | str | None) -> Fraction:
+    """What `exact` wrote."""
+    return Unbounded(UNBOUNDED_NS) if given is None else Fraction(given)
+
+
+def figures_of(values: Mapping[str, Exact]) -> dict[str, int | str | None]:
+    """Figures by name as JSON has them."""
+    return {name: exact(value) for name, value in values.items()}
+
+
+def in_table(value: Any) -> Any:
+    """What a cell of a CSV says: `NO_BOUND` of an unbounded figure, everything else as it is."""
+    return NO_BOUND if is_unbounded(value) else value
 
 
 def readable(value: Fraction | int, unit: str, currency: str = "EUR", digits: int = 3) -> str:
     """A value in a base unit as text in the unit that engineers read: ``13.436 ms``, ``15.2 %``, ``900 EUR``."""
+    if is_unbounded(value):
+        return NO_BOUND
     if unit == "ct":
         return _rounded(Fraction(value) / 100, 2, keep=Fraction(value) % 100 != 0) + f" {currency}"
     name = PREFERRED.get(unit)
@@ -62,6 +88,8 @@ def counted(value: Fraction | int, unit: str, currency: str = "EUR", digits: int
     >>> counted(1_000_000, "1/3 ppm"), counted(40, "ns")
     ('33.333 %', '0.00004 ms')
     """
+    if is_unbounded(value):
+        return NO_BOUND
     scale, _, base = unit.rpartition(" ") if unit.startswith("1/") else ("", "", unit)
     amount = Fraction(value) / int(scale.removeprefix("1/")) if scale else Fraction(value)
     factor, _ = display_unit(base)

@@ -30,8 +30,8 @@ class Figures:
         measures = (*self.evaluator.metrics, *self.evaluator.objectives)
         return {measure.metric.name: measure.unit for measure in measures}
 
-    def metrics(self, design: Design) -> dict[str, int | str]:
-        """Every metric of a design: an integer, or a fraction as text."""
+    def metrics(self, design: Design) -> dict[str, int | str | None]:
+        """Every metric of a design: an integer, or a fraction as text; None where it is unbounded."""
         view = View(design)
         measures = (*self.evaluator.metrics, *self.evaluator.objectives)
         return {measure.metric.name: exact(measure.value(view)) for measure in measures}

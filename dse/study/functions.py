@@ -26,6 +26,7 @@ from dse.spec.model import Spec
 from dse.spec.quantities import Figure, matching, with_figures
 from dse.study.trace import MOST_GUARDS, Node, Program, Traced, watching
 from dse.timelimit import look_at_the_clock
+from dse.units import is_unbounded
 
 CHUNK = 8192
 """So many samples are evaluated at a time: what they need stays in the cache."""
@@ -184,7 +185,7 @@ class DesignFunction:
 
     def analysed(self, values: Values) -> list[Fraction]:
         """The outputs by the analysis itself, without expressions."""
-        return [Fraction(item) for item in self._formulas(self.inputs.at(values))[1]]
+        return [item if is_unbounded(item) else Fraction(item) for item in self._formulas(self.inputs.at(values))[1]]
 
     def _agrees(self) -> bool:
         """Whether the expressions give what the analysis gives at random inputs; never used where they do not."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from fractions import Fraction
 from math import sqrt
 from typing import Any
 
@@ -13,6 +14,7 @@ from dse.results.result import decisions_of
 from dse.results.sensitivity import Chance, Indices
 from dse.study.functions import DesignFunction
 from dse.study.uncertainty import Uncertain, columns_of, ordered_columns
+from dse.units import is_unbounded
 
 SAMPLES = 100_000
 SOBOL_SAMPLES = 2**12
@@ -64,27 +66,36 @@ def _holds(operator: str, value: Any, limit: Any) -> Any:
 
 def indices(
     function: DesignFunction, uncertain: Sequence[Uncertain], metrics: Sequence[str], seed: int
-) -> tuple[Indices, ...]:
-    """Sobol indices (Saltelli 2010, by SciPy) and effects over the whole range, of each metric that varies."""
+) -> tuple[tuple[Indices, ...], tuple[str, ...]]:
+    """Sobol indices (Saltelli 2010, by SciPy) and effects over the whole range, of each metric that varies.
+
+    A metric that is unbounded in some sample has neither variance nor effects: only its name is there, second.
+    """
     names = [name for name in metrics if name in function.outputs.names]
     numbers = [function.outputs.names.index(name) for name in names]
 
+    tops = _Tops(function, uncertain, numbers)
+
     def outputs(values: Any) -> Any:
         found = function.sampled(ordered_columns(uncertain, list(values)), values.shape[1])
-        return numpy.array(
+        made = numpy.array(
             [numpy.broadcast_to(numpy.asarray(found[number], dtype=float), values.shape[1]) for number in numbers]
         )
+        tops.note(values, made)
+        return made
 
     ranges = [item.main_range() for item in uncertain]
     effects, spreads = _effects(outputs, uncertain, ranges, seed)
     nominal = function.exact(function.inputs.nominal)
     sizes = [max(abs(float(nominal[number])), 1e-300) for number in numbers]
-    varying = [position for position in range(len(names)) if effects[position].any()]
+    endless = {position for position, number in enumerate(numbers) if tops.are_unbounded(number)}
+    varying = [position for position in range(len(names)) if effects[position].any() and position not in endless]
     if not varying:
-        return ()
+        return (), tuple(names[position] for position in sorted(endless))
     first, total = _sobol(outputs, uncertain, varying, sizes, seed)
+    endless |= {position for position in varying if tops.are_unbounded(numbers[position])}
     paths = [item.path for item in uncertain]
-    return tuple(
+    found = tuple(
         Indices(
             output=names[position],
             unit=function.outputs.units[numbers[position]],
@@ -95,7 +106,34 @@ def indices(
             over=dict(zip(paths, ranges, strict=True)),
         )
         for row, position in enumerate(varying)
+        if position not in endless
     )
+    return found, tuple(names[position] for position in sorted(endless))
+
+
+class _Tops:
+    """The samples with the greatest value of each output so far."""
+
+    def __init__(self, function: DesignFunction, uncertain: Sequence[Uncertain], numbers: Sequence[int]) -> None:
+        self.function, self.uncertain, self.numbers = function, uncertain, numbers
+        self._found: dict[int, tuple[float, Any]] = {}
+
+    def note(self, values: Any, outputs: Any) -> None:
+        """Look at samples, a column each."""
+        for row, number in enumerate(self.numbers):
+            column = int(numpy.argmax(numpy.abs(outputs[row])))
+            top = float(abs(outputs[row][column]))
+            if number not in self._found or top > self._found[number][0]:
+                self._found[number] = (top, values[:, column])
+
+    def are_unbounded(self, number: int) -> bool:
+        """Whether an output is unbounded in the sample where it is greatest."""
+        columns = ordered_columns(self.uncertain, [numpy.array([value]) for value in self._found[number][1]])
+        inputs = [
+            Fraction(float(columns[item.index][0])) if item.index in columns else item.nominal
+            for item in self.function.inputs.variables
+        ]
+        return is_unbounded(self.function.exact(inputs)[number])
 
 
 def _by_path(paths: Sequence[str], values: Any) -> dict[str, float]:

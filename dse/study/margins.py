@@ -12,7 +12,7 @@ from dse.results.sensitivity import Bar, Break, Margin, Scaling
 from dse.spec.quantities import COUNT
 from dse.study.functions import Bound, DesignFunction, Variable
 from dse.study.ways import Way
-from dse.units import TIME_RANGE
+from dse.units import TIME_RANGE, is_unbounded
 
 FARTHEST = 10**6
 """An input is followed up to this multiple of its value (of 1 s, 1 MB and the like where it is 0)."""
@@ -229,6 +229,8 @@ def bars(
         outputs = [function.exact(way.values(end)) for end in ends]
         for number, name in enumerate(function.outputs.names):
             values = (outputs[0][number], outputs[1][number])
+            if all(map(is_unbounded, (*values, nominal[number]))):
+                continue  # it is unbounded whatever the input
             if name in metrics and values != (nominal[number], nominal[number]):
                 unit = function.outputs.units[number]
                 found.append(Bar(name, unit, variable.path, variable.unit, ends, values, nominal[number]))

@@ -68,6 +68,11 @@ def is_number(value: Any) -> bool:
     return type(value) is int or (isinstance(value, str) and NUMBER.fullmatch(value) is not None)
 
 
+def _is_figure(value: Any) -> bool:
+    """A figure of a design: a number, or None where it is unbounded."""
+    return value is None or is_number(value)
+
+
 def _is_text(value: Any) -> bool:
     return isinstance(value, str)
 
@@ -94,7 +99,7 @@ def _is_stretch(value: Any) -> bool:
     return bool(entries) and all(isinstance(item, dict) and type(item.get("id")) is int for item in entries)
 
 
-_ALTERNATIVE: Mapping[str, Check] = {"decisions": _is_table(_is_text), "metrics": _is_table(is_number)}
+_ALTERNATIVE: Mapping[str, Check] = {"decisions": _is_table(_is_text), "metrics": _is_table(_is_figure)}
 _LIMITED: Mapping[str, Check] = {"id": lambda value: type(value) is int, "limited": is_number}
 _SOLVED: Mapping[str, Check] = {
     "status": lambda value: value in ("complete", "infeasible", "incomplete"),

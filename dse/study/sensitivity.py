@@ -216,7 +216,8 @@ def _uncertain(
     design_chance = chance(function, uncertain, shares)
     tell("indices")
     metrics = watched_metrics(space)
-    found = part.made("what moves each metric", lambda: indices(function, uncertain, metrics, settings.seed))
+    measured = part.made("what moves each metric", lambda: indices(function, uncertain, metrics, settings.seed))
+    found, endless = measured if measured is not None else ((), ())
 
     def chances() -> Iterator[Chance]:
         alternatives: list[Design] = []
@@ -237,6 +238,7 @@ def _uncertain(
         chances=tuple(
             sorted(part.collected("chances of further alternatives", chances()), key=lambda item: -item.all_met)
         ),
-        indices=found or (),
+        indices=found,
         design_chance=design_chance,
+        unbounded=endless,
     )

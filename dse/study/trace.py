@@ -22,6 +22,7 @@ from typing import Any
 import numpy
 
 from dse.timelimit import look_at_the_clock
+from dse.units import is_unbounded
 
 Number = Any  # an exact fraction, or an array of floats
 
@@ -106,7 +107,9 @@ def watching() -> Any:
 
 
 def _node(number: Any) -> Node:
-    return number.node if isinstance(number, Traced) else Node("const", (), Fraction(number))
+    if isinstance(number, Traced):
+        return number.node
+    return Node("const", (), number if is_unbounded(number) else Fraction(number))
 
 
 def _plain(number: Any) -> Any:

@@ -24,6 +24,7 @@ from dse.api.recomputing import Bench, check_front, check_statements
 from dse.api.verifying import verify_with
 from dse.results.result import Result, decisions_of
 from dse.results.robust import RobustResult
+from dse.results.values import exact, figure
 from dse.results.verification import Verification
 from dse.space.types import Design
 from dse.study.corners import RobustQuestion
@@ -168,14 +169,13 @@ class RobustWitness:
         return nominal
 
 
-def _best(bench: Bench, name: str) -> int | None:
+def _best(bench: Bench, name: str) -> int | str | None:
     """The best value of an objective among the points of a result."""
     sense = next(item.sense for item in bench.space.objectives if item.metric.name == name)
-    values = [point["objectives"][name] for point in bench.data["front"]]
+    values = [figure(point["objectives"][name]) for point in bench.data["front"]]
     if not values:
         return None
-    best: int = min(values) if sense == "minimise" else max(values)
-    return best
+    return exact(min(values) if sense == "minimise" else max(values))
 
 
 def _at(place: list[Fraction]) -> str:

@@ -82,6 +82,7 @@ from dse.units.text import (
     format_time_range,
     format_total,
 )
+from dse.units.unbounded import Unbounded, is_unbounded
 
 __all__ = [
     "BANDWIDTH",
@@ -120,6 +121,7 @@ __all__ = [
     "TimeRange",
     "Total",
     "UNITS",
+    "Unbounded",
     "UnitError",
     "as_written",
     "canonical_unit",
@@ -155,4 +157,5 @@ __all__ = [
     "unit_ratio",
     "units_of",
     "whole",
+    "is_unbounded",
 ]

@@ -44,6 +44,7 @@ from dse.units.text import (
     format_size,
     format_time_range,
 )
+from dse.units.unbounded import is_unbounded
 
 MAX_DIGITS = 40
 MAX_EXPONENT = 30
@@ -188,7 +189,7 @@ def parse_transmission_ns(text: str) -> TimeRange:
 
 def whole(value: Exact) -> Exact:
     """The number as an integer where it is one."""
-    return value.numerator if value.denominator == 1 else value
+    return value.numerator if value.denominator == 1 and not is_unbounded(value) else value
 
 
 def _time_range_ns(kind: Kind, text: str) -> tuple[Fraction, Fraction]:

@@ -19,7 +19,7 @@ Data = dict[str, Any]
 UNSEEN = {
     "result": {"Point.is_first", "Member.looked_for", "Robust.unjudged"},  # only where a search was stopped
     "explanation": {"Demand.kind", "Demand.text", "Demand.origin"},
-    "sensitivity": {"SensitivityForm.left_out"},
+    "sensitivity": {"SensitivityForm.left_out", "Uncertain.unbounded"},
 }
 
 

@@ -141,7 +141,7 @@ def test_indices_of_a_sum_are_shares_of_its_variance(tmp_path: Path) -> None:
     problem = stated(tmp_path, "inmark_chapter2", text)
     function = function_of(problem, design_of(problem.space))
     uncertain = read_uncertainties(problem, function.inputs)
-    [found] = indices(function, uncertain, ["jitter of f_gnss_lat"], 0)
+    [found], _ = indices(function, uncertain, ["jitter of f_gnss_lat"], 0)
     slopes = [
         abs(bar.values[1] - bar.values[0])
         for bar in bars(function, Fraction(1, 10), stated_ends(uncertain), ["jitter of f_gnss_lat"])

@@ -40,6 +40,8 @@ Figure: TypeAlias = Annotated[
 Count: TypeAlias = Annotated[int, Field(ge=-(2**62), le=2**62)]
 """A figure that the search has counted with."""
 Counts: TypeAlias = dict[str, Count]
+Values: TypeAlias = dict[str, Count | None]
+"""Figures of a design; null where it is unbounded: a response time in it has no bound."""
 Unit: TypeAlias = Annotated[str, Field(pattern=r"^(1/[1-9][0-9]{0,30} .*|[^1].*|1[^/].*|1)?$")]
 """A unit, or a part of one such as ``1/3 ppm``."""
 Number: TypeAlias = float

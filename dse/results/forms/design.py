@@ -15,7 +15,7 @@ class Row(Form):
     contributor: str = field("The component, connection or bus.")
     min_ns: Figure = field("What it adds to the minimum latency.")
     min_method: str = field("The rule that gives the minimum.")
-    max_ns: Figure = field("What it adds to the maximum latency.")
+    max_ns: Figure | None = field("What it adds to the maximum latency; null where it is unbounded.")
     max_method: str = field("The rule that gives the maximum.")
 
 
@@ -24,8 +24,8 @@ class Flow(Form):
 
     rows: list[Row] = field("The contributors, from the source to the end of the flow.")
     min_ns: Figure = field("The minimum latency.")
-    max_ns: Figure = field("The maximum latency.")
-    jitter_ns: Figure = field("The maximum minus the minimum.")
+    max_ns: Figure | None = field("The maximum latency; null where it is unbounded.")
+    jitter_ns: Figure | None = field("The maximum minus the minimum; null where it is unbounded.")
 
 
 class Use(Form):
@@ -62,7 +62,7 @@ class BusUse(Use):
 class Metric(Form):
     """A metric of a design."""
 
-    value: Figure = field("Its exact value.")
+    value: Figure | None = field("Its exact value; null where it is unbounded.")
     unit: Unit = field("What the value counts.")
 
 
@@ -71,9 +71,11 @@ class Verdict(Form):
 
     requirement: str = field("In the words of the problem.")
     origin: str = field("Where it stands: `FILE:LINE`, or `command line`.")
-    value: Figure = field("What the design has, in `unit`.")
+    value: Figure | None = field("What the design has, in `unit`; null where it is unbounded.")
     limit: Figure = field("The limit in this design, in `unit`.")
-    slack: Figure = field("How far the value is from the limit; negative where it is missed.")
+    slack: Figure | None = field(
+        "How far the value is from the limit; negative where it is missed, null where the value is unbounded."
+    )
     unit: Unit = field("What the figures count.")
     holds: bool = field("Whether the requirement holds.")
     worst_thread: str | None = field("The thread or core that alone decides, where one does.")
@@ -163,8 +165,10 @@ class ObservedFlow(Form):
     min_ns: Figure | None = field("The least latency; null where nothing arrived.")
     max_ns: Figure | None = field("The greatest latency; null where nothing arrived.")
     mean_ns: Number | None = field("The mean; null where nothing arrived.")
-    bounds_ns: list[Figure] = field("The analysed minimum and maximum.", min_length=2, max_length=2)
-    scheduled_bounds_ns: list[Figure] | None = field(
+    bounds_ns: list[Figure | None] = field(
+        "The analysed minimum and maximum, null where unbounded.", min_length=2, max_length=2
+    )
+    scheduled_bounds_ns: list[Figure | None] | None = field(
         "The same with response times as processing times, where threads share cores; then these must hold."
     )
     allowance_ns: int = field("What drifting clocks add to the upper bound.")

@@ -15,6 +15,7 @@ from dse.results.forms.base import (
     Objective,
     Settings,
     Unit,
+    Values,
     field,
 )
 
@@ -65,8 +66,12 @@ class Contention(Form):
 class ListedDesign(Form):
     """A design with its figures."""
 
-    objectives: Counts = field("The figure of each objective, in the unit that `objectives` states.")
-    metrics: Counts = field("The figure of each further metric, in the unit that `metric_units` states.")
+    objectives: Values = field(
+        "The figure of each objective, in the unit that `objectives` states; null where it is unbounded."
+    )
+    metrics: Values = field(
+        "The figure of each further metric, in the unit that `metric_units` states; null where it is unbounded."
+    )
     decisions: Decisions = field("The chosen option of each open decision that matters in this design.")
     cores: dict[str, int] = field("The core, from 1, of each thread with several to choose from.", default={})
     contention: Contention = field(
@@ -167,8 +172,8 @@ class NominalState(Form):
 class Cost(Form):
     """The best value of an objective on two fronts."""
 
-    nominal: Count | None = field("On the nominal front; null where that is empty.")
-    robust: Count | None = field("On the robust front; null where that is empty.")
+    nominal: Count | None = field("On the nominal front; null where that is empty, or the best is unbounded.")
+    robust: Count | None = field("On the robust front; null where that is empty, or the best is unbounded.")
 
 
 class Lost(Form):
@@ -176,7 +181,7 @@ class Lost(Form):
 
     nominal_id: int = field("The id of the point on the nominal front.")
     requirement: str = field("A requirement that it breaks somewhere in the stated ranges.")
-    worst: Figure = field("What it has where it misses the limit most, in `unit`.")
+    worst: Figure | None = field("What it has where it misses the limit most, in `unit`; null where it is unbounded.")
     limit: Figure = field("The limit there, in `unit`.")
     unit: Unit = field("What the two figures count.")
     inputs: dict[str, Figure] = field("The values of the inputs there, in base units (ns, B, bit/s) or as factors.")

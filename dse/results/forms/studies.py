@@ -50,8 +50,8 @@ class VariedAxis(Form):
 class ScaledObjective(Objective):
     """An objective with its ends on all fronts of the sweep."""
 
-    best: Figure = field("Its best value on all fronts, in `unit`.")
-    worst: Figure = field("Its worst value on all fronts, in `unit`.")
+    best: Figure | None = field("Its best value on all fronts, in `unit`; null where it is unbounded.")
+    worst: Figure | None = field("Its worst value on all fronts, in `unit`; null where it is unbounded.")
 
 
 class SweepRanking(Form):
@@ -68,7 +68,7 @@ class FrontChange(Form):
     left: list[Decisions] = field("Designs that only the front before has.")
     moved: list[Decisions] = field("Designs on both whose objectives differ.")
     best: dict[str, Annotated[list[Figure | None], Field(min_length=2, max_length=2)]] = field(
-        "The best value of each objective before and after; null where there is no design."
+        "The best value of each objective before and after; null where there is no design, or it is unbounded."
     )
 
 
@@ -78,7 +78,9 @@ class Alternative(Form):
     rank: int = field("Its rank, from 1.")
     score: str = field("Its score: the distance to the ideal point of all fronts.")
     decisions: Decisions = field("The chosen option of each open decision that matters in it.")
-    metrics: dict[str, Figure] = field("Every metric and objective, in the `units` of the run.")
+    metrics: dict[str, Figure | None] = field(
+        "Every metric and objective, in the `units` of the run; null where it is unbounded."
+    )
 
 
 class LimitedDesign(Form):
@@ -87,7 +89,9 @@ class LimitedDesign(Form):
     id: int = field("The number by which stretches name it.")
     limited: Figure = field("The tightest limit that it keeps, in the `unit` of the limit.")
     decisions: Decisions = field("The chosen option of each open decision that matters in it.")
-    metrics: dict[str, Figure] = field("Every metric and objective, in the `units` of the run.")
+    metrics: dict[str, Figure | None] = field(
+        "Every metric and objective, in the `units` of the run; null where it is unbounded."
+    )
 
 
 class Entry(Form):
@@ -233,9 +237,9 @@ class Bar(Form):
     path: str = field("The input.")
     input_unit: Unit = field("What its figures count.")
     inputs: list[Figure] = field("The low and the high value of the input.", min_length=2, max_length=2)
-    values: list[Figure] = field("The metric at these.", min_length=2, max_length=2)
-    nominal: Figure = field("The metric at the stated value.")
-    swing: Figure = field("The length of the bar.")
+    values: list[Figure | None] = field("The metric at these; null where it is unbounded.", min_length=2, max_length=2)
+    nominal: Figure | None = field("The metric at the stated value; null where it is unbounded.")
+    swing: Figure | None = field("The length of the bar; null where an end is unbounded.")
 
 
 class Chance(Form):
@@ -268,6 +272,9 @@ class Uncertain(Form):
     design: Chance = field("The chance of the studied design.")
     alternatives: list[Chance] = field("The chances of the designs of the front.")
     indices: list[Indices] = field("What explains the variation of each metric.")
+    unbounded: list[str] = field(
+        "Metrics without indices: a response time in them has no bound for some of the stated values.", default=[]
+    )
 
 
 class SensitivityForm(Form):

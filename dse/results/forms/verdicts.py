@@ -9,7 +9,7 @@ from typing import Annotated, Literal
 
 from pydantic import Field, RootModel
 
-from dse.results.forms.base import Counts, Decisions, Figure, Form, Include, Number, Unit, field
+from dse.results.forms.base import Decisions, Figure, Form, Include, Number, Unit, Values, field
 from dse.results.forms.result import Question
 
 
@@ -112,7 +112,9 @@ class ExplanationForm(Form):
 class TwoValues(Form):
     """A metric in two designs."""
 
-    values: list[Figure | None] = field("In each; null where a design has none.", min_length=2, max_length=2)
+    values: list[Figure | None] = field(
+        "In each; null where a design has none, or it is unbounded.", min_length=2, max_length=2
+    )
     unit: Unit = field("What they count.")
 
 
@@ -137,7 +139,7 @@ class ComparedPoint(Form):
     """A point against the other front."""
 
     id: int = field("Its id in its own result.")
-    objectives: Counts = field("Its objectives, in the units of its own result.")
+    objectives: Values = field("Its objectives, in the units of its own result; null where one is unbounded.")
     equal: list[int] = field("The points of the other front with the same objectives.")
     dominated_by: list[int] = field("The points of the other front that dominate it.")
 
