@@ -140,6 +140,7 @@ class Race:
     def __init__(self, portfolio: Portfolio) -> None:
         self._portfolio = portfolio
         self._look = portfolio.look()
+        self._lost: dict[int, float] = {}
         self._steps = portfolio.limits()
 
     def __iter__(self) -> Iterator[tuple[int, float]]:
@@ -153,11 +154,15 @@ class Race:
         """The attempt has answered the question."""
         if work > TRIVIAL:
             self._portfolio.learn(position, work, is_answer=True)
-        self._end_look(was_quicker=True)
+        for other, spent in self._lost.items():
+            if other != position:
+                self._portfolio.learn(other, spent + work, is_answer=False)
+        self._end_look(was_quicker=self._look is not None and work <= self._look[1])
 
     def lost(self, position: int, limit: float) -> None:
         """The attempt was stopped at its limit: it would have cost twice that, say."""
         self._portfolio.learn(position, 2 * limit, is_answer=False)
+        self._lost[position] = self._lost.get(position, 0.0) + limit
         self._end_look(was_quicker=False)
 
     def _end_look(self, *, was_quicker: bool) -> None:

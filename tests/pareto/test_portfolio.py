@@ -85,3 +85,26 @@ def test_the_end_of_time_is_an_unfinished_answer() -> None:
     simulated = Simulated()
     answer = Portfolio([0.0]).answer(simulated.attempts([NEVER]), lambda: simulated.work, lambda: simulated.work > 3)
     assert isinstance(answer, Unfinished)
+
+
+class Lenient(Simulated):
+    """Attempts that may go on beyond their limit, as those part by part do."""
+
+    def attempt(self, position: int, limit: float) -> Answer:
+        return super().attempt(position, limit * 4)
+
+
+def test_a_look_that_ends_beyond_its_limit_was_not_quicker() -> None:
+    asked, simulated = Portfolio([0.0, 0.25]), Lenient()
+    for number in range(100):
+        simulated.ask(asked, (3.0, 1.0) if number == 0 else (0.09, 0.15))
+    assert simulated.won.count(1) <= 12  # the first and the looks, which become rare
+
+
+def test_what_fails_before_the_answer_costs_that_too() -> None:
+    """Where the first attempt fails at every question, the one that answers comes first, although it is dearer."""
+    asked, simulated = Portfolio([0.04, 0.25]), Simulated()
+    for _ in range(50):
+        simulated.ask(asked, (NEVER, 0.9))
+    assert asked.favourite == 1
+    assert simulated.work <= 50 * 0.9 * 1.15 + 2
