@@ -111,14 +111,19 @@ class Contention:
         add_rows(self.space, self.model, self.places, processor, self.deadlines)
 
     def add_waiting(self, board: Board) -> None:
-        """Rows of what threads wait for (`dse.encode.waiting`); the numbers of equal cores come with them."""
-        if not board.open_terms:
+        """Rows of what threads wait for (`dse.encode.waiting`)."""
+        if self.waiting is not None:
+            self.waiting.extend(board)
+        elif board.open_terms:
+            self.waiting = Waiting(board, self.places, self.combined)
+
+    def number_cores(self) -> None:
+        """Number the equal cores of processors that have no rows yet."""
+        if rules_on_cores(self.space):
             return
-        if not rules_on_cores(self.space):
-            for processor in range(len(self.space.processors)):
-                if processor not in self.known:
-                    number_cores(self.space, self.model, self.places, processor)
-        self.waiting = Waiting(board, self.places, self.combined)
+        for processor in range(len(self.space.processors)):
+            if processor not in self.known:
+                number_cores(self.space, self.model, self.places, processor)
 
     def raised(self, terms: Sequence[OpenTerm], design: Design, value: Callable[[cp_model.IntVar], int]) -> bool:
         """Raise open terms that a solution has too low, for all designs with the same reason; whether there are any.

@@ -17,7 +17,7 @@ from ortools.sat.python import cp_model
 
 from dse.analysis.evaluate import Evaluator
 from dse.analysis.limits import Limit
-from dse.analysis.measures import Measure
+from dse.analysis.measures import Measure, Term
 from dse.analysis.recall import Watching
 from dse.analysis.validity import Predicate, Rulebook, has_conditional_home
 from dse.analysis.views import View
@@ -186,10 +186,13 @@ class Demands:
         self.board = _structure(evaluator)
         self.rates = RateVariables(self.board)
         self.rules = [self._guarded(partial(add_rule, self.board, rule)) for rule in evaluator.space.rules]
+        self.is_upward = is_upward(evaluator.space)
         self.limits = [self.add_limit(limit) for limit in evaluator.limits]
 
     def add_limit(self, limit: Limit) -> cp_model.IntVar:
         """Encode a limit; returns its guard."""
+        if limit.requirement.operator not in ("<=", "<") and _may_wait(limit.measure.terms):
+            self.is_upward = False
         return self._guarded(partial(add_limit, self.board, self.rates, limit))
 
     def _guarded(self, add: Callable[[], None]) -> cp_model.IntVar:
@@ -213,15 +216,25 @@ class Demands:
             except OverflowError as error:
                 raise _too_large(error) from error
         board = self.board
+        contention = contention_of(board, self.rates)
+        if contention is not None:
+            contention.add_waiting(board)
+            contention.is_upward = self.is_upward and (measure is None or not _may_fall(measure.terms))
         return EncodedSpace(
-            board.model,
-            board.options,
-            board.inactive,
-            objectives,
-            board.open_terms,
-            contention_of(board, self.rates),
-            board.shared(),
+            board.model, board.options, board.inactive, objectives, board.open_terms, contention, board.shared()
         )
+
+
+def _may_wait(terms: Sequence[Term]) -> bool:
+    """Whether response times are in a sum."""
+    inner = [part for term in terms if term.extreme is not None for part in term.extreme.sums]
+    return any(term.ends is not None for term in terms) or any(map(_may_wait, inner))
+
+
+def _may_fall(terms: Sequence[Term]) -> bool:
+    """Whether a sum may be less where some response time is longer."""
+    inner = [part for term in terms if term.extreme is not None for part in term.extreme.sums]
+    return any(term.ends is not None and term.waits is None for term in terms) or any(map(_may_fall, inner))
 
 
 def _too_large(error: OverflowError) -> TooLargeError:
@@ -253,6 +266,8 @@ def _encode(evaluator: Evaluator) -> EncodedSpace:
         contention.add_known_rows()
         contention.is_upward = is_upward(space)
         contention.add_waiting(board)
+        if board.open_terms:
+            contention.number_cores()
     zones = add_zone_switches(board.model, objectives)
     problem = board.model.validate()
     assert not problem, problem

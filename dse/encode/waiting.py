@@ -63,8 +63,16 @@ class Waiting:
         self._rows: dict[int, list[tuple[int, int, int]]] = {}
         self._latest: dict[int, int] = {}
         self._made: dict[Any, int] = {}
-        for term in board.open_terms:
+        self._terms = 0
+        self._deadlines: set[int] = set()
+        self.extend(board)
+
+    def extend(self, board: Board) -> None:
+        """Rows of whatever has been asked of the board since, and of its limits."""
+        self.variables.update((number, variable.index) for number, variable in board.waiting.items())
+        for term in board.open_terms[self._terms :]:
             self._add_term(term)
+        self._terms = len(board.open_terms)
         for number in list(self.variables):
             look_at_the_clock()
             if number not in self._rows:
@@ -153,7 +161,9 @@ class Waiting:
 
     def _add_deadlines(self, board: Board) -> None:
         """A response time is no longer than a limit on it."""
-        for item in board.deadlines:
+        for position, item in enumerate(board.deadlines):
+            if position in self._deadlines:
+                continue
             number, operator = item.thread, item.limit.requirement.operator
             if number not in self.variables or number not in self.places.threads:
                 continue
@@ -163,7 +173,9 @@ class Waiting:
             bounds = [(literal, floor_int(bound * self.scale)) for literal, bound in table]
             if operator == "<":
                 bounds = [(literal, -floor_int(-bound * self.scale) - 1) for literal, bound in table]
-            self._latest[number] = max(bound for _, bound in bounds)
+            self._deadlines.add(position)
+            if item.guard is None:
+                self._latest[number] = max(bound for _, bound in bounds)
             end = self.waiting(number) + self._work(self.places.threads[number])
             row = self.model.add(end <= self._expression(board.form(bounds)))
             if item.guard is not None:

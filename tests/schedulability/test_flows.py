@@ -9,6 +9,7 @@ from effort import cases
 from thread_systems import draw, front, text_of
 
 from dse.analysis.evaluate import Evaluator
+from dse.analysis.limits import build_limit, excess
 from dse.analysis.scheduling import all_responses, longest_alone_ns
 from dse.analysis.views import View
 from dse.api.problem import loads
@@ -18,6 +19,7 @@ from dse.encode.waiting import Waiting
 from dse.pareto.answer import Found
 from dse.pareto.front import Budget, search_front
 from dse.pareto.subproblem import Solver
+from dse.pareto.switchboard import Switchboard
 from dse.space.types import Space
 
 
@@ -108,3 +110,26 @@ def test_any_design_comes_with_the_figures_that_it_has(seed: int) -> None:
         assert evaluator.evaluate(answer.design).objectives == tuple(claimed)
     else:
         assert not front(draw(seed, kind="plain"), by_response=True)
+
+
+@pytest.mark.parametrize("kind", ["plain", "chained", "stated", "fixed"])
+@pytest.mark.parametrize("seed", cases(10, 3_000))
+def test_how_far_a_limit_is_from_what_can_be_is_exact(kind: str, seed: int) -> None:
+    """What explains a conflict asks one model again and again, with limits switched on and off."""
+    system = draw(seed, kind=kind)
+    text = text_of(system).replace("deadlines: all", "deadlines: all\nprocessing: response_time")
+    space = loads(text + "requirements: [latency of f <= 1 ms, response time of t0 <= 500 ms]\n").space
+    limits = [build_limit(space, item) for item in space.requirements]
+    tight = next(number for number, item in enumerate(limits) if item.requirement.metric.kind == "latency")
+    others = frozenset(range(len(limits))) - {tight}
+    board, points = Switchboard(space), front(system, by_response=True)
+    for kept in (others, frozenset[int](), others):
+        design = board.find(kept, excess(space, limits[tight]))
+        assert kept == frozenset() or (design is None) == (not points)
+        if design is None:
+            continue
+        latency = limits[tight].measure.value(View(design))
+        if kept:
+            assert latency == min(point[1] for point in points)
+        else:
+            assert latency <= min((point[1] for point in points), default=latency)
