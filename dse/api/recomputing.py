@@ -190,7 +190,7 @@ def check_front(bench: Bench) -> None:
         f"{len(ids)} points, recomputed from their decisions by the analysis alone; none dominates another"
     )
     if len(ids) == len(bench.data["front"]) and not bench.findings:
-        _check_ranks(bench)
+        check_ranks(bench)
 
 
 def recomputed(
@@ -249,8 +249,8 @@ def _design(bench: Bench, decisions: Mapping[str, Any], place: str) -> Design | 
     return tuple(design) if sound else None
 
 
-def _check_ranks(bench: Bench) -> None:
-    """Ids in the order of the default ranking, ranks by the stated method."""
+def check_ranks(bench: Bench) -> None:
+    """Ids in the order of the default ranking, ranks by the stated method; `designs` are those of the front."""
     data = bench.data
     vectors = [tuple(sign * value for sign, value in zip(bench.signs, vector, strict=True)) for vector in bench.vectors]
     senses = [item.sense for item in bench.space.objectives]

@@ -13,6 +13,7 @@ from dse.api.contention import stated_verdicts
 from dse.api.origins import origin_of
 from dse.api.problem import Problem, baseline_design
 from dse.api.recalling import named_design
+from dse.api.recomputing import Bench, check_ranks
 from dse.api.resuming import read_search
 from dse.errors import UsageError, about
 from dse.results.reading import read_result
@@ -76,6 +77,7 @@ def _reopened(path: str | Path, problem: str | Path | None) -> Result:
     front = tuple(
         _point(evaluator, item, design, infos, path) for item, design in zip(data["front"], designs, strict=True)
     )
+    _check_ranks(asked, data, designs, path)
     ranking = data["ranking"]
     found = Result(
         problem=_origin(asked, data["problem"]["file"]),
@@ -98,6 +100,15 @@ def _reopened(path: str | Path, problem: str | Path | None) -> Result:
         others_asked=_others_asked(data.get("others_asked")),
     )
     return replace(found, contended=stated_verdicts(found, data, path))
+
+
+def _check_ranks(asked: Problem, data: Mapping[str, Any], designs: list[Design], path: str | Path) -> None:
+    """What is said of the front as a whole; that no point is missing is for `dse verify`."""
+    bench = Bench(data, asked, asked=asked, designs=designs)
+    check_ranks(bench)
+    if bench.findings:
+        found = bench.findings[0]
+        raise UsageError(f"{path}: {found.place} {found.text} (`dse verify` says all that is wrong)")
 
 
 def _origin(asked: Problem, named: str) -> Origin:

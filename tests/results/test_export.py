@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+import json
 import re
 import shutil
 from dataclasses import replace
@@ -313,6 +314,31 @@ def test_reopening_hostile_names(tmp_path: Path) -> None:
     path = tmp_path / "result.json"
     path.write_text(result.to_json(), encoding="utf-8")
     assert reopen(path).to_dict() == result.to_dict()
+
+
+@pytest.mark.parametrize(
+    "command", [["report", "-o", "out"], ["export", "--alternative", "1"], ["compare", "whole.json"]]
+)
+@pytest.mark.parametrize("change", ["rank", "point", "score"])
+def test_ranks_and_ids_are_judged_again(
+    change: str,
+    command: list[str],
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    assert run(["solve", str(example_folder() / "starter.yaml"), "-q", "--json", "whole.json"]) == 0
+    data = json.loads(Path("whole.json").read_text(encoding="utf-8"))
+    if change == "point":
+        del data["front"][1]
+    else:
+        data["front"][1][change] = {"rank": data["front"][0]["rank"], "score": "0.001"}[change]
+    Path("changed.json").write_text(json.dumps(data), encoding="utf-8")
+    assert run([command[0], "changed.json", *command[1:]]) == 2
+    said = capsys.readouterr().err
+    assert said.startswith("dse: changed.json: front[") and "`dse verify` says all that is wrong" in said
+    assert run([command[0], "whole.json", *command[1:]]) == 0
 
 
 def test_chosen_cores_stand_at_their_threads(tmp_path: Path) -> None:
