@@ -7,13 +7,15 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from fractions import Fraction
+from itertools import chain
 from typing import TypeAlias
 
 from dse.analysis.limits import HOLDS, Limit, build_limit, judge
-from dse.analysis.scheduling import counted_ns, members, subset_responses, utilisation
+from dse.analysis.scheduling import core_of_each, counted_ns, members, subset_responses, utilisation
 from dse.analysis.views import View
+from dse.space.cores import without_cores
 from dse.space.trees import at, consulted
-from dse.space.types import Design, OpenCore, Space
+from dse.space.types import EMPTY, Design, OpenCore, Space
 
 Fits: TypeAlias = Callable[[Sequence[int]], bool]
 MOST_STEPS = 500
@@ -33,16 +35,42 @@ def core_limits(space: Space) -> list[Limit]:
 
 
 def placed(space: Space, design: Design, waiting: Sequence[int]) -> Design:
-    """The design, whole but for `waiting`, with cores for these: the first that meet the limits, else even ones."""
+    """The design, whole but for `waiting`, with cores for these: as first-fit gives them where limits are met so.
+
+    Else the first of `placements` that meet them; where there are none, those of first-fit. So a design that leaves
+    cores open is analysed on the cores on which fronts without contention are judged (docs/semantics.md, section 4.4).
+    """
     open_ = [item for item in space.open_cores if item.index in set(waiting)]
     limits = core_limits(space)
-    first: Design | None = None
-    for found in placements(space, design, open_, limits):
+    first = first_fit(space, design, open_)
+    known = [] if first is None else [first]
+    for found in chain(known, placements(space, design, open_, limits)):
         first = first if first is not None else found
         view = View(found)
         if all(judge(limit, view).holds for limit in limits):
             return found
     return first if first is not None else design
+
+
+def first_fit(space: Space, design: Design, open_: Sequence[OpenCore]) -> Design | None:
+    """The design with the cores that first-fit gives to the threads of `open_`; None where one may not run there.
+
+    See `dse.analysis.scheduling.core_of_each`.
+    """
+    view, without = View(design), without_cores(space, open_)
+    chosen = list(design)
+    given: dict[int, int] = {}
+    for processor, slot in enumerate(space.processors):
+        if slot.types[view[slot.type_decision]] != EMPTY:
+            given |= core_of_each(without, processor, View(design))
+    for item in open_:
+        core = given.get(item.component)
+        if core is None:
+            continue
+        if core not in item.decision.values:
+            return None
+        chosen[item.index] = item.decision.values.index(core)
+    return tuple(chosen)
 
 
 def placements(space: Space, design: Design, open_: Sequence[OpenCore], limits: Sequence[Limit]) -> Iterator[Design]:

@@ -100,6 +100,14 @@ def with_all_cores(space: Space) -> Space:
     return _with_cores(space, True) if space.open_cores else space
 
 
+def without_cores(space: Space, threads: Iterable[OpenCore]) -> Space:
+    """The space in which these threads have no core, the decisions in their places."""
+    components = list(space.components)
+    for item in threads:
+        components[item.component] = replace(components[item.component], core=None)
+    return replace(space, components=tuple(components))
+
+
 def _with_cores(space: Space, wanted: bool) -> Space:
     first = space.open_cores[0].index
     if wanted == (len(space.decisions) > first):
