@@ -8,6 +8,7 @@ import pytest
 from effort import cases
 from thread_systems import draw, front, text_of
 
+import dse
 from dse.analysis.evaluate import Evaluator
 from dse.analysis.limits import build_limit, excess
 from dse.analysis.scheduling import all_responses, longest_alone_ns
@@ -133,3 +134,28 @@ def test_how_far_a_limit_is_from_what_can_be_is_exact(kind: str, seed: int) -> N
             assert latency == min(point[1] for point in points)
         else:
             assert latency <= min((point[1] for point in points), default=latency)
+
+
+ROBUST = """
+dse: 1
+name: robust
+processing: response_time
+processor_types: {cpu: {price: 10 EUR}}
+processors: {p: {type: cpu}}
+devices: {s: {period: 7 ms}}
+threads:
+  urgent: {processor: p, period: [10 ms, 12 ms], compute_execution_time: 2 ms}
+  last: {processor: p, period: 20 ms, compute_execution_time: 4 ms}
+connections: {w: {from: s, to: last}}
+flows: {f: {path: [s, last]}}
+requirements: [latency of f >= LIMIT]
+objectives: [minimise utilisation of p]
+uncertainty: {threads.urgent.compute_execution_time: {range: 1 ms .. 3 ms}}
+"""
+
+
+@pytest.mark.parametrize(("limit", "status"), [("25 ms", "complete"), ("25001 us", "infeasible")])
+def test_at_other_inputs_threads_wait_as_long_as_they_do_there(limit: str, status: str) -> None:
+    """At worst 20 + 4 + 1 ms: the rows of the nominal threads, which make it 26, are none there."""
+    study = dse.solve_robust(dse.loads(ROBUST.replace("LIMIT", limit)))
+    assert study.robust.status == status
