@@ -9,7 +9,13 @@ import sys
 import threading
 from contextlib import suppress
 from types import FrameType
-from typing import Any, TextIO
+from typing import TYPE_CHECKING, Any, TextIO
+
+if TYPE_CHECKING:
+    from sys import UnraisableHookArgs
+
+AGAIN_S = 0.02
+"""After so long the callback in which Ctrl-C came is over."""
 
 
 class Interrupts:
@@ -22,6 +28,18 @@ class Interrupts:
         """The handler of SIGINT."""
         cls.came = True
         raise KeyboardInterrupt
+
+    @staticmethod
+    def repeat(lost: UnraisableHookArgs) -> None:
+        """The hook for what cannot be raised: a Ctrl-C that came in a callback of Python's own comes again."""
+        if lost.exc_type is not KeyboardInterrupt:
+            sys.__unraisablehook__(lost)
+            return
+        main_thread = threading.main_thread().ident
+        assert main_thread is not None
+        again = threading.Timer(AGAIN_S, signal.pthread_kill, (main_thread, signal.SIGINT))
+        again.daemon = True
+        again.start()
 
 
 class Unheard(io.FileIO):
@@ -40,6 +58,7 @@ def main() -> None:
     code = 5  # as dse.errors.EXIT_INCOMPLETE, which may not be there yet
     try:
         signal.signal(signal.SIGINT, Interrupts.note)
+        sys.unraisablehook = Interrupts.repeat
         _open_closed_streams()
         _outlive_readers()
         os.environ.setdefault("PYDANTIC_DISABLE_PLUGINS", "__all__")  # we use none; looking for them takes time
@@ -49,6 +68,8 @@ def main() -> None:
         signal.signal(signal.SIGINT, signal.SIG_IGN)  # what is left is to leave
     except KeyboardInterrupt:
         signal.signal(signal.SIGINT, signal.SIG_IGN)
+        with suppress(OSError, ValueError, AttributeError):
+            sys.stderr.write("\ndse: interrupted\n")
     _leave(code)
 
 

@@ -197,6 +197,34 @@ INTERRUPTED = {
 }
 
 
+IN_A_CALLBACK = """
+import signal, sys, time, weakref
+import dse.cli.main
+from dse.cli import entry
+
+class Thing: pass
+
+def run(arguments):
+    thing = Thing()
+    watched = weakref.ref(thing, lambda _: signal.raise_signal(signal.SIGINT))
+    del thing
+    time.sleep(60)
+    return 0
+
+dse.cli.main.run = run
+entry.main()
+"""
+
+
+def test_ctrl_c_in_a_callback_of_python_is_not_lost() -> None:
+    """What is raised there, as in the locks of the import system, Python prints and forgets."""
+    environment = {**os.environ, "PYTHONPATH": str(ROOT)}
+    done = subprocess.run(
+        [sys.executable, "-c", IN_A_CALLBACK], env=environment, capture_output=True, text=True, timeout=50, check=False
+    )
+    assert (done.returncode, done.stderr) == (5, "\ndse: interrupted\n")
+
+
 @pytest.mark.parametrize("command", INTERRUPTED)
 def test_ctrl_c_at_any_moment(command: str, tmp_path: Path, result: Path) -> None:
     """From the first line of the program on; what Python itself does before that is not ours."""
@@ -217,8 +245,9 @@ def test_ctrl_c_at_any_moment(command: str, tmp_path: Path, result: Path) -> Non
         assert run.stdout is not None and run.stdout.readline() == "here\n"
         time.sleep(0.02 + rng.random() * usual)
         run.send_signal(signal.SIGINT)
-        _, said = run.communicate(timeout=120)
+        out, said = run.communicate(timeout=120)
         assert run.returncode in (0, 4, 5), (run.returncode, said)
+        assert (run.returncode == 5) <= ("dse: interrupted" in said or "stopped early" in out), said
         assert "Traceback" not in said and "Exception ignored" not in said and "a bug" not in said, said
         if Path(names["JSON"]).exists():
             json.loads(Path(names["JSON"]).read_text(encoding="utf-8"))
