@@ -7,7 +7,7 @@ A ratio limits the utilisation of a processor by limit * cores, and each thread 
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from fractions import Fraction
 from math import lcm
@@ -15,6 +15,7 @@ from math import lcm
 from dse.analysis.measures import (
     PPM,
     SCALE_LIMIT,
+    ZERO,
     Measure,
     Term,
     build_measure,
@@ -22,6 +23,7 @@ from dse.analysis.measures import (
     exact_sum,
     scaled_term,
 )
+from dse.analysis.partition import Room, Spread, even_spread, spread
 from dse.analysis.scheduling import UNBOUNDED_NS, deadline_ns
 from dse.analysis.views import View, tabulate
 from dse.space.metrics import metric_dimension
@@ -45,22 +47,45 @@ HOLDS: dict[str, Callable[[Fraction, Fraction], bool]] = {
 class Limit:
     """A requirement ready to evaluate: the sum of `measure` against `bound`, both in the measure's unit.
 
-    `each` is the limit that every single term of the measure must keep too (a thread cannot use more than one core), or
-    None. `is_elsewhere`: its figures are not those of the space that it limits, but of one with other inputs.
+    `each` is the limit that every single term of the measure must keep too (a thread cannot use more than one core),
+    and every core of `processor`, a space's and its number; or None. `is_elsewhere`: its figures are not those of the
+    space that it limits, but of one with other inputs.
     """
 
     requirement: Requirement
     measure: Measure
     bound: Callable[[View], Fraction]
     each: Fraction | None = None
+    processor: tuple[Space, int] | None = None
     is_elsewhere: bool = False
+
+    @property
+    def is_upper(self) -> bool:
+        """Whether less is better."""
+        return self.requirement.operator in ("<=", "<")
+
+
+@dataclass(frozen=True)
+class Comparison:
+    """One comparison that a requirement makes in a design: of the sum, or of what `thread` or `core` uses alone.
+
+    The core is the fullest one; where threads have no core yet, of the partition in `spread`. A partition that is
+    undecided keeps its limit: nothing was found against it.
+    """
+
+    value: Fraction
+    bound: Fraction
+    thread: str = ""
+    core: int = 0
+    spread: Spread | None = None
 
 
 @dataclass(frozen=True)
 class Verdict:
     """How a design meets a requirement: `value` and `limit` in `unit`; `slack` is negative when it is broken.
 
-    `worst_term` names the thread that alone breaks the limit of one core, if one does.
+    `worst_term` names the thread that alone breaks the limit of one core, if one does; else `worst_core` is the core
+    that does, from 1, with its `core_load`. `spread` tells which core each thread of a limited processor has.
     """
 
     requirement: Requirement
@@ -69,6 +94,9 @@ class Verdict:
     unit: str
     holds: bool
     worst_term: str = ""
+    worst_core: int = 0
+    core_load: Fraction = Fraction(0)
+    spread: Spread | None = None
 
     @property
     def slack(self) -> Fraction:
@@ -84,9 +112,16 @@ def build_limit(space: Space, requirement: Requirement) -> Limit:
     metric, quantity = requirement.metric, requirement.limit
     measure = build_measure(space, metric)
     if metric.kind == "utilisation":
-        slot, per_core = space.processors[metric.index or 0], quantity.value * PPM
-        each = per_core if requirement.operator in ("<=", "<") else None
-        return Limit(requirement, measure, lambda view: per_core * (at(slot.cores, view) or 1), each)
+        number, per_core = metric.index or 0, quantity.value * PPM
+        slot = space.processors[number]
+        upper = requirement.operator in ("<=", "<")
+        return Limit(
+            requirement,
+            measure,
+            lambda view: per_core * (at(slot.cores, view) or 1),
+            per_core if upper else None,
+            (space, number) if upper else None,
+        )
     if metric.kind == "load" and quantity.dimension == DIMENSIONLESS:
         bus, share = space.buses[metric.index or 0], quantity.value / 8
         return Limit(requirement, measure, lambda view: share * (at(bus.bandwidth_bps, view) or 8))
@@ -122,6 +157,12 @@ def excess(space: Space, limit: Limit) -> Measure:
     return Measure(measure.metric, measure.unit, tuple(terms), min(scale, SCALE_LIMIT), rounded=too_fine)
 
 
+def thread_values(limit: Limit, view: View) -> dict[str, Fraction]:
+    """What each thread uses in a design, in the measure's unit."""
+    grouped = thread_loads(limit.measure.terms)
+    return {name: exact_sum(term.value(view) for term in terms) for name, terms in grouped.items()}
+
+
 def thread_loads(terms: tuple[Term, ...]) -> dict[str, list[Term]]:
     """Utilisation terms by thread: a hybrid thread's callback and timer together."""
     grouped: dict[str, list[Term]] = {}
@@ -130,14 +171,89 @@ def thread_loads(terms: tuple[Term, ...]) -> dict[str, list[Term]]:
     return grouped
 
 
+def comparisons(limit: Limit, view: View) -> Iterator[Comparison]:
+    """Everything that a requirement compares in a design: the sum, then each thread and the fullest core."""
+    yield from sum_comparisons(limit, view)
+    if limit.processor is not None and limit.each is not None:
+        yield core_comparison(limit, thread_values(limit, view), view)
+
+
+def sum_comparisons(limit: Limit, view: View) -> Iterator[Comparison]:
+    """The sum, then each thread."""
+    if limit.each is None:
+        yield Comparison(limit.measure.value(view), limit.bound(view))
+        return
+    loads = thread_values(limit, view)
+    yield Comparison(exact_sum(loads.values()), limit.bound(view))
+    for name, load in loads.items():
+        yield Comparison(load, limit.each, thread=name)
+
+
+def core_comparison(limit: Limit, loads: Mapping[str, Fraction], view: View) -> Comparison:
+    """The load of the fullest core; where no partition keeps the limit, as first-fit leaves it."""
+    assert limit.processor is not None and limit.each is not None
+    space, processor = limit.processor
+    used = on_processor(space, processor, loads, view)
+    found = spread(space, processor, used, view, Room(limit.each / PPM, limit.requirement.operator == "<"))
+    value = ZERO if found.status == "undecided" else found.loads[found.fullest - 1] * PPM
+    return Comparison(value, limit.each, core=found.fullest, spread=found)
+
+
+def keeps_cores(limit: Limit, view: View) -> bool:
+    """Whether every core keeps a limit: some partition does, or nothing was found against it."""
+    found = core_comparison(limit, thread_values(limit, view), view)
+    return HOLDS[limit.requirement.operator](found.value, found.bound)
+
+
+def on_processor(space: Space, processor: int, loads: Mapping[str, Fraction], view: View) -> dict[int, Fraction]:
+    """The share of a core that each thread on a processor uses, by its number; `loads` are in ppm, by name."""
+    return {
+        number: loads[item.name] / PPM
+        for number, item in enumerate(space.components)
+        if item.name in loads and at(item.processor, view) == processor
+    }
+
+
+def needed_share(limit: Limit, view: View, *, of_total: bool = False) -> tuple[Fraction, str]:
+    """The share at which a design just keeps a limit of the whole (100 %), and the thread or core that alone needs it.
+
+    With `of_total` the sum alone counts.
+    """
+    whole, *threads = sum_comparisons(limit, view)
+    needed, who = whole.value / whole.bound, ""
+    if of_total or limit.each is None:
+        return needed, who
+    for item in threads:
+        if item.value / item.bound > needed:
+            needed, who = item.value / item.bound, item.thread
+    if limit.processor is not None:
+        space, processor = limit.processor
+        even = even_spread(space, processor, on_processor(space, processor, thread_values(limit, view), view), view)
+        peak = even.loads[even.fullest - 1] * PPM / limit.each
+        if peak > needed:
+            return peak, core_words(even)
+    return needed, who
+
+
+def core_words(found: Spread) -> str:
+    """The fullest core in words: its number where every core is stated or decided."""
+    return "the fullest core" if found.is_open else f"core {found.fullest}"
+
+
 def judge(limit: Limit, view: View) -> Verdict:
     """The verdict on a design."""
-    requirement, measure = limit.requirement, limit.measure
-    value, bound = measure.value(view), limit.bound(view)
-    compare = HOLDS[requirement.operator]
-    holds, worst = compare(value, bound), ""
-    if limit.each is not None:
-        for name, terms in thread_loads(measure.terms).items():
-            if not compare(exact_sum(term.value(view) for term in terms), limit.each):
-                holds, worst = False, worst or name
-    return Verdict(requirement, value, bound, measure.unit, holds, worst)
+    requirement, compare = limit.requirement, HOLDS[limit.requirement.operator]
+    whole, *parts = comparisons(limit, view)
+    broken = [part for part in parts if not compare(part.value, part.bound)]
+    first = broken[0] if broken else None
+    return Verdict(
+        requirement,
+        whole.value,
+        whole.bound,
+        limit.measure.unit,
+        compare(whole.value, whole.bound) and not broken,
+        worst_term=first.thread if first is not None else "",
+        worst_core=first.core if first is not None else 0,
+        core_load=first.value if first is not None and first.core else ZERO,
+        spread=parts[-1].spread if parts else None,
+    )

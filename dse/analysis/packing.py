@@ -89,11 +89,14 @@ def placements(space: Space, design: Design, open_: Sequence[OpenCore], limits: 
             yield found
 
 
-def first_placement(space: Space, design: Design, open_: Sequence[OpenCore], limits: Sequence[Limit]) -> Design | None:
+def first_placement(
+    space: Space, design: Design, open_: Sequence[OpenCore], limits: Sequence[Limit], beside: Sequence[Limit] = ()
+) -> Design | None:
     """The design with the first cores, in the order of the file, on which all limits hold; None where that is hard.
 
-    Thread after thread gets the first core where those that have one already are not late for sure: with fewer threads
-    no response time is longer. What that leaves open the whole design decides.
+    `limits` are those on response times, `beside` others that the cores must keep. Thread after thread gets the first
+    core where those that have one already are not late for sure: with fewer threads no response time is longer. What
+    that leaves open the whole design decides.
     """
     view = View(design)
     meets = _check_of(space, view, latest_of(limits, view))
@@ -112,7 +115,7 @@ def first_placement(space: Space, design: Design, open_: Sequence[OpenCore], lim
         if position == len(order):
             found = tuple(chosen)
             end = View(found)
-            if all(judge(limit, end).holds for limit in limits):
+            if all(judge(limit, end).holds for limit in (*limits, *beside)):
                 return found
             left[0] -= MOST_STEPS // MOST_ENDS
             return None

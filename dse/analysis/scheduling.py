@@ -21,6 +21,7 @@ from functools import lru_cache
 from typing import Literal, TypeAlias
 
 from dse.analysis.binding import transmission_ns
+from dse.analysis.partition import WHOLE, Room, spread
 from dse.analysis.rates import NS_PER_S, RateKey, is_event_triggered, rate_hz
 from dse.analysis.recall import Recall
 from dse.analysis.response_time import Stream, Task, response_time_ns
@@ -257,25 +258,26 @@ def _upstream(space: Space, key: TaskKey, view: View, seen: frozenset[int]) -> l
 def core_of_each(space: Space, processor: int, view: View) -> dict[int, int]:
     """The core, from 1, of each thread that runs on a processor, by the thread's number in `Space.components`.
 
-    Threads whose core is stated run there; each of the others, those that use most first, on the first core that it
-    does not overload, else on the one that is used least (first-fit by decreasing utilisation).
+    Threads whose core is stated or decided run there. The others are put on cores such that none is used beyond what
+    the space's requirements allow, else beyond all of it: each, those that use most first, on the first core with room
+    (first-fit by decreasing utilisation), by a complete search where that is in vain. Where there is no such partition,
+    each is put on the first core with room, else on the one that is used least.
     """
-    count = max(1, at(space.processors[processor].cores, view))
-    loads = [Fraction(0)] * count
-    placed: dict[int, int] = {}
     used = {number: utilisation(space, number, view) for number in members(space, processor, view)}
-    stated = {number: at(space.components[number].core, view) for number in used}
-    order = sorted(used, key=lambda number: (stated[number] is None, -used[number], number))
-    for number in order:
-        share, core = used[number], stated[number]
-        if core is None:
-            fitting = next((index for index, load in enumerate(loads) if load + share <= 1), None)
-            index = loads.index(min(loads)) if fitting is None else fitting
-        else:
-            index = min(core, count) - 1
-        placed[number] = index + 1
-        loads[index] += share
-    return {number: placed[number] for number in used}
+    found = spread(space, processor, used, view, core_room(space, processor))
+    if found.status != "found":
+        found = spread(space, processor, used, view, WHOLE)
+    return dict(found.cores)
+
+
+def core_room(space: Space, processor: int) -> Room:
+    """What requirements allow to use of each core of a processor, at most all."""
+    limits = [
+        Room(item.limit.value, item.operator == "<")
+        for item in space.requirements
+        if (item.metric.kind, item.metric.index) == ("utilisation", processor) and item.operator in ("<=", "<")
+    ]
+    return min([*limits, WHOLE], key=lambda room: (room.share, not room.is_strict))
 
 
 def _cores(space: Space, processor: int, view: View) -> list[list[_Turn]]:

@@ -153,6 +153,17 @@ def _existing_cores(space: Space) -> Iterator[Predicate]:
         if component.core is not None:
             text = f"the core of {component.name} is one that its processor has"
             yield Predicate(text, partial(_has_core, space, component))
+    for item in space.open_cores:
+        least, component = min(item.decision.values), space.components[item.component]
+        if component.core is None and least > 1:
+            text = f"a core of {component.name} is one that its processor has"
+            yield Predicate(text, partial(_has_listed_core, space, component, least))
+
+
+def _has_listed_core(space: Space, component: Component, least: int, view: View) -> bool:
+    processor = at(component.processor, view)
+    count = 0 if processor is None else at(space.processors[processor].cores, view)
+    return bool(count < 2 or least <= count)
 
 
 def _has_core(space: Space, component: Component, view: View) -> bool:

@@ -21,6 +21,7 @@ from dse.analysis.limits import Limit, judge
 from dse.analysis.packing import first_placement, placements
 from dse.analysis.views import View
 from dse.encode.combined import Combined
+from dse.encode.corelimits import CoreLimit
 from dse.encode.forms import Board, OpenTerm
 from dse.encode.places import Places
 from dse.encode.rates import RateVariables
@@ -59,8 +60,10 @@ class Contention:
         deadlines: Sequence[Deadline],
         *,
         movable: bool,
+        core_limits: Sequence[CoreLimit] = (),
     ) -> None:
         self.space, self.model, self.places, self.deadlines = space, model, places, deadlines
+        self.core_limits = core_limits
         self.movable = movable and not rules_on_cores(space)
         self.known: set[int] = set()
         self.is_first = True
@@ -94,7 +97,9 @@ class Contention:
 
     def copy(self, model: cp_model.CpModel) -> Contention:
         """The same for a copy of the model."""
-        other = Contention(self.space, model, self.places, self.deadlines, movable=self.movable)
+        other = Contention(
+            self.space, model, self.places, self.deadlines, movable=self.movable, core_limits=self.core_limits
+        )
         other.is_upward = self.is_upward
         other.known, other.combined = set(self.known), self.combined.copy(model)
         other.waiting = self.waiting.copy(other.combined) if self.waiting is not None else None
@@ -146,15 +151,12 @@ class Contention:
     def settled(self, design: Design, is_true: Callable[[cp_model.IntVar], bool]) -> Design | None:
         """The design, or the same on other cores, that meets all limits; None where the model has learnt instead."""
         view = View(design)
-        held = [
-            item
-            for item in self.deadlines
-            if item.guard is None or is_true(self.model.get_int_var_from_proto_index(item.guard))
-        ]
+        held = [item for item in self.deadlines if self._holds(item.guard, is_true)]
         limits = [item.limit for item in held]
+        beside = [item.limit for item in self.core_limits if self._holds(item.guard, is_true)]
         open_ = [item for item in self.space.open_cores if self._is_free(item)]
         if self._seeks_first and self.movable:
-            first = first_placement(self.space, design, open_, limits)
+            first = first_placement(self.space, design, open_, limits, beside)
             if first is not None:
                 return first
             self.is_first = False
@@ -164,10 +166,14 @@ class Contention:
         if self.movable:
             for other in placements(self.space, design, open_, limits):
                 moved = View(other)
-                if all(judge(item.limit, moved).holds for item in held):
+                if all(judge(limit, moved).holds for limit in (*limits, *beside)):
                     return other
         self._learn(late, view)
         return None
+
+    def _holds(self, guard: int | None, is_true: Callable[[cp_model.IntVar], bool]) -> bool:
+        """Whether a limit is asked for."""
+        return guard is None or is_true(self.model.get_int_var_from_proto_index(guard))
 
     def _is_free(self, item: OpenCore) -> bool:
         """Whether nothing fixes a thread's core: neither the question, nor who asks it of the model."""
@@ -229,7 +235,14 @@ def contention_of(board: Board, rates: RateVariables) -> Contention | None:
         return None
     if board.contention is None:
         places = Places(board, rates)
-        board.contention = Contention(board.space, board.model, places, board.deadlines, movable=not board.scheduled)
+        board.contention = Contention(
+            board.space,
+            board.model,
+            places,
+            board.deadlines,
+            movable=not board.scheduled,
+            core_limits=board.core_limits,
+        )
     found: Contention = board.contention
     found.movable = found.movable and not board.scheduled
     return found

@@ -77,6 +77,8 @@ class Board:
         self.open_terms: list[OpenTerm] = []
         self.deadlines: list[Any] = []  # upper limits on response times, see `dse.encode.contention`
         self.contention: Any = None
+        self.core_limits: list[Any] = []  # upper limits on cores, see `dse.encode.corelimits`
+        self.cores: Any = None
         self.scheduled: dict[tuple[int, bool], tuple[object, Form]] = {}  # by the id of a term, which is kept alive
         self.extremes: dict[tuple[int, bool], tuple[object, Form]] = {}  # as `scheduled`
         self.waiting: dict[int, cp_model.IntVar] = {}  # by thread, see `dse.encode.waiting`

@@ -22,6 +22,7 @@ from dse.analysis.recall import Watching
 from dse.analysis.validity import Predicate, Rulebook, has_conditional_home
 from dse.analysis.views import View
 from dse.encode.contention import Contention, contention_of, is_upward
+from dse.encode.corelimits import CoreLimits, core_limits_of
 from dse.encode.forms import Board, OpenTerm, placed
 from dse.encode.rates import RateVariables, add_acyclic_activation
 from dse.encode.requirements import add_limit
@@ -68,6 +69,7 @@ class EncodedSpace:
     objectives: tuple[EncodedObjective, ...]
     open_terms: Sequence[OpenTerm] = ()
     contention: Contention | None = None
+    core_limits: CoreLimits | None = None
     shared: Sequence[int] = ()
     """Decisions on which many summands hang, most first: sums have a form of their own for each of their options."""
     zones: Sequence[ZoneSwitch] = ()
@@ -94,6 +96,7 @@ class EncodedSpace:
             tuple(replace(objective, variable=again(objective.variable)) for objective in self.objectives),
             [replace(term, variable=again(term.variable)) for term in self.open_terms],
             self.contention.copy(model) if self.contention is not None else None,
+            self.core_limits.copy(model) if self.core_limits is not None else None,
             self.shared,
             [replace(zone, literal=again(zone.literal)) for zone in self.zones],
             self.weigh,
@@ -119,7 +122,7 @@ class EncodedSpace:
     @property
     def learns(self) -> bool:
         """Whether the model becomes stricter with what its solutions show."""
-        return bool(self.open_terms) or self.contention is not None
+        return bool(self.open_terms) or self.contention is not None or self.core_limits is not None
 
     @property
     def is_loose(self) -> bool:
@@ -133,9 +136,12 @@ class EncodedSpace:
                 return None
         elif self.open_terms and self.sharpen(design, value):
             return None
-        if self.contention is None:
-            return design
-        return self.contention.settled(design, lambda literal: bool(value(literal)))
+        found: Design | None = design
+        if self.contention is not None:
+            found = self.contention.settled(design, lambda literal: bool(value(literal)))
+        if found is None or self.core_limits is None:
+            return found
+        return found if self.core_limits.settled(found, lambda literal: bool(value(literal))) else None
 
     def sharpen(self, design: Design, value: Callable[[cp_model.IntVar], int]) -> bool:
         """Make open terms exact where a solution has other figures; whether there were any.
@@ -221,7 +227,14 @@ class Demands:
             contention.add_waiting(board)
             contention.is_upward = self.is_upward and (measure is None or not _may_fall(measure.terms))
         return EncodedSpace(
-            board.model, board.options, board.inactive, objectives, board.open_terms, contention, board.shared()
+            board.model,
+            board.options,
+            board.inactive,
+            objectives,
+            board.open_terms,
+            contention,
+            core_limits_of(board),
+            board.shared(),
         )
 
 
@@ -278,6 +291,7 @@ def _encode(evaluator: Evaluator) -> EncodedSpace:
         objectives,
         board.open_terms,
         contention,
+        core_limits_of(board),
         board.shared(),
         zones,
         partial(_weigh, evaluator, objectives),

@@ -8,9 +8,11 @@ from fractions import Fraction
 from dse.analysis.limits import Limit, thread_loads
 from dse.analysis.measures import Term
 from dse.encode.contention import Deadline, is_deadline
+from dse.encode.corelimits import CoreLimit
 from dse.encode.forms import Board, Form, Given, ceil_int, floor_int, placed
 from dse.encode.rates import RateVariables
 from dse.encode.sums import Branch, measure_branches
+from dse.space.trees import leaves
 
 
 def add_limit(board: Board, rates: RateVariables, limit: Limit) -> None:
@@ -21,13 +23,20 @@ def add_limit(board: Board, rates: RateVariables, limit: Limit) -> None:
         return
     try:
         if operator in ("<=", "<", "=="):
+            inwards = _most(strict=operator == "<")
+            is_tight = False
             for branch in measure_branches(board, rates, measure, below=True):
-                _add_upper(board, branch, _bounds(board, limit, branch.given, _most(strict=operator == "<")))
+                bounds = _bounds(board, limit, branch.given, inwards)
+                is_tight = is_tight or _may_fill_cores(board, limit, branch, bounds)
+                _add_upper(board, branch, bounds)
+            if is_tight:
+                board.core_limits.append(CoreLimit(limit, board.guard.index if board.guard is not None else None))
         if operator in (">=", ">", "=="):
             for branch in measure_branches(board, rates, measure):
                 _add_lower(board, branch, _bounds(board, limit, branch.given, _least(strict=operator == ">")))
         if limit.each is not None:
             _add_each(board, rates, limit, _most(strict=operator == "<"))
+            _add_stated_cores(board, rates, limit, _most(strict=operator == "<"))
     except OverflowError as error:
         raise placed(limit.requirement, error) from error
 
@@ -72,6 +81,49 @@ def _add_each(board: Board, rates: RateVariables, limit: Limit, inwards: Callabl
         for branch in measure_branches(board, rates, measure, tuple(terms), below=True):
             if branch.form.high > most:
                 board.demand(board.expression(branch.form) <= most, branch.chosen)
+
+
+def _add_stated_cores(board: Board, rates: RateVariables, limit: Limit, inwards: Callable[[Fraction], int]) -> None:
+    """The threads that are stated to run on a core use at most that core."""
+    if limit.processor is None or limit.each is None:
+        return
+    most = inwards(limit.each * limit.measure.scale)
+    stated = {item.name: item.core for item in limit.processor[0].components if isinstance(item.core, int)}
+    together: dict[int, list[list[Term]]] = {}
+    for name, terms in thread_loads(limit.measure.terms).items():
+        if name in stated:
+            together.setdefault(stated[name], []).append(terms)
+    for groups in together.values():
+        if len(groups) > 1:
+            listed = tuple(term for terms in groups for term in terms)
+            for branch in measure_branches(board, rates, limit.measure, listed, below=True):
+                if branch.form.high > most:
+                    board.demand(board.expression(branch.form) <= most, branch.chosen)
+
+
+def _may_fill_cores(board: Board, limit: Limit, branch: Branch, bounds: Form) -> bool:
+    """Whether threads that keep the sum and their own limits may not fit on the cores of a processor.
+
+    First-fit puts threads of at most 1 on n cores as long as they use no more than (n + 1) / 2 together (J. M. Lopez
+    and others, "Utilization bounds for EDF scheduling on real-time multiprocessor systems", Real-Time Systems 28,
+    2004); where cores are stated, listed or decided anything may happen.
+    """
+    if limit.processor is None or limit.each is None:
+        return False
+    space, processor = limit.processor
+    if max([1, *leaves(space.processors[processor].cores)]) < 2:
+        return False
+    anywhere = {
+        item.component
+        for item in space.open_cores
+        if item.decision.values == tuple(range(1, len(item.decision.values) + 1))
+    }
+    here = [number for number, item in enumerate(space.components) if processor in set(leaves(item.processor))]
+    if any(space.components[number].core is not None or number not in anywhere for number in here):
+        return True
+    each = limit.each * limit.measure.scale
+    cores = bounds.low // each if each else 0
+    return branch.form.high + len(limit.measure.terms) > each * (cores + 1) / 2
 
 
 def _forbid_products(board: Board, rates: RateVariables, term: Term, most: Fraction) -> bool:

@@ -10,7 +10,7 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from fractions import Fraction
 
-from dse.analysis.limits import Limit, build_limit, excess, thread_loads
+from dse.analysis.limits import Limit, build_limit, excess, needed_share
 from dse.analysis.rates import NS_PER_S
 from dse.analysis.views import View
 from dse.pareto.feasibility import Oracle
@@ -23,7 +23,7 @@ from dse.units import Quantity
 class Closest:
     """The limit, in coherent units as `Requirement.limit`, at which `witness` just meets the requirement.
 
-    For ``<`` and ``>`` the limit must lie beyond it. `thread` names the thread that needs it by itself, on one core.
+    For ``<`` and ``>`` the limit must lie beyond it. `thread` names the thread that needs it by itself, or the core.
     """
 
     limit: Fraction
@@ -74,16 +74,10 @@ def _latest(oracle: Oracle, kept: frozenset[int], requirement: Requirement) -> C
 def needed_limit(
     space: Space, requirement: Requirement, design: Design, *, of_total: bool = False
 ) -> tuple[Fraction, str]:
-    """The limit at which a design just meets a requirement, were it not strict, and the thread that alone needs it."""
+    """The limit at which a design just meets a requirement, were it not strict, and who alone needs it."""
     view = View(design)
     one = build_limit(space, _limited(requirement, Fraction(1)))
-    needed, thread = one.measure.value(view) / one.bound(view), ""
-    if one.each is not None and not of_total:
-        for name, terms in thread_loads(one.measure.terms).items():
-            alone = sum((term.value(view) for term in terms), Fraction(0)) / one.each
-            if alone > needed:
-                needed, thread = alone, name
-    return needed, thread
+    return needed_share(one, view, of_total=of_total)
 
 
 def _extreme(
@@ -99,7 +93,8 @@ def _extreme(
         if design is None:
             return best
         limit, thread = needed_limit(space, requirement, design, of_total=of_total)
-        assert best is None or limit != best.limit, "a tighter limit was met by a design that needs the same"
+        if best is not None and limit == best.limit:  # a partition that is undecided keeps every limit
+            return best
         best = Closest(limit, design, thread)
         tight = build(space, replace(_limited(requirement, limit), operator=strictly))
         asked = (*also, tight)

@@ -11,7 +11,7 @@ from fractions import Fraction
 
 from dse.analysis.evaluate import Evaluator
 from dse.analysis.latency import Row
-from dse.analysis.limits import Limit, thread_loads
+from dse.analysis.limits import Limit, comparisons
 from dse.analysis.views import View
 from dse.results.analysis import Analysis, FlowTable
 from dse.results.changes import Change, Delta, changes_between, counted_changes, deltas
@@ -194,7 +194,9 @@ class Reasoner:
 
 
 def margins_of(limit: Limit, view: View) -> list[Margin]:
-    """The margin of a limit, and that of the busiest thread where each thread must keep the limit of one core.
+    """The margin of a limit, and that of the fullest core where each core must keep one.
+
+    Where cores are open it is that of the busiest thread.
 
     An equality has none: there is no side on which the value may move.
     """
@@ -203,14 +205,12 @@ def margins_of(limit: Limit, view: View) -> list[Margin]:
         return []
     bound = limit.bound(view)
     found = [Margin(requirement, limit.measure.value(view), bound, unit, capacity=_capacity(requirement, bound))]
-    if limit.each is not None:
-        loads = {
-            name: sum((term.value(view) for term in terms), Fraction(0))
-            for name, terms in thread_loads(limit.measure.terms).items()
-        }
-        busiest = max(loads, key=lambda name: loads[name], default=None)
-        if busiest is not None and limit.each != bound:
-            found.append(Margin(requirement, loads[busiest], limit.each, unit, busiest))
+    if limit.each is not None and limit.each != bound:
+        alone = [item for item in comparisons(limit, view) if item.thread or (item.spread and not item.spread.is_open)]
+        fullest = max(alone, key=lambda item: (item.value, item.core), default=None)
+        if fullest is not None:
+            who = fullest.thread or f"core {fullest.core}"
+            found.append(Margin(requirement, fullest.value, limit.each, unit, who))
     return found
 
 

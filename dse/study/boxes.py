@@ -9,7 +9,7 @@ which agree in every part hold for the whole.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from itertools import product
@@ -68,22 +68,52 @@ class Box:
             raise NotProvedError("the figures of the analysis cannot be followed over a range of inputs")
         ranges = self._ranges(function)
         parts = [_Part(program, ranges, self.uncertain) for program in self._programs(function, ranges)]
-        return [(bound, self._worst(function, parts, bound)) for bound in function.outputs.bounds]
+        found = [(bound, self._worst(function, parts, bound)) for bound in function.outputs.bounds]
+        return found + self._fullest_cores(function, parts)
+
+    def _fullest_cores(self, function: DesignFunction, parts: Sequence[_Part]) -> list[tuple[Bound, Worst]]:
+        """The fullest core of each limited processor at its worst.
+
+        Every thread uses more or less in the same direction of each input; where that is so, a core is used most where
+        the whole processor is, and a partition that does there does everywhere.
+        """
+        found: dict[int, tuple[Bound, Worst]] = {}
+        for number in function.core_sides(function.inputs.nominal):
+            whole, *threads = (bound for bound in function.outputs.bounds if bound.requirement == number)
+            text = function.outputs.texts[number]
+            directions = self._directions(parts, whole, text)
+            for bound in threads:
+                for item, all_, one in zip(
+                    self.uncertain, directions, self._directions(parts, bound, text), strict=True
+                ):
+                    if one not in (0, all_):
+                        raise NotProvedError(f"{text}: with {item.path} some threads use more and others less")
+            for corner in self._corners(directions, 1):
+                value, limit, core = function.core_sides(self.values(function.inputs.nominal, corner))[number]
+                if number not in found or value - limit > found[number][1].value - found[number][1].limit:
+                    found[number] = (Bound(number, whole.value, whole.limit, core), Worst(corner, value, limit))
+        return list(found.values())
+
+    @staticmethod
+    def _corners(directions: Sequence[int | None], sign: int) -> Iterator[Corner]:
+        """The corners that may be the worst where a value rises (`sign` 1) or falls with the directions."""
+        free = [number for number, direction in enumerate(directions) if direction is None]
+        for chosen in product((0, 1), repeat=len(free)):
+            picked = dict(zip(free, chosen, strict=True))
+            yield tuple(
+                picked[number] if direction is None else int(direction * sign > 0)
+                for number, direction in enumerate(directions)
+            )
 
     def _worst(self, function: DesignFunction, parts: Sequence[_Part], bound: Bound) -> Worst:
         text, operator = function.outputs.texts[bound.requirement], function.outputs.operators[bound.requirement]
         directions = self._directions(parts, bound, text)
         signs = {"<": (1,), ">": (-1,), "=": (1, -1)}[operator[0]]  # an equality is missed above or below
-        free = [number for number, direction in enumerate(directions) if direction is None]
         found = []
-        for sign, chosen in product(signs, product((0, 1), repeat=len(free))):
-            picked = dict(zip(free, chosen, strict=True))
-            corner = tuple(
-                picked[number] if direction is None else int(direction * sign > 0)
-                for number, direction in enumerate(directions)
-            )
-            value, limit = self._sides(function, bound, corner)
-            found.append((sign * (limit - value), corner, value, limit))
+        for sign in signs:
+            for corner in self._corners(directions, sign):
+                value, limit = self._sides(function, bound, corner)
+                found.append((sign * (limit - value), corner, value, limit))
         _, corner, value, limit = min(found, key=lambda item: (item[0], item[1]))
         return Worst(corner, value, limit)
 

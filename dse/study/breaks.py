@@ -17,7 +17,7 @@ from math import lcm
 from typing import Any, Literal, TypeAlias
 
 from dse.analysis.evaluate import Evaluator
-from dse.analysis.limits import MANY_CASES, Limit, build_limit, thread_loads
+from dse.analysis.limits import MANY_CASES, build_limit, needed_share
 from dse.analysis.measures import PPM, SCALE_LIMIT, Measure, Term, build_measure, display_unit
 from dse.analysis.views import View, tabulate
 from dse.results.values import exact
@@ -146,15 +146,6 @@ def _settled(stretches: Sequence[Stretch]) -> list[Stretch]:
     ]
 
 
-def _kept_share(limit: Limit, view: View) -> Fraction:
-    """What a design uses of a limit, by its busiest thread where each has a limit of its own."""
-    share = limit.measure.value(view) / limit.bound(view)
-    if limit.each is not None:
-        for terms in thread_loads(limit.measure.terms).values():
-            share = max(share, sum((term.value(view) for term in terms), Fraction(0)) / limit.each)
-    return share
-
-
 class _Question:
     """A limit over an interval: `sign` is 1 where larger limits are looser (``<=``), -1 for ``>=``."""
 
@@ -180,7 +171,7 @@ class _Question:
         """The tightest share that the design keeps, in ppm."""
         whole = Quantity(Fraction(1), DIMENSIONLESS, "%")
         limits = limit_requirements(self.axis, whole, self.axis.operator, "")
-        shares = [_kept_share(build_limit(self.space, item), View(design)) for item in limits]
+        shares = [needed_share(build_limit(self.space, item), View(design))[0] for item in limits]
         return (max(shares) if self.sign > 0 else min(shares)) * self.factor
 
     def stretches(self) -> tuple[list[Stretch], bool]:
@@ -254,7 +245,11 @@ class _Question:
                 return
             ordered = sorted(rows, key=lambda row: (self.sign * self.needed(row[1]), row))
             kept = self._rest_front(ordered)
-            limit, operator = self._needed_by(kept), "<" if self.sign > 0 else ">"
+            before, limit = limit, self._needed_by(kept)
+            if operator in ("<", ">") and (limit - before) * self.sign >= 0:
+                yield None  # whether the threads fit on cores is undecided: nothing tighter can be proved
+                return
+            operator = "<" if self.sign > 0 else ">"
             yield Stretch(limit, kept)
             if (limit - tight) * self.sign <= 0:
                 return

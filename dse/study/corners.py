@@ -106,7 +106,7 @@ class RobustQuestion:
     def worst(self, design: Design) -> list[tuple[Bound, Worst]]:
         """The worst corner of each comparison, for a design."""
         if design not in self._worsts:
-            self._worsts[design] = self.box.worsts(DesignFunction(self.inputs, design))
+            self._worsts[design] = self.box.worsts(DesignFunction(self.inputs, design, cores=False))
         return self._worsts[design]
 
     def _broken(self, design: Design) -> list[Demand]:

@@ -17,7 +17,16 @@ from typing import Any
 import numpy
 
 from dse.analysis.evaluate import Evaluator
-from dse.analysis.limits import HOLDS, Limit, build_limit, thread_loads
+from dse.analysis.limits import (
+    HOLDS,
+    Limit,
+    build_limit,
+    comparisons,
+    core_comparison,
+    core_words,
+    sum_comparisons,
+    thread_values,
+)
 from dse.analysis.views import View
 from dse.api.problem import Problem, changed
 from dse.space.build import build_space
@@ -130,7 +139,7 @@ def _substituted(part: Any, replaced: Any, seen: dict[int, Any]) -> Any:
 class Bound:
     """One comparison that a requirement makes: numbers of two outputs.
 
-    `thread` names the one that it is about, if it is one.
+    `thread` names the thread, or the core, that it is about, if it is one.
     """
 
     requirement: int
@@ -151,10 +160,14 @@ class Outputs:
 
 
 class DesignFunction:
-    """Every metric and requirement of one design as a function of the inputs."""
+    """Every metric and requirement of one design as a function of the inputs.
 
-    def __init__(self, inputs: InputSpace, design: Design) -> None:
-        self.inputs, self.design = inputs, design
+    Without `cores`, comparisons of whole cores are left out: which threads share a core may change with the inputs, and
+    `core_sides` has to be asked.
+    """
+
+    def __init__(self, inputs: InputSpace, design: Design, *, cores: bool = True) -> None:
+        self.inputs, self.design, self.cores = inputs, design, cores
         self.programs: list[Program] = []
         self.outputs, results, guards = self._formulas(inputs.at(inputs.nominal, traced=True))
         self.programs.append(Program(results, guards))
@@ -171,7 +184,7 @@ class DesignFunction:
             results = [measure.value(view) for measure in measures]
             bounds: list[Bound] = []
             for number, limit in enumerate(evaluator.limits):
-                for value, bound, thread in _comparisons(limit, view):
+                for value, bound, thread in _comparisons(limit, view, cores=self.cores):
                     bounds.append(Bound(number, len(results), len(results) + 1, thread))
                     results += [value, bound]
         outputs = Outputs(
@@ -229,9 +242,21 @@ class DesignFunction:
             guards.most = MOST_GUARDS
             for number, limit in limits.items():
                 places = (bound for bound in self.outputs.bounds if bound.requirement == number)
-                for bound, (value, most, _) in zip(places, _comparisons(limit, view), strict=True):
+                for bound, (value, most, _) in zip(places, _comparisons(limit, view, cores=self.cores), strict=True):
                     found[bound.value], found[bound.limit] = value, most
         return found, list(guards)
+
+    def core_sides(self, values: Values) -> dict[int, tuple[Fraction, Fraction, str]]:
+        """For each requirement about whole cores the load of the fullest, its limit, and the core, by the analysis."""
+        space, view = self.inputs.at(values), View(self.design)
+        found = {}
+        for number, requirement in enumerate(space.requirements):
+            limit = build_limit(space, requirement)
+            if limit.processor is not None and limit.each is not None:
+                item = core_comparison(limit, thread_values(limit, view), view)
+                assert item.spread is not None
+                found[number] = (Fraction(item.value), Fraction(item.bound), core_words(item.spread))
+        return found
 
     @cached_property
     def steps_as_stated(self) -> list[Fraction]:
@@ -324,12 +349,11 @@ def _joined(pieces: Sequence[Any], size: int) -> Any:
     )
 
 
-def _comparisons(limit: Limit, view: View) -> Iterator[tuple[Fraction, Fraction, str]]:
-    """Value, bound and thread of each comparison of a requirement (see `dse.analysis.limits.judge`)."""
-    yield limit.measure.value(view), Fraction(0) + limit.bound(view), ""
-    if limit.each is not None:
-        for name, terms in thread_loads(limit.measure.terms).items():
-            yield sum((term.value(view) for term in terms), Fraction(0)), limit.each, name
+def _comparisons(limit: Limit, view: View, *, cores: bool) -> Iterator[tuple[Fraction, Fraction, str]]:
+    """Value, bound and thread or core of each comparison of a requirement (see `dse.analysis.limits.judge`)."""
+    for item in comparisons(limit, view) if cores else sum_comparisons(limit, view):
+        who = item.thread if item.spread is None else core_words(item.spread)
+        yield item.value, Fraction(0) + item.bound, who
 
 
 def steps_or_none(program: Program, values: Values) -> list[Fraction] | None:

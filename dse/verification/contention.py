@@ -122,6 +122,17 @@ def _lesson(space: Space, limit: Limit, design: Design) -> Lesson:
     return Lesson(_box(space, is_late, design, noting.seen), groups or ())
 
 
+def full_lesson(space: Space, limit: Limit, design: Design) -> Lesson:
+    """Why the threads of a processor do not fit on its cores in a design."""
+
+    def is_full(given: Sequence[int]) -> bool:
+        return not judge(limit, View(given)).holds
+
+    noting = _Noting(design)
+    assert is_full(noting), "the threads fit"
+    return Lesson(_box(space, is_full, design, noting.seen), ())
+
+
 def _breaks(space: Space, limit: Limit, groups: Sequence[Sequence[int]], view: View) -> bool:
     """Whether the thread is late where only these threads are there."""
     known = subset_responses(space, groups, view)

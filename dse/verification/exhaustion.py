@@ -10,8 +10,10 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from dse.analysis.views import View
 from dse.space.types import INACTIVE
 from dse.timelimit import look_at_the_clock
+from dse.verification.cores import CoreTable, fitting
 from dse.verification.diagrams import Diagram, Node, scope
 from dse.verification.sums import Sum
 from dse.verification.tables import Tables
@@ -48,7 +50,10 @@ def exhaust(tables: Tables, limit: int = MOST_ROWS) -> Exhaustion:
         look_at_the_clock()
         columns = _kept(columns, _sums(bound.sum, columns, count) <= 0)
         count = len(columns[0]) if columns else count
-    if not tables.is_exact:
+    for table in tables.cores:
+        columns = _kept(columns, _fitting(table, columns, count))
+        count = len(columns[0]) if columns else count
+    if not tables.bounds_are_exact:
         columns = _kept(columns, _exactly(tables, columns, count))
         count = len(columns[0]) if columns else count
     if tables.waits is not None:
@@ -167,6 +172,16 @@ def _values(diagram: Diagram, columns: Sequence[Any], count: int, kind: Any = np
         for option, branch in enumerate(item.branches):  # a fixed decision has no node: its only branch stands for it
             stack.append((branch, rows[chosen == option]))
     return found
+
+
+def _fitting(table: CoreTable, columns: Sequence[Any], count: int) -> npt.NDArray[np.bool_]:
+    """The rows whose threads fit on the cores of a processor."""
+
+    def value(diagram: Diagram) -> Ints:
+        found: Ints = _values(diagram, columns, count)
+        return found
+
+    return fitting(table, value, lambda row: View([int(column[row]) for column in columns]), count)
 
 
 def _exactly(tables: Tables, columns: Sequence[Any], count: int) -> npt.NDArray[np.bool_]:

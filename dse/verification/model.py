@@ -18,11 +18,12 @@ from typing import Any, Literal
 from ortools.sat.python import cp_model
 
 from dse.analysis.evaluate import Evaluation
-from dse.analysis.limits import Limit, judge
+from dse.analysis.limits import Limit, judge, keeps_cores
 from dse.analysis.views import View
 from dse.space.types import INACTIVE, Design
 from dse.timelimit import OutOfTime, look_at_the_clock
-from dse.verification.contention import Lesson, lessons_of, on_other_cores, waiting_lesson
+from dse.verification.contention import Lesson, full_lesson, lessons_of, on_other_cores, waiting_lesson
+from dse.verification.cores import add_cores
 from dse.verification.diagrams import Diagram, Node, TooLarge, leaves
 from dse.verification.sums import Sum
 from dse.verification.tables import EXACT, Tables
@@ -72,6 +73,8 @@ class SecondModel:
         for bound in tables.bounds:
             if bound.sum.high > 0:
                 self.model.add(self._total(bound.sum) <= 0)
+        for table in tables.cores:
+            add_cores(self.model, table, self._value)
         self.objectives = []
         for total, divisor in tables.objectives:
             variable = self.model.new_int_var(-(-total.low // divisor), total.high // divisor, "")
@@ -222,6 +225,14 @@ class SecondModel:
                 if moved is not None:
                     return Reply("design", moved.design)
             if self._learns(model, solver, values, late):
+                continue
+            full = [
+                item.limit for item in self.tables.cores if not item.exact and not keeps_cores(item.limit, View(values))
+            ]
+            if full and not evaluation.breaches:
+                for limit in full:
+                    for taught in (model, self.model):
+                        self._teach(taught, full_lesson(self.tables.space, limit, values))
                 continue
             broken = [verdict.requirement.text for verdict in evaluation.verdicts if not verdict.holds]
             assert not evaluation.breaches and not self.tables.is_exact, (values, evaluation.breaches, broken)

@@ -21,6 +21,7 @@ from dse.space.trees import Choice
 from dse.space.trees import leaves as tree_leaves
 from dse.space.types import EMPTY, Component, Space
 from dse.verification.contention import is_late_limit, place_of
+from dse.verification.cores import CoreTable, core_table
 from dse.verification.diagrams import NO_DESIGN, Diagram, Diagrams, TooLarge, as_fraction, leaves
 from dse.verification.sums import Figures, Pick, Sum, Waits
 
@@ -59,6 +60,8 @@ class Tables:
     met: tuple[Diagram | None, ...]
     late: tuple[Limit, ...] = ()
     """Limits on response times that no bound holds: the analysis judges them design by design."""
+    cores: tuple[CoreTable, ...] = ()
+    """Limits on each core of a processor."""
     places: Mapping[int, Diagram] = field(default_factory=dict)
     """For each thread that may share a core with others a number for its core; empty where there are no such limits."""
     waits: Waits | None = None
@@ -67,6 +70,11 @@ class Tables:
     @property
     def is_exact(self) -> bool:
         """Whether the bounds admit exactly the designs that the requirements do."""
+        return self.bounds_are_exact and all(table.exact for table in self.cores)
+
+    @property
+    def bounds_are_exact(self) -> bool:
+        """The same of everything but cores."""
         return not self.late and self.waits is None and all(bound.exact for bound in self.bounds)
 
 
@@ -92,6 +100,7 @@ def build_tables(evaluator: Evaluator) -> Tables:
         objectives=objectives,
         met=tuple(builder.met(number) for number in range(len(evaluator.space.decisions))),
         late=late,
+        cores=tuple(builder.cores),
         places=builder.places() if late or builder.waiting else {},
         waits=builder.waits() if builder.waiting else None,
     )
@@ -104,6 +113,7 @@ class _Builder:
         self.make = Diagrams(evaluator.space)
         self.conditions: list[tuple[str, Diagram]] = []
         self.late: list[Limit] = []
+        self.cores: list[CoreTable] = []
         self.waiting: set[int] = set()
         measures = [*evaluator.objectives, *(limit.measure for limit in evaluator.limits)]
         self.wait_scale = lcm(
@@ -240,6 +250,11 @@ class _Builder:
             for thread, terms in thread_loads(limit.measure.terms).items():
                 alone = self.figures(terms, name)
                 found.append(self.bound(f"{name}: {thread}", alone, limit.each, 1, strict=operator == "<"))
+        if limit.each is not None and limit.processor is not None:
+            table = core_table(
+                limit, partial(self.term, owner=name), self.make.diagram, self.make.mapped, EXACT, COARSE
+            )
+            self.cores += [] if table is None else [table]
         return found
 
     def bound(self, name: str, figures: Figures, bound: Diagram, sign: int, *, strict: bool) -> Bound:

@@ -18,7 +18,7 @@ import numpy as np
 import numpy.typing as npt
 
 from dse.analysis.evaluate import Evaluator
-from dse.analysis.limits import Limit, thread_loads
+from dse.analysis.limits import Limit, keeps_cores, thread_loads
 from dse.analysis.measures import Measure, Term
 from dse.analysis.rates import rate_hz
 from dse.analysis.validity import is_broken
@@ -125,6 +125,7 @@ class Batch:
     `objectives` (n, objectives) are the evaluator's integers, in the objectives' own sense; they mean nothing where
     `is_valid` is false. `excess` (n, limits) says how far each limit is exceeded, in units of its own: 0 where it
     holds. The columns are the requirements in order; one on utilisation is followed by one for each thread on one core.
+    At the end stands one for each of these: 1 where only the fullest core is beyond it.
     """
 
     objectives: Numbers
@@ -156,6 +157,7 @@ class VectorisedEvaluator:
         self.space = evaluator.space
         self.objectives = tuple(_objective(self.space, measure) for measure in evaluator.objectives)
         self.limits = tuple(bound for limit in evaluator.limits for bound in _bounds(self.space, limit))
+        self.spread = tuple(limit for limit in evaluator.limits if limit.processor is not None)
         self._holds = tuple(_validity(evaluator))
         self._covers = tuple(_covers(evaluator))
 
@@ -188,11 +190,18 @@ class VectorisedEvaluator:
             for table in users:
                 used |= table.look_up(columns)
             valid &= used
-        return Batch(
-            _stack([total.look_up(columns) for total in self.objectives], len(rows)),
-            valid,
-            _stack([bound.excess(columns) for bound in self.limits], len(rows)),
-        )
+        excess = [bound.excess(columns) for bound in self.limits]
+        kept = np.logical_and.reduce([valid, *(item <= 0 for item in excess)])
+        excess += [self._beyond_cores(limit, columns, kept) for limit in self.spread]
+        objectives = _stack([total.look_up(columns) for total in self.objectives], len(rows))
+        return Batch(objectives, valid, _stack(excess, len(rows)))
+
+    def _beyond_cores(self, limit: Limit, columns: Columns, kept: Flags) -> Numbers:
+        """1 where the fullest core is beyond a limit; looked at one by one, where everything else is kept."""
+        beyond = np.zeros(columns.shape[1], dtype=np.int64)
+        for row in np.flatnonzero(kept):
+            beyond[row] = not keeps_cores(limit, View([int(option) for option in columns[:, row]]))
+        return beyond
 
 
 def _stack(columns: Sequence[Numbers], count: int) -> Numbers:

@@ -27,7 +27,8 @@ each_problem = pytest.mark.parametrize("path", PROBLEMS, ids=lambda path: path.s
 
 def fixed_objectives(encoded: EncodedSpace, design: Design) -> tuple[int, ...] | None:
     """The counted objectives when every option literal is fixed as in `design`; None when the model refuses that."""
-    model = encoded.model.clone()
+    encoded = encoded.copy()
+    model = encoded.model
     for literals, inactive, chosen in zip(encoded.options, encoded.inactive, design, strict=True):
         for option, literal in enumerate(literals):
             model.add(model.get_bool_var_from_proto_index(literal.index) == (option == chosen))
@@ -36,10 +37,13 @@ def fixed_objectives(encoded: EncodedSpace, design: Design) -> tuple[int, ...] |
     solver = cp_model.CpSolver()
     solver.parameters.num_workers = 1
     solver.parameters.cp_model_presolve = False
-    status = solver.solve(model)
-    if status == cp_model.INFEASIBLE:
-        return None
-    assert status == cp_model.OPTIMAL
+    while True:  # until the model has learnt what this design shows
+        status = solver.solve(model)
+        if status == cp_model.INFEASIBLE:
+            return None
+        assert status == cp_model.OPTIMAL
+        if encoded.settled(design, solver.value) is not None:
+            break
     values = solver.response_proto.solution
     return tuple(item.offset + item.step * values[item.variable.index] for item in encoded.objectives)
 

@@ -483,3 +483,21 @@ class Architecture:
         if after and self.chance(0.7):
             path.append(after[0])
         return path
+
+
+def state_cores(rng: random.Random, document: dict[str, Any]) -> None:
+    """Sometimes a thread has its core, or may choose among some."""
+    kinds = document["processor_types"]
+    if rng.random() < 0.5:
+        return
+    for body in document["threads"].values():
+        types = [
+            kinds[kind]
+            for slot in as_list(body.get("processor"))
+            for kind in as_list(document["processors"][slot]["type"])
+        ]
+        most = max((int(core) for kind in types for core in as_list(kind.get("cores", "1"))), default=0)
+        if most > 1 and rng.random() < 0.6:
+            chosen = sorted(rng.sample(range(1, most + 1), rng.choice([1, min(2, most)])))
+            chosen = [1] if rng.random() < 0.4 else chosen
+            body["core"] = str(chosen[0]) if len(chosen) == 1 else [str(core) for core in chosen]

@@ -30,8 +30,9 @@ Where the documents leave something open, this is how they are read here:
 13. A component that nothing triggers, and a boundary without a rate, have rate 0.
 14. A design with any cycle of event-triggered components is invalid, also when a sporadic one or a source is in it. A
     connection that states its rate breaks the cycle; so does a periodic or hybrid component.
-15. ``utilisation`` with ``>=``, ``>`` or ``==`` compares the sum with limit * cores; only ``<=`` and ``<`` look at
-    each thread. An empty slot has utilisation 0 of 1 core.
+15. ``utilisation`` with ``>=``, ``>`` or ``==`` compares the sum with limit * cores; ``<=`` and ``<`` ask for each
+    core: some way to put the threads on cores keeps the limit on every one. A stated ``core`` stays; of a list one is
+    chosen (nothing that is asked here depends on which). An empty slot has utilisation 0 of 1 core.
 16. A share of the bandwidth, required of every bus, concerns only those with a bandwidth.
 17. A virtual bus type used directly costs its price once when a connection uses it.
 18. Rules may also name fixed fields; quantities are compared after their rounding, as options are. A
@@ -212,6 +213,7 @@ def _figures(problem: Problem, reading: Reading) -> dict[str, Any]:
         figures["flows"][flow] = {"min": best, "max": worst, "jitter": worst - best, "rows": rows}
     figures["shares"] = reading.shares()
     figures["utilisation"] = {slot: sum(parts.values(), Fraction(0)) for slot, parts in figures["shares"].items()}
+    figures["peak"] = {slot: reading.peak(slot, shares) for slot, shares in figures["shares"].items()}
     figures["cores"] = {slot: int(reading.get(slot, "cores") or 1) for slot in problem.sections["processors"]}
     figures["rates"] = {
         name: reading.rate(name) for section in ("devices", "threads") for name in problem.sections[section]
@@ -376,7 +378,7 @@ def needed_limit(problem: Problem, figures: Mapping[str, Any], text: str) -> Fra
     if metric != "utilisation":
         return quantities.per_second(*_value(problem, figures, requirement.metric))
     needed = figures["utilisation"][of] / figures["cores"][of]
-    return max([needed, *figures["shares"][of].values()]) if requirement.operator in ("<=", "<") else needed
+    return max(needed, figures["peak"][of]) if requirement.operator in ("<=", "<") else needed
 
 
 def _satisfied(
@@ -400,7 +402,7 @@ def _satisfied(
         raise ValueError(f"{requirement.text!r} compares different dimensions")
     if metric != "utilisation":
         return compare(value, limit.value)
-    alone = figures["shares"][subject].values() if requirement.operator in ("<=", "<") else ()
+    alone = [figures["peak"][subject]] if requirement.operator in ("<=", "<") else []
     return compare(value, limit.value * figures["cores"][subject]) and all(compare(s, limit.value) for s in alone)
 
 

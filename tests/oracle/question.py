@@ -160,6 +160,7 @@ def add_question(rng: random.Random, document: dict[str, Any]) -> None:
     if requirements:
         document["requirements"] = requirements
     document["objectives"] = _objectives(rng, sample, sample.satisfying(requirements))
+    _ask_for_cores(random.Random(rng.getstate()[1][1]), sample)
     _ask_for_busy_time(random.Random(rng.getstate()[1][0]), sample)
     _ask_for_extremes(random.Random(rng.getstate()[1][1]), sample)
     if rng.random() < 0.25 and sample.figures:
@@ -167,6 +168,22 @@ def add_question(rng: random.Random, document: dict[str, Any]) -> None:
     if rng.random() < 0.2:
         _add_baseline(rng, document)
     _ask_for_changes(random.Random(rng.getstate()[1][2]), document)
+
+
+def _ask_for_cores(rng: random.Random, sample: _Sample) -> None:
+    """Often a limit around what a core carries that threads have to share; drawn apart from all else."""
+    shared = [
+        (slot, peak)
+        for figures in sample.figures
+        for slot, peak in figures["peak"].items()
+        if figures["cores"][slot] > 1 and peak > max(figures["shares"][slot].values(), default=peak)
+    ]
+    if not shared or rng.random() < 0.3:
+        return
+    slot, peak = rng.choice(shared)
+    limit = max(0, rng.choice([floor, ceil])(peak * 10**6) + rng.choice([0, 0, 1, -1]))
+    text = f"utilisation of {_quote(slot)} {rng.choice(['<=', '<=', '<'])} {limit} ppm"
+    sample.document["requirements"] = [*sample.document.get("requirements", []), text]
 
 
 def _ask_for_busy_time(rng: random.Random, sample: _Sample) -> None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import operator
 from collections.abc import Callable, Mapping
 from fractions import Fraction
+from functools import cache
 from typing import Any
 
 from . import quantities
@@ -304,6 +305,20 @@ class Reading:
             found[slot][thread] = share / NS_PER_S
         return found
 
+    def peak(self, slot: str, shares: dict[str, Fraction]) -> Fraction:
+        """What the fullest core of a processor carries when its threads are put on cores as evenly as can be."""
+        count = int(self.get(slot, "cores") or 1)
+        taken, ways = [Fraction(0)] * count, []
+        for thread, share in shares.items():
+            cores = [int(core) for core in as_list(self.problem.component(thread).get("core"))] or range(1, count + 1)
+            if count == 1:
+                taken[0] += share
+            elif len(cores) == 1:
+                taken[cores[0] - 1] += share
+            else:
+                ways.append([(core - 1, share) for core in cores if core <= count])
+        return _evenly(tuple(taken), tuple(map(tuple, ways)))
+
     @staticmethod
     def _worst(text: str | None) -> int:
         return 0 if text is None else quantities.time_range(text)[1]
@@ -365,6 +380,7 @@ class Reading:
     def check(self) -> None:
         """Raises InvalidDesign unless the bindings, the trigger graph and the rules admit this design."""
         self.check_processes()
+        self.check_cores()
         self.check_slots()
         for name, section in self.problem.section_of.items():
             if section in ("devices", "threads"):
@@ -372,6 +388,14 @@ class Reading:
         for rule in self.problem.rules:
             if self.holds(rule.condition) is rule.forbid:
                 raise InvalidDesign(f"rule: {rule.text}")
+
+    def check_cores(self) -> None:
+        """A stated core is one that the processor has."""
+        for thread, body in self.problem.sections["threads"].items():
+            cores, slot = as_list(body.get("core")), self.processor_of(thread)
+            count = int(self.get(slot, "cores") or 0) if slot is not None and cores else 0
+            if slot is not None and cores and min(map(int, cores)) > count and (len(cores) == 1 or count > 1):
+                raise InvalidDesign(f"{slot} has no core for {thread}")
 
     def check_processes(self) -> None:
         homes: dict[str, str | None] = {}
@@ -455,3 +479,16 @@ class Reading:
             return self.type_of(name) != NONE
         typed = [n for n, section in self.problem.section_of.items() if section != "connections"]
         return name in {self.type_of(component) for component in typed} | self.carrying()
+
+
+@cache
+def _evenly(taken: tuple[Fraction, ...], ways: tuple[tuple[tuple[int, Fraction], ...], ...]) -> Fraction:
+    """The least that the fullest core can carry, by trying every way to put the threads on cores."""
+    if not ways:
+        return max(taken)
+    found = []
+    for core, share in ways[0]:
+        loads = list(taken)
+        loads[core] += share
+        found.append(_evenly(tuple(loads), ways[1:]))
+    return min(found)

@@ -509,6 +509,7 @@ KINDS = {
     "alternatives inside buses type",
     "alternatives inside a processor type map",
     "threads.process",
+    "threads.core",
     "connection inside a process",
     "threads.callback_execution_time",
     "threads.dispatch_trigger",

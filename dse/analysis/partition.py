@@ -1,0 +1,311 @@
+"""Threads on the cores of a processor: a partition that keeps every core within a capacity, or a proof of none.
+
+First-fit by decreasing use finds one nearly always; where it does not, a complete search decides it (bin packing is
+NP-hard: S. Martello and P. Toth, "Knapsack Problems", Wiley 1990, chapter 8), as far as its effort is allowed to go.
+"""
+
+from __future__ import annotations
+
+import operator
+from collections.abc import Callable, Collection, Mapping, Sequence
+from dataclasses import dataclass, replace
+from fractions import Fraction
+from functools import partial
+from math import ceil, floor, lcm
+from typing import Any, Literal, TypeAlias, cast
+
+from dse.analysis.views import View
+from dse.space.trees import at
+from dse.space.types import Space
+
+Status: TypeAlias = Literal["found", "none", "undecided"]
+MOST_STEPS = 20_000
+"""Maximum number of times that the complete search puts a thread on a core."""
+MOST_THREADS = 300
+"""Maximum number of threads for the complete search; with more, only first-fit is tried."""
+
+
+@dataclass(frozen=True)
+class Room:
+    """The capacity of a core: at most `share` of it, or less than that where `is_strict`."""
+
+    share: Fraction
+    is_strict: bool = False
+
+    def fits(self, load: Fraction) -> bool:
+        """Whether a core may carry a load."""
+        return load < self.share if self.is_strict else load <= self.share
+
+
+WHOLE = Room(Fraction(1))
+
+
+@dataclass(frozen=True)
+class Work:
+    """A thread to be put on a core: the share of a core that it uses, and the cores that it may have, from 0."""
+
+    share: Fraction
+    cores: Collection[int]
+
+
+@dataclass(frozen=True)
+class Partition:
+    """The core of each thread, from 0, in the order given; `none` is a proof, `undecided` an end of effort.
+
+    Where none is found the cores are those of first-fit, which overloads some.
+    """
+
+    status: Status
+    cores: tuple[int, ...]
+    loads: tuple[Fraction, ...]
+
+    @property
+    def fullest(self) -> int:
+        """The core that is used most, the first of several."""
+        return max(range(len(self.loads)), key=lambda core: (self.loads[core], -core))
+
+
+def partition(work: Sequence[Work], taken: Sequence[Fraction], room: Room) -> Partition:
+    """Put threads on cores that already carry `taken`, so that the load of every core fits.
+
+    Parameters
+    ----------
+    work
+        the threads that have no core yet.
+    taken
+        for each core what is on it already.
+    room
+        the capacity of a core.
+
+    Examples
+    --------
+    Shares of 60, 50, 40 and 50 per cent fill two cores; three of 60 per cent do not fit on two.
+
+    >>> from fractions import Fraction as F
+    >>> both = (0, 1)
+    >>> half = [Work(F(share, 10), both) for share in (6, 5, 4, 5)]
+    >>> partition(half, [F(0), F(0)], WHOLE).cores
+    (0, 1, 0, 1)
+    >>> partition([Work(F(6, 10), both)] * 3, [F(0), F(0)], WHOLE).status
+    'none'
+    """
+    counted = _counted(work, taken, room)
+    order = _largest_first(counted.work)
+    status, cores, loads = _first_fit(counted, order)
+    if status != "found" and _is_hopeless(counted):
+        status = "none"
+    elif status != "found" and len(work) <= MOST_THREADS:
+        search = _Search(counted, order, MOST_STEPS)
+        status = search.run()
+        if status == "found":
+            cores, loads = search.cores, search.loads
+    return Partition(status, tuple(cores), tuple(load / counted.scale for load in loads))
+
+
+def tightest(work: Sequence[Work], taken: Sequence[Fraction]) -> Partition:
+    """The partition whose fullest core is used least; `undecided` where effort ended before that was proved."""
+    counted = _counted(work, taken, WHOLE)
+    order = _largest_first(counted.work)
+    cores, loads = _least_used(counted, order)
+    total = sum((item.share for item in counted.work), Fraction(0)) + sum(counted.taken)
+    least = max(total / len(taken), max(counted.taken), *(item.share for item in counted.work), Fraction(0))
+    status: Status = "found"
+    steps = MOST_STEPS if len(work) <= MOST_THREADS else 0
+    while status == "found" and max(loads) > least:
+        peak = max(loads)
+        search = _Search(replace(counted, fits=partial(operator.gt, peak), most=peak), order, steps)
+        status, steps = search.run(), search.steps
+        if status == "found":
+            cores, loads = search.cores, search.loads
+    found: Status = "undecided" if status == "undecided" else "found"
+    return Partition(found, tuple(cores), tuple(load / counted.scale for load in loads))
+
+
+@dataclass(frozen=True)
+class _Counted:
+    """The question in whole parts of a core, `scale` of them, where figures are plain numbers: they add up quickly.
+
+    Figures that remember how they were made stay as they are. `most` is what no load that fits is above.
+    """
+
+    work: Sequence[Work]
+    taken: Sequence[Any]
+    fits: Callable[[Any], bool]
+    most: Any
+    scale: Fraction
+
+
+def _counted(work: Sequence[Work], taken: Sequence[Fraction], room: Room) -> _Counted:
+    figures = [*taken, *(item.share for item in work)]
+    if not all(type(figure) in (int, Fraction) for figure in figures):
+        return _Counted(work, taken, room.fits, room.share, Fraction(1))
+    scale = lcm(*(figure.denominator for figure in figures))
+    share = room.share * scale
+    most = ceil(share) - 1 if room.is_strict else floor(share)
+    whole = [Work(cast(Any, int(item.share * scale)), item.cores) for item in work]
+    return _Counted(whole, [int(load * scale) for load in taken], partial(operator.ge, most), most, Fraction(scale))
+
+
+def _is_hopeless(counted: _Counted) -> bool:
+    """Whether some core is too full already, or a thread may have none."""
+    return not all(map(counted.fits, counted.taken)) or not all(item.cores for item in counted.work)
+
+
+def _largest_first(work: Sequence[Work]) -> list[int]:
+    return sorted(range(len(work)), key=lambda number: (-work[number].share, number))
+
+
+@dataclass(frozen=True)
+class Spread:
+    """The core of each thread of a processor in a design, from 1, by its number, and how much each core is used.
+
+    `status` tells of the threads whose core is neither stated nor decided; without such threads it says whether every
+    core fits. `is_open` tells whether there are any.
+    """
+
+    status: Status
+    cores: Mapping[int, int]
+    loads: tuple[Fraction, ...]
+    is_open: bool
+
+    @property
+    def fullest(self) -> int:
+        """The core that is used most, from 1; the first of several."""
+        return max(range(len(self.loads)), key=lambda core: (self.loads[core], -core)) + 1
+
+
+def spread(space: Space, processor: int, used: Mapping[int, Fraction], view: View, room: Room) -> Spread:
+    """The threads of a processor on its cores, such that every core keeps its capacity where that can be.
+
+    Parameters
+    ----------
+    used
+        the threads that run there, by number, each with the share of a core that it uses.
+    room
+        the capacity of a core. A thread that asks for first-fit has it, within whole cores, and so have those beside it
+        whose core is open: what this gives is then the only partition.
+    """
+    taken, waiting, allowed = _given(space, processor, used, view)
+    work = [Work(used[number], allowed[number]) for number in waiting]
+    if _asks_for_first_fit(space, waiting):
+        found = first_fit(work, taken)
+        found = replace(found, status="found" if all(map(room.fits, found.loads)) else "none")
+    else:
+        found = partition(work, taken, room)
+    return _as_spread(space, used, view, waiting, found)
+
+
+def even_spread(space: Space, processor: int, used: Mapping[int, Fraction], view: View) -> Spread:
+    """The threads of a processor on its cores, such that the fullest is used least, as far as cores are open."""
+    taken, waiting, allowed = _given(space, processor, used, view)
+    work = [Work(used[number], allowed[number]) for number in waiting]
+    is_given = _asks_for_first_fit(space, waiting)
+    return _as_spread(space, used, view, waiting, first_fit(work, taken) if is_given else tightest(work, taken))
+
+
+def _asks_for_first_fit(space: Space, waiting: Sequence[int]) -> bool:
+    """Whether some thread without a core has it by first-fit, not as it is best."""
+    is_open = {item.component for item in space.open_cores}
+    return any(number not in is_open for number in waiting)
+
+
+def _given(
+    space: Space, processor: int, used: Mapping[int, Fraction], view: View
+) -> tuple[list[Fraction], list[int], dict[int, Collection[int]]]:
+    """What is on each core already, the threads without one, and the cores (from 0) that these may have."""
+    count = max(1, at(space.processors[processor].cores, view))
+    taken, waiting = [Fraction(0)] * count, []
+    for number, share in used.items():
+        core = at(space.components[number].core, view) if count > 1 else 1
+        if core is None:
+            waiting.append(number)
+        else:
+            taken[min(core, count) - 1] += share
+    listed = {
+        item.component: sorted(core - 1 for core in item.decision.values if core <= count) for item in space.open_cores
+    }
+    return taken, waiting, {number: listed.get(number, range(count)) for number in waiting}
+
+
+def _as_spread(
+    space: Space, used: Mapping[int, Fraction], view: View, waiting: Sequence[int], found: Partition
+) -> Spread:
+    chosen = dict(zip(waiting, (core + 1 for core in found.cores), strict=True))
+    cores = {number: chosen.get(number) or at(space.components[number].core, view) or 1 for number in used}
+    return Spread(found.status, cores, found.loads, bool(waiting))
+
+
+def first_fit(work: Sequence[Work], taken: Sequence[Fraction]) -> Partition:
+    """Each thread, those that use most first, on the first core with room for it, else on the one that is used least.
+
+    `undecided` where a core carries more than all of it.
+    """
+    counted = _counted(work, taken, WHOLE)
+    status, cores, loads = _first_fit(counted, _largest_first(counted.work))
+    return Partition(status, tuple(cores), tuple(load / counted.scale for load in loads))
+
+
+def _first_fit(counted: _Counted, order: Sequence[int]) -> tuple[Status, list[int], list[Any]]:
+    loads, cores = list(counted.taken), [0] * len(counted.work)
+    status: Status = "found" if all(map(counted.fits, counted.taken)) else "undecided"
+    for number in order:
+        item = counted.work[number]
+        core = next((core for core in item.cores if counted.fits(loads[core] + item.share)), None)
+        if core is None:
+            status = "undecided"
+            core = min(item.cores or range(len(loads)), key=lambda one: (loads[one], one))
+        cores[number] = core
+        loads[core] += item.share
+    return status, cores, loads
+
+
+def _least_used(counted: _Counted, order: Sequence[int]) -> tuple[list[int], list[Any]]:
+    """Each thread on the core that is used least (R. L. Graham, SIAM Journal on Applied Mathematics 17, 1969)."""
+    loads, cores = list(counted.taken), [0] * len(counted.work)
+    for number in order:
+        item = counted.work[number]
+        cores[number] = min(item.cores or range(len(loads)), key=lambda one: (loads[one], one))
+        loads[cores[number]] += item.share
+    return cores, loads
+
+
+class _Search:
+    """Depth first, the largest thread first; cores that are alike are tried once."""
+
+    def __init__(self, counted: _Counted, order: Sequence[int], steps: int) -> None:
+        self.counted, self.work, self.order = counted, counted.work, order
+        self.loads, self.cores, self.steps = list(counted.taken), [0] * len(counted.work), steps
+        self.left: list[Any] = [0] * (len(order) + 1)
+        for position in range(len(order) - 1, -1, -1):
+            self.left[position] = self.left[position + 1] + self.work[order[position]].share
+        self.alike = {core for core in range(len(self.loads)) if all(core in item.cores for item in self.work)}
+
+    def run(self) -> Status:
+        """Whether there is a partition; `cores` and `loads` are one, and so many `steps` are left."""
+        found = self._place(0)
+        return "undecided" if found is None else "found" if found else "none"
+
+    def _place(self, position: int) -> bool | None:
+        """Put the threads from `position` on; None when effort ends."""
+        if position == len(self.order):
+            return True
+        most = self.counted.most
+        if sum(most - load for load in self.loads if most > load) < self.left[position]:
+            return False
+        number = self.order[position]
+        item = self.work[number]
+        tried = set()
+        for core in item.cores:
+            load = self.loads[core]
+            if (core in self.alike and load in tried) or not self.counted.fits(load + item.share):
+                continue
+            tried |= {load} if core in self.alike else set()
+            self.steps -= 1
+            if self.steps < 0:
+                return None
+            self.loads[core], self.cores[number] = load + item.share, core
+            found = self._place(position + 1)
+            if found is not False:
+                return found
+            self.loads[core] = load
+        return False

@@ -1,0 +1,189 @@
+"""Limits of each core of a processor: what the search's model knows of them, and what it learns.
+
+Sums over threads whose core is stated are rows of the model from the start (`dse.encode.requirements`). What depends on
+where the others run is left to the referee, who finds a partition for nearly every design that keeps the sum and each
+thread; where one proves to have none, the model gets rows for the processor:
+
+    x[t, k]: thread t runs on core k        sum over k of x[t, k] = 1
+    w[t] >= use of t                        for each case of its table
+    y[t, k] >= w[t] - most[t] * (1 - x[t, k])
+    sum over t of y[t, k] <= limit          for each core k
+
+The use is rounded down where it has no common unit, so that no design is lost; what the referee refuses then is
+excluded by the options that it looked at.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from fractions import Fraction
+from functools import partial
+from math import floor
+from typing import Any
+
+from ortools.sat.python import cp_model
+
+from dse.analysis.limits import Limit, keeps_cores, thread_loads
+from dse.analysis.measures import Term
+from dse.analysis.recall import Watching
+from dse.analysis.views import View, tabulate
+from dse.encode.forms import Board, floor_int
+from dse.space.trees import Choice, at, leaves
+from dse.space.types import Design, Space
+
+MOST_CASES = 2_000
+"""A thread whose use depends on more combinations of options has no rows."""
+
+
+@dataclass(frozen=True)
+class CoreLimit:
+    """An upper limit on every core of a processor; it holds while the literal `guard` (an index) is true."""
+
+    limit: Limit
+    guard: int | None = None
+
+
+class CoreLimits:
+    """The limits on cores of one model, and what has been added to it for their sake."""
+
+    def __init__(self, space: Space, model: cp_model.CpModel, literals: Literals, limits: Sequence[CoreLimit]) -> None:
+        self.space, self.model, self.literals, self.limits = space, model, literals, limits
+        self.known: set[int] = set()
+
+    def copy(self, model: cp_model.CpModel) -> CoreLimits:
+        """The same for a copy of the model."""
+        other = CoreLimits(self.space, model, self.literals, self.limits)
+        other.known = set(self.known)
+        return other
+
+    def settled(self, design: Design, is_true: Callable[[cp_model.IntVar], bool]) -> bool:
+        """Whether every core keeps its limits in a design; where one does not, the model has learnt from it."""
+        view, learnt = View(design), False
+        for number, item in enumerate(self.limits):
+            if item.guard is not None and not is_true(self._literal(item.guard)):
+                continue
+            if keeps_cores(item.limit, view):
+                continue
+            learnt = True
+            if number not in self.known:
+                self.known.add(number)
+                _Rows(self, item).add()
+            else:
+                self._forbid(item, design)
+        return not learnt
+
+    def _forbid(self, item: CoreLimit, design: Design) -> None:
+        """Not the options that the referee looked at, all together."""
+        watching = Watching(View(design))
+        keeps_cores(item.limit, watching)
+        clause = [self.literals.of(decision, option) for decision, option in watching.asked.items()]
+        clause += [] if item.guard is None else [item.guard]
+        self.model.add_bool_or([self._literal(index).negated() for index in clause])
+
+    def _literal(self, index: int) -> cp_model.IntVar:
+        return self.model.get_int_var_from_proto_index(index)
+
+
+@dataclass(frozen=True)
+class Literals:
+    """The literals of options and of inactive decisions, by index, which serve every copy of a model."""
+
+    options: Sequence[Sequence[int]]
+    inactive: Sequence[int | None]
+
+    def of(self, decision: int, option: int) -> int:
+        """The literal of an option, or of the decision's being inactive."""
+        if option >= 0:
+            return self.options[decision][option]
+        index = self.inactive[decision]
+        assert index is not None
+        return index
+
+
+class _Rows:
+    """The rows of one limit."""
+
+    def __init__(self, owner: CoreLimits, item: CoreLimit) -> None:
+        assert item.limit.processor is not None and item.limit.each is not None
+        self.owner, self.model, self.literals = owner, owner.model, owner.literals
+        self.space, self.processor = item.limit.processor
+        self.limit, self.guard = item.limit, item.guard
+        self.count = max([1, *leaves(self.space.processors[self.processor].cores)])
+        self.scale = item.limit.measure.scale
+
+    def add(self) -> None:
+        """Every core's sum is within the limit; a thread with too many cases is left out, which loses no design."""
+        assert self.limit.each is not None
+        most = self.limit.each * self.scale
+        room = -floor(-most) - 1 if self.limit.requirement.operator == "<" else floor_int(most)
+        columns: list[list[Any]] = [[] for _ in range(self.count)]
+        numbers = {item.name: number for number, item in enumerate(self.space.components)}
+        for name, terms in thread_loads(self.limit.measure.terms).items():
+            for core, share in enumerate(self._shares(numbers[name], terms)):
+                columns[core].append(share)
+        held = [] if self.guard is None else [self.owner._literal(self.guard)]
+        for column in columns:
+            self.model.add(sum(column) <= room).only_enforce_if(held)
+
+    def _shares(self, number: int, terms: Sequence[Term]) -> list[Any]:
+        """What a thread uses of each core, as variables."""
+
+        def use(view: View) -> int:
+            if at(self.space.components[number].processor, view) != self.processor:
+                return 0
+            return floor(sum((term.value(view) for term in terms), Fraction(0)) * self.scale)
+
+        cases = tabulate(self.space, use, MOST_CASES)
+        most = max((case.value for case in cases or ()), default=0)
+        if cases is None or not most:
+            return []
+        whole = self.model.new_int_var(0, most, "")
+        for case in cases:
+            if case.value:
+                self.model.add(whole >= case.value).only_enforce_if(self._all(case.conditions))
+        shares = []
+        for place in self._places(number):
+            share = self.model.new_int_var(0, most, "")
+            self.model.add(share >= whole - most * (1 - place))
+            shares.append(share)
+        return shares
+
+    def _all(self, conditions: Sequence[tuple[int, int]]) -> list[Any]:
+        return [self.owner._literal(self.literals.of(decision, option)) for decision, option in conditions]
+
+    def _places(self, number: int) -> list[Any]:
+        """For each core whether the thread runs there: as stated, as decided, or as the model likes."""
+        tree = self.space.components[number].core
+        if isinstance(tree, int):
+            return [int(core + 1 == tree) for core in range(self.count)]
+        item = next((one for one in self.space.open_cores if one.component == number), None)
+        values = item.decision.values if item is not None else tuple(range(1, self.count + 1))
+        if isinstance(tree, Choice) and item is not None:
+            chosen = dict(zip(values, self.literals.options[item.index], strict=True))
+            return [self.owner._literal(chosen[core]) if core in chosen else 0 for core in range(1, self.count + 1)]
+        places = [self.model.new_bool_var("") for _ in range(self.count)]
+        self.model.add_exactly_one(places)
+        for core, place in enumerate(places, start=1):
+            if core not in values:
+                self.model.add(place == 0)
+        for case in tabulate(self.space, partial(_cores, self.space, self.processor), MOST_CASES) or ():
+            for place in places[case.value :]:
+                self.model.add_bool_or([place.negated(), *(one.negated() for one in self._all(case.conditions))])
+        return places
+
+
+def _cores(space: Space, processor: int, view: View) -> int:
+    return max(1, int(at(space.processors[processor].cores, view)))
+
+
+def core_limits_of(board: Board) -> CoreLimits | None:
+    """What the model of a board knows of its limits on cores, one for all that is asked of the board; None without."""
+    if not board.core_limits:
+        return None
+    if board.cores is None:
+        options = [[literal.index for literal in literals] for literals in board.options]
+        inactive = [literal.index if literal is not None else None for literal in board.inactive]
+        board.cores = CoreLimits(board.space, board.model, Literals(options, inactive), board.core_limits)
+    found: CoreLimits = board.cores
+    return found

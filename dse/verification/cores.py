@@ -1,0 +1,192 @@
+"""Limits of each core in the second proof: threads are put on cores by a model of its own, or looked at row by row."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import partial
+from math import ceil, floor, lcm
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+from ortools.sat.python import cp_model
+
+from dse.analysis.limits import Limit, keeps_cores, thread_loads
+from dse.analysis.measures import Term
+from dse.analysis.views import View
+from dse.space.trees import at
+from dse.space.trees import leaves as leaves_of
+from dse.space.types import Space
+from dse.verification.diagrams import NO_DESIGN, Diagram, leaves
+
+OPEN, ELSEWHERE = 0, -1
+"""What stands for the core of a thread that has none yet, or runs on another processor."""
+
+
+@dataclass(frozen=True)
+class ThreadUse:
+    """What a thread uses of a core, as a sum of diagrams of integers; its core from 1; the cores that it may have."""
+
+    parts: tuple[Diagram, ...]
+    core: Diagram
+    may_have: frozenset[int]
+
+
+@dataclass(frozen=True)
+class CoreTable:
+    """A limit on every core: what threads use together on one is at most `room`, with as many cores as `count` says.
+
+    Where it is not `exact` every design that keeps the limit is admitted, and some others.
+    """
+
+    limit: Limit
+    threads: tuple[ThreadUse, ...]
+    count: Diagram
+    most: int
+    room: int
+    exact: bool
+
+
+def core_table(
+    limit: Limit,
+    term: Callable[[Term], Diagram],
+    diagram: Callable[[Callable[[View], Any], str], Diagram],
+    mapped: Callable[[Diagram, Callable[[Any], Any]], Diagram],
+    exact_below: int,
+    coarse: int,
+) -> CoreTable | None:
+    """The table of a limit; None where every core keeps it as soon as the sum and each thread do.
+
+    Parameters
+    ----------
+    term, diagram, mapped
+        make the diagram of a summand (exact fractions) and of a formula, and change leaves.
+    exact_below, coarse
+        sums stay below the first for an exact table; else shares are rounded down to one of so many parts.
+    """
+    assert limit.processor is not None and limit.each is not None
+    (space, processor), name = limit.processor, limit.requirement.text
+    most = max([1, *leaves_of(space.processors[processor].cores)])
+    if most < 2:
+        return None
+    numbers = {item.name: number for number, item in enumerate(space.components)}
+    listed = {
+        numbers[thread]: [term(item) for item in terms] for thread, terms in thread_loads(limit.measure.terms).items()
+    }
+    everything = [part for parts in listed.values() for part in parts]
+    scale = lcm(limit.each.denominator, *(leaf.denominator for part in everything for leaf in leaves(part)))
+    biggest = sum(max((leaf for leaf in leaves(part)), default=0) for part in everything)
+    exact = biggest * scale < exact_below
+    scale = scale if exact else coarse
+    strict = limit.requirement.operator == "<"
+    room = ceil(limit.each * scale) - 1 if strict else floor(limit.each * scale)
+
+    def counted(part: Diagram) -> Diagram:
+        return mapped(part, lambda leaf: 0 if leaf is NO_DESIGN else floor(leaf * scale))
+
+    threads = tuple(
+        ThreadUse(
+            tuple(counted(part) for part in parts),
+            mapped(
+                diagram(partial(_core, space, processor, number), f"{name}: a core"),
+                lambda leaf: ELSEWHERE if leaf is NO_DESIGN else leaf,
+            ),
+            _may_have(space, number, most),
+        )
+        for number, parts in listed.items()
+    )
+    count = mapped(diagram(partial(_count, space, processor), name), lambda leaf: 1 if leaf is NO_DESIGN else leaf)
+    by_rule = any(
+        OPEN in leaves(item.core) and not _is_open(space, number) for item, number in zip(threads, listed, strict=True)
+    )
+    return CoreTable(limit, threads, count, most, room, exact and not by_rule)
+
+
+def _core(space: Space, processor: int, number: int, view: View) -> int:
+    component = space.components[number]
+    if at(component.processor, view) != processor:
+        return ELSEWHERE
+    if _count(space, processor, view) < 2:
+        return 1
+    core = at(component.core, view)
+    return OPEN if core is None else int(core)
+
+
+def _count(space: Space, processor: int, view: View) -> int:
+    return max(1, int(at(space.processors[processor].cores, view)))
+
+
+def _is_open(space: Space, number: int) -> bool:
+    return any(item.component == number for item in space.open_cores)
+
+
+def _may_have(space: Space, number: int, most: int) -> frozenset[int]:
+    values = next((item.decision.values for item in space.open_cores if item.component == number), range(1, most + 1))
+    return frozenset(values)
+
+
+def fitting(
+    table: CoreTable, value: Callable[[Diagram], npt.NDArray[np.int64]], view_of: Callable[[int], View], count: int
+) -> npt.NDArray[np.bool_]:
+    """Which of `count` rows of designs keep a limit on cores; `value` looks a diagram up in all of them.
+
+    Rows that are alike in what counts are looked at once.
+    """
+    uses = [sum((value(part) for part in item.parts), np.zeros(count, dtype=np.int64)) for item in table.threads]
+    cores = [value(item.core) for item in table.threads]
+    available = value(table.count)
+    whole = sum(
+        (np.where(core == ELSEWHERE, 0, use) for use, core in zip(uses, cores, strict=True)),
+        np.zeros(count, dtype=object),
+    )
+    is_free = np.logical_and.reduce(
+        [(core <= OPEN) & (len(item.may_have) == table.most) for core, item in zip(cores, table.threads, strict=True)]
+    )
+    easy = is_free & (whole * 2 <= table.room * (available + 1))  # as first-fit proves (Lopez and others, 2004)
+    found = np.ones(count, dtype=bool)
+    hard = np.flatnonzero(~easy)
+    if not len(hard):
+        return found
+    if not table.exact:
+        found[hard] = [keeps_cores(table.limit, view_of(int(row))) for row in hard]
+        return found
+    alike = np.stack([*(use[hard] for use in uses), *(core[hard] for core in cores), available[hard]], axis=1)
+    _, first, back = np.unique(alike, axis=0, return_index=True, return_inverse=True)
+    verdicts = np.array([keeps_cores(table.limit, view_of(int(hard[row]))) for row in first], dtype=bool)
+    found[hard] = verdicts[back.reshape(-1)]
+    return found
+
+
+def add_cores(model: cp_model.CpModel, table: CoreTable, value: Callable[[Diagram], Any]) -> None:
+    """Put each thread on one core, so that no core carries more than there is room for."""
+
+    def variable(diagram: Diagram) -> Any:
+        found = value(diagram)
+        return model.new_constant(found) if isinstance(found, int) else found
+
+    available = variable(table.count)
+    on_core: list[list[Any]] = [[] for _ in range(table.most)]
+    for item in table.threads:
+        most = sum(max((int(leaf) for leaf in leaves(part)), default=0) for part in item.parts)
+        use = sum(variable(part) for part in item.parts)
+        core, stated, is_open = (
+            model.new_int_var(ELSEWHERE, table.most, ""),
+            variable(item.core),
+            model.new_bool_var(""),
+        )
+        model.add(stated == OPEN).only_enforce_if(is_open)
+        model.add(stated != OPEN).only_enforce_if(is_open.negated())
+        model.add(core == stated).only_enforce_if(is_open.negated())
+        places = cp_model.Domain.from_values(sorted(core for core in item.may_have if core <= table.most))
+        model.add_linear_expression_in_domain(core, places).only_enforce_if(is_open)
+        model.add(core <= available).only_enforce_if(is_open)
+        for number, shares in enumerate(on_core, start=1):
+            here = model.new_bool_var("")
+            model.add(core == number).only_enforce_if(here)
+            model.add(core != number).only_enforce_if(here.negated())
+            share = model.new_int_var(0, most, "")
+            model.add(share >= use).only_enforce_if(here)
+            shares.append(share)
+    for shares in on_core:
+        model.add(sum(shares) <= table.room)

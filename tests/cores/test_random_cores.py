@@ -1,0 +1,120 @@
+"""Threads that fill the cores of a processor: the search, both second proofs and robust fronts against exhaustion.
+
+``DSE_RANDOM_PROBLEMS=5000`` looks at a tenth as many problems instead of the default.
+"""
+
+from __future__ import annotations
+
+import os
+import random
+import re
+from fractions import Fraction
+
+import pytest
+
+import dse
+from dse.pareto.front import search_front
+from tests.oracle import evaluator as oracle
+from tests.properties.pair import Pair
+from tests.properties.test_against_oracle import figures_agree, fronts_agree
+
+COUNT = int(os.environ.get("DSE_RANDOM_PROBLEMS", "500")) // 10
+PERIODS = ("8 ms", "10 ms", "12 ms", "15 ms", "20 ms", "24 ms")
+
+
+def crowded(seed: int, *, limit: str = "", objectives: str = "minimise utilisation of p, minimise price") -> str:
+    """Four to six threads on two or three cores, which they fill; some have their core, or a choice of cores."""
+    rng = random.Random(seed)
+    lines = [
+        "dse: 1",
+        f"name: crowded {seed}",
+        "processor_types: {duo: {cores: 2, price: 10 EUR}, trio: {cores: 3, price: 20 EUR}}",
+        f"processors: {{p: {{type: {rng.choice(['[duo, trio]', 'duo', 'trio'])}}}}}",
+        "threads:",
+    ]
+    names = [f"t{number}" for number in range(rng.randint(4, 6))]
+    for name in names:
+        periods = rng.sample(PERIODS, rng.choice([1, 2, 2, 3]))
+        core = rng.choice(["", "", "", ", core: 1", ", core: 2", ", core: [1, 2]"])
+        worst = f"{rng.randint(15, 75) / 10} ms"
+        lines.append(
+            f"  {name}: {{processor: p, period: [{', '.join(periods)}], compute_execution_time: {worst}{core}}}"
+        )
+    lines += [
+        f"flows: {{f: {{path: [{names[0]}]}}}}",
+        f"requirements: ['utilisation of p {limit or rng.choice(['<= 100 %', '< 100 %', '<= 90 %', '<= 83.3 %'])}']",
+        f"objectives: [{objectives}]",
+    ]
+    return "\n".join(lines) + "\n"
+
+
+@pytest.mark.parametrize("seed", range(COUNT))
+def test_the_front_is_that_of_exhaustion(seed: int) -> None:
+    pair = Pair(crowded(seed))
+    figures_agree(pair)
+    found = search_front(pair.evaluator)
+    assert found.is_complete
+    fronts_agree(pair, found.points)
+    assert found.points == pair.own_front()
+
+
+@pytest.mark.parametrize("seed", range(1000, 1000 + COUNT // 4))
+def test_both_second_proofs_confirm_it(seed: int) -> None:
+    problem = dse.loads(crowded(seed))
+    result = dse.solve(problem)
+    for method in ("exhaustion", "model"):
+        assert dse.verify(result, problem=problem, method=method).status == "verified"
+
+
+@pytest.mark.parametrize("seed", range(2000, 2000 + COUNT // 2))
+def test_the_closest_limit_is_that_of_exhaustion(seed: int) -> None:
+    text = crowded(seed, limit="<= 5 %")
+    pair = Pair(text)
+    assert not pair.feasible
+    (advice,) = dse.explain(pair.product).relaxations
+    needed = min(oracle.needed_limit(pair.oracle, item.figures, "utilisation of p <= 5 %") for item in pair.valid)
+    assert advice.closest == needed * 10**6
+    assert dse.verify(dse.solve(pair.product), problem=pair.product).status == "verified"
+    assert dse.solve(dse.loads(text.replace("utilisation of p <= 5 %", advice.text))).status == "complete"
+
+
+@pytest.mark.parametrize("seed", range(3000, 3000 + COUNT // 4))
+def test_break_points_of_the_limit_are_those_of_exhaustion(seed: int) -> None:
+    text = crowded(seed, limit="<= 100 %", objectives="minimise price, maximise latency")
+    pair = Pair(text)
+    sweep = dse.sweep(pair.product, "utilisation of p=1 %..100 %")
+    stretches = sweep.runs[0].outcome["stretches"] if sweep.runs[0].outcome["status"] == "complete" else []
+    needs = {
+        id(item): oracle.needed_limit(pair.oracle, item.figures, "utilisation of p <= 100 %") for item in pair.feasible
+    }
+    for stretch in stretches:
+        limit = Fraction(stretch["from"]) / 10**6
+        admitted = oracle.non_dominated({item.vector for item in pair.feasible if needs[id(item)] <= limit})
+        assert len(stretch["front"]) == len(admitted)
+    least = min(needs.values(), default=None)
+    assert (least is None) == (not stretches)
+    if stretches:
+        assert Fraction(stretches[0]["from"]) == max(least * 10**6, 10_000)
+
+
+@pytest.mark.parametrize("seed", range(4000, 4000 + COUNT // 4))
+def test_a_robust_front_is_that_of_the_longest_times(seed: int) -> None:
+    """With every execution time up to a tenth longer, the robust front is the front with a tenth more everywhere."""
+    text = crowded(seed, limit="<= 100 %", objectives="minimise price, maximise min latency of f")
+    stated = "".join(
+        f"  threads.{name}.compute_execution_time: {{factor: 1 .. 1.1}}\n"
+        for name in dse.loads(text).loaded.spec.threads
+    )
+    robust = dse.solve_robust(f"{text}uncertainty:\n{stated}").robust
+    longer = dse.solve(dse.loads(with_tenth(text)))
+    assert [point.decisions for point in robust.front] == [point.decisions for point in longer.front]
+
+
+def with_tenth(text: str) -> str:
+    """The problem with every longest execution time a tenth longer."""
+
+    def more(found: re.Match[str]) -> str:
+        value = Fraction(found[1])
+        return f"compute_execution_time: {found[1]} ms .. {float(value * 11 / 10):.2f} ms"
+
+    return re.sub(r"compute_execution_time: ([\d.]+) ms", more, text)
