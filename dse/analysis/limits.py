@@ -32,6 +32,8 @@ from dse.space.types import Component, Requirement, Space
 from dse.units import DIMENSIONLESS
 
 MANY_CASES = 10_000
+FULLEST = "the fullest core"
+"""What is said of a core that has no number, for threads may have others."""
 
 HOLDS: dict[str, Callable[[Fraction, Fraction], bool]] = {
     "<=": lambda value, limit: value <= limit,
@@ -97,6 +99,11 @@ class Verdict:
     worst_core: int = 0
     core_load: Fraction = Fraction(0)
     spread: Spread | None = None
+
+    @property
+    def who(self) -> str:
+        """The thread, or the core, that alone breaks the limit; "" where none does, or the sum does."""
+        return self.worst_term or (core_words(self.spread) if self.worst_core and self.spread is not None else "")
 
     @property
     def slack(self) -> Fraction:
@@ -237,7 +244,7 @@ def needed_share(limit: Limit, view: View, *, of_total: bool = False) -> tuple[F
 
 def core_words(found: Spread) -> str:
     """The fullest core in words: its number where every core is stated or decided."""
-    return "the fullest core" if found.is_open else f"core {found.fullest}"
+    return FULLEST if found.is_open else f"core {found.fullest}"
 
 
 def judge(limit: Limit, view: View) -> Verdict:

@@ -207,7 +207,7 @@ def recomputed(
     bench.compare(f"{place}.decisions", decisions_of(bench.space, evaluation.design), dict(point["decisions"]))
     for verdict in evaluation.verdicts:
         if not verdict.holds:
-            alone = f", by {verdict.worst_term} alone" if verdict.worst_term else ""
+            alone = f", by {verdict.who} alone" if verdict.who else ""
             text = f"{called} breaks {verdict.requirement.text!r}{alone}"
             bench.find(place, f"{text}: {verdict.value} {verdict.unit}, the limit is {verdict.limit}")
     if bench.witness is not None and evaluation.is_feasible:

@@ -7,6 +7,7 @@ from fractions import Fraction
 
 from rich.console import Console
 
+from dse.analysis.limits import FULLEST
 from dse.report.plain import basis_words
 from dse.report.words import amount_words, exclusion_words
 from dse.results.explanation import Demand, Example, Explanation, GiveUp, Offer, Relaxation
@@ -166,7 +167,7 @@ def _moved(say: _Printer, item: Relaxation, currency: str) -> str:
         miss = amount_words(abs(item.closest - item.limit), item.unit, currency, DIGITS)
         said.append(f"{miss} {'more' if item.closest > item.limit else 'less'}")
     if item.thread:
-        said.append(f"{item.thread} alone needs so much of one core")
+        said.append(f"{item.thread} alone needs so much{_of_core(item.thread)}")
     aside = f" ({'; '.join(said)})" if said else ""
     return f"feasible {where}{aside}, i.e. `{item.text}`, e.g. {say.example(item.example)}"
 
@@ -252,6 +253,11 @@ def _letters(number: int) -> str:
     return (_letters(head - 1) if head else "") + chr(ord("A") + last)
 
 
+def _of_core(who: str) -> str:
+    """Of what a thread needs so much; a core needs it of itself."""
+    return "" if who == FULLEST or who.startswith("core ") else " of one core"
+
+
 def _clash(clash: Clash, currency: str) -> str:
     text = f"{clash.text}{_origin(clash.origin)}"
     if clash.unbounded:
@@ -262,7 +268,7 @@ def _clash(clash: Clash, currency: str) -> str:
     if clash.text.endswith("<= its deadline"):
         return f"{text}: at best {closest} after it"
     miss = amount_words(clash.miss, clash.unit, currency, DIGITS)
-    by_thread = f"; {clash.thread} alone needs so much of one core" if clash.thread else ""
+    by_thread = f"; {clash.thread} alone needs so much{_of_core(clash.thread)}" if clash.thread else ""
     if not clash.miss:
         return f"{text}: the closest is {closest}, which is the limit itself{by_thread}"
     side = "above" if clash.closest > clash.limit else "below"

@@ -326,8 +326,8 @@ def _print_verdicts(console: Console, analysis: Analysis) -> None:
             figures = [readable(value, verdict.unit, currency, 6) for value in (verdict.value, verdict.limit)]
             figures.append(slack_words(verdict.slack, verdict.unit, currency))
             said = "holds" if verdict.holds else "BROKEN"
-            if verdict.worst_term:
-                said += f" by {verdict.worst_term} alone"
+            if verdict.who:
+                said += f" by {verdict.who} alone"
             table.add_row(_plain(verdict.requirement.text), *figures, _plain(said))
         console.print(table)
     for warning in analysis.warnings:

@@ -156,7 +156,7 @@ class Analysis:
                     "slack": exact(verdict.slack),
                     "unit": verdict.unit,
                     "holds": verdict.holds,
-                    "worst_thread": verdict.worst_term or None,
+                    "worst_thread": verdict.who or None,
                 }
                 for verdict in self.verdicts
             ],
