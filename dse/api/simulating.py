@@ -9,6 +9,7 @@ from dataclasses import replace
 from math import ceil
 from typing import Literal, TypeAlias, Unpack
 
+from dse.analysis.contention import cores_of
 from dse.analysis.evaluate import Evaluator
 from dse.analysis.latency import flow_rows
 from dse.analysis.rates import is_event_triggered
@@ -111,7 +112,8 @@ def simulate(
         raise UsageError(f"not a valid design: {'; '.join(evaluation.breaches)}")
     if runs < 1 or not 0 <= drift_ppm <= MOST_DRIFT_PPM:
         raise UsageError(f"at least one run, and a drift from 0 to {MOST_DRIFT_PPM} ppm")
-    plan = build_plan(space, evaluation.design, contention=contention, endless_queues=endless_queues)
+    cores = cores_of(space, evaluation.design) if contention else None
+    plan = build_plan(space, evaluation.design, cores=cores, endless_queues=endless_queues)
     whole = _setting(space, plan, _read_duration(duration))
     setting = replace(whole, execution=execution, bus_contention=bus_contention, seed=seed)
     _check_effort(plan, setting)

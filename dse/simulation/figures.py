@@ -80,8 +80,8 @@ class Figures:
         return NS_PER_S / max(rates) if rates else Fraction(self.probe_ns)
 
 
-def read_figures(space: Space, design: Design) -> Figures:
-    """The figures of a valid design."""
+def read_figures(space: Space, design: Design, cores: Mapping[int, int]) -> Figures:
+    """The figures of a valid design; `cores` has the core, from 1, of each thread by number (else the first)."""
     reader = _Reader(space, design)
     components = [reader.component(number) for number in range(len(space.components))]
     connections = [reader.connection(item) for item in space.connections]
@@ -92,7 +92,12 @@ def read_figures(space: Space, design: Design) -> Figures:
         if figures.executes
     }
     return Figures(
-        space, components, connections, _placed(space, design, components), shares, max(periods, default=PROBE_NS)
+        space,
+        components,
+        connections,
+        _placed(space, design, components, cores),
+        shares,
+        max(periods, default=PROBE_NS),
     )
 
 
@@ -210,36 +215,20 @@ class _Reader:
 
 
 def _placed(
-    space: Space, design: Design, components: Sequence[ComponentFigures]
+    space: Space, design: Design, components: Sequence[ComponentFigures], cores: Mapping[int, int]
 ) -> dict[int, tuple[tuple[int, int], int]]:
-    """Core and rank of each thread: stated cores, then first-fit by decreasing use; ranked by priority and rate.
-
-    Threads of one stated priority have one rank.
-    """
+    """Core and rank of each thread; ranked by priority and rate. Threads of one stated priority have one rank."""
+    queues: dict[tuple[int, int], list[int]] = {}
+    for index, item in enumerate(space.components):
+        processor = at(item.processor, design)
+        if processor is not None:
+            queues.setdefault((processor, cores.get(index, 1) - 1), []).append(index)
     result: dict[int, tuple[tuple[int, int], int]] = {}
-    for number, slot in enumerate(space.processors):
-        here = [index for index, item in enumerate(space.components) if at(item.processor, design) == number]
-        room = [Fraction(1)] * max(1, at(slot.cores, design))
-        use = {index: _use(components[index]) for index in here}
-        given = {index: at(space.components[index].core, design) for index in here}
-        where: dict[int, int] = {index: core - 1 for index, core in given.items() if core is not None}
-        for index, core in where.items():
-            room[core] -= use[index]
-        for index in sorted((index for index in here if given[index] is None), key=lambda index: (-use[index], index)):
-            fits = [core for core, left in enumerate(room) if left >= use[index]]
-            where[index] = fits[0] if fits else room.index(max(room))
-            room[where[index]] -= use[index]
-        for core in range(len(room)):
-            queue = [index for index in here if where[index] == core]
-            ranks = {index: _rank(space.components[index], components[index], design, index) for index in queue}
-            order = sorted(set(ranks.values()))
-            result |= {index: ((number, core), order.index(rank)) for index, rank in ranks.items()}
+    for core, queue in queues.items():
+        ranks = {index: _rank(space.components[index], components[index], design, index) for index in queue}
+        order = sorted(set(ranks.values()))
+        result |= {index: (core, order.index(rank)) for index, rank in ranks.items()}
     return result
-
-
-def _use(figures: ComponentFigures) -> Fraction:
-    callback = figures.callback_ns[1] * figures.input_hz if figures.callback_ns is not None else Fraction(0)
-    return ((figures.demand_ns[1] * figures.rate_hz if figures.executes else 0) + callback) / NS_PER_S
 
 
 def _rank(component: Component, figures: ComponentFigures, design: Design, index: int) -> tuple[Any, ...]:

@@ -107,19 +107,23 @@ class Plan:
         return total
 
 
-def build_plan(space: Space, design: Design, *, contention: bool = False, endless_queues: bool = False) -> Plan:
+def build_plan(
+    space: Space, design: Design, *, cores: Mapping[int, int] | None = None, endless_queues: bool = False
+) -> Plan:
     """The plan of a valid design.
 
     Parameters
     ----------
     space, design
         a problem, and an option for each of its decisions.
-    contention
-        threads share the cores of their processors; otherwise each task has a core of its own.
+    cores
+        threads share the cores of their processors: the core, from 1, of each by its number (else the first). Without,
+        each task has a core of its own.
     endless_queues
         every queue holds whatever arrives; otherwise as many as `queue_size` says, none where it says nothing.
     """
-    figures = read_figures(space, design)
+    contention = cores is not None
+    figures = read_figures(space, design, cores or {})
     links = _links(space, figures, endless=endless_queues)
     tasks = _tasks(space, figures, contention=contention, endless=endless_queues)
     places: dict[int, list[StepKey]] = {}
