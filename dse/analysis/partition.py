@@ -212,27 +212,41 @@ def _asks_for_first_fit(space: Space, waiting: Sequence[int]) -> bool:
 def _given(
     space: Space, processor: int, used: Mapping[int, Fraction], view: View
 ) -> tuple[list[Fraction], list[int], dict[int, Collection[int]]]:
-    """What is on each core already, the threads without one, and the cores (from 0) that these may have."""
-    count = max(1, at(space.processors[processor].cores, view))
+    """What is on each core already, the threads without one, and the cores (from 0) that these may have.
+
+    Where a study moves the number of cores, a core that is not there is the last one, and a part of a core is none.
+    """
+    count = max(1, floor(at(space.processors[processor].cores, view)))
     taken, waiting = [Fraction(0)] * count, []
     for number, share in used.items():
-        core = at(space.components[number].core, view) if count > 1 else 1
+        core = _own_core(space, number, view, count)
         if core is None:
             waiting.append(number)
         else:
-            taken[min(core, count) - 1] += share
+            taken[core - 1] += share
     listed = {
         item.component: sorted(core - 1 for core in item.decision.values if core <= count) for item in space.open_cores
     }
     return taken, waiting, {number: listed.get(number, range(count)) for number in waiting}
 
 
+def _own_core(space: Space, number: int, view: View, count: int) -> int | None:
+    """The core, from 1, that a thread has whatever the others do; None where it has none."""
+    core = at(space.components[number].core, view) if count > 1 else 1
+    return None if core is None else min(int(core), count)
+
+
 def _as_spread(
     space: Space, used: Mapping[int, Fraction], view: View, waiting: Sequence[int], found: Partition
 ) -> Spread:
     chosen = dict(zip(waiting, (core + 1 for core in found.cores), strict=True))
-    cores = {number: chosen.get(number) or at(space.components[number].core, view) or 1 for number in used}
-    return Spread(found.status, cores, found.loads, bool(waiting))
+    own = {number: _own_core(space, number, view, len(found.loads)) for number in used}
+    return Spread(
+        found.status,
+        {number: chosen[number] if core is None else core for number, core in own.items()},
+        found.loads,
+        bool(waiting),
+    )
 
 
 def first_fit(work: Sequence[Work], taken: Sequence[Fraction]) -> Partition:
