@@ -216,7 +216,8 @@ def _given(
 
     Where a study moves the number of cores, a core that is not there is the last one, and a part of a core is none.
     """
-    count = max(1, floor(at(space.processors[processor].cores, view)))
+    given = max(1, at(space.processors[processor].cores, view))
+    count = operator.index(given) if given.denominator == 1 else floor(given)
     taken, waiting = [Fraction(0)] * count, []
     for number, share in used.items():
         core = _own_core(space, number, view, count)
