@@ -378,7 +378,7 @@ def needed_limit(problem: Problem, figures: Mapping[str, Any], text: str) -> Fra
     if metric != "utilisation":
         return quantities.per_second(*_value(problem, figures, requirement.metric))
     needed = figures["utilisation"][of] / figures["cores"][of]
-    return max(needed, figures["peak"][of]) if requirement.operator in ("<=", "<") else needed
+    return max(needed, figures["peak"][of].exact) if requirement.operator in ("<=", "<") else needed
 
 
 def _satisfied(
@@ -402,8 +402,8 @@ def _satisfied(
         raise ValueError(f"{requirement.text!r} compares different dimensions")
     if metric != "utilisation":
         return compare(value, limit.value)
-    alone = [figures["peak"][subject]] if requirement.operator in ("<=", "<") else []
-    return compare(value, limit.value * figures["cores"][subject]) and all(compare(s, limit.value) for s in alone)
+    whole = compare(value, limit.value * figures["cores"][subject])
+    return whole and (requirement.operator not in ("<=", "<") or figures["peak"][subject].keeps(compare, limit.value))
 
 
 def dominates(left: tuple[Any, ...], right: tuple[Any, ...]) -> bool:

@@ -173,10 +173,10 @@ def add_question(rng: random.Random, document: dict[str, Any]) -> None:
 def _ask_for_cores(rng: random.Random, sample: _Sample) -> None:
     """Often a limit around what a core carries that threads have to share; drawn apart from all else."""
     shared = [
-        (slot, peak)
+        (slot, peak.exact)
         for figures in sample.figures
         for slot, peak in figures["peak"].items()
-        if figures["cores"][slot] > 1 and peak > max(figures["shares"][slot].values(), default=peak)
+        if figures["cores"][slot] > 1 and peak.exact > max(figures["shares"][slot].values(), default=peak.exact)
     ]
     if not shared or rng.random() < 0.3:
         return

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import operator
 from collections.abc import Callable, Mapping
+from dataclasses import dataclass
 from fractions import Fraction
-from functools import cache
+from functools import cache, cached_property
 from typing import Any
 
 from . import quantities
@@ -305,7 +306,7 @@ class Reading:
             found[slot][thread] = share / NS_PER_S
         return found
 
-    def peak(self, slot: str, shares: dict[str, Fraction]) -> Fraction:
+    def peak(self, slot: str, shares: dict[str, Fraction]) -> Peak:
         """What the fullest core of a processor carries when its threads are put on cores as evenly as can be."""
         count = int(self.get(slot, "cores") or 1)
         taken, ways = [Fraction(0)] * count, []
@@ -317,7 +318,7 @@ class Reading:
                 taken[cores[0] - 1] += share
             else:
                 ways.append([(core - 1, share) for core in cores if core <= count])
-        return _evenly(tuple(taken), tuple(map(tuple, ways)))
+        return Peak(tuple(taken), tuple(sorted(map(tuple, ways), key=lambda way: -way[0][1])))
 
     @staticmethod
     def _worst(text: str | None) -> int:
@@ -479,6 +480,30 @@ class Reading:
             return self.type_of(name) != NONE
         typed = [n for n, section in self.problem.section_of.items() if section != "connections"]
         return name in {self.type_of(component) for component in typed} | self.carrying()
+
+
+@dataclass(frozen=True)
+class Peak:
+    """The least that the fullest core can carry: `taken` are loads of the cores, `ways` (core, share) of each thread."""
+
+    taken: tuple[Fraction, ...]
+    ways: tuple[tuple[tuple[int, Fraction], ...], ...]
+
+    @cached_property
+    def exact(self) -> Fraction:
+        """By trying every way to put the threads on cores."""
+        return _evenly(self.taken, self.ways)
+
+    def keeps(self, compare: Callable[[Fraction, Fraction], bool], limit: Fraction) -> bool:
+        """Whether some way to put the threads on cores keeps an upper limit on each; all are tried if need be."""
+        loads = list(self.taken)
+        for way in self.ways:
+            core, share = min(way, key=lambda item: loads[item[0]])
+            loads[core] += share
+        if compare(max(loads), limit):
+            return True
+        least = max(sum(loads) / len(loads), *self.taken, *(way[0][1] for way in self.ways))
+        return compare(least, limit) and compare(self.exact, limit)
 
 
 @cache
