@@ -231,8 +231,7 @@ class SecondModel:
             ]
             if full and not evaluation.breaches:
                 for limit in full:
-                    for taught in (model, self.model):
-                        self._teach(taught, full_lesson(self.tables.space, limit, values))
+                    self._teach(self.model, full_lesson(self.tables.space, limit, values))
                 continue
             broken = [verdict.requirement.text for verdict in evaluation.verdicts if not verdict.holds]
             assert not evaluation.breaches and not self.tables.is_exact, (values, evaluation.breaches, broken)

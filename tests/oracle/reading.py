@@ -484,7 +484,7 @@ class Reading:
 
 @dataclass(frozen=True)
 class Peak:
-    """The least that the fullest core can carry: `taken` are loads of the cores, `ways` (core, share) of each thread."""
+    """The least that the fullest core can carry: `taken` are loads of cores, `ways` (core, share) of each thread."""
 
     taken: tuple[Fraction, ...]
     ways: tuple[tuple[tuple[int, Fraction], ...], ...]
