@@ -250,7 +250,7 @@ def _design(bench: Bench, decisions: Mapping[str, Any], place: str) -> Design | 
 
 
 def check_ranks(bench: Bench) -> None:
-    """Ids in the order of the default ranking, ranks by the stated method; `designs` are those of the front."""
+    """Ids in the order of the default ranking, ranks by the stated method, from all `designs` and `vectors`."""
     data = bench.data
     vectors = [tuple(sign * value for sign, value in zip(bench.signs, vector, strict=True)) for vector in bench.vectors]
     senses = [item.sense for item in bench.space.objectives]

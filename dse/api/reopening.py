@@ -77,7 +77,7 @@ def _reopened(path: str | Path, problem: str | Path | None) -> Result:
     front = tuple(
         _point(evaluator, item, design, infos, path) for item, design in zip(data["front"], designs, strict=True)
     )
-    _check_ranks(asked, data, designs, path)
+    _check_ranks(Bench(data, asked, asked=asked, designs=designs), front, path)
     ranking = data["ranking"]
     found = Result(
         problem=_origin(asked, data["problem"]["file"]),
@@ -102,9 +102,10 @@ def _reopened(path: str | Path, problem: str | Path | None) -> Result:
     return replace(found, contended=stated_verdicts(found, data, path))
 
 
-def _check_ranks(asked: Problem, data: Mapping[str, Any], designs: list[Design], path: str | Path) -> None:
+def _check_ranks(bench: Bench, front: tuple[Point, ...], path: str | Path) -> None:
     """What is said of the front as a whole; that no point is missing is for `dse verify`."""
-    bench = Bench(data, asked, asked=asked, designs=designs)
+    vectors = [[point.objectives[name] for name in bench.names] for point in front]
+    bench.vectors += [tuple(sign * value for sign, value in zip(bench.signs, row, strict=True)) for row in vectors]
     check_ranks(bench)
     if bench.findings:
         found = bench.findings[0]
