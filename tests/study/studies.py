@@ -8,7 +8,7 @@ from effort import LONG, long_test
 
 from dse.api.problem import Problem, load, loads
 from dse.examples import example_files, example_path
-from dse.study.quantities import Inputs, copied, effective_text, merged_data
+from dse.study.quantities import Inputs, copied, effective_text, merged_data, needed_data
 
 __all__ = ["ALL", "LONG", "NAMES", "QUICK", "edited", "example", "long_test", "written"]
 ALL = [path.stem for path in example_files()]
@@ -22,7 +22,7 @@ def example(name: str) -> Problem:
 
 def edited(problem: Problem, **texts: str) -> Problem:
     """The problem with values set by path (given as keyword arguments by ``**{path: text}``), read again from text."""
-    data = merged_data(problem)
+    data = needed_data(merged_data(problem), problem.space)
     inputs = Inputs(data)
     changed = copied(data)
     for path, text in texts.items():
