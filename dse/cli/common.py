@@ -118,7 +118,7 @@ def json_option(command: F) -> F:
 
 def time_limit_option(what: str) -> Callable[[F], F]:
     """``--time-limit``: a `TimeLimit` that begins with the command; `what` there is when it comes."""
-    text = f"Stop after this time {what}, e.g. 60s (exit code 5)."
+    text = f"Stop after this time {what}, e.g. 60 (seconds) or 2min (exit code 5)."
     begun = lambda ctx, param, value: TimeLimit.after(value)  # noqa: E731 (as click calls it)
     return click.option("--time-limit", type=Seconds(), callback=begun, metavar="DURATION", help=text)
 
@@ -135,20 +135,20 @@ def in_time(command: F) -> F:
 
 
 class Seconds(click.ParamType[float]):
-    """A time limit: a duration with its unit, like every other."""
+    """A limit on the time of a run: seconds, or a duration with its unit (which times of the system always need)."""
 
     name = "duration"
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> float:
-        """Seconds from ``90s`` or ``1.5 min``."""
+        """Seconds from ``90``, ``90s`` or ``1.5 min``."""
         from dse.units import TIME, UnitError, parse_quantity
 
         try:
             quantity = parse_quantity(str(value))
         except UnitError as error:
             self.fail(f"{value!r}: {error.message}", param, ctx)
-        if quantity.dimension != TIME:
-            self.fail(f'{value!r}: expected a duration with its unit, such as "60s"', param, ctx)
+        if quantity.unit and quantity.dimension != TIME:
+            self.fail(f'{value!r}: expected seconds or a duration with its unit, such as "2min"', param, ctx)
         if quantity.value <= 0:
             self.fail("a time limit is positive", param, ctx)
         return float(quantity.value)

@@ -63,10 +63,17 @@ def test_what_stands_in_the_place_of_a_folder_is_told(tmp_path: Path, capsys: py
     assert path.read_text() == "kept"
 
 
-@pytest.mark.parametrize("limit", ["3", "3 m", "3 EUR"])
-def test_a_limit_of_time_has_a_unit_like_every_duration(limit: str, capsys: pytest.CaptureFixture[str]) -> None:
-    assert "expected a duration with its unit" in said(["solve", STARTER, "--time-limit", limit], 2, capsys)
-    assert said(["simulate", STARTER, "--duration", limit], 2, capsys)
+@pytest.mark.parametrize("limit", ["3 m", "3 EUR", "0", "-1s"])
+def test_a_limit_of_time_is_seconds_or_a_duration(limit: str, capsys: pytest.CaptureFixture[str]) -> None:
+    why = "a time limit is positive" if limit in ("0", "-1s") else "expected seconds or a duration with its unit"
+    assert why in said(["solve", STARTER, "--time-limit", limit], 2, capsys)
+    for right in ("60", "60s", "1 min"):
+        assert said(["solve", STARTER, "-q", "--time-limit", right], 0, capsys) is not None
+
+
+@pytest.mark.parametrize("duration", ["3", "3 m", "3 EUR"])
+def test_a_time_of_the_system_has_a_unit(duration: str, capsys: pytest.CaptureFixture[str]) -> None:
+    assert "expected a duration" in said(["simulate", STARTER, "--duration", duration], 2, capsys)
 
 
 def test_nothing_observed_is_no_support(single: str, capsys: pytest.CaptureFixture[str]) -> None:
