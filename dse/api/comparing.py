@@ -54,12 +54,13 @@ def compare(one: Side, other: Side, problem: str | Path | None = None) -> Design
         raise UsageError("one side must be a result or a design of one")
     if isinstance(first, Result) and isinstance(second, Result):
         try:
-            return compare_results(names, first, second)
+            return replace(compare_results(names, first, second), carried=_carried(first, second))
         except ValueError as error:
             raise UsageError(str(error)) from error
     if isinstance(first, Result) or isinstance(second, Result):
         raise UsageError("a whole result compares with a result; name a design of it (RESULT.json#ID)")
-    return compare_designs(names, _analysis(first, second), _analysis(second, first))
+    found = compare_designs(names, _analysis(first, second), _analysis(second, first))
+    return replace(found, carried=_carried(*(side.result for side in (first, second) if isinstance(side, _Design))))
 
 
 @dataclass(frozen=True)
@@ -81,6 +82,11 @@ def _read(side: Side, problem: str | Path | None) -> Result | Analysis | _Design
     if mark and path.endswith(".json"):
         return _Design(path, number, reopen(path, problem))
     return reopen(side, problem)
+
+
+def _carried(*results: Result) -> tuple[str, ...]:
+    """The problem files that were not there, for which the results' own texts stand."""
+    return tuple(dict.fromkeys(item.problem.file for item in results if item.problem.is_carried))
 
 
 def _name(side: Side) -> str:

@@ -6,7 +6,7 @@ import json
 
 import click
 
-from dse.cli.common import check_writable, console, in_time, json_option, write_text
+from dse.cli.common import check_writable, console, in_time, json_option, tell_carried, write_text
 
 
 @click.command("compare")
@@ -23,6 +23,8 @@ def command(one: str, other: str, problem: str | None, json_path: str | None) ->
     from dse.api.comparing import compare
 
     found = compare(one, other, problem)
+    for file in found.carried:
+        tell_carried(file, is_carried=True)
     if json_path != "-":
         from dse.report.comparison import print_comparison
 

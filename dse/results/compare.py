@@ -54,7 +54,8 @@ class Line:
 class DesignComparison:
     """Two designs: their decisions, metrics, and how each meets the requirements that its problem states.
 
-    `unlike` says which figures follow different rules, so that they tell nothing of which design is better.
+    `unlike` says which figures follow different rules, so that they tell nothing of which design is better; `carried`
+    names the problem files that were not there, so that the problems that results carry were compared.
     """
 
     names: tuple[str, str]
@@ -63,6 +64,7 @@ class DesignComparison:
     verdicts: tuple[Line, ...]
     currencies: tuple[str, str]
     unlike: tuple[str, ...] = ()
+    carried: tuple[str, ...] = ()
 
     def to_dict(self) -> dict[str, Any]:
         """In the form ``dse-comparison/1``."""
@@ -94,7 +96,8 @@ class PointComparison:
 class ResultComparison:
     """Two results with the same objectives: what was asked and found, and each point against the other front.
 
-    `unlike` says which objectives follow different rules; then no point is held against another.
+    `unlike` says which objectives follow different rules; then no point is held against another. `carried` names the
+    problem files that were not there, so that the problems that the results carry were compared.
     """
 
     names: tuple[str, str]
@@ -102,6 +105,7 @@ class ResultComparison:
     facts: tuple[Line, ...]
     points: tuple[tuple[PointComparison, ...], tuple[PointComparison, ...]]
     unlike: tuple[str, ...] = ()
+    carried: tuple[str, ...] = ()
 
     def to_dict(self) -> dict[str, Any]:
         """In the form ``dse-comparison/1``."""

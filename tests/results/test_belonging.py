@@ -189,7 +189,11 @@ def test_what_is_gone_is_carried_and_a_forgery_would_pass(
         assert run(command) == 0
         assert "working with the problem that the result itself carries" in capsys.readouterr().err
     assert "this is what the result carries" in (solved / "rep" / "ferry.html").read_text(encoding="utf-8")
-    assert run(["compare", there, there]) == 0
+    for sides in ([there, there], [f"{there}#1", f"{there}#2"], [f"{there}#1", "baseline"]):
+        capsys.readouterr()
+        assert run(["compare", *sides]) in (0, 2)  # it has no baseline
+        said = capsys.readouterr().err
+        assert ("working with the problem that the result itself carries" in said) == ("baseline" not in sides)
     for form in ("ros2", "dot", "graphml"):
         assert run(["export", there, "--alternative", "1", "--format", form, "-o", f"out.{form}"]) == 0
     assert run(["export", there, "--alternative", "1", "-o", "one.yaml"]) == 0
