@@ -10,6 +10,7 @@ import random
 from math import ceil
 from typing import Any
 
+from dse.analysis.limits import build_limit, needed_share
 from dse.analysis.measures import all_metrics, build_measure
 from dse.analysis.views import View
 from dse.errors import UsageError
@@ -20,6 +21,7 @@ from dse.generator.figures import REFERENCE, WIRE_CLASSES
 from dse.generator.text import to_yaml
 from dse.generator.topology import draw_topology
 from dse.space.build import build_space
+from dse.space.types import Space
 from dse.spec.load import parse_spec
 
 LEAST_THREADS = 5
@@ -75,11 +77,19 @@ def random_problem(threads: int, seed: int = 1, objectives: int = 2, family: str
     document = build_document(draft, cores, wire_classes)
     head = _head(draft, threads, seed, objectives)
     question = {
-        "requirements": _requirements(rng, draft, _starting_figures(document), cores, wire_classes),
+        "requirements": _requirements(rng, draft, document, cores, wire_classes),
         "objectives": _objectives(draft, objectives),
     }
     rules, baseline = document.pop("rules"), document.pop("baseline")
     return to_yaml({**head, **document, **question, **({"rules": rules} if rules else {}), "baseline": baseline})
+
+
+def _starting_design(document: dict[str, Any], requirements: list[str]) -> tuple[Space, View]:
+    question = {"objectives": ["minimise price"], "requirements": requirements}
+    spare = {key: value for key, value in {**question, **document}.items() if value}
+    text = to_yaml({"dse": 1, "name": "draft", **spare})
+    space = build_space(parse_spec(text, "draft"))
+    return space, View([space.baseline.get(number, 0) for number in range(len(space.decisions))])
 
 
 def _starting_figures(document: dict[str, Any]) -> dict[str, int]:
@@ -87,13 +97,17 @@ def _starting_figures(document: dict[str, Any]) -> dict[str, int]:
 
     Busy times may be counted in parts of a ppm; all others are whole.
     """
-    spare = {key: value for key, value in document.items() if value}
-    text = to_yaml({"dse": 1, "name": "draft", "objectives": ["minimise price"], **spare})
-    space = build_space(parse_spec(text, "draft"))
+    space, view = _starting_design(document, [])
     measures = [build_measure(space, metric) for metric in all_metrics(space) if metric.kind != "busy"]
     assert all(measure.scale == 1 for measure in measures)
-    view = View([space.baseline.get(number, 0) for number in range(len(space.decisions))])
     return {measure.metric.name: measure.integer(view) for measure in measures}
+
+
+def _of_one_core(document: dict[str, Any], names: list[str]) -> dict[str, int]:
+    """How much of the fullest core of each processor the starting design needs, in percent, rounded up."""
+    space, view = _starting_design(document, [f"utilisation of {name} <= 100 %" for name in names])
+    limits = [build_limit(space, requirement) for requirement in space.requirements]
+    return {name: ceil(needed_share(limit, view)[0] * 100) for name, limit in zip(names, limits, strict=True)}
 
 
 def _wire_class(load: int) -> int:
@@ -124,10 +138,11 @@ def _head(draft: Draft, threads: int, seed: int, objectives: int) -> dict[str, A
 
 
 def _requirements(
-    rng: random.Random, draft: Draft, used: dict[str, int], cores: int, wire_classes: list[int]
+    rng: random.Random, draft: Draft, document: dict[str, Any], cores: int, wire_classes: list[int]
 ) -> list[str]:
     """Limits just above what the starting design uses."""
-    made = []
+    made, used = [], _starting_figures(document)
+    needed = _of_one_core(document, processor_names(draft))
     for number in range(len(draft.flows)):
         flow, slack = f"flow_{number + 1}", rng.randint(100, 125)
         made.append(f"jitter of {flow} <= {_ms(used[f'jitter of {flow}'] * slack // 100)}")
@@ -135,7 +150,7 @@ def _requirements(
             made.append(f"latency of {flow} <= {_ms(used[f'latency of {flow}'] * slack // 100)}")
     for name in processor_names(draft):
         share = -(-used[f"utilisation of {name}"] * rng.randint(101, 108) // (cores * 1_000_000))
-        made.append(f"utilisation of {name} <= {max(MOST_OF_ONE_CORE + 5, share)} %")
+        made.append(f"utilisation of {name} <= {max(MOST_OF_ONE_CORE + 5, share, needed[name])} %")
     for name, wires in zip(bus_names(draft), wire_classes, strict=True):
         bandwidth = WIRE_CLASSES[wires][REFERENCE].kbit_s * 1000
         share = -(-used[f"load of {name}"] * 8 * rng.randint(101, 115) // bandwidth)

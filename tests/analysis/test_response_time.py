@@ -69,9 +69,10 @@ def view_of(space: Space) -> View:
 
 def observed(space: Space, duration_ns: int) -> dict[str, int]:
     """The longest responses when everything starts at once and always takes longest."""
-    plan = build_plan(space, (0,) * len(space.decisions), contention=True)
+    responses = processor_responses(space, 0, view_of(space))
+    plan = build_plan(space, (0,) * len(space.decisions), cores={item.component: item.core for item in responses})
     seen = simulate_once(plan, Setting(duration_ns, duration_ns, execution="max")).responses
-    return {item.name: seen[item.name] for item in processor_responses(space, 0, view_of(space))}
+    return {item.name: seen[item.name] for item in responses}
 
 
 @pytest.mark.parametrize("seed", range(60))
@@ -143,8 +144,9 @@ def test_a_thread_among_equals_is_as_late_as_the_last_of_them(seed: int) -> None
 def test_equals_in_the_order_of_their_release_stay_within_the_response_time(seed: int) -> None:
     """As under SCHED_FIFO, with hybrid and triggered threads among them and any offsets."""
     space = space_of(threads_of_two_levels(seed, chained=True)[0])
-    bounds = {item.name: item.response_ns for item in processor_responses(space, 0, View([]))}
-    plan, rng = build_plan(space, (), contention=True), random.Random(seed)
+    responses, rng = processor_responses(space, 0, View([])), random.Random(seed)
+    bounds = {item.name: item.response_ns for item in responses}
+    plan = build_plan(space, (), cores={item.component: item.core for item in responses})
     for run in range(10):
         offsets = {name: rng.randrange(40) * MS * (run > 0) for name in plan.timers}
         seen = simulate_once(plan, Setting(1000 * MS, 1000 * MS, offsets, execution="max"))

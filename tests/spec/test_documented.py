@@ -29,6 +29,7 @@ profile: dse
 processing: execution_time
 deadlines: stated
 worst_case: deadline
+cost_of_change: {p: {type: 2}}
 totals: {mass: g}
 processor_types: {c: {cores: 2, price: 1 EUR, power: 1 W, totals: {mass: 1 kg}, source: s}}
 bus_types:
@@ -74,8 +75,8 @@ LISTS = {"path", "dispatch_trigger", "samples", "include", "assumptions", "requi
 """Fields in which a list is no choice."""
 WORDS = frozenset(
     {
-        "contention", "core_by", "cpu_affinity", "g", "kg", "kB", "load", "osate", "pthread_setaffinity_np", "rounded",
-        "taskset", "of", "jitter", "busy", "utilisation", "and", "or", "not", "implies", "requires", "require",
+        "changes", "contention", "core_by", "cpu_affinity", "g", "kg", "kB", "load", "osate", "pthread_setaffinity_np",
+        "rounded",        "taskset", "of", "jitter", "busy", "utilisation", "and", "or", "not", "implies", "requires", "require",
         "forbid", "true", "false", "none", "any", "first_fit", "all", "execution_time", "ppm",
     }
 )  # fmt: skip
@@ -121,7 +122,7 @@ def test_the_file_states_every_field() -> None:
 @pytest.mark.parametrize("place", places(), ids=".".join)
 def test_a_list_is_taken_where_the_document_says(place: tuple[str, ...], tmp_path: Path) -> None:
     """By the loader and by the schema alike."""
-    told = DOCUMENT[DOCUMENT.index("\nNo alternatives: ") : DOCUMENT.index("## Quantities")]
+    told = DOCUMENT[DOCUMENT.index("\nNo options: ") : DOCUMENT.index("## Quantities")]
     without, lists = (set(re.findall(r"`(\w+)`", part)) for part in told.split(" In\n"))
     assert lists == LISTS
     data = data_of(EVERY_FIELD)
