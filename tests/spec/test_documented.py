@@ -76,7 +76,8 @@ LISTS = {"path", "dispatch_trigger", "samples", "include", "assumptions", "requi
 WORDS = frozenset(
     {
         "changes", "contention", "core_by", "cpu_affinity", "g", "kg", "kB", "load", "osate", "pthread_setaffinity_np",
-        "rounded",        "taskset", "of", "jitter", "busy", "utilisation", "and", "or", "not", "implies", "requires", "require",
+        "rounded", "taskset", "of", "jitter", "busy", "utilisation", "and", "or", "not", "implies", "requires",
+        "require",
         "forbid", "true", "false", "none", "any", "first_fit", "all", "execution_time", "ppm",
     }
 )  # fmt: skip
