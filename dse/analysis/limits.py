@@ -8,7 +8,7 @@ A ratio limits the utilisation of a processor by limit * cores, and each thread 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from fractions import Fraction
 from math import lcm
 
@@ -27,8 +27,8 @@ from dse.analysis.partition import Room, Spread, even_spread, spread
 from dse.analysis.scheduling import UNBOUNDED_NS, deadline_ns
 from dse.analysis.views import View, tabulate
 from dse.space.metrics import metric_dimension
-from dse.space.trees import at
-from dse.space.types import Component, Requirement, Space
+from dse.space.trees import Choice, Tree, at, leaves
+from dse.space.types import EMPTY, Bus, Component, Requirement, Space
 from dse.units import DIMENSIONLESS
 
 MANY_CASES = 10_000
@@ -118,6 +118,10 @@ def build_limit(space: Space, requirement: Requirement) -> Limit:
     """
     metric, quantity = requirement.metric, requirement.limit
     measure = build_measure(space, metric)
+    if requirement.implied and metric.kind in ("load", "busy"):
+        limited = space.buses[metric.index or 0]
+        tree = limited.bandwidth_bps if metric.kind == "load" else limited.exclusive
+        measure = _where_limited(limited, tree, measure)
     if metric.kind == "utilisation":
         number, per_core = metric.index or 0, quantity.value * PPM
         slot = space.processors[number]
@@ -138,6 +142,29 @@ def build_limit(space: Space, requirement: Requirement) -> Limit:
     dimension = metric_dimension(space, metric)
     bound = quantity.value * (display_unit(dimension)[1] if dimension is not None else 1)
     return Limit(requirement, measure, lambda view: bound)
+
+
+def _where_limited(bus: Bus, tree: Tree, measure: Measure) -> Measure:
+    """The measure of a bus as far as an implied limit is about its type: nothing where `tree` says so of none."""
+    branches = tree.branches if isinstance(tree, Choice) and tree.decision == bus.type_decision else [tree]
+    kinds = zip(bus.types, branches, strict=len(branches) > 1)
+    if all(name == EMPTY or all(map(bool, leaves(branch))) for name, branch in kinds):
+        return measure
+    return replace(measure, terms=tuple(_term_where(tree, term) for term in measure.terms))
+
+
+def _term_where(tree: Tree, term: Term) -> Term:
+    """The term where a tree's leaf is neither missing nor false, else 0."""
+    coefficient = term.coefficient
+
+    def value(view: View) -> Fraction:
+        return term.value(view) if at(tree, view) else ZERO
+
+    def scaled(view: View) -> Fraction:
+        assert coefficient is not None
+        return coefficient(view) if at(tree, view) else ZERO
+
+    return replace(term, value=value, coefficient=scaled if coefficient is not None else None)
 
 
 def _deadline_ns(space: Space, thread: Component, view: View) -> int:

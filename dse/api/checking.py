@@ -18,7 +18,7 @@ from dse.api.question import Question
 from dse.api.sizes import too_large
 from dse.space.activation import exclusions
 from dse.space.figures import mentions
-from dse.space.metrics import asks_for_changes
+from dse.space.metrics import asks_for_changes, busy_obstacle
 from dse.space.questions import unoffered_types
 from dse.space.settings import settings_of, told_deadlines
 from dse.space.size import space_size
@@ -64,7 +64,8 @@ class Description:
             "space_size": self.size,
             "decisions": {decision.name: list(decision.options) for decision in self.decisions},
             "flows": [flow.name for flow in space.flows],
-            "requirements": [item.text for item in space.requirements],
+            "requirements": [item.text for item in space.requirements if not item.implied],
+            "implied": [item.text for item in space.requirements if item.implied],
             "rules": [item.text for item in space.rules],
             "objectives": [f"{item.sense} {item.metric.name}" for item in space.objectives],
             "impossible": [
@@ -179,7 +180,7 @@ def _limited(space: Space) -> set[tuple[str, int | None]]:
     """The kind and index of every metric that has an upper limit, also by a limit on the greatest of several."""
     found = set()
     for item in space.requirements:
-        if item.operator in ("<=", "<", "=="):
+        if not item.implied and item.operator in ("<=", "<", "=="):
             alone = [part[0][1] for part in item.metric.operands if len(part) == 1 and item.metric.kind == "max"]
             found |= {(metric.kind, metric.index) for metric in (item.metric, *alone)}
     return found
@@ -205,18 +206,27 @@ def _costs(part: Slot | Component) -> str:
     return " and ".join(name for name, tree in trees.items() if any(leaf for leaf in leaves(tree)))
 
 
+ADMITTED = "`overload: allowed` admits designs that overload it"
+
+
 def _remarks(space: Space) -> Iterator[str]:
     limited = _limited(space)
+    implied = {(item.metric.kind, item.metric.index) for item in space.requirements if item.implied}
     for number, slot in enumerate(space.processors):
         loaded = any(
             number in set(leaves(item.processor)) for item in space.components if item.execution_ns is not None
         )
         if loaded and ("utilisation", number) not in limited:
-            yield f"nothing limits the utilisation of {slot.name}: designs that overload it are admitted"
+            said = "100 % of each core is implied" if ("utilisation", number) in implied else ADMITTED
+            yield f"nobody limits the utilisation of {slot.name}: {said}"
     for number, bus in enumerate(space.buses):
         bandwidths = [leaf for leaf in leaves(bus.bandwidth_bps) if leaf is not None]
         if bandwidths and not limited & {("load", number), ("busy", number)}:
-            yield f"nothing limits the load of {bus.name}: designs that overload it are admitted"
+            said = "100 % of its bandwidth is implied" if ("load", number) in implied else ADMITTED
+            yield f"nobody limits the load of {bus.name}: {said}"
+        obstacle = busy_obstacle(space, number) if any(leaves(bus.exclusive)) else ""
+        if obstacle and space.overload == "forbidden" and not bus.overload:
+            yield f"the time of {bus.name} is not limited, although it is exclusive: its busy time {obstacle}"
     yield from _idle(space)
     yield from problem_remarks(space)
     for item in space.requirements:

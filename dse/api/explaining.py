@@ -24,6 +24,7 @@ from dse.pareto.relaxations import Closest, closest_limit
 from dse.results.explanation import Demand, Example, Explanation, GiveUp, MinimalConflict, Relaxation
 from dse.results.result import Clash, Conflict, decisions_of
 from dse.space.activation import exclusions
+from dse.space.implied import implied_limits
 from dse.space.types import Design, Requirement, Rule, Space
 from dse.timelimit import OutOfTime
 from dse.units import DIMENSIONLESS, Quantity, convert, format_duration, format_number
@@ -280,7 +281,7 @@ class Explainer:
             closest=closest.limit * _factor(self.space, member),
             operator=member.operator,
             thread=closest.thread,
-            text=_rewritten(member, closest.limit),
+            text=_rewritten(self.space, member, closest.limit),
         )
 
     def demand(self, number: int) -> Demand:
@@ -326,8 +327,21 @@ def _factor(space: Space, member: Requirement) -> Fraction:
     return build_limit(space, Requirement("", member.metric, "<=", one)).bound(any_design)
 
 
-def _rewritten(member: Requirement, limit: Fraction) -> str:
+def _rewritten(space: Space, member: Requirement, limit: Fraction) -> str:
     """The requirement as it may be written so that the others leave a design."""
+    lifted = f"overload: allowed for {member.metric.name.partition(' of ')[2]}"
+    if member.implied:
+        return lifted
+    written = _with_limit(member, limit)
+    is_beyond = (
+        member.limit.dimension == DIMENSIONLESS
+        and limit > 1
+        and member.metric in {item.metric for item in implied_limits(space)}
+    )
+    return f"{written}, {lifted}" if is_beyond else written
+
+
+def _with_limit(member: Requirement, limit: Fraction) -> str:
     if member.metric.key == "deadline":
         return f"{member.text} + {format_duration(ceil(limit * NS_PER_S))}"
     operator = {"<": "<=", ">": ">="}.get(member.operator, member.operator)

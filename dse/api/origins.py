@@ -13,7 +13,8 @@ def origin_of(problem: Problem) -> Origin:
     """Which problem this is: name, file, hashes, and the question as it is asked."""
     space = problem.space
     effective: dict[str, Any] = {
-        "requirements": [item.text for item in space.requirements],
+        "requirements": [item.text for item in space.requirements if not item.implied],
+        "implied": [item.text for item in space.requirements if item.implied],
         "rules": [item.text for item in space.rules],
         "objectives": [f"{item.sense} {item.metric.name}" for item in space.objectives],
         "fixed": {

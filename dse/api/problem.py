@@ -12,6 +12,7 @@ from dse.api.question import Changes, Question, changes_of
 from dse.errors import UsageError
 from dse.space.build import build_space, every_mistake
 from dse.space.cores import with_all_cores, with_open_cores
+from dse.space.implied import with_implied
 from dse.space.metrics import RESERVED
 from dse.space.questions import (
     QuestionError,
@@ -181,6 +182,7 @@ def changed(problem: Problem, changes: Changes) -> Problem:
             _add_new(requirements, found)
     objectives = _objectives(space, changes.objectives) if changes.objectives else space.objectives
     space = replace(space, requirements=tuple(requirements), rules=tuple(rules), objectives=objectives)
+    space = with_implied(space)
     space = replace(space, fixed={**space.fixed, **read_choices(with_all_cores(space), changes.fix)})
     space = with_all_cores(space) if changes.cores else with_open_cores(space)
     return Problem(base.loaded, space, changes, base.space)
@@ -204,7 +206,7 @@ def set_up(problem: Problem, given: Mapping[str, str | None]) -> Space:
 
 def _add_new(requirements: list[Requirement], found: Sequence[Requirement]) -> None:
     """Those that are not asked for yet in the same words; another limit of the same metric is another requirement."""
-    asked = {(item.text, item.metric) for item in requirements}
+    asked = {(item.text, item.metric) for item in requirements if not item.implied}
     requirements += [item for item in found if (item.text, item.metric) not in asked]
 
 

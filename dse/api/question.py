@@ -41,6 +41,7 @@ class Question(TypedDict, total=False):
     worst_case: str | None
     processing: str | None
     deadlines: str | None
+    overload: str | None
 
 
 @dataclass(frozen=True)
@@ -64,6 +65,7 @@ class Changes:
     deadlines: str | None = None
     result: Mapping[str, Any] | None = None
     cores: bool = False
+    overload: str | None = None
 
     @property
     def settings(self) -> dict[str, str | None]:

@@ -10,6 +10,7 @@ from dse.analysis.measures import all_metrics
 from dse.api.problem import ORIGIN, Problem, complete_design, set_up
 from dse.errors import UsageError
 from dse.space.cores import with_all_cores, with_open_cores
+from dse.space.implied import with_implied
 from dse.space.metrics import own_limit
 from dse.space.questions import QuestionError, read_objective, read_requirements, read_rule
 from dse.space.settings import SETTINGS
@@ -36,6 +37,7 @@ def restated(problem: Problem, effective: Mapping[str, Any]) -> Problem:
         if len({item.metric for item in objectives}) != len(objectives):
             raise UsageError("the result states an objective twice")
         space = replace(space, requirements=tuple(requirements), rules=tuple(rules), objectives=objectives)
+        space = with_implied(space)
         fixed = named_choices(with_all_cores(space), effective["fixed"])
     except (ExpressionError, QuestionError) as error:
         raise UsageError(f"the result does not state a question that fits the problem: {error}") from error
@@ -99,7 +101,7 @@ def named_design(space: Space, decisions: Mapping[str, str]) -> Design:
 
 def _requirements(space: Space, text: str) -> list[Requirement]:
     """Those of the file with this text; else what the text says."""
-    own = [item for item in space.requirements if item.text == text]
+    own = [item for item in space.requirements if item.text == text and not item.implied]
     if own:
         return own
     for metric in sorted(all_metrics(space), key=lambda item: len(item.name), reverse=True):

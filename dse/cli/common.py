@@ -74,6 +74,11 @@ def question_options(command: F) -> F:
             type=Words(["stated", "all", "none"]),
             help="Which deadlines count: those stated (told of each design), all (required; else the period), or none.",
         ),
+        click.option(
+            "--overload",
+            type=Words(["forbidden", "allowed"]),
+            help="Whether cores, bandwidths and exclusive buses may be used beyond all of them.",
+        ),
     )
     for option in more:
         command = option(command)

@@ -118,10 +118,12 @@ def _may_fill_cores(board: Board, limit: Limit, branch: Branch, bounds: Form) ->
         for item in space.open_cores
         if item.decision.values == tuple(range(1, len(item.decision.values) + 1))
     }
+    each = limit.each * limit.measure.scale
+    if branch.form.high + len(limit.measure.terms) <= each:
+        return False  # all of them fit on one core
     here = [number for number, item in enumerate(space.components) if processor in set(leaves(item.processor))]
     if any(space.components[number].core is not None or number not in anywhere for number in here):
         return True
-    each = limit.each * limit.measure.scale
     cores = bounds.low // each if each else 0
     return branch.form.high + len(limit.measure.terms) > each * (cores + 1) / 2
 

@@ -30,7 +30,7 @@ def print_description(console: Console, description: Description) -> None:
         console.print("No decision is open: the file states a single design.", markup=False)
     console.print(f"Flows: {', '.join(flow.name for flow in space.flows) or 'none'}", markup=False)
     for title, texts in (
-        ("Requirements", [item.text for item in space.requirements]),
+        ("Requirements", [item.shown for item in space.requirements]),
         ("Rules", [item.text for item in space.rules]),
         ("Objectives", [f"{item.sense} {item.metric.name}" for item in space.objectives]),
     ):

@@ -300,12 +300,12 @@ class Document:
         rows: list[tuple[str, ...]] = []
         for verdict in analysis.verdicts:
             if analysis.limits_empty_slot(verdict):
-                rows.append((verdict.requirement.text, NOTHING, NOTHING, NOTHING, EMPTY_SLOT))
+                rows.append((verdict.requirement.shown, NOTHING, NOTHING, NOTHING, EMPTY_SLOT))
                 continue
             figures = (verdict.value, verdict.limit)
             values = [readable(value, verdict.unit, self.space.currency, 6) for value in figures]
             values.append(slack_words(verdict.slack, verdict.unit, self.space.currency))
-            rows.append((verdict.requirement.text, *values, "holds" if verdict.holds else "BROKEN"))
+            rows.append((verdict.requirement.shown, *values, "holds" if verdict.holds else "BROKEN"))
         return Table("Requirements", ("requirement", "value", "limit", "slack", "verdict"), tuple(rows), (1, 2, 3))
 
     def _decisions(self, point: Point) -> Table:

@@ -22,8 +22,9 @@ def plain_table(console: Console, title: str = "") -> Table:
 def basis_words(settings: Mapping[str, Any]) -> str:
     """By which rules the figures count, from settings by name (`dse.space.settings`), in a few words.
 
-    >>> basis_words({"profile": "dse", "worst_case": "deadline", "processing": "response_time", "deadlines": "all"})
-    'profile dse, processing by response time, deadlines: all'
+    >>> basis_words({"profile": "dse", "worst_case": "deadline", "processing": "response_time", "deadlines": "all",
+    ...     "overload": "allowed"})
+    'profile dse, processing by response time, deadlines: all, overload allowed'
     """
     found = [f"profile {settings['profile']}"]
     if settings["profile"] != "dse":
@@ -31,6 +32,8 @@ def basis_words(settings: Mapping[str, Any]) -> str:
     found.append(f"processing by {settings['processing'].replace('_', ' ')}")
     if settings["deadlines"] != default_deadlines(settings["profile"]):
         found.append(f"deadlines: {settings['deadlines']}")
+    if settings["overload"] != "forbidden":
+        found.append("overload allowed")
     if settings.get("robust"):
         found.append("robust: requirements hold for all stated values")
     return ", ".join(found)

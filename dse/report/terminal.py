@@ -320,7 +320,7 @@ def _print_verdicts(console: Console, analysis: Analysis) -> None:
             table.add_column(heading, overflow="fold")
         for verdict in analysis.verdicts:
             if analysis.limits_empty_slot(verdict):
-                table.add_row(_plain(verdict.requirement.text), "-", "-", "-", EMPTY_SLOT)
+                table.add_row(_plain(verdict.requirement.shown), "-", "-", "-", EMPTY_SLOT)
                 continue
             currency = analysis.space.currency
             figures = [readable(value, verdict.unit, currency, 6) for value in (verdict.value, verdict.limit)]
@@ -328,7 +328,7 @@ def _print_verdicts(console: Console, analysis: Analysis) -> None:
             said = "holds" if verdict.holds else "BROKEN"
             if verdict.who:
                 said += f" by {verdict.who} alone"
-            table.add_row(_plain(verdict.requirement.text), *figures, _plain(said))
+            table.add_row(_plain(verdict.requirement.shown), *figures, _plain(said))
         console.print(table)
     for warning in analysis.warnings:
         console.print(f"warning: {warning}", markup=False)

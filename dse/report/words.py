@@ -107,7 +107,7 @@ def baseline_words(reasoner: Reasoner) -> str:
     if baseline is None:
         return "The baseline is not a valid design of this problem: there is nothing to compare with."
     analysis, objectives = baseline
-    broken = [verdict.requirement.text for verdict in analysis.verdicts if not verdict.holds]
+    broken = [verdict.requirement.shown for verdict in analysis.verdicts if not verdict.holds]
     said = f"breaks {'; '.join(broken)}" if broken else "meets every requirement"
     return f"Baseline: {figures_words(result, objectives)}; it {said}."
 
@@ -264,12 +264,12 @@ def margin_words(margin: Margin, currency: str) -> str:
     value, limit = readable(margin.value, margin.unit, currency), _limit_words(margin, currency)
     who = f"{margin.thread} alone, {value} against {limit}" if margin.thread else f"{value} against {limit}"
     if not margin.slack:
-        return f"{margin.requirement.text}: {who}. It binds: there is no slack."
+        return f"{margin.requirement.shown}: {who}. It binds: there is no slack."
     if is_unbounded(margin.slack):
-        return f"{margin.requirement.text}: {who}."
+        return f"{margin.requirement.shown}: {who}."
     slack = amount_words(margin.slack, margin.unit, currency)
     share = f" ({readable(margin.share * 10**6, 'ppm', digits=1)} of the limit)" if margin.limit else ""
-    return f"{margin.requirement.text}: {who}, slack {slack}{share}."
+    return f"{margin.requirement.shown}: {who}, slack {slack}{share}."
 
 
 def _limit_words(margin: Margin, currency: str) -> str:

@@ -109,10 +109,13 @@ class Analysis:
         return not self.breaches and all(verdict.holds for verdict in self.verdicts)
 
     def limits_empty_slot(self, verdict: Verdict) -> bool:
-        """Whether a requirement holds because the processor or bus that it limits is left empty."""
+        """Whether a requirement holds because what it limits is left empty, or of a type without such a limit."""
         metric = verdict.requirement.metric
-        slots = {"utilisation": self.processors, "load": self.buses}.get(metric.kind)
-        return slots is not None and slots[metric.index or 0].type == EMPTY and verdict.holds
+        slots = {"utilisation": self.processors, "load": self.buses, "busy": self.buses}.get(metric.kind)
+        if slots is None or not verdict.holds:
+            return False
+        usage = slots[metric.index or 0]
+        return usage.type == EMPTY or (verdict.requirement.implied and usage.capacity is None)
 
     def flow_frame(self, name: str) -> pandas.DataFrame:
         """A flow's contributor table, in order.
@@ -150,6 +153,7 @@ class Analysis:
             "requirements": [
                 {
                     "requirement": verdict.requirement.text,
+                    "implied": verdict.requirement.implied,
                     "origin": verdict.requirement.origin,
                     "value": exact(verdict.value),
                     "limit": exact(verdict.limit),

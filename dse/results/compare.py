@@ -133,7 +133,7 @@ class ResultComparison:
 def compare_designs(names: tuple[str, str], one: Analysis, other: Analysis) -> DesignComparison:
     """Two analysed designs; what only one of them has is None in the other."""
     held = [
-        {verdict.requirement.text: _verdict(verdict.holds) for verdict in analysis.verdicts}
+        {verdict.requirement.shown: _verdict(verdict.holds) for verdict in analysis.verdicts}
         for analysis in (one, other)
     ]
     currencies = (one.space.currency, other.space.currency)

@@ -32,7 +32,7 @@ class Broken:
         """What the referee found, without the number that stands for no bound."""
         verdict = miss.verdict
         value = None if miss.unbounded else verdict.value
-        return cls(verdict.requirement.text, value, verdict.limit, verdict.unit, miss.unbounded)
+        return cls(verdict.requirement.shown, value, verdict.limit, verdict.unit, miss.unbounded)
 
     def to_dict(self) -> dict[str, Any]:
         """For JSON: exact numbers, fractions as text."""

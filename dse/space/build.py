@@ -75,6 +75,7 @@ def build_space(loaded: LoadedSpec) -> Space:
         processing=spec.processing,
         catalogue={section: tuple(getattr(spec, section)) for section in CATALOGUES},
         deadlines=spec.deadlines or default_deadlines(spec.profile),
+        overload=spec.overload,
     )
     check_activation(ledger, space)
     check_flow_sizes(ledger, space)

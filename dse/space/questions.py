@@ -15,6 +15,7 @@ from typing import Any, TypeVar
 
 from dse.space.cores import open_cores, with_open_cores
 from dse.space.figures import Ledger, Path, closest
+from dse.space.implied import with_implied
 from dse.space.metrics import (
     RESERVED,
     QuestionError,
@@ -130,7 +131,7 @@ def with_questions(ledger: Ledger, space: Space, spec: Spec) -> Space:
         rules += _attempt(ledger, path, text, partial(read_rule, space, text, origin))
     objectives = _objectives(ledger, space, spec)
     space = replace(space, requirements=tuple(requirements), objectives=tuple(objectives), rules=tuple(rules))
-    return with_open_cores(space)
+    return with_open_cores(with_implied(space))
 
 
 def _with_cores(ledger: Ledger, space: Space, spec: Spec) -> Space:

@@ -10,6 +10,7 @@ from dataclasses import replace
 from fractions import Fraction
 from typing import Any
 
+from dse.space.implied import with_implied
 from dse.space.trees import leaves
 from dse.space.types import Component, Metric, Requirement, Space
 from dse.units import TIME, Quantity
@@ -19,6 +20,7 @@ SETTINGS: Mapping[str, tuple[str, ...]] = {
     "worst_case": ("execution_time", "deadline"),
     "processing": ("execution_time", "response_time"),
     "deadlines": ("stated", "all", "none"),
+    "overload": ("forbidden", "allowed"),
 }
 """Every setting with its values: they change the answer, so that results state all of them."""
 REQUIRED = ("all",)
@@ -45,6 +47,8 @@ def with_settings(space: Space, given: Mapping[str, str | None], *, states_deadl
     if "profile" in chosen and not states_deadlines:
         chosen.setdefault("deadlines", default_deadlines(chosen["profile"]))
     changed = replace(space, **chosen)
+    if changed.overload != space.overload:
+        changed = with_implied(changed)
     return changed if changed.deadlines == space.deadlines else with_deadlines(changed, lambda _: ORIGIN)
 
 

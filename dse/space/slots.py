@@ -75,7 +75,8 @@ def build_processor(ledger: Ledger, spec: Spec, name: str) -> Processor:
     (options, decision), owner = _slot(ledger, path, name, types or UNKNOWN, given.optional)
     cores = FieldReader(ledger, owner, "cores", "count", str).read(lambda model: stated(model, "cores"))
     figures = read_figures(ledger, owner, spec.totals)
-    return Processor(name, options, decision, given.optional, figures, graft(cores, lambda count: count or 0))
+    count = graft(cores, lambda found: found or 0)
+    return Processor(name, options, decision, given.optional, figures, count, given.overload is not None)
 
 
 def build_buses(ledger: Ledger, spec: Spec) -> tuple[Bus, ...]:
@@ -137,6 +138,7 @@ def _bus(ledger: Ledger, spec: Spec, name: str, index: Mapping[str, int]) -> Bus
         carrier=carrier,
         direct=given is None,
         exclusive=type_choice(decision, [bool(model.exclusive) for _, model in owner.types]),
+        overload=given is not None and given.overload is not None,
     )
 
 

@@ -74,9 +74,10 @@ class Slot:
 
 @dataclass(frozen=True)
 class Processor(Slot):
-    """A processor slot; an empty one has 0 cores."""
+    """A processor slot; an empty one has 0 cores. `overload` tells whether more than all of a core may be used."""
 
     cores: Tree
+    overload: bool = False
 
 
 @dataclass(frozen=True)
@@ -86,7 +87,7 @@ class Bus(Slot):
     Both parts of the transmission time are None where there is none, `FROM_BANDWIDTH` where it follows from that;
     `carrier` leaves are bus indices or None. `direct` is a virtual bus type used without an entry: it is there, and
     costs, where something is bound to it. Leaves of `exclusive` say whether the chosen type carries one message at a
-    time.
+    time; `overload` tells whether the bus may be used beyond its bandwidth and its time.
     """
 
     virtual: bool
@@ -98,6 +99,7 @@ class Bus(Slot):
     carrier: Tree
     direct: bool = False
     exclusive: Tree = False
+    overload: bool = False
 
 
 @dataclass(frozen=True)
@@ -226,7 +228,8 @@ ResolvedCondition: TypeAlias = Atom | Not["ResolvedCondition"] | And["ResolvedCo
 class Requirement:
     """``metric operator limit``; a ratio limits utilisation or load by the capacity of the processor or bus.
 
-    `text` is the user's own, `origin` its place in the file (or the command line).
+    `text` is the user's own, `origin` its place in the file (or the command line). One that is `implied` nobody states
+    (`dse.space.implied`).
     """
 
     text: str
@@ -234,6 +237,12 @@ class Requirement:
     operator: Operator
     limit: Quantity
     origin: str = ""
+    implied: bool = False
+
+    @property
+    def shown(self) -> str:
+        """The text, with a word where nobody stated it."""
+        return f"{self.text} (implied)" if self.implied else self.text
 
 
 @dataclass(frozen=True)
@@ -321,6 +330,8 @@ class Space:
     """Whether the file states a baseline, be it of fixed fields alone, which `baseline` leaves out."""
     cost_of_change: Mapping[int, int] = field(default_factory=dict)
     """What changing a decision of the baseline counts, by decision; 1 where none is stated."""
+    overload: str = "forbidden"
+    """Whether cores and buses may be used beyond all of them: ``forbidden`` or ``allowed`` (`dse.space.implied`)."""
 
     def decision_index(self, name: str) -> int | None:
         """The index of the decision called `name`, or None."""

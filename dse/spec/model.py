@@ -177,10 +177,11 @@ class Thread(ThreadType):
 
 
 class Processor(Model):
-    """A processor slot."""
+    """A processor slot; `overload` lifts the limits that are implied."""
 
     type: Alternatives[Name]
     optional: bool = False
+    overload: Literal["allowed"] | None = None
     source: Line | None = None
 
 
@@ -314,6 +315,7 @@ class Spec(Catalogue):
     worst_case: Literal["execution_time", "deadline"] = "execution_time"
     processing: Literal["execution_time", "response_time"] = "execution_time"
     deadlines: Deadlines | None = None
+    overload: Literal["forbidden", "allowed"] = "forbidden"
     requirements: Items[Line] = ()
     rules: Items[RuleText] = ()
     objectives: Items[Line] = ()

@@ -14,6 +14,7 @@ from typing import Any, Literal
 from dse.api.problem import Problem
 from dse.errors import UsageError
 from dse.space.cores import with_open_cores
+from dse.space.implied import with_implied
 from dse.space.metrics import BUILT_IN, worst_of
 from dse.space.questions import QuestionError, read_requirements
 from dse.space.types import Metric, Requirement, Space
@@ -87,7 +88,7 @@ def limited(space: Space, requirements: Sequence[Requirement]) -> Space:
     """The space with these limits in the place of all limits of the same direction on the same metrics."""
     given = {(item.metric, item.operator[0]) for item in requirements}
     kept = [item for item in space.requirements if (item.metric, item.operator[0]) not in given]
-    return with_open_cores(replace(space, requirements=(*kept, *requirements)))
+    return with_open_cores(with_implied(replace(space, requirements=(*kept, *requirements))))
 
 
 def read_axis(problem: Problem, inputs: Inputs, text: str) -> Axis:

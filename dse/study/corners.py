@@ -151,7 +151,7 @@ class RobustQuestion:
                 for number, item in enumerate(self.box.uncertain)
             }
             unit = self._nominal[bound.requirement].measure.unit
-            text = f"{requirement.text} (by {bound.thread} alone)" if bound.thread else requirement.text
+            text = f"{requirement.shown} (by {bound.thread} alone)" if bound.thread else requirement.shown
             found[bound.requirement] = Failure(point, text, worst.value, worst.limit, unit, ends)
         return list(found.values())
 

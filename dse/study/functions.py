@@ -190,7 +190,7 @@ class DesignFunction:
         outputs = Outputs(
             tuple(measure.metric.name for measure in measures),
             tuple(measure.unit for measure in measures),
-            tuple(item.text for item in space.requirements),
+            tuple(item.shown for item in space.requirements),
             tuple(item.operator for item in space.requirements),
             tuple(bounds),
         )

@@ -501,3 +501,16 @@ def state_cores(rng: random.Random, document: dict[str, Any]) -> None:
             chosen = sorted(rng.sample(range(1, most + 1), rng.choice([1, min(2, most)])))
             chosen = [1] if rng.random() < 0.4 else chosen
             body["core"] = str(chosen[0]) if len(chosen) == 1 else [str(core) for core in chosen]
+
+
+def state_overload(rng: random.Random, document: dict[str, Any]) -> None:
+    """Mostly everything may be overloaded; else nothing, or one slot; some buses carry one message at a time."""
+    for body in document.get("bus_types", {}).values():
+        if "virtual" not in body and rng.random() < 0.5:
+            body["exclusive"] = "true"
+    draw = rng.random()
+    if draw < 0.6:
+        document["overload"] = "allowed"
+    elif draw < 0.8:
+        slots = [*document["processors"].values(), *document.get("buses", {}).values()]
+        rng.choice(slots)["overload"] = "allowed"

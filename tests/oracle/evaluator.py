@@ -30,7 +30,9 @@ Where the documents leave something open, this is how they are read here:
 13. A component that nothing triggers, and a boundary without a rate, have rate 0.
 14. A design with any cycle of event-triggered components is invalid, also when a sporadic one or a source is in it. A
     connection that states its rate breaks the cycle; so does a periodic or hybrid component.
-15. ``utilisation`` with ``>=``, ``>`` or ``==`` compares the sum with limit * cores; ``<=`` and ``<`` ask for each
+15. No core, bandwidth or exclusive bus whose busy time can be computed is used beyond all of it, unless the file or the
+    slot says ``overload: allowed``.
+    ``utilisation`` with ``>=``, ``>`` or ``==`` compares the sum with limit * cores; ``<=`` and ``<`` ask for each
     core: some way to put the threads on cores keeps the limit on every one. A stated ``core`` stays; of a list one is
     chosen (nothing that is asked here depends on which). An empty slot has utilisation 0 of 1 core.
 16. A share of the bandwidth, required of every bus, concerns only those with a bandwidth.
@@ -50,6 +52,7 @@ Where the documents leave something open, this is how they are read here:
 
 from __future__ import annotations
 
+import operator
 from collections.abc import Iterator, Mapping
 from fractions import Fraction
 from typing import Any
@@ -220,6 +223,7 @@ def _figures(problem: Problem, reading: Reading) -> dict[str, Any]:
     }
     figures["load"] = reading.loads()
     figures["busy"] = reading.busy()
+    figures["exclusive"] = {bus: share for bus, share in figures["busy"].items() if reading.is_exclusive(bus)}
     bandwidths = {bus: reading.bus_field(bus, "bandwidth") for bus in problem.buses}
     figures["load_share"] = {
         bus: None if text is None else figures["load"][bus] / quantities.bandwidth(text)
@@ -349,7 +353,25 @@ def violations(problem: Problem, figures: Mapping[str, Any]) -> list[str]:
         limit = body.get("latency")
         if limit is not None and figures["flows"][flow]["max"] > quantities.transmission(limit)[1]:
             broken.append(f"latency of {flow} <= {limit.rpartition('..')[2].strip()}")
-    return broken
+    return [*broken, *_overloads(problem, figures)]
+
+
+def _overloads(problem: Problem, figures: Mapping[str, Any]) -> Iterator[str]:
+    """What is used beyond all of it, where nobody allows that."""
+    if problem.document.get("overload") == "allowed":
+        return
+    for slot, peak in figures["peak"].items():
+        if not _may_be_overloaded(problem, slot) and not peak.keeps(operator.le, Fraction(1)):
+            yield f"core of {slot}"
+    for what in ("load_share", "exclusive"):
+        for slot, share in figures[what].items():
+            if share is not None and share > 1 and not _may_be_overloaded(problem, slot):
+                yield f"{what} of {slot}"
+
+
+def _may_be_overloaded(problem: Problem, slot: str) -> bool:
+    """Whether the entry of a slot says so; a virtual bus type that is used directly has none."""
+    return slot in problem.section_of and problem.component(slot).get("overload") == "allowed"
 
 
 def is_met(problem: Problem, figures: Mapping[str, Any], text: str) -> bool:

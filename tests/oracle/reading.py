@@ -350,6 +350,11 @@ class Reading:
                 found[bus] += longest * self.delivered_rate(connection) / NS_PER_S
         return found
 
+    def is_exclusive(self, bus: str) -> bool:
+        """Whether a bus slot's chosen type carries one message at a time."""
+        kind = self.type_of(bus)
+        return kind != NONE and self.problem.sections["bus_types"][kind].get("exclusive") == "true"
+
     def amounts(self, figure: str) -> dict[str, Fraction]:
         """Price in cents, power in mW or a declared total, per component; direct virtual bus types count once."""
         found = {}

@@ -63,6 +63,7 @@ class Settings(Form):
     worst_case: Literal["execution_time", "deadline"] = field("OSATE's worst-case setting.")
     processing: Literal["execution_time", "response_time"] = field("What a flow counts for a thread.")
     deadlines: Literal["stated", "all", "none"] = field("Which deadlines count.")
+    overload: Literal["forbidden", "allowed"] = field("Whether cores and buses may be used beyond all of them.")
 
 
 class Objective(Form):

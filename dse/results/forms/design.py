@@ -70,6 +70,7 @@ class Verdict(Form):
     """How a design meets a requirement."""
 
     requirement: str = field("In the words of the problem.")
+    implied: bool = field("Whether nobody states it: 100 % of a core, a bandwidth or the time of an exclusive bus.")
     origin: str = field("Where it stands: `FILE:LINE`, or `command line`.")
     value: Figure | None = field("What the design has, in `unit`; null where it is unbounded.")
     limit: Figure = field("The limit in this design, in `unit`.")

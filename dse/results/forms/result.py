@@ -24,6 +24,7 @@ class Question(Settings):
     """The question as it was really asked: that of the file, with what the command line or a caller added."""
 
     requirements: list[str] = field("The requirements, in the order of the file; then those that were added.")
+    implied: list[str] = field("The limits that nobody states: 100 % of cores, bandwidths and exclusive buses.")
     rules: list[str] = field("The rules, likewise.")
     objectives: list[str] = field("The objectives with their senses, such as `minimise price`.")
     fixed: Decisions = field("The decisions that were fixed, each with its option.")

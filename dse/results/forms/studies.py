@@ -22,6 +22,7 @@ class Changes(Form):
     worst_case: str = field("The worst-case setting, likewise.", default=None)
     processing: str = field("What a flow counts for a thread, likewise.", default=None)
     deadlines: str = field("Which deadlines count, likewise.", default=None)
+    overload: str = field("Whether cores and buses may be used beyond all of them, likewise.", default=None)
 
 
 class StudiedProblem(Settings):
