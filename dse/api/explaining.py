@@ -281,7 +281,8 @@ class Explainer:
             closest=closest.limit * _factor(self.space, member),
             operator=member.operator,
             thread=closest.thread,
-            text=_rewritten(self.space, member, closest.limit),
+            text=_rewritten(member, closest.limit),
+            overload=_lifted(self.space, member, closest.limit),
         )
 
     def demand(self, number: int) -> Demand:
@@ -327,21 +328,19 @@ def _factor(space: Space, member: Requirement) -> Fraction:
     return build_limit(space, Requirement("", member.metric, "<=", one)).bound(any_design)
 
 
-def _rewritten(space: Space, member: Requirement, limit: Fraction) -> str:
-    """The requirement as it may be written so that the others leave a design."""
-    lifted = f"overload: allowed for {member.metric.name.partition(' of ')[2]}"
+def _lifted(space: Space, member: Requirement, limit: Fraction) -> str:
+    """The processor or bus that must be allowed to be overloaded where a limit moves so far; "" where none must."""
+    of = member.metric.name.partition(" of ")[2]
     if member.implied:
-        return lifted
-    written = _with_limit(member, limit)
-    is_beyond = (
-        member.limit.dimension == DIMENSIONLESS
-        and limit > 1
-        and member.metric in {item.metric for item in implied_limits(space)}
-    )
-    return f"{written}, {lifted}" if is_beyond else written
+        return of
+    is_beyond = member.limit.dimension == DIMENSIONLESS and limit > 1
+    return of if is_beyond and member.metric in {item.metric for item in implied_limits(space)} else ""
 
 
-def _with_limit(member: Requirement, limit: Fraction) -> str:
+def _rewritten(member: Requirement, limit: Fraction) -> str:
+    """The requirement as it may be written so that the others leave a design; "" for one that nobody wrote."""
+    if member.implied:
+        return ""
     if member.metric.key == "deadline":
         return f"{member.text} + {format_duration(ceil(limit * NS_PER_S))}"
     operator = {"<": "<=", ">": ">="}.get(member.operator, member.operator)

@@ -169,7 +169,9 @@ def _moved(say: _Printer, item: Relaxation, currency: str) -> str:
     if item.thread:
         said.append(f"{item.thread} alone needs so much{_of_core(item.thread)}")
     aside = f" ({'; '.join(said)})" if said else ""
-    return f"feasible {where}{aside}, i.e. `{item.text}`, e.g. {say.example(item.example)}"
+    lifted = f"`overload: allowed` for {item.overload}" if item.overload else ""
+    written = " with ".join(part for part in (f"`{item.text}`" if item.text else "", lifted) if part)
+    return f"feasible {where}{aside}, i.e. {written}, e.g. {say.example(item.example)}"
 
 
 def _print_offers(say: _Printer, explanation: Explanation) -> None:

@@ -230,7 +230,7 @@ def test_unbounded_is_said_and_no_number_stands_for_it(
 ) -> None:
     path, out = tmp_path / "unbounded.yaml", tmp_path / "out.json"
     text = UNBOUNDED.replace("REQUIREMENT", requirement)
-    path.write_text(text.replace("overload: allowed\n", "") if not knows_overload() else text, encoding="utf-8")
+    path.write_text(text, encoding="utf-8")
     assert run(["explain", str(path), "--all", "--json", str(out)]) == 4
     said, data = capsys.readouterr().out, out.read_text(encoding="utf-8")
     assert "unbounded" in said and "no limit helps" in said
@@ -243,16 +243,9 @@ def test_unbounded_is_said_and_no_number_stands_for_it(
     assert run(["verify", str(out)]) == 0
 
 
-def knows_overload() -> bool:
-    from dse.spec.model import Spec
-
-    return "overload" in Spec.model_fields
-
-
 def test_a_limit_that_has_a_bound_is_not_called_unbounded() -> None:
     """At 20 ms b ends after 6 ms of its own and two jobs of a."""
-    text = UNBOUNDED.replace("overload: allowed\n", "" if not knows_overload() else "overload: allowed\n")
-    text = text.replace("REQUIREMENT", "response time of b <= 10 ms").replace("12 ms]", "20 ms]")
+    text = UNBOUNDED.replace("REQUIREMENT", "response time of b <= 10 ms").replace("12 ms]", "20 ms]")
     (moved,) = [item for item in dse.explain(dse.loads(text)).relaxations if item.helps]
     assert (moved.closest, moved.unbounded) == (Fraction(18_000_000), ())
 

@@ -59,6 +59,7 @@ OVERLOADED = """
 dse: 1
 name: overloaded
 processing: response_time
+overload: allowed
 processor_types: {one: {price: 10 EUR}, two: {price: 30 EUR}}
 processors: {cpu: {type: [one, two]}}
 threads:
@@ -95,7 +96,7 @@ COMMANDS = (
         "sweep pump.yaml --vary 'price=50EUR,100EUR' --vary 'devices.sensor.period=20ms,30ms' --max-jitter 30ms "
         "--require 'price <= 900 EUR' --minimise price --minimise 'jitter of sensor_to_valve' "
         "--fix 'can0.type = can_250k' --profile osate-2.2 --worst-case deadline --processing response-time "
-        "--deadlines stated --no-store --json grid.json"
+        "--deadlines stated --overload allowed --no-store --json grid.json"
     ),
     "sweep pump.yaml --vary 'devices.sensor.period=20ms,30ms' --time-limit 0.000001s --no-store --json open.json",
     "sweep pump.yaml --vary 'devices.sensor.period=20ms,0ms' --no-store --json wrong.json",
