@@ -68,8 +68,8 @@ class Relaxation:
     share of a processor or a bandwidth counts in ppm. `closest` is None where giving it up does not help, where the
     response time of the threads `unbounded` has no bound even in the best design (so that no limit helps), and where
     `is_sought` is False: the time was too short to look. `thread` names the thread that alone needs so much of one
-    core. `text` is the requirement as it may be written then; `overload` names the processor or bus that must be allowed
-    to be overloaded for it, which alone mends a limit that is implied.
+    core. `text` is the requirement as it may be written then; `overload` names the processor or bus that must be
+    allowed to be overloaded for it, which alone mends a limit that is implied.
     """
 
     demand: Demand
