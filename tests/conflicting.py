@@ -17,6 +17,7 @@ from dse.analysis.views import View
 from dse.api.problem import Problem
 from dse.errors import ProblemError
 from dse.pareto.feasibility import Oracle, demanding
+from dse.space.implied import with_implied
 from dse.space.metrics import metric_dimension
 from dse.space.trees import leaves
 from dse.space.types import Design, Metric, Requirement, Space
@@ -40,16 +41,16 @@ def infeasible(seed: int) -> tuple[Problem, list[Design]] | None:
     rng = random.Random(seed)
     if not 2 <= len(designs) <= 1500:
         return None
-    requirements = list(space.requirements)[:3]
+    requirements = [item for item in space.requirements if not item.implied][:3]
     fixed = {}
     if rng.random() < 0.3:
         decision = rng.choice([n for n, item in enumerate(space.decisions) if item.is_open])
         fixed[decision] = rng.randrange(len(space.decisions[decision].options))
     for _ in range(12):
-        asked = replace(space, requirements=tuple(requirements), rules=space.rules[:3], fixed=fixed)
+        asked = with_implied(replace(space, requirements=tuple(requirements), rules=space.rules[:3], fixed=fixed))
         if Brute(asked).infeasible(designs):
             return replace(problem, space=asked), designs
-        if len(requirements) + len(asked.rules) + len(fixed) >= MOST_MEMBERS:
+        if requirements and len(asked.requirements) + len(asked.rules) + len(fixed) >= MOST_MEMBERS:
             requirements.pop(rng.randrange(len(requirements)))
         requirements.append(tight(rng, asked, designs))
     return None

@@ -17,6 +17,7 @@ from dse.results.compare import DesignComparison, ResultComparison, compare_resu
 CHEAP = """
 dse: 1
 name: Two
+overload: allowed
 processor_types: {slow: {price: 100 EUR}, fast: {price: PRICE EUR}}
 processors: {cpu: {type: [slow, fast]}}
 devices: {source: {period: 10 ms}}

@@ -71,6 +71,7 @@ def threads(seed: int) -> str:
     return f"""
 dse: 1
 name: threads {seed}
+overload: allowed
 deadlines: {rng.choice(["stated", "stated", "none"])}
 processor_types: {{cpu: {{cores: {rng.choice([1, 2, 3])}, price: 5 EUR}}, big: {{cores: 2, price: 12 EUR}}}}
 processors: {{p: {{type: [cpu, big]}}, q: {{type: [cpu, big], optional: true}}}}

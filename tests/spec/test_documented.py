@@ -28,6 +28,7 @@ include: [parts.yaml]
 profile: dse
 processing: execution_time
 deadlines: stated
+overload: forbidden
 worst_case: deadline
 cost_of_change: {p: {type: 2}}
 totals: {mass: g}
@@ -43,8 +44,8 @@ thread_types:
   t: {period: 1 ms, category: thread, dispatch_protocol: periodic, compute_execution_time: 1 us,
       callback_execution_time: 1 us, latency: 1 us, deadline: 1 ms, response_time: 1 us, queue_size: 1, price: 1 EUR,
       power: 1 W, totals: {mass: 1 g}, source: s}
-processors: {p: {type: c, optional: true, source: s}}
-buses: {x: {type: b, optional: true, source: s}, y: {type: v, bus: x}}
+processors: {p: {type: c, optional: true, overload: allowed, source: s}}
+buses: {x: {type: b, optional: true, overload: allowed, source: s}, y: {type: v, bus: x}}
 devices:
   e: {type: d, period: 1 ms, category: device, dispatch_protocol: periodic, compute_execution_time: 1 us, latency: 1 us,
       deadline: 1 ms, response_time: 1 us, queue_size: 1, price: 1 EUR, power: 1 W, totals: {mass: 1 g}, source: s}

@@ -143,6 +143,7 @@ class CheckForm(Settings):
     decisions: dict[str, list[str]] = field("The options of each open decision, in the order of the file.")
     flows: list[str] = field("The names of the flows.")
     requirements: list[str] = field("The requirements in words.")
+    implied: list[str] = field("The limits that nobody states: 100 % of cores, bandwidths and exclusive buses.")
     rules: list[str] = field("The rules in words.")
     objectives: list[str] = field("The objectives with their senses.")
     impossible: list[Impossible] = field("Requirements that no design meets, as bounds alone show.")
