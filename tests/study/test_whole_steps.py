@@ -14,6 +14,7 @@ from dse.study.sensitivity import sensitivity
 COUNTS = """
 dse: 1
 name: Counts
+overload: allowed
 processing: response_time
 processor_types: {p: {cores: 2, price: 60 EUR}}
 processors: {c: {type: p}}
