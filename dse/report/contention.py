@@ -44,7 +44,8 @@ def contention_words(result: Result) -> str:
     space = result.space
     left_out = is_left_out(space)
     told = [told_words(space)] if told_deadlines(space) else []
-    what = " and ".join([*(["requirement"] if left_out and any(not item.implied for item in space.requirements) else []), *told])
+    is_asked = any(not item.implied for item in space.requirements)
+    what = " and ".join([*(["requirement"] if left_out and is_asked else []), *told])
     if not what:
         return "CPU contention is not in the latencies, and nothing is required that it could break."
     begin = "CPU contention is not in the latencies: with response times" if left_out else "With response times"

@@ -206,6 +206,7 @@ def test_a_stopped_search_goes_on_under_its_own_setting(tmp_path: Path) -> None:
         stopped = dse.solve(file, overload=value, time_limit_s=1e-9)
         out.write_text(json.dumps(stopped.to_dict()), encoding="utf-8")
         whole = dse.resume(out, problem=file)
+        assert isinstance(whole, dse.Result)
         assert whole.problem.effective["overload"] == value
         assert whole.to_dict()["front"] == dse.solve(file, overload=value).to_dict()["front"]
 
