@@ -58,7 +58,7 @@ def text_of(
     system: Mapping[str, Any], objectives: tuple[str, ...] = ("minimise price", "minimise latency of f")
 ) -> str:
     """The problem file: few and cheap computers, and a flow that wants short periods."""
-    lines = ["dse: 1", "name: drawn", "deadlines: all", "processor_types:"]
+    lines = ["dse: 1", "name: drawn", "overload: allowed", "deadlines: all", "processor_types:"]
     for name, figures in system["types"].items():
         lines.append(f"  {name}: {{cores: {figures['cores']}, price: {figures['price']} EUR}}")
     lines += ["processors: {c: {type: [slow, fast]}}", "devices: {sensor: {period: 3 ms}}", "threads:"]

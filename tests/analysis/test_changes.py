@@ -131,6 +131,7 @@ def test_cores_are_no_changes() -> None:
     text = """
 dse: 1
 name: cores
+overload: allowed
 processor_types: {duo: {cores: 2}}
 processors: {box: {type: duo}}
 threads:

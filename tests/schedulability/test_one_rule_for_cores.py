@@ -9,6 +9,7 @@ import dse
 SHARED = """
 dse: 1
 name: shared
+overload: allowed
 processor_types: {cpu: {cores: 2, price: 60 EUR}, more: {cores: 3, price: 90 EUR}}
 processors: {p: {type: [cpu, more]}}
 devices: {s: {period: 10 ms, compute_execution_time: 1 ms}}
