@@ -315,7 +315,8 @@ def _merged(space: Space, tables: Iterable[Lookup], combine: Callable[[Any, Any]
             joint = tuple(sorted({*host.decisions, *table.decisions}))
             size = prod(len(space.decisions[item].options) for item in joint)
             if joint == host.decisions or size <= DENSE_LIMIT // 4:
-                dense[place] = Dense(joint, combine(_spread(space, host, joint), _spread(space, table, joint)))
+                joined = combine(_spread(space, host, joint), _spread(space, table, joint))
+                dense[place] = Dense(joint, np.asarray(joined, dtype=host.values.dtype))  # a figure alone is an array
                 break
         else:
             dense.append(table)
