@@ -34,6 +34,7 @@ def _converted(model: Priced, units: Mapping[str, str]) -> Priced:
 def in_unit(total: Total, unit: str) -> Total:
     """A figure in another unit; as it is where it cannot be said in it.
 
+    >>> from fractions import Fraction
     >>> in_unit(Total(Fraction(3, 2), "kg"), "g")
     Total(value=Fraction(1500, 1), unit='g')
     """

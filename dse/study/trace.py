@@ -112,7 +112,7 @@ def _node(number: Any) -> Node:
     return Node("const", (), number if is_unbounded(number) else Fraction(number))
 
 
-def _plain(number: Any) -> Any:
+def untraced(number: Any) -> Any:
     """A number without its expression."""
     return number.plain if isinstance(number, Traced) else number
 
@@ -132,7 +132,7 @@ def _binary(sign: str, *, swapped: bool = False) -> Callable[[Any, Any], Any]:
         if not isinstance(other, int | Fraction):
             return NotImplemented
         left, right = (other, self) if swapped else (self, other)
-        value = compute(_plain(left), _plain(right))  # one of them is a fraction
+        value = compute(untraced(left), untraced(right))  # one of them is a fraction
         neutral = 0 if sign in "+-" else 1
         if (not swapped or sign in "+*") and not isinstance(other, Traced) and other == neutral:
             return Traced(value, self.node)
@@ -148,14 +148,14 @@ def _integer(compute: Callable[..., Any]) -> Callable[..., Any]:
         for number in (self, *others):
             if isinstance(number, Traced):
                 _noted("==", number, number.plain, True)
-        return compute(self.plain, *map(_plain, others))
+        return compute(self.plain, *map(untraced, others))
 
     return method
 
 
 def _rounded(operation: str, number: Any) -> int:
     """A number rounded down or up: the same integer for all numbers between it and the next."""
-    whole: int = math.floor(_plain(number)) if operation == "floor" else math.ceil(_plain(number))
+    whole: int = math.floor(untraced(number)) if operation == "floor" else math.ceil(untraced(number))
     if isinstance(number, Traced):
         _noted(operation, number, whole, True)
     return whole
@@ -187,7 +187,7 @@ class Traced(Fraction):
 
     def __new__(cls, value: Any, node: Node) -> Traced:
         """A number with the expression that made it."""
-        plain = Fraction(_plain(value))
+        plain = Fraction(untraced(value))
         made = super().__new__(cls, plain)
         made.node, made.plain = node, plain
         return made
@@ -219,7 +219,7 @@ class Traced(Fraction):
 
     def picked(self, kind: str, other: Any) -> Traced:
         """The greater (`kind` ``max``) or the less (``min``) of two numbers: an expression, no guard."""
-        value = _extreme(kind, self.plain, _plain(other))
+        value = _extreme(kind, self.plain, untraced(other))
         return Traced(value, Node(kind, (self.node, _node(other))))
 
     def __neg__(self) -> Any:
@@ -235,20 +235,20 @@ class Traced(Fraction):
         return not _noted("==", self, 0, self.plain == 0)
 
     def __eq__(self, other: object) -> bool:
-        same = self.plain == _plain(other)
+        same = self.plain == untraced(other)
         return _noted("==", self, other, same) if isinstance(other, int | Fraction) else same
 
     def __lt__(self, other: Any) -> bool:
-        return _noted("<", self, other, self.plain < _plain(other))
+        return _noted("<", self, other, self.plain < untraced(other))
 
     def __le__(self, other: Any) -> bool:
-        return _noted("<=", self, other, self.plain <= _plain(other))
+        return _noted("<=", self, other, self.plain <= untraced(other))
 
     def __gt__(self, other: Any) -> bool:
-        return not _noted("<=", self, other, self.plain <= _plain(other))
+        return not _noted("<=", self, other, self.plain <= untraced(other))
 
     def __ge__(self, other: Any) -> bool:
-        return not _noted("<", self, other, self.plain < _plain(other))
+        return not _noted("<", self, other, self.plain < untraced(other))
 
     def __reduce__(self) -> Any:
         return Fraction, (self.plain.numerator, self.plain.denominator)

@@ -11,7 +11,7 @@ from fractions import Fraction
 
 from dse.analysis.limits import HOLDS
 from dse.study.functions import Bound, DesignFunction, steps_or_none
-from dse.study.trace import COMPARISONS, OPERATIONS, Program, TooManyGuardsError
+from dse.study.trace import COMPARISONS, OPERATIONS, Program, TooManyGuardsError, untraced
 
 WORTH_IT = 3
 """So often the analysis is run where the known expressions do not apply, before new ones are made."""
@@ -81,7 +81,7 @@ class Way:
                 program = Program(list(found.values()), guards)
                 outputs = dict(zip(found, program.outputs, strict=True))
                 self._parts.append(_Part(program, steps_or_none(program, function.inputs.nominal), moving, outputs))
-                return found
+                return {number: untraced(value) for number, value in found.items()}
             self._misses = -TOO_LONG  # the analysis alone is quicker here
         return function.compared(self.values(place), self.bounds)[0]
 
