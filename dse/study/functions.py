@@ -157,6 +157,8 @@ class Outputs:
     texts: tuple[str, ...]
     operators: tuple[str, ...]
     bounds: tuple[Bound, ...]
+    about_cores: frozenset[int]
+    """Requirements whose comparisons depend on which threads share a core: their expressions hold nearby only."""
 
 
 class DesignFunction:
@@ -193,6 +195,7 @@ class DesignFunction:
             tuple(item.shown for item in space.requirements),
             tuple(item.operator for item in space.requirements),
             tuple(bounds),
+            frozenset(number for number, limit in enumerate(evaluator.limits) if self.cores and limit.processor),
         )
         return outputs, results, list(guards)
 

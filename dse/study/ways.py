@@ -28,9 +28,9 @@ class Way:
 
     def __init__(self, function: DesignFunction, moving: Mapping[int, Fraction], bounds: Sequence[Bound]) -> None:
         self.function, self.moving, self.bounds = function, moving, tuple(bounds)
-        self._wanted = sorted({side for bound in bounds for side in (bound.value, bound.limit)})
-        self._parts: list[_Part] = []
-        self._misses = 0
+        about_cores = function.outputs.about_cores
+        groups = {here: [one for one in bounds if (one.requirement in about_cores) == here] for here in (False, True)}
+        self._sides = [_Sides(function, moving, group, learns=not here) for here, group in groups.items() if group]
         self._known: dict[Fraction, dict[int, Fraction]] = {}
 
     def values(self, place: Fraction) -> list[Fraction]:
@@ -58,16 +58,34 @@ class Way:
     def _at(self, place: Fraction) -> dict[int, Fraction]:
         """The outputs that the comparisons need, by number."""
         if place not in self._known:
-            self._known[place] = self._computed(place)
+            values = self.values(place)
+            self._known[place] = {side: value for part in self._sides for side, value in part.at(values, place).items()}
         return self._known[place]
 
-    def _computed(self, place: Fraction) -> dict[int, Fraction]:
+
+class _Sides:
+    """Both sides of some comparisons along a way, by the expressions that apply, else by the analysis.
+
+    Where it `learns`, new expressions are made after some misses; those that hold nearby only are not worth it.
+    """
+
+    def __init__(
+        self, function: DesignFunction, moving: Mapping[int, Fraction], bounds: Sequence[Bound], *, learns: bool
+    ) -> None:
+        self.function, self.moving, self.bounds, self.learns = function, moving, bounds, learns
+        self._parts: list[_Part] = []
+        self._misses = 0
+
+    def at(self, values: Sequence[Fraction], place: Fraction) -> dict[int, Fraction]:
+        """The sides by the number of their output, where all inputs are `values` at a place."""
         function, moving = self.function, frozenset(self.moving)
         if not function.applies:
-            return function.compared(self.values(place), self.bounds)[0]
+            return function.compared(values, self.bounds)[0]
         if not self._parts:
             program = function.programs[0]
-            outputs = {number: program.outputs[number] for number in self._wanted}
+            outputs = {
+                number: program.outputs[number] for bound in self.bounds for number in (bound.value, bound.limit)
+            }
             self._parts.append(_Part(program, function.steps_as_stated, moving, outputs))
         moved = {index: scale * place for index, scale in self.moving.items()}
         for part in reversed(self._parts):  # the last one was made nearby
@@ -75,15 +93,15 @@ class Way:
             if found is not None:
                 return found
         self._misses += 1
-        if self._misses > WORTH_IT:
+        if self.learns and self._misses > WORTH_IT:
             with suppress(TooManyGuardsError):
-                found, guards = function.compared(self.values(place), self.bounds, traced=True)
+                found, guards = function.compared(values, self.bounds, traced=True)
                 program = Program(list(found.values()), guards)
                 outputs = dict(zip(found, program.outputs, strict=True))
                 self._parts.append(_Part(program, steps_or_none(program, function.inputs.nominal), moving, outputs))
                 return {number: untraced(value) for number, value in found.items()}
             self._misses = -TOO_LONG  # the analysis alone is quicker here
-        return function.compared(self.values(place), self.bounds)[0]
+        return function.compared(values, self.bounds)[0]
 
 
 class _Part:
