@@ -7,7 +7,7 @@ to the safe side, which loses no design, and the referee refuses what exact comp
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from math import gcd
@@ -226,28 +226,39 @@ class Demands:
         if contention is not None:
             contention.add_waiting(board)
             contention.is_upward = self.is_upward and (measure is None or not _may_fall(measure.terms))
-        return EncodedSpace(
-            board.model,
-            board.options,
-            board.inactive,
-            objectives,
-            board.open_terms,
-            contention,
-            core_limits_of(board),
-            board.shared(),
-        )
+        return _encoded(board, objectives, contention)
+
+
+def _encoded(board: Board, objectives: tuple[EncodedObjective, ...], contention: Contention | None) -> EncodedSpace:
+    """The space that a board holds."""
+    return EncodedSpace(
+        board.model,
+        board.options,
+        board.inactive,
+        objectives,
+        board.open_terms,
+        contention,
+        core_limits_of(board),
+        board.shared(),
+    )
+
+
+def _every_term(terms: Iterable[Term]) -> Iterator[Term]:
+    """The terms of a sum, and those of the sums that it takes the greatest or the least of."""
+    for term in terms:
+        yield term
+        for inner in term.extreme.sums if term.extreme is not None else ():
+            yield from _every_term(inner)
 
 
 def _may_wait(terms: Sequence[Term]) -> bool:
     """Whether response times are in a sum."""
-    inner = [part for term in terms if term.extreme is not None for part in term.extreme.sums]
-    return any(term.ends is not None for term in terms) or any(map(_may_wait, inner))
+    return any(term.ends is not None for term in _every_term(terms))
 
 
 def _may_fall(terms: Sequence[Term]) -> bool:
     """Whether a sum may be less where some response time is longer."""
-    inner = [part for term in terms if term.extreme is not None for part in term.extreme.sums]
-    return any(term.ends is not None and term.waits is None for term in terms) or any(map(_may_fall, inner))
+    return any(term.ends is not None and term.waits is None for term in _every_term(terms))
 
 
 def _too_large(error: OverflowError) -> TooLargeError:
@@ -284,18 +295,8 @@ def _encode(evaluator: Evaluator) -> EncodedSpace:
     zones = add_zone_switches(board.model, objectives)
     problem = board.model.validate()
     assert not problem, problem
-    return EncodedSpace(
-        board.model,
-        board.options,
-        board.inactive,
-        objectives,
-        board.open_terms,
-        contention,
-        core_limits_of(board),
-        board.shared(),
-        zones,
-        partial(_weigh, evaluator, objectives),
-    )
+    weigh = partial(_weigh, evaluator, objectives)
+    return replace(_encoded(board, objectives, contention), zones=zones, weigh=weigh)
 
 
 def _weigh(evaluator: Evaluator, objectives: Sequence[EncodedObjective], design: Design) -> tuple[int, ...] | None:
