@@ -61,11 +61,6 @@ class Limit:
     processor: tuple[Space, int] | None = None
     is_elsewhere: bool = False
 
-    @property
-    def is_upper(self) -> bool:
-        """Whether less is better."""
-        return self.requirement.operator in ("<=", "<")
-
 
 @dataclass(frozen=True)
 class Comparison:
@@ -111,13 +106,13 @@ class Verdict:
         return self.limit - self.value if self.requirement.operator in ("<=", "<") else self.value - self.limit
 
 
-def build_limit(space: Space, requirement: Requirement) -> Limit:
-    """The limit of a resolved requirement.
+def build_limit(space: Space, requirement: Requirement, *, counted: bool = True) -> Limit:
+    """The limit of a resolved requirement; `counted` as for `build_measure`.
 
     An empty slot uses nothing, and keeps every upper limit: its capacity counts as 1.
     """
     metric, quantity = requirement.metric, requirement.limit
-    measure = build_measure(space, metric)
+    measure = build_measure(space, metric, counted=counted)
     if requirement.implied and metric.kind in ("load", "busy"):
         limited = space.buses[metric.index or 0]
         tree = limited.bandwidth_bps if metric.kind == "load" else limited.exclusive

@@ -66,21 +66,25 @@ DISPLAY: dict[Dimension, tuple[str, Fraction]] = {
 }
 
 
-def build_measure(space: Space, metric: Metric) -> Measure:
-    """The measure of a resolved metric."""
+def build_measure(space: Space, metric: Metric, *, counted: bool = True) -> Measure:
+    """The measure of a resolved metric.
+
+    Unless it is to be `counted` in whole units, sums of shares and rates are spared the search for a common
+    denominator: only exact values may be asked of them.
+    """
     if metric.kind in FLOW_METRICS:
         flow = space.flows[metric.index or 0]
         return _scaled(metric, "ns", tuple(_latency_terms(space, flow, metric.kind)), *_latency_scale(space, flow))
     number = metric.index or 0
     if metric.kind == "utilisation":
         terms = utilisation_terms(space, number)
-        return _scaled(metric, "ppm", terms, utilisation_scale(space, terms))
+        return _scaled(metric, "ppm", terms, utilisation_scale(space, terms) if counted else 1)
     if metric.kind == "load":
         terms = load_terms(space, number)
-        return _scaled(metric, "B/s", terms, load_scale(space, terms))
+        return _scaled(metric, "B/s", terms, load_scale(space, terms) if counted else 1)
     if metric.kind == "busy":
         terms = busy_terms(space, number)
-        return _scaled(metric, "ppm", terms, busy_scale(space, number, terms))
+        return _scaled(metric, "ppm", terms, busy_scale(space, number, terms) if counted else 1)
     if metric.kind == "response time":
         return _scaled(metric, "ns", (_response_term(space, number),), _whole_time_scale(space), RESPONSE_SCALE_LIMIT)
     if metric.kind == "changes":

@@ -14,7 +14,7 @@ from dse.api.origins import origin_of
 from dse.api.problem import Problem, baseline_design
 from dse.api.recalling import named_design
 from dse.api.recomputing import Bench, check_ranks
-from dse.api.resuming import read_search
+from dse.api.resuming import search_of
 from dse.errors import UsageError, about
 from dse.results.reading import read_result
 from dse.results.result import (
@@ -64,7 +64,7 @@ def reopen(path: str | Path, problem: str | Path | None = None) -> Result:
 
 def _reopened(path: str | Path, problem: str | Path | None) -> Result:
     data = read_result(path)
-    asked, search = read_search(path, problem)
+    asked, search = search_of(data, path, problem)
     space = asked.space
     evaluator = Evaluator(space)
     infos = tuple(

@@ -25,7 +25,11 @@ def read_search(path: str | Path, problem: str | Path | None = None) -> tuple[Pr
     UsageError
         when the file is no result, or the problem is not found or means something else now.
     """
-    data = read_result(path)
+    return search_of(read_result(path), path, problem)
+
+
+def search_of(data: Mapping[str, Any], path: str | Path, problem: str | Path | None) -> tuple[Problem, FrontSearch]:
+    """The same of a result that was read from `path`."""
     with about(path):
         asked = restated(problem_of(data, path, problem), data["problem"]["effective"])
         if origin_of(asked).question != data["problem"]["question"]:
@@ -44,11 +48,13 @@ def search_in(space: Space, data: Mapping[str, Any]) -> FrontSearch:
     signs = {item.metric.name: -1 if item.sense == "maximise" else 1 for item in space.objectives}
     anywhere = {name: sign * ANYTHING for name, sign in signs.items()}  # where nothing is known of an objective
     points = {}
+    evaluator: Evaluator | None = None
     for point in data["front"]:
         design = named_design(space, point["decisions"])
         vector = tuple(point["objectives"][name] for name in signs)
         if None in vector:  # unbounded: the search counts with what stands for it
-            vector = tuple(map(int, Evaluator(space).evaluate(design).objectives))
+            evaluator = evaluator or Evaluator(space)
+            vector = tuple(map(int, evaluator.evaluate(design).objectives))
         points[vector] = design
     return FrontSearch(
         points=points,

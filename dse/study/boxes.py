@@ -89,7 +89,7 @@ class Box:
                     if one not in (0, all_):
                         raise NotProvedError(f"{text}: with {item.path} some threads use more and others less")
             for corner in self._corners(directions, 1):
-                value, limit, core = function.core_sides(self.values(function.inputs.nominal, corner))[number]
+                value, limit, core = function.core_sides(self.values(function.inputs.nominal, corner), number)[number]
                 if number not in found or value - limit > found[number][1].value - found[number][1].limit:
                     found[number] = (Bound(number, whole.value, whole.limit, core), Worst(corner, value, limit))
         return list(found.values())

@@ -51,7 +51,7 @@ class RobustQuestion:
             )
         self.box = Box(uncertain)
         self.demands: dict[Demand, Limit] = {}
-        self._nominal = Evaluator(self.space).limits
+        self._nominal = Evaluator(self.space)
         self._worsts: dict[Design, list[tuple[Bound, Worst]]] = {}
         self._same_rates = not any(
             _moves_rates(self.space, variable) for item in uncertain for variable in item.variables
@@ -69,7 +69,7 @@ class RobustQuestion:
 
     def nominal(self) -> Evaluator:
         """The evaluator of the nominal figures."""
-        return Evaluator(self.space)
+        return self._nominal
 
     def evaluator(self) -> Evaluator:
         """The evaluator of the nominal figures with what is demanded at corners so far."""
@@ -141,28 +141,22 @@ class RobustQuestion:
             requirement = requirements[bound.requirement]
             if HOLDS[requirement.operator](worst.value, worst.limit):
                 continue
-            if bound.requirement in found and _miss(found[bound.requirement]) >= abs(worst.value - worst.limit) / (
-                abs(worst.limit) or 1
-            ):
+            if bound.requirement in found and _miss(found[bound.requirement]) >= _miss(worst):
                 continue
             ends = {
                 item.path: self.box.ends[number][worst.corner[number]]
-                * (item.variables[0].nominal if _is_single_factor(item) else 1)
+                * (item.variables[0].nominal if item.is_factor and len(item.variables) == 1 else 1)
                 for number, item in enumerate(self.box.uncertain)
             }
-            unit = self._nominal[bound.requirement].measure.unit
+            unit = self._nominal.limits[bound.requirement].measure.unit
             text = f"{requirement.shown} (by {bound.thread} alone)" if bound.thread else requirement.shown
             found[bound.requirement] = Failure(point, text, worst.value, worst.limit, unit, ends)
         return list(found.values())
 
 
-def _miss(failure: Failure) -> Fraction:
+def _miss(failure: Failure | Worst) -> Fraction:
     """How far beyond its limit, as a share of it."""
     return abs(failure.value - failure.limit) / (abs(failure.limit) or 1)
-
-
-def _is_single_factor(item: object) -> bool:
-    return bool(getattr(item, "is_factor", False)) and len(getattr(item, "variables", ())) == 1
 
 
 def _own(view: View, key: object) -> View:

@@ -240,7 +240,7 @@ class DesignFunction:
         wanted = dict.fromkeys(bound.requirement for bound in bounds)
         found: dict[int, Fraction] = {}
         with watching() as guards:
-            limits = {number: build_limit(space, space.requirements[number]) for number in wanted}
+            limits = {number: build_limit(space, space.requirements[number], counted=False) for number in wanted}
             guards.clear()  # scales are no part of the figures
             guards.most = MOST_GUARDS
             for number, limit in limits.items():
@@ -249,12 +249,14 @@ class DesignFunction:
                     found[bound.value], found[bound.limit] = value, most
         return found, list(guards)
 
-    def core_sides(self, values: Values) -> dict[int, tuple[Fraction, Fraction, str]]:
-        """For each requirement about whole cores the load of the fullest, its limit, and the core, by the analysis."""
+    def core_sides(self, values: Values, only: int | None = None) -> dict[int, tuple[Fraction, Fraction, str]]:
+        """For each requirement about whole cores (`only` that one) the load of the fullest, its limit, and the core."""
         space, view = self.inputs.at(values), View(self.design)
         found = {}
         for number, requirement in enumerate(space.requirements):
-            limit = build_limit(space, requirement)
+            if only not in (None, number):
+                continue
+            limit = build_limit(space, requirement, counted=False)
             if limit.processor is not None and limit.each is not None:
                 item = core_comparison(limit, thread_values(limit, view), view)
                 assert item.spread is not None
@@ -329,14 +331,16 @@ class DesignFunction:
             rows.append([float(value) for value in self.analysed(values)])
         return [numpy.array(column) for column in zip(*rows, strict=True)]
 
-    def broken(self, outputs: Sequence[Fraction]) -> list[Bound]:
-        """The comparisons that do not hold."""
-        found = []
-        for bound in self.outputs.bounds:
-            compare = HOLDS[self.outputs.operators[bound.requirement]]
-            if not compare(outputs[bound.value], outputs[bound.limit]):
-                found.append(bound)
-        return found
+    def broken(
+        self, outputs: Sequence[Fraction] | Mapping[int, Fraction], bounds: Sequence[Bound] | None = None
+    ) -> list[Bound]:
+        """The comparisons, of some or of all, that do not hold."""
+        operators = self.outputs.operators
+        return [
+            bound
+            for bound in (self.outputs.bounds if bounds is None else bounds)
+            if not HOLDS[operators[bound.requirement]](outputs[bound.value], outputs[bound.limit])
+        ]
 
 
 def _joined(pieces: Sequence[Any], size: int) -> Any:

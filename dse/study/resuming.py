@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from dse.api.recalling import restated
-from dse.api.resuming import read_search, search_in
+from dse.api.resuming import read_search, search_in, search_of
 from dse.api.solving import Watcher, solve_asked
 from dse.errors import UsageError, about
 from dse.pareto.front import Budget, Progress
@@ -77,8 +77,8 @@ def read_robust(path: str | Path, problem: str | Path | None) -> tuple[RobustQue
     UsageError
         as for `resume`.
     """
-    asked, robust = read_search(path, problem)
     data = read_result(path)
+    asked, robust = search_of(data, path, problem)
     effective: Mapping[str, Any] = data["problem"]["effective"]
     question = RobustQuestion(asked, partial(restated, effective=effective))
     if question.words != data["robust"]["inputs"]:

@@ -120,7 +120,7 @@ class RobustWitness:
             values = list(self.question.inputs.nominal)
             for item, value in zip(box.uncertain, place, strict=True):
                 item.set(values, value)
-            broken = function.broken(function.analysed(values))
+            broken = function.broken(function.compared(values, function.outputs.bounds)[0])
             if broken:
                 return [f"breaks {self.question.space.requirements[broken[0].requirement].text!r} at {_at(place)}"]
         return []

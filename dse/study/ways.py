@@ -9,7 +9,6 @@ from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from fractions import Fraction
 
-from dse.analysis.limits import HOLDS
 from dse.study.functions import Bound, DesignFunction, steps_or_none
 from dse.study.trace import COMPARISONS, OPERATIONS, Program, TooManyGuardsError, untraced
 
@@ -42,13 +41,7 @@ class Way:
 
     def broken(self, place: Fraction) -> list[Bound]:
         """The comparisons that do not hold at a place."""
-        operators = self.function.outputs.operators
-        found = self._at(place)
-        return [
-            bound
-            for bound in self.bounds
-            if not HOLDS[operators[bound.requirement]](found[bound.value], found[bound.limit])
-        ]
+        return self.function.broken(self._at(place), self.bounds)
 
     def gap(self, place: Fraction, bound: Bound) -> Fraction:
         """Limit less value of a comparison at a place."""
