@@ -30,6 +30,8 @@ COMMANDS = {
     "new": "Write a problem file to start from.",
     "schema": "Print the JSON Schema of problem files, and of what commands write.",
 }
+MODULES = {"import": "importing"}
+"""Where commands are whose name is a word of Python."""
 MOST_MISTAKES = 250
 """So many are shown."""
 EXIT_CODES = f"Exit codes: {'; '.join(f'{code} {meaning}' for code, meaning in EXIT_MEANINGS.items())}."
@@ -46,7 +48,8 @@ class LazyGroup(click.Group):
         """The command itself; imports it."""
         if cmd_name not in COMMANDS:
             return None
-        command = getattr(import_module(f"dse.cli.{cmd_name}"), "command")  # noqa: B009 (typed as Any on purpose)
+        module = MODULES.get(cmd_name, cmd_name)
+        command = getattr(import_module(f"dse.cli.{module}"), "command")  # noqa: B009 (typed as Any on purpose)
         assert isinstance(command, click.Command)
         return command
 

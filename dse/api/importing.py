@@ -1,0 +1,42 @@
+"""`dse.import_file`: other formats to problem files."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+from dse.errors import Diagnostic
+from dse.importers.registry import read_foreign
+from dse.results.editing import block_text
+
+
+@dataclass(frozen=True)
+class ImportedFile:
+    """The text of a problem file (or of a file to include), and what was left out or not understood on the way."""
+
+    text: str
+    remarks: tuple[Diagnostic, ...] = ()
+
+
+def import_file(path: str | Path, form: str | None = None, **options: str | None) -> ImportedFile:
+    """A file of another format as the text of a problem file.
+
+    Parameters
+    ----------
+    path
+        the file; for some formats a folder.
+    form
+        the name of the format; told by the file's suffix where it is left out.
+    options
+        those of the format; ``dse import --help`` lists them.
+
+    Raises
+    ------
+    UsageError
+        when no importer reads such files, or it has no such option.
+    ProblemError
+        when the file is wrong, with every finding.
+    """
+    given = {name: value for name, value in options.items() if value is not None}
+    found = read_foreign(Path(path), form, given)
+    return ImportedFile(block_text(found.document), found.remarks)

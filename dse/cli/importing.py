@@ -1,0 +1,46 @@
+"""``dse import``."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import click
+
+from dse.cli.common import check_writable, in_time, write_text
+from dse.importers.registry import IMPORTERS
+
+
+def _format_options(command: click.Command) -> click.Command:
+    """The options of every format, each once."""
+    texts: dict[str, list[str]] = {}
+    for importer in IMPORTERS:
+        for name, text in importer.options.items():
+            texts.setdefault(name, []).append(f"{importer.name}: {text}")
+    command.params += [click.Option([f"--{name}"], metavar="TEXT", help=" ".join(said)) for name, said in texts.items()]
+    return command
+
+
+@click.command("import", epilog="Formats: " + "; ".join(f"{item.name}, {item.what}" for item in IMPORTERS) + ".")
+@click.argument("file", type=click.Path(exists=True))
+@click.option(
+    "--format", "form", type=click.Choice([item.name for item in IMPORTERS]), help="What FILE is; else by its suffix."
+)
+@click.option("-o", "--output", default="-", metavar="PATH", help="The file to write; standard output if left out.")
+@in_time
+def command(file: str, form: str | None, output: str, **options: str | None) -> int:
+    """A file of another format as a problem file, or as a file that problem files include.
+
+    Each figure says where it comes from (`source`). What was not understood is told on standard error, with its place.
+    """
+    check_writable(output)
+    from dse.api.importing import import_file
+
+    given: dict[str, Any] = {name.replace("_", "-"): value for name, value in options.items()}
+    found = import_file(file, form, **given)
+    for remark in found.remarks:
+        click.echo(str(remark), err=True)
+    write_text(output, found.text)
+    return 0
+
+
+command = _format_options(command)

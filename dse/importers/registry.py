@@ -1,0 +1,111 @@
+"""Which formats `dse import` reads, and what an importer is.
+
+A further format is a module with one function ``read`` and one line in `IMPORTERS`; CONTRIBUTING.md shows it step by
+step. Everything else (the command, its options, the keyword arguments of `dse.import_file`, the texts of help) follows.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from importlib import import_module
+from pathlib import Path
+from typing import Any, TypeAlias
+
+from dse.errors import Diagnostic, UsageError
+from dse.files.reading import obstacle
+
+Key: TypeAlias = tuple[str | int, ...]
+"""Keys and positions that lead to a value of a problem file, such as ``("threads", "nav", "period")``."""
+
+
+@dataclass(frozen=True, slots=True)
+class Place:
+    """Where something stands in a file; line and column count from 1."""
+
+    file: str
+    line: int
+    column: int
+
+
+@dataclass(frozen=True)
+class Imported:
+    """What an importer made of a file.
+
+    `document` is plain data with the keys of a problem file (or of a file to include); `remarks` say what was not
+    understood or left out, each with its place; `places` tell where a value comes from, by its path in the document.
+    """
+
+    document: Mapping[str, Any]
+    remarks: tuple[Diagnostic, ...] = ()
+    places: Mapping[Key, Place] = field(default_factory=dict)
+
+
+Read: TypeAlias = Callable[[Path, Mapping[str, str]], Imported]
+"""A file (or folder) and the options given, by name. Raises `ProblemError` with located findings."""
+
+
+@dataclass(frozen=True)
+class Importer:
+    """One format.
+
+    `home` is the module whose function ``read`` (see `Read`) reads it, imported when it is used. `options` has a help
+    text for each option of the command line (``--name``) and keyword of `dse.import_file`. `is_problem`: its documents
+    are whole problems, so that every command takes such a file where it takes a problem file.
+    """
+
+    name: str
+    suffixes: tuple[str, ...]
+    what: str
+    home: str
+    options: Mapping[str, str] = field(default_factory=dict)
+    is_problem: bool = False
+
+    @property
+    def read(self) -> Read:
+        """The function that reads it."""
+        found: Read = getattr(import_module(self.home), "read")  # noqa: B009 (typed as Any on purpose)
+        return found
+
+
+IMPORTERS: tuple[Importer, ...] = ()
+
+
+def importer_of(path: Path, form: str | None = None) -> Importer | None:
+    """The importer of that name, or else of the file's suffix; None where none has it.
+
+    Raises
+    ------
+    UsageError
+        when there is no format of that name.
+    """
+    for importer in IMPORTERS:
+        if importer.name == form or (form is None and path.name.lower().endswith(importer.suffixes)):
+            return importer
+    if form is not None:
+        raise UsageError(f"there is no format {form!r}: there are {', '.join(item.name for item in IMPORTERS)}")
+    return None
+
+
+def read_foreign(path: Path, form: str | None = None, options: Mapping[str, str] | None = None) -> Imported:
+    """What a file of another format says, as a document.
+
+    Raises
+    ------
+    UsageError
+        when no importer reads such files, or it has no such option.
+    ProblemError
+        when the file is wrong, with every finding.
+    """
+    importer = importer_of(path, form)
+    if importer is None:
+        known = "; ".join(f"{item.name} ({item.what})" for item in IMPORTERS)
+        raise UsageError(f"{path}: which format this is cannot be told by its name; name it with --format: {known}")
+    given = dict(options or {})
+    for name in given:
+        if name not in importer.options:
+            what = ", ".join(f"--{item}" for item in importer.options) or "none"
+            raise UsageError(f"--{name}: {importer.name} has no such option; it has {what}")
+    if not path.is_dir() and (missing := obstacle(path)) is not None:
+        raise UsageError(f"{path}: {missing}")
+    return importer.read(path, given)

@@ -1,0 +1,64 @@
+"""What every importer has in common, with a toy format: lines ``name period``."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Mapping
+from pathlib import Path
+from types import ModuleType
+
+import pytest
+
+import dse
+from dse.api.importing import import_file
+from dse.errors import Diagnostic, ProblemError, UsageError
+from dse.importers import registry
+from dse.importers.registry import Imported, Importer
+
+
+def read_toy(path: Path, options: Mapping[str, str]) -> Imported:
+    lines = path.read_text(encoding="utf-8").splitlines()
+    for number, line in enumerate(lines, 1):
+        if line.count(" ") != 2:
+            raise ProblemError([Diagnostic("expected NAME PERIOD", file=str(path), line=number, column=1)])
+    devices = {line.split()[0]: {"period": line.split(" ", 1)[1]} for line in lines}
+    remarks = (Diagnostic("left out", file=str(path), line=1, column=1, severity="warning"),)
+    return Imported({"dse": 1, "name": options.get("title", "toy"), "devices": devices}, remarks)
+
+
+@pytest.fixture(autouse=True)
+def _toy(monkeypatch: pytest.MonkeyPatch) -> None:
+    module = ModuleType("toy_importer")
+    module.read = read_toy  # type: ignore[attr-defined]
+    monkeypatch.setitem(sys.modules, "toy_importer", module)
+    toy = Importer("toy", (".toy",), "lines of names and periods", "toy_importer", {"title": "its name"})
+    monkeypatch.setattr(registry, "IMPORTERS", (*registry.IMPORTERS, toy))
+
+
+def test_a_file_becomes_the_text_of_a_problem_file(tmp_path: Path) -> None:
+    path = tmp_path / "a.toy"
+    path.write_text("lamp 1 s\n", encoding="utf-8")
+    found = import_file(path, title="Lamp")
+    assert dse.loads(found.text).name == "Lamp"
+    assert [str(item) for item in found.remarks] == [f"{path}:1:1: warning: left out"]
+
+
+def test_the_format_is_told_by_the_name_or_stated(tmp_path: Path) -> None:
+    path = tmp_path / "a.txt"
+    path.write_text("lamp 1 s\n", encoding="utf-8")
+    with pytest.raises(UsageError, match="which format this is cannot be told"):
+        import_file(path)
+    assert "lamp" in import_file(path, "toy").text
+    with pytest.raises(UsageError, match="there is no format 'toys'"):
+        import_file(path, "toys")
+    with pytest.raises(UsageError, match="--colour: toy has no such option; it has --title"):
+        import_file(path, "toy", colour="red")
+    with pytest.raises(UsageError, match="no such file"):
+        import_file(tmp_path / "b.toy")
+
+
+def test_mistakes_have_their_place(tmp_path: Path) -> None:
+    path = tmp_path / "a.toy"
+    path.write_text("lamp 1 s\nx\n", encoding="utf-8")
+    with pytest.raises(ProblemError, match=r"a\.toy:2:1: expected NAME PERIOD"):
+        import_file(path)
