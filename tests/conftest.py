@@ -16,7 +16,7 @@ os.environ.pop("COLUMNS", None)  # what runs tests in parallel sets it; commands
 ROOT = Path(__file__).parents[1]
 QUICK = (
     *("dse", "tests/spec", "tests/space", "tests/analysis", "tests/files"),
-    *("tests/pareto/test_zones.py", "tests/pareto/test_front.py", "tests/results/test_ranking.py"),
+    *("tests/pareto/test_regions.py", "tests/pareto/test_front.py", "tests/results/test_ranking.py"),
     *("tests/results/test_words.py", "tests/study/test_errors.py", "tests/verify/test_verify.py"),
 )
 """What the marker ``quick`` selects: a look at every layer in less than a minute, before the whole suite."""

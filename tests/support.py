@@ -7,7 +7,7 @@ from pathlib import Path
 
 from dse.analysis.evaluate import Evaluation, Evaluator
 from dse.analysis.validity import canonical
-from dse.pareto.zones import dominates
+from dse.pareto.regions import dominates
 from dse.space.build import build_space
 from dse.space.types import Design, Space
 from dse.spec.load import load_spec, parse_spec

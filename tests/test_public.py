@@ -36,7 +36,7 @@ def test_every_public_name_has_a_docstring_with_an_example(name: str) -> None:
 
 
 def solve() -> Any:
-    return dse.with_others(dse.solve("pump.yaml", **ASKED), 1, within="20%").to_dict()
+    return dse.with_further_designs(dse.solve("pump.yaml", **ASKED), 1, within="20%").to_dict()
 
 
 def analyse() -> Any:
@@ -91,7 +91,7 @@ def schema() -> Any:
 
 
 JOBS: dict[str, tuple[list[str], Callable[[], Any]]] = {
-    "solve": (["pump.yaml", *OPTIONS, "--alternatives", "1", "--within", "20%", "-q", "--json", "out.json"], solve),
+    "solve": (["pump.yaml", *OPTIONS, "--further", "1", "--within", "20%", "-q", "--json", "out.json"], solve),
     "analyse": (["pump.yaml", "--max-price", "100 EUR", *CHOSEN, "--json", "out.json"], analyse),
     "simulate": (["pump.yaml", *CHOSEN, "--runs", "2", "--json", "out.json"], simulate),
     "sweep": (["pump.yaml", "--vary", VARY, "--no-store", "--json", "out.json"], sweep),

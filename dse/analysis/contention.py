@@ -12,7 +12,7 @@ from dataclasses import dataclass, replace
 from dse.analysis.evaluate import Evaluator
 from dse.analysis.latency import counts_responses
 from dse.analysis.limits import Verdict
-from dse.analysis.recall import Recall
+from dse.analysis.memo import Recall
 from dse.analysis.scheduling import core_of_each
 from dse.analysis.unbounded import unbounded_in
 from dse.analysis.views import View

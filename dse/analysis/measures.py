@@ -15,7 +15,7 @@ from typing import Literal
 from dse.analysis.binding import bus_stack, byte_times_ns
 from dse.analysis.changes import change_terms
 from dse.analysis.latency import counts_responses, step_rows
-from dse.analysis.recall import Recall
+from dse.analysis.memo import Recall
 from dse.analysis.resources import (
     busy_scale,
     busy_terms,

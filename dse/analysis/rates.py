@@ -7,7 +7,7 @@ from fractions import Fraction
 from typing import Literal, TypeAlias
 
 from dse.analysis.views import CyclicActivation, View
-from dse.space.circles import shortest_circle, strong_components
+from dse.space.cycles import shortest_circle, strong_components
 from dse.space.trees import NotOffered, at, leaves
 from dse.space.types import Component, Connection, Space
 

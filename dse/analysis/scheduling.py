@@ -21,9 +21,9 @@ from functools import lru_cache
 from typing import Literal, TypeAlias
 
 from dse.analysis.binding import transmission_ns
+from dse.analysis.memo import Recall
 from dse.analysis.partition import WHOLE, Room, spread
 from dse.analysis.rates import NS_PER_S, RateKey, is_event_triggered, rate_hz
-from dse.analysis.recall import Recall
 from dse.analysis.response_time import Stream, Task, response_time_ns
 from dse.analysis.views import View
 from dse.space.trees import at, leaves

@@ -9,11 +9,11 @@ from pathlib import Path
 from typing import Any
 
 from dse.analysis.contention import ContentionReferee, cores_of, with_contention
-from dse.api.recalling import named_design
-from dse.api.recomputing import Bench
+from dse.api.points import Bench
+from dse.api.stated import named_design
 from dse.errors import UsageError
 from dse.results.contention import NOT_CHECKED, Contended, judge
-from dse.results.result import Result
+from dse.results.solve import Result
 from dse.space.types import Design
 from dse.timelimit import OutOfTime, TimeLimit, until
 

@@ -9,7 +9,7 @@ from math import floor
 from typing import Any
 
 from dse.analysis.evaluate import Evaluator
-from dse.api.recomputing import Bench, recomputed
+from dse.api.points import Bench, recomputed
 from dse.results.changes import changes_between
 from dse.space.types import Design, Space
 from dse.verification.diagrams import TooLarge

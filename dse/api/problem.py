@@ -166,7 +166,7 @@ def changed(problem: Problem, changes: Changes) -> Problem:
     base, changes = problem.base, problem.changes.then(changes)
     asked = base
     if changes.result is not None:
-        from dse.api.recalling import asked_as
+        from dse.api.stated import asked_as
 
         asked = asked_as(base, changes.result)
     space = set_up(asked, changes.settings)

@@ -42,7 +42,7 @@ def command(file: str, design: tuple[str, ...], response_times: bool, json_path:
     Exit code 4 when the design breaks a requirement or is not valid.
     """
     check_writable(json_path)
-    from dse.api.analysing import analyse
+    from dse.api.analyse import analyse
     from dse.api.problem import load
 
     found = named(design, load(Path(file)).ask(**question_of(options)))

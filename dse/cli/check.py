@@ -31,11 +31,11 @@ def command(file: str, json_path: str | None, **options: Any) -> int:
     With the options of `dse solve` the question is the one that they ask.
     """
     check_writable(json_path)
-    from dse.api.checking import check
+    from dse.api.check import check
 
     description = check(Path(file), **question_of(options))
     if json_path != "-":
-        from dse.report.description import print_description
+        from dse.report.check import print_description
 
         print_description(console(), description)
     if json_path is not None:

@@ -20,13 +20,13 @@ from dse.cli.common import check_writable, console, in_time, json_option, tell_c
 def command(one: str, other: str, problem: str | None, json_path: str | None) -> int:
     """Two results (RESULT.json), two designs (RESULT.json#ID), or a design and baseline, side by side."""
     check_writable(json_path)
-    from dse.api.comparing import compare
+    from dse.api.compare import compare
 
     found = compare(one, other, problem)
     for file in found.carried:
         tell_carried(file, is_carried=True)
     if json_path != "-":
-        from dse.report.comparison import print_comparison
+        from dse.report.compare import print_comparison
 
         print_comparison(console(), found)
     if json_path is not None:

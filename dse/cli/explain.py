@@ -24,7 +24,7 @@ from dse.cli.common import (
 from dse.timelimit import TimeLimit, until
 
 F = TypeVar("F", bound=Callable[..., Any])
-WITHOUT_EFFECT = ("workers", "top", "rank-by", "alternatives", "within", "output")
+WITHOUT_EFFECT = ("workers", "top", "rank-by", "further", "within", "output")
 """Options of `dse solve` that have a value and are about the front: they are taken, and change no explanation."""
 REFUSED = {
     "robust": "explains the figures as the file states them, not a robust question",
@@ -36,8 +36,8 @@ REFUSED = {
 def options_of_solve(command: F) -> F:
     """The options of `dse solve` that are about its front, so that the same ones may be given; not in the help."""
     for name in WITHOUT_EFFECT:
-        short = ("-o",) if name == "output" else ()
-        command = click.option(*short, f"--{name}", f"unused_{name.replace('-', '_')}", hidden=True)(command)
+        other = {"output": ("-o",), "further": ("--alternatives",)}.get(name, ())
+        command = click.option(*other, f"--{name}", f"unused_{name.replace('-', '_')}", hidden=True)(command)
     for name in REFUSED:
         command = click.option(
             f"--{name}", is_flag=name != "resume", expose_value=False, callback=_refuse, hidden=True
@@ -91,7 +91,7 @@ def command(
     if json_path == "-" and csv_path == "-":
         raise click.UsageError("only one of --json and --csv can go to standard output")
     check_writable(json_path, csv_path)
-    from dse.api.explaining import Wishes, explain_asked
+    from dse.api.explain import Wishes, explain_asked
     from dse.api.problem import load
 
     with until(time_limit):
@@ -99,7 +99,7 @@ def command(
     found = explain_asked(asked, Wishes(every, limit, offer, time_limit.rest_s, seed))
     failure = save((json_path, found.to_json), (csv_path, found.to_csv))
     if not quiet and "-" not in (json_path, csv_path):
-        from dse.report.explanation import print_explanation
+        from dse.report.explain import print_explanation
 
         print_explanation(console(), found)
     if failure is not None:

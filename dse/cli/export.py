@@ -11,7 +11,7 @@ from dse.cli.common import check_writable, in_time, tell_carried, write_text
 from dse.errors import about
 
 if TYPE_CHECKING:
-    from dse.api.exporting import Format
+    from dse.api.export import Format
 
 FORMATS: tuple[Format, ...] = ("problem", "ros2", "dot", "graphml")
 
@@ -36,8 +36,8 @@ def command(result: str, alternative: str, form: Format, output: str, problem: s
     `dse analyse` gives the same figures for it. Neither the result nor its problem file is overwritten.
     """
     check_writable(output)
-    from dse.api.exporting import export
-    from dse.api.reopening import reopen
+    from dse.api.export import export
+    from dse.api.reopen import reopen
 
     opened = reopen(result, problem)
     tell_carried(opened.problem.file, is_carried=opened.problem.is_carried)

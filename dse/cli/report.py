@@ -63,7 +63,7 @@ def command(
     if is_study(data):
         return _report_study(result, data, target, formats, others=(problem, alternative, rank_by, *studies))
     sections = [section for path in studies for section in sections_in(path)]
-    from dse.api.reopening import reopen
+    from dse.api.reopen import reopen
     from dse.errors import UsageError
     from dse.report.document import Document
     from dse.results.order import ranked_by
@@ -78,7 +78,7 @@ def command(
         raise UsageError(f"{result}: there is no alternative, so there is nothing to draw")
     document = Document(found)
     if formats:
-        from dse.report.figures import figure_files
+        from dse.report.plot_files import figure_files
 
         paths = write_files(target, figure_files(document, formats, alternative))
     else:

@@ -33,7 +33,7 @@ def solve_robustly(
     watcher = RobustWatcher(*tell)
     if resume is None:
         return robust_asked(asked, budget, watcher)
-    from dse.study.resuming import resume_robust
+    from dse.study.resume import resume_robust
 
     return resume_robust(*resume, budget, watcher)
 

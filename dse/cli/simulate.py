@@ -85,7 +85,7 @@ def command(
     """
     check_writable(json_path)
     from dse.api.problem import load
-    from dse.api.simulating import simulate
+    from dse.api.simulate import simulate
 
     with until(time_limit):
         found = named(design, load(Path(file)).ask(**question_of(options)))
@@ -104,7 +104,7 @@ def command(
         time_limit_s=time_limit.rest_s,
     )
     if json_path != "-":
-        from dse.report.simulation import print_simulation
+        from dse.report.simulate import print_simulation
 
         print_simulation(console(), simulation)
     if json_path is not None:

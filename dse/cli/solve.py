@@ -34,8 +34,8 @@ if TYPE_CHECKING:
     from dse.api.problem import Problem
     from dse.api.question import Question
     from dse.pareto.front import FrontSearch, Progress
-    from dse.results.result import Result
     from dse.results.robust import RobustResult
+    from dse.results.solve import Result
 
 PLAIN_STEP_S = 2.0
 REPORT_S = 2.0
@@ -74,7 +74,9 @@ REPORT_S = 2.0
 )
 @ranking_options
 @click.option(
+    "--further",
     "--alternatives",
+    "further",
     type=click.IntRange(1, 1000),
     metavar="K",
     help="Also up to K other designs with exactly the objectives of each alternative shown, chosen to differ.",
@@ -100,7 +102,7 @@ def command(
     robust: bool,
     rank_by: str | None,
     top: int | None,
-    alternatives: int | None,
+    further: int | None,
     within: str | None,
     report: bool,
     folder: str,
@@ -119,9 +121,9 @@ def command(
         raise click.UsageError("only one of --json and --csv can go to standard output")
     check_writable(json_path, csv_path, renews=resume)
     target = report_folder(folder) if report else None
+    from dse.api.further import DEFAULT_COUNT, read_share, with_further_designs
     from dse.api.problem import baseline_design
-    from dse.api.siblings import DEFAULT_COUNT, read_share, with_others
-    from dse.api.solving import Watcher, solve_asked
+    from dse.api.solve import Watcher, solve_asked
     from dse.pareto.front import Budget
     from dse.results.order import check_ranking, ranked_by
 
@@ -138,8 +140,8 @@ def command(
             f"{resume}: its search is not robust, and --resume goes on with the question of the result"
         )
     if robust or asked.robust:
-        if alternatives is not None or within is not None:
-            raise click.UsageError("--robust shows one design for each point: no --alternatives, no --within")
+        if further is not None or within is not None:
+            raise click.UsageError("--robust shows one design for each point: no --further, no --within")
         from dse.cli.robust import show_robust, solve_robustly
 
         with _Reporter(quiet=quiet) as progress:
@@ -150,9 +152,9 @@ def command(
         watcher = Watcher(progress, _checkpoint(json_path))
         result = solve_asked(asked, Budget(time_limit, seed, workers), watcher, earlier)
     result = ranked_by(result, rank_by or "ideal")
-    if alternatives is not None or within is not None:
-        result = with_others(
-            result, alternatives or DEFAULT_COUNT, within, top, seed=seed, time_limit_s=time_limit.rest_s
+    if further is not None or within is not None:
+        result = with_further_designs(
+            result, further or DEFAULT_COUNT, within, top, seed=seed, time_limit_s=time_limit.rest_s
         )
     failure = save((json_path, result.to_json), (csv_path, result.to_csv))
     if not quiet and "-" not in (json_path, csv_path):
@@ -169,7 +171,7 @@ def _question(file: str | None, resume: str | None, question: Question) -> tuple
     """The problem as it is asked, and the search to go on with."""
     from dse.api.problem import load
     from dse.api.question import changes_of
-    from dse.api.resuming import read_search
+    from dse.api.resume import read_search
 
     if resume is not None:
         if changes_of(question).is_anything:

@@ -32,11 +32,11 @@ def command(result: str, problem: str | None, method: str, time_limit: TimeLimit
     nothing is wrong but not everything could be proved again.
     """
     check_writable(json_path)
-    from dse.study.verifying import verify
+    from dse.study.verify import verify
 
     found = verify(result, problem=problem, method=method, time_limit_s=time_limit.rest_s)  # type: ignore[arg-type]
     if json_path != "-":
-        from dse.report.verification import print_verification
+        from dse.report.verify import print_verification
 
         print_verification(console(), found)
     if json_path is not None:

@@ -22,7 +22,7 @@ from dse.analysis.packing import first_placement, placements
 from dse.analysis.views import View
 from dse.encode.combined import Combined
 from dse.encode.corelimits import CoreLimit
-from dse.encode.forms import Board, OpenTerm
+from dse.encode.linear import Board, OpenTerm
 from dse.encode.places import Places
 from dse.encode.rates import RateVariables
 from dse.encode.reasons import Reason, reason_of, reason_of_value

@@ -26,9 +26,9 @@ from ortools.sat.python import cp_model
 
 from dse.analysis.limits import Limit, keeps_cores, thread_loads
 from dse.analysis.measures import Term
-from dse.analysis.recall import Watching
+from dse.analysis.memo import Watching
 from dse.analysis.views import View, tabulate
-from dse.encode.forms import Board, floor_int
+from dse.encode.linear import Board, floor_int
 from dse.space.trees import Choice, at, leaves
 from dse.space.types import Design, Space
 

@@ -18,12 +18,12 @@ from ortools.sat.python import cp_model
 from dse.analysis.evaluate import Evaluator
 from dse.analysis.limits import Limit
 from dse.analysis.measures import Measure, Term
-from dse.analysis.recall import Watching
+from dse.analysis.memo import Watching
 from dse.analysis.validity import Predicate, Rulebook, has_conditional_home
 from dse.analysis.views import View
 from dse.encode.contention import Contention, contention_of, is_upward
 from dse.encode.corelimits import CoreLimits, core_limits_of
-from dse.encode.forms import Board, OpenTerm, placed
+from dse.encode.linear import Board, OpenTerm, placed
 from dse.encode.rates import RateVariables, add_acyclic_activation
 from dse.encode.requirements import add_limit
 from dse.encode.rules import add_rule
@@ -32,7 +32,7 @@ from dse.errors import TooLargeError
 from dse.space.trees import Choice
 from dse.space.types import EMPTY, INACTIVE, Design, Objective
 
-MOST_ZONES = 4
+MOST_REGIONS = 4
 """How many regions of the objective space a question can be about (decision record 9)."""
 FEWEST_OBJECTIVES = 3
 """With fewer, regions do not overlap, and nearly every question finds a point."""
@@ -52,7 +52,7 @@ class EncodedObjective:
 
 
 @dataclass(frozen=True)
-class ZoneSwitch:
+class RegionSwitch:
     """While `literal` is true, each objective is within the domain of its linear constraint, named by its index."""
 
     literal: cp_model.IntVar
@@ -72,7 +72,7 @@ class EncodedSpace:
     core_limits: CoreLimits | None = None
     shared: Sequence[int] = ()
     """Decisions on which many summands hang, most first: sums have a form of their own for each of their options."""
-    zones: Sequence[ZoneSwitch] = ()
+    regions: Sequence[RegionSwitch] = ()
     """One of them is on: with these a question can be about several regions of the objective space."""
     weigh: Callable[[Design], tuple[int, ...] | None] = lambda _: None
     """The objectives of a design as the analysis has them, in steps; None where it refuses the design."""
@@ -98,7 +98,7 @@ class EncodedSpace:
             self.contention.copy(model) if self.contention is not None else None,
             self.core_limits.copy(model) if self.core_limits is not None else None,
             self.shared,
-            [replace(zone, literal=again(zone.literal)) for zone in self.zones],
+            [replace(region, literal=again(region.literal)) for region in self.regions],
             self.weigh,
         )
 
@@ -292,11 +292,11 @@ def _encode(evaluator: Evaluator) -> EncodedSpace:
         contention.add_waiting(board)
         if board.open_terms:
             contention.number_cores()
-    zones = add_zone_switches(board.model, objectives)
+    regions = add_region_switches(board.model, objectives)
     problem = board.model.validate()
     assert not problem, problem
     weigh = partial(_weigh, evaluator, objectives)
-    return replace(_encoded(board, objectives, contention), zones=zones, weigh=weigh)
+    return replace(_encoded(board, objectives, contention), regions=regions, weigh=weigh)
 
 
 def _weigh(evaluator: Evaluator, objectives: Sequence[EncodedObjective], design: Design) -> tuple[int, ...] | None:
@@ -311,7 +311,7 @@ def _weigh(evaluator: Evaluator, objectives: Sequence[EncodedObjective], design:
     )
 
 
-def add_zone_switches(model: cp_model.CpModel, objectives: Sequence[EncodedObjective]) -> list[ZoneSwitch]:
+def add_region_switches(model: cp_model.CpModel, objectives: Sequence[EncodedObjective]) -> list[RegionSwitch]:
     """Switch z: variable[i] <= bound[z, i] for each objective i, the bounds as yet those of the variables; one is on.
 
     With fewer than three objectives questions are about one region.
@@ -319,10 +319,10 @@ def add_zone_switches(model: cp_model.CpModel, objectives: Sequence[EncodedObjec
     if len(objectives) < FEWEST_OBJECTIVES:
         return []
     switches = []
-    for _ in range(MOST_ZONES):
+    for _ in range(MOST_REGIONS):
         literal = model.new_bool_var("")
         limits = [model.add(item.variable <= item.size).only_enforce_if(literal) for item in objectives]
-        switches.append(ZoneSwitch(literal, tuple(limit.index for limit in limits)))
+        switches.append(RegionSwitch(literal, tuple(limit.index for limit in limits)))
     model.add_bool_or([switch.literal for switch in switches])
     return switches
 

@@ -13,7 +13,7 @@ from typing import Any
 from dse.analysis.rates import NS_PER_S, is_event_triggered
 from dse.analysis.scheduling import work_ns
 from dse.analysis.views import View, allowed_options, tabulate
-from dse.encode.forms import Board
+from dse.encode.linear import Board
 from dse.encode.rates import RateVariables
 from dse.space.trees import Choice, at, leaves
 from dse.space.types import Component, Space

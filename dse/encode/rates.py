@@ -12,10 +12,10 @@ from ortools.sat.python import cp_model
 from dse.analysis.measures import Term
 from dse.analysis.rates import NS_PER_S, RateKey, all_keys, is_event_triggered, source_rates_hz
 from dse.analysis.views import View
-from dse.encode.forms import EXACT_LIMIT, Board, Form, Given, ceil_int, check_exact
-from dse.encode.products import RateTables
+from dse.encode.linear import EXACT_LIMIT, Board, Form, Given, ceil_int, check_exact
+from dse.encode.rate_tables import RateTables
 from dse.space.activation import trigger_graph
-from dse.space.circles import strong_components
+from dse.space.cycles import strong_components
 from dse.space.trees import at, leaves
 from dse.space.types import Space
 

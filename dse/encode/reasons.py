@@ -12,8 +12,8 @@ from dataclasses import dataclass, field
 from fractions import Fraction
 
 from dse.analysis.limits import HOLDS, Limit
+from dse.analysis.memo import Watching
 from dse.analysis.rates import NS_PER_S, is_event_triggered, rate_hz
-from dse.analysis.recall import Watching
 from dse.analysis.response_time import Stream, Task, response_time_ns
 from dse.analysis.scheduling import core_of_each, counted_ns, subset_responses, work_ns
 from dse.analysis.views import View

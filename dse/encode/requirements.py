@@ -9,7 +9,7 @@ from dse.analysis.limits import Limit, thread_loads
 from dse.analysis.measures import Term
 from dse.encode.contention import Deadline, is_deadline
 from dse.encode.corelimits import CoreLimit
-from dse.encode.forms import Board, Form, Given, ceil_int, floor_int, placed
+from dse.encode.linear import Board, Form, Given, ceil_int, floor_int, placed
 from dse.encode.rates import RateVariables
 from dse.encode.sums import Branch, measure_branches
 from dse.space.trees import leaves

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from dse.analysis.validity import atom_truth, is_broken
-from dse.encode.forms import Board
+from dse.encode.linear import Board
 from dse.space.types import ResolvedCondition, Rule
 from dse.spec.expressions import And, Not, Or
 

@@ -28,7 +28,7 @@ from ortools.sat.python import cp_model
 
 from dse.analysis.rates import NS_PER_S
 from dse.analysis.views import tabulate
-from dse.encode.forms import EXACT_LIMIT
+from dse.encode.linear import EXACT_LIMIT
 from dse.encode.places import Places, Thread
 from dse.space.cores import rules_on_cores
 from dse.space.types import Space

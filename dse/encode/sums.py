@@ -15,9 +15,9 @@ from ortools.sat.python import cp_model
 from dse.analysis.measures import Measure, Term
 from dse.analysis.scheduling import UNBOUNDED_NS
 from dse.analysis.views import allowed_options
-from dse.encode.forms import Board, Form, Given, OpenTerm, ceil_int, check_exact, floor_int
+from dse.encode.additive import additive_parts
+from dse.encode.linear import Board, Form, Given, OpenTerm, ceil_int, check_exact, floor_int
 from dse.encode.rates import RateVariables
-from dse.encode.separation import additive_parts
 from dse.encode.waiting import shared_waiting
 
 SHARED_BY = 3

@@ -36,7 +36,7 @@ from dse.analysis.scheduling import (
 )
 from dse.analysis.views import View
 from dse.encode.combined import Combined
-from dse.encode.forms import EXACT_LIMIT, Board, Form, OpenTerm, floor_int
+from dse.encode.linear import EXACT_LIMIT, Board, Form, OpenTerm, floor_int
 from dse.encode.places import Places, Thread
 from dse.space.trees import at, leaves
 from dse.space.types import Component, Space

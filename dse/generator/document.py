@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from dse.generator.draft import Draft, Thread, Wire
-from dse.generator.figures import IPC_FIXED_US, IPC_PER_BYTE_NS, REFERENCE, WIRE_CLASSES, WireType
+from dse.generator.published import IPC_FIXED_US, IPC_PER_BYTE_NS, REFERENCE, WIRE_CLASSES, WireType
 
 MIDDLEWARE = "middleware"
 

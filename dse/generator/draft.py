@@ -8,7 +8,7 @@ from itertools import pairwise
 from typing import Literal
 
 from dse.generator.families import Family
-from dse.generator.figures import (
+from dse.generator.published import (
     ANGLE_SYNCHRONOUS,
     AUTOMOTIVE_SIZES,
     CRANK_PERIOD_MS,

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from dse.generator.figures import (
+from dse.generator.published import (
     AUTOMOTIVE_MACHINES,
     AUTOMOTIVE_PERIODS_MS,
     AUTOMOTIVE_SENSORS_MS,

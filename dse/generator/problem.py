@@ -17,7 +17,7 @@ from dse.errors import UsageError
 from dse.generator.document import build_document, bus_names, processor_names
 from dse.generator.draft import MOST_OF_ONE_CORE, Draft, draw_draft
 from dse.generator.families import FAMILIES
-from dse.generator.figures import REFERENCE, WIRE_CLASSES
+from dse.generator.published import REFERENCE, WIRE_CLASSES
 from dse.generator.text import to_yaml
 from dse.generator.topology import draw_topology
 from dse.space.build import build_space

@@ -11,7 +11,7 @@ from typing import Any
 
 from ortools.sat.python import cp_model
 
-from dse.encode.forms import EXACT_LIMIT
+from dse.encode.linear import EXACT_LIMIT
 from dse.pareto.answer import Found
 from dse.pareto.subproblem import Solver
 from dse.space.types import Design

@@ -20,9 +20,9 @@ from dse.analysis.views import View
 from dse.encode.model import encode
 from dse.errors import RefereeError
 from dse.pareto.answer import Found, Unfinished
-from dse.pareto.crew import heard
+from dse.pareto.guarded_model import Switchboard
+from dse.pareto.pool import heard
 from dse.pareto.subproblem import Solver
-from dse.pareto.switchboard import Switchboard
 from dse.space.types import INACTIVE, Design, Objective, Requirement, Rule, Space
 from dse.timelimit import OutOfTime, until
 

@@ -1,8 +1,8 @@
-"""The complete Pareto front, by search zones: each solver call finds a non-dominated point or refutes a region.
+"""The complete Pareto front, by search regions: each solver call finds a non-dominated point or refutes a region.
 
-In a zone one objective is minimised first and the sum of the others next; what that minimum leaves below itself is
-refuted by the same call. The search ends when no zone is left, and only then is the front called complete. Every design
-passes the referee (`Evaluator`), which computes its figures without the solver.
+In a region one objective is minimised first and the sum of the others next; what that minimum leaves below itself is
+refuted by the same call. The search ends when no region is left, and only then is the front called complete. Every
+design passes the referee (`Evaluator`), which computes its figures without the solver.
 """
 
 from __future__ import annotations
@@ -15,25 +15,25 @@ from functools import cached_property, partial
 
 from dse.analysis.evaluate import Evaluator
 from dse.analysis.latency import counts_responses
-from dse.encode.forms import EXACT_LIMIT
+from dse.encode.linear import EXACT_LIMIT
 from dse.encode.model import EncodedObjective, EncodedSpace, encode
 from dse.errors import RefereeError, UsageError
 from dse.pareto.answer import Answer, Found, NoSuchDesign, Unfinished
 from dse.pareto.canonical import canonical_design
-from dse.pareto.crew import Crew, stop_on_interrupt
 from dse.pareto.outcome import ANYTHING, Frame, FrontSearch
 from dse.pareto.pace import Pace
-from dse.pareto.settings import BARE_IN_ORDER
-from dse.pareto.subproblem import Solver
-from dse.pareto.zones import (
+from dse.pareto.pool import SolverPool, stop_on_interrupt
+from dse.pareto.regions import (
     Bound,
     Question,
-    RefutedBoxes,
-    SearchRegion,
+    RefutedRegions,
+    SearchRegions,
     capped,
     local_upper_bounds,
     strictly_inside,
 )
+from dse.pareto.settings import BARE_IN_ORDER
+from dse.pareto.subproblem import Solver
 from dse.space.types import Design
 from dse.timelimit import NEVER, OutOfTime, TimeLimit, until
 
@@ -43,8 +43,8 @@ CHAIN = 16
 """So many points in a row get their canonical designs one from another, whatever the number of workers."""
 HELP_AFTER_S = 0.5
 """After how long further solvers join: a small problem is done before they are ready."""
-MOST_BOXES = 20_000
-"""A certificate with more boxes than this is left as the search made it."""
+MOST_CERTIFYING = 20_000
+"""A certificate with more regions than this is left as the search made it."""
 
 
 @dataclass(frozen=True)
@@ -80,10 +80,10 @@ class _State:
 
     evaluator: Evaluator
     encoded: EncodedSpace
-    region: SearchRegion
+    regions: SearchRegions
     started: float
     limit: TimeLimit
-    crew: Crew[Question, Answer] = field(default_factory=Crew)
+    pool: SolverPool[Question, Answer] = field(default_factory=SolverPool)
     designs: dict[Bound, Design] = field(default_factory=dict)
     first: set[Bound] = field(default_factory=set)
     incumbent: Found | None = None
@@ -96,20 +96,20 @@ class _State:
     def interrupt(self) -> None:
         """What Ctrl-C does: the running calls end, and no others begin."""
         self.interrupted = True
-        self.crew.stop()
+        self.pool.stop()
 
     def take(self, question: Question, answer: Answer) -> None:
-        """What an answer tells about the region."""
-        zones, axis = question
+        """What an answer tells about the regions."""
+        regions, axis = question
         if isinstance(answer, NoSuchDesign):
-            for zone in zones:
-                self.region.refute(zone)
+            for region in regions:
+                self.regions.refute(region)
         elif isinstance(answer, Found):
             self.hint = answer.design
             self.designs.setdefault(answer.point, answer.design)
-            for zone in zones:
-                self.region.refute(capped(zone, axis, answer.point))
-            self.region.cut(answer.point)
+            for region in regions:
+                self.regions.refute(capped(region, axis, answer.point))
+            self.regions.cut(answer.point)
         elif answer.best is not None and not self.designs:
             self.incumbent = answer.best
 
@@ -123,7 +123,7 @@ class _State:
     def progress(self) -> Progress:
         """Where the search stands."""
         elapsed = time.monotonic() - self.started
-        return Progress(len(self.designs), len(self.region.open), self.calls_before + self.crew.calls, elapsed)
+        return Progress(len(self.designs), len(self.regions.open), self.calls_before + self.pool.calls, elapsed)
 
     @cached_property
     def frame(self) -> Frame:
@@ -137,20 +137,20 @@ class _State:
         """The state in counted units, every point refereed."""
         objectives = self.encoded.objectives
         designs = self.designs
-        if not designs and self.region.open and self.incumbent is not None:
+        if not designs and self.regions.open and self.incumbent is not None:
             designs = {self.incumbent.point: self.incumbent.design}
         points = {
             _signed(self.evaluator, counted(objectives, point)): _refereed(self.evaluator, self.encoded, design, point)
             for point, design in sorted(designs.items())
         }
-        zones = sorted(self.region.open)
+        regions = sorted(self.regions.open)
         return FrontSearch(
             points=points,
-            unexplored=tuple(counted(objectives, zone) for zone in zones),
-            refuted=tuple(sorted(counted(objectives, box) for box in self.region.refuted)),
-            calls=self.calls_before + self.crew.calls,
+            unexplored=tuple(counted(objectives, region) for region in regions),
+            refuted=tuple(sorted(counted(objectives, region) for region in self.regions.refuted)),
+            calls=self.calls_before + self.pool.calls,
             elapsed_s=time.monotonic() - self.started,
-            floors=tuple(counted(objectives, self.region.refuted.floor(zone)) for zone in zones),
+            floors=tuple(counted(objectives, self.regions.refuted.floor(region)) for region in regions),
             not_first=frozenset(
                 _signed(self.evaluator, counted(objectives, point)) for point in designs.keys() - self.first
             ),
@@ -192,48 +192,48 @@ def search_front(
         except OutOfTime:
             known = earlier or FrontSearch({}, (tuple(ANYTHING for _ in evaluator.objectives),), (), 0, 0.0)
             return replace(known, elapsed_s=time.monotonic() - started)
-    state = _State(evaluator, encoded, SearchRegion(encoded.everywhere), started, budget.limit)
+    state = _State(evaluator, encoded, SearchRegions(encoded.everywhere), started, budget.limit)
     state.untaught = encoded.copy() if encoded.learns and not _is_strict(evaluator, encoded) else None
     if start is not None:
         with until(budget.limit), suppress(OutOfTime):
             state.start_from(start)
     if earlier is not None:
         _restore(state, earlier)
-    state.crew.solvers.append(Solver(encoded, seed=budget.seed, deadline=budget.limit.deadline))
+    state.pool.solvers.append(Solver(encoded, seed=budget.seed, deadline=budget.limit.deadline))
     with stop_on_interrupt(state.interrupt):
         _explore(state, budget, watch)
         _make_canonical(state)
-    if not state.region.open:
-        boxes = local_upper_bounds(encoded.everywhere, sorted(state.designs), MOST_BOXES)
-        state.region.refuted = RefutedBoxes(boxes) if boxes is not None else state.region.refuted
+    if not state.regions.open:
+        regions = local_upper_bounds(encoded.everywhere, sorted(state.designs), MOST_CERTIFYING)
+        state.regions.refuted = RefutedRegions(regions) if regions is not None else state.regions.refuted
     return state.snapshot()
 
 
 def _explore(state: _State, budget: Budget, watch: Watch) -> None:
-    """Search zones until none is open, or time is up; each solver of the crew has a zone of its own."""
-    crew, region = state.crew, state.region
+    """Search regions until none is open, or time is up; each solver of the pool has a region of its own."""
+    pool, search = state.pool, state.regions
     pace = Pace(state.started)
-    while region.open and not crew.stopped:
+    while search.open and not pool.stopped:
         now = time.monotonic()
-        if len(crew.solvers) == 1 < budget.workers and now - state.started > HELP_AFTER_S:
-            crew.solvers += [_another(crew.solvers[0]) for _ in range(budget.workers - 1)]  # while it is idle
-        for solver in crew.idle:
-            question = region.next_question(list(crew.busy.values()), solver.most_zones)
+        if len(pool.solvers) == 1 < budget.workers and now - state.started > HELP_AFTER_S:
+            pool.solvers += [_another(pool.solvers[0]) for _ in range(budget.workers - 1)]  # while it is idle
+        for solver in pool.idle:
+            question = search.next_question(list(pool.busy.values()), solver.most_regions)
             if question is not None:
                 job = partial(_minimise_in, solver, state.evaluator, *question, state.hint)
-                crew.start(solver, question, partial(_in_time, state, job))
-        size = len(state.designs) + len(region.open)
+                pool.start(solver, question, partial(_in_time, state, job))
+        size = len(state.designs) + len(search.open)
         if watch.checkpoint is not None and pace.is_due(size):
             pace.spend(size, partial(_hand_out, state, watch.checkpoint))  # while the solvers work
-        question, answer = crew.wait()
+        question, answer = pool.wait()
         if isinstance(answer, Unfinished):
-            crew.stop()
+            pool.stop()
         state.take(question, answer)
         if watch.progress is not None:
             watch.progress(state.progress())
-    if region.open:
-        crew.stop()
-    for question, answer in crew.drain():
+    if search.open:
+        pool.stop()
+    for question, answer in pool.drain():
         state.take(question, answer)
 
 
@@ -259,23 +259,23 @@ def _another(solver: Solver) -> Solver:
 
 def _make_canonical(state: _State) -> None:
     """Replace each design by the canonical one of its point, unless the search was stopped."""
-    if state.region.open:
+    if state.regions.open:
         return
-    crew: Crew[list[Bound], list[tuple[Design, bool]]] = Crew(state.crew.solvers)
+    pool: SolverPool[list[Bound], list[tuple[Design, bool]]] = SolverPool(state.pool.solvers)
     limit = state.limit.for_the_last_steps()  # the front is proved; what is left makes the result reproducible
-    for solver in crew.solvers:
+    for solver in pool.solvers:
         solver.deadline = limit.deadline
     points = sorted(state.designs)
     waiting = [points[start : start + CHAIN] for start in range(0, len(points), CHAIN)][::-1]
-    while waiting or crew.busy:
-        for solver in crew.idle:
+    while waiting or pool.busy:
+        for solver in pool.idle:
             if waiting:
                 chain = waiting.pop()
                 known = [Found(point, state.designs[point]) for point in chain]
                 if state.untaught is not None:  # what a search has learnt depends on its way
                     solver.encoded = state.untaught.copy()
-                crew.start(solver, chain, partial(_canonical_designs, solver, state.evaluator, known))
-        chain, designs = crew.wait()
+                pool.start(solver, chain, partial(_canonical_designs, solver, state.evaluator, known))
+        chain, designs = pool.wait()
         for point, (design, is_first) in zip(chain, designs, strict=True):
             state.designs[point] = design
             if is_first:
@@ -320,7 +320,7 @@ def _checked(evaluator: Evaluator, earlier: FrontSearch) -> FrontSearch:
 
 
 def _restore(state: _State, earlier: FrontSearch) -> None:
-    """Take up a stopped search: its points, refuted boxes and open zones.
+    """Take up a stopped search: its points, refuted and open regions.
 
     Raises
     ------
@@ -328,16 +328,16 @@ def _restore(state: _State, earlier: FrontSearch) -> None:
         when the earlier outcome is not one of this space.
     """
     frame = state.frame
-    state.region.refuted = RefutedBoxes(frame.in_steps(box) for box in earlier.refuted)
+    state.regions.refuted = RefutedRegions(frame.in_steps(region) for region in earlier.refuted)
     everywhere = frame.counted(frame.everywhere)
-    zones = [
-        tuple(most if bound >= ANYTHING else bound for bound, most in zip(zone, everywhere, strict=True))
-        for zone in earlier.unexplored
+    regions = [
+        tuple(most if bound >= ANYTHING else bound for bound, most in zip(region, everywhere, strict=True))
+        for region in earlier.unexplored
     ]
-    state.region.open = [frame.in_steps(zone) for zone in zones]
+    state.regions.open = [frame.in_steps(region) for region in regions]
     for vector, design in earlier.points.items():
         point = frame.in_steps(_signed(state.evaluator, vector))
-        if any(strictly_inside(point, zone) for zone in state.region.open):  # found, but not proved
+        if any(strictly_inside(point, region) for region in state.regions.open):  # found, but not proved
             state.incumbent, state.hint = Found(point, design), design
         else:
             state.designs[point] = design
@@ -356,9 +356,9 @@ def _signed(evaluator: Evaluator, values: Bound) -> tuple[int, ...]:
 
 
 def _minimise_in(
-    solver: Solver, evaluator: Evaluator, zones: tuple[Bound, ...], axis: int, hint: Design | None
+    solver: Solver, evaluator: Evaluator, regions: tuple[Bound, ...], axis: int, hint: Design | None
 ) -> Answer:
-    """The best point in some zones: the least of objective `axis`, then of the sum of the others.
+    """The best point in some regions: the least of objective `axis`, then of the sum of the others.
 
     A design that exact comparison refuses (see `Measure.rounded`) is excluded, and the question asked again. Where no
     limit is rounded there is none, and the referee sees each point once, with its canonical design.
@@ -366,15 +366,15 @@ def _minimise_in(
     Raises
     ------
     RefereeError
-        when the solver's point lies in none of the zones, or the analysis refuses its design for another reason.
+        when the solver's point lies in none of the regions, or the analysis refuses its design for another reason.
     """
     is_rounded = _has_rounded_limits(evaluator)
     while True:
-        answer = _lexicographic(solver, zones, axis, hint)
+        answer = _lexicographic(solver, regions, axis, hint)
         if not isinstance(answer, Found):
             return answer
-        if not any(strictly_inside(answer.point, zone) for zone in zones):
-            raise RefereeError(f"the solver's point {answer.point} is not within {' or '.join(map(str, zones))}")
+        if not any(strictly_inside(answer.point, region) for region in regions):
+            raise RefereeError(f"the solver's point {answer.point} is not within {' or '.join(map(str, regions))}")
         if not is_rounded or _is_accepted(evaluator, solver.encoded, answer):
             return answer
         solver.exclude(answer.design)
@@ -407,20 +407,20 @@ def _first_accepted(solver: Solver, evaluator: Evaluator, known: Found, near: De
         solver.exclude(found[0])
 
 
-def _lexicographic(solver: Solver, zones: tuple[Bound, ...], axis: int, hint: Design | None) -> Answer:
+def _lexicographic(solver: Solver, regions: tuple[Bound, ...], axis: int, hint: Design | None) -> Answer:
     """One call with a weight that puts `axis` first, or two calls where that weight would leave exact arithmetic."""
-    most = [max(bounds) - 1 for bounds in zip(*zones, strict=True)]
+    most = [max(bounds) - 1 for bounds in zip(*regions, strict=True)]
     if not most:
-        return solver.minimise([], zones, hint=hint)
+        return solver.minimise([], regions, hint=hint)
     others = sum(most) - most[axis]
     weight = others + 1
     if weight * most[axis] + others < EXACT_LIMIT:
-        return solver.minimise([weight if position == axis else 1 for position in range(len(most))], zones, hint=hint)
-    first = solver.minimise([int(position == axis) for position in range(len(most))], zones, hint=hint)
+        return solver.minimise([weight if position == axis else 1 for position in range(len(most))], regions, hint=hint)
+    first = solver.minimise([int(position == axis) for position in range(len(most))], regions, hint=hint)
     if not isinstance(first, Found):
         return first
     least = tuple(value + 1 for value in first.point)
-    tightened = [capped(zone, axis, least) for zone in zones]
+    tightened = [capped(region, axis, least) for region in regions]
     return solver.minimise([int(position != axis) for position in range(len(most))], tightened, hint=first.design)
 
 

@@ -6,7 +6,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 from dse.errors import UsageError
-from dse.pareto.zones import Bound, RefutedBoxes, SearchRegion, strictly_inside
+from dse.pareto.regions import Bound, RefutedRegions, SearchRegions, strictly_inside
 from dse.space.types import Design
 
 ANYTHING = 2**62
@@ -80,20 +80,20 @@ def narrowed(search: FrontSearch, senses: Sequence[str], keeps: Callable[[Design
         return search
     if frame is None:  # nothing was searched: what the others dominated is anywhere
         return replace(search, points=points, unexplored=(tuple(ANYTHING for _ in senses),), floors=())
-    region = SearchRegion(frame.everywhere)
-    region.refuted = RefutedBoxes(frame.in_steps(box) for box in search.refuted)
-    if region.refuted.cover(frame.everywhere):
-        region.open = []
+    held = SearchRegions(frame.everywhere)
+    held.refuted = RefutedRegions(frame.in_steps(region) for region in search.refuted)
+    if held.refuted.cover(frame.everywhere):
+        held.open = []
     for vector in sorted(points):
         signed = tuple(-value if sense == "maximise" else value for value, sense in zip(vector, senses, strict=True))
-        if not any(strictly_inside(signed, zone) for zone in search.unexplored):  # else found, but not proved
-            region.cut(frame.in_steps(signed))
-    zones = sorted(region.open)
+        if not any(strictly_inside(signed, region) for region in search.unexplored):  # else found, but not proved
+            held.cut(frame.in_steps(signed))
+    regions = sorted(held.open)
     return replace(
         search,
         points=points,
-        unexplored=tuple(frame.counted(zone) for zone in zones),
-        refuted=tuple(sorted(frame.counted(box) for box in region.refuted)),
-        floors=tuple(frame.counted(region.refuted.floor(zone)) for zone in zones),
+        unexplored=tuple(frame.counted(region) for region in regions),
+        refuted=tuple(sorted(frame.counted(region) for region in held.refuted)),
+        floors=tuple(frame.counted(held.refuted.floor(region)) for region in regions),
         not_first=search.not_first & points.keys(),
     )

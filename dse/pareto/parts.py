@@ -12,7 +12,7 @@ from math import prod
 
 from dse.encode.model import EncodedSpace
 from dse.pareto.answer import Answer, Found, NoSuchDesign, Unfinished, weighted
-from dse.pareto.zones import Bound, RefutedBoxes, strictly_inside
+from dse.pareto.regions import Bound, RefutedRegions, strictly_inside
 from dse.space.types import Design
 
 MOST_PARTS = 64
@@ -21,27 +21,27 @@ MOST_PARTS = 64
 class Part:
     """One combination of shared options, and what is known of it.
 
-    `literals` are the variables that are true in it, `refuted` the boxes without a design of this part, `found` some of
-    its designs.
+    `literals` are the variables that are true in it, `refuted` the regions without a design of this part, `found`
+    some of its designs.
     """
 
     def __init__(self, literals: tuple[int, ...]) -> None:
         self.literals = literals
-        self.refuted = RefutedBoxes()
+        self.refuted = RefutedRegions()
         self.found: list[Found] = []
 
-    def open(self, zones: Iterable[Bound]) -> list[Bound]:
-        """The zones in which the part may have a design."""
-        return [zone for zone in zones if not self.refuted.cover(zone)]
+    def open(self, regions: Iterable[Bound]) -> list[Bound]:
+        """The regions in which the part may have a design."""
+        return [region for region in regions if not self.refuted.cover(region)]
 
-    def floor(self, zones: Sequence[Bound]) -> Bound:
-        """For each objective the least value that a design of this part may have in one of the zones."""
-        return tuple(map(min, zip(*map(self.refuted.floor, zones), strict=True)))
+    def floor(self, regions: Sequence[Bound]) -> Bound:
+        """For each objective the least value that a design of this part may have in one of the regions."""
+        return tuple(map(min, zip(*map(self.refuted.floor, regions), strict=True)))
 
-    def learn(self, answer: Answer, weights: Sequence[int], zones: Iterable[Bound], better_than: int | None) -> None:
+    def learn(self, answer: Answer, weights: Sequence[int], regions: Iterable[Bound], better_than: int | None) -> None:
         """What the answer to a question tells about later ones.
 
-        The question was for the design in one of the `zones` with the least weighted sum, below `better_than`.
+        The question was for the design in one of the `regions` with the least weighted sum, below `better_than`.
         """
         if isinstance(answer, Found):
             least: int | None = weighted(weights, answer.point)
@@ -51,27 +51,27 @@ class Part:
             self.found += [answer.best] if answer.best is not None else []
         else:
             least = better_than
-        for zone in zones:
+        for region in regions:
             if isinstance(answer, NoSuchDesign) and better_than is None:
-                self.refuted.add(zone)
+                self.refuted.add(region)
             elif least is not None:
-                for axis, bound in enumerate(_below(least, weights, zone)):
+                for axis, bound in enumerate(_below(least, weights, region)):
                     if bound > 0:
-                        self.refuted.add((*zone[:axis], bound, *zone[axis + 1 :]))
+                        self.refuted.add((*region[:axis], bound, *region[axis + 1 :]))
 
     def forget(self, design: Design) -> None:
         """The design is not wanted any more."""
         self.found = [known for known in self.found if known.design != design]
 
 
-def _below(least: int, weights: Sequence[int], zone: Bound) -> list[int]:
-    """For each axis a bound below which nothing in the zone has a weighted sum of `least` or more.
+def _below(least: int, weights: Sequence[int], region: Bound) -> list[int]:
+    """For each axis a bound below which nothing in the region has a weighted sum of `least` or more.
 
-    Whatever the other objectives are within the zone: weight[axis] * value + the most of the others < least.
+    Whatever the other objectives are within the region: weight[axis] * value + the most of the others < least.
     """
-    most = weighted(weights, [bound - 1 for bound in zone])
+    most = weighted(weights, [bound - 1 for bound in region])
     bounds = []
-    for weight, bound in zip(weights, zone, strict=True):
+    for weight, bound in zip(weights, region, strict=True):
         others = most - weight * (bound - 1)
         bounds.append(min(bound, max(0, -((others - least) // weight))) if weight else 0)
     return bounds
@@ -91,13 +91,13 @@ class Parts:
         for part in self.all:
             part.forget(design)
 
-    def best(self, weights: Sequence[int], zones: Collection[Bound]) -> Found | None:
-        """The known design in one of the zones that has the least weighted sum."""
+    def best(self, weights: Sequence[int], regions: Collection[Bound]) -> Found | None:
+        """The known design in one of the regions that has the least weighted sum."""
         known = [
             found
             for part in self.all
             for found in part.found
-            if any(strictly_inside(found.point, zone) for zone in zones)
+            if any(strictly_inside(found.point, region) for region in regions)
         ]
         return min(known, key=lambda found: (weighted(weights, found.point), found.design), default=None)
 

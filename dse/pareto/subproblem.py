@@ -13,11 +13,12 @@ from typing import Any
 
 from ortools.sat.python import cp_model
 
-from dse.encode.forms import EXACT_LIMIT
+from dse.encode.linear import EXACT_LIMIT
 from dse.encode.model import EncodedSpace
 from dse.pareto.answer import Answer, Found, NoSuchDesign, Unfinished, weighted
 from dse.pareto.parts import Part, Parts
 from dse.pareto.portfolio import PATIENCE, Attempt, Portfolio
+from dse.pareto.regions import Bound, strictly_inside
 from dse.pareto.settings import (
     BARE,
     BARE_IN_ORDER,
@@ -29,7 +30,6 @@ from dse.pareto.settings import (
     Settings,
     sound_solver,
 )
-from dse.pareto.zones import Bound, strictly_inside
 from dse.space.types import Design
 
 ORDERED_SEARCH = ((BARE_IN_ORDER, 0.01), (RELAXED_IN_ORDER, 0.05), (CUTTING_IN_ORDER, 0.05))
@@ -54,8 +54,8 @@ BARE_FIRST = 0.25
 """Work for bare settings at the first question, which is harder than those after it, before its parts are asked."""
 READING = 6e-6
 """Work to read a model, for each variable: the solver does not count it, and it is read again for each part."""
-MOST_RELAXED_ZONES = 2
-"""How many zones a question should be about where linear relaxation is what helps."""
+MOST_RELAXED_REGIONS = 2
+"""How many regions a question should be about where linear relaxation is what helps."""
 FEW_VARIABLES = 1_000
 """In larger models the linear relaxation costs more than it helps a depth-first search."""
 
@@ -65,7 +65,7 @@ class Solver:
 
     `calls` counts the questions asked, `work` what they took (`dse.pareto.settings`). Same model, same seed, same
     answers: one CP-SAT worker, and limits in deterministic time. Solving releases the GIL: several solvers, each with
-    a model of its own, can work in threads (see `dse.pareto.crew`), and share what is known of the `parts` of the
+    a model of its own, can work in threads (see `dse.pareto.pool`), and share what is known of the `parts` of the
     space. Between questions the model may only become stricter, by `exclude`.
     """
 
@@ -87,7 +87,7 @@ class Solver:
         self._has_relaxed = False
         self.relaxed_first: set[int] = set()  # numbers of parts
         self._weights: Sequence[int] | None = None
-        self._zones: Sequence[Bound] | None = None
+        self._regions: Sequence[Bound] | None = None
         self._ceiling: int | None = None
         self._running: cp_model.CpSolver | None = None
 
@@ -98,36 +98,36 @@ class Solver:
             self._running.stop_search()
 
     @property
-    def most_zones(self) -> int:
-        """How many zones a question should be about: fewer where relaxation matters, which a union makes weak."""
-        most = max(1, len(self.encoded.zones))
+    def most_regions(self) -> int:
+        """How many regions a question should be about: fewer where relaxation matters, which a union makes weak."""
+        most = max(1, len(self.encoded.regions))
         if len(self.parts) > 1:
             return 1 if self._has_relaxed or self._whole.favourite else most
-        return most if self._whole.favourite == 0 else min(MOST_RELAXED_ZONES, most)
+        return most if self._whole.favourite == 0 else min(MOST_RELAXED_REGIONS, most)
 
     def exclude(self, design: Design, *, unless: Sequence[Any] = ()) -> None:
         """Forbid one design: at least one decision differs, or one of the literals `unless` is true."""
         self.encoded.model.add_bool_or([*self.encoded.differs_from(design), *unless])
         self.parts.forget(design)
 
-    def minimise(self, weights: Sequence[int], zones: Sequence[Bound], hint: Design | None = None) -> Answer:
-        """The design in one of the `zones` with the least weighted sum of counted objectives.
+    def minimise(self, weights: Sequence[int], regions: Sequence[Bound], hint: Design | None = None) -> Answer:
+        """The design in one of the `regions` with the least weighted sum of counted objectives.
 
-        A zone is the region strictly below a bound in every objective. `weights` must not be negative; the weighted
+        A region is what lies strictly below a bound in every objective. `weights` must not be negative; the weighted
         sum must stay below 2**53. Bare settings come first; what is too hard for them is solved part by part.
         """
-        zones = [zone for zone in zones if all(bound > 0 for bound in zone)]
-        if not zones:
+        regions = [region for region in regions if all(bound > 0 for bound in region)]
+        if not regions:
             return NoSuchDesign()
         self.calls += 1
         self._has_relaxed = False
         self._set_objective(weights)
-        most = [max(bounds) - 1 for bounds in zip(*zones, strict=True)]
+        most = [max(bounds) - 1 for bounds in zip(*regions, strict=True)]
         assert weighted(weights, most) < EXACT_LIMIT, "weights leave exact arithmetic"
         self.hint(hint)
-        attempts: list[Attempt] = [partial(self._solve_in, weights, zones, settings) for settings in WAYS]
+        attempts: list[Attempt] = [partial(self._solve_in, weights, regions, settings) for settings in WAYS]
         if len(self.parts) > 1:
-            attempts[1:] = [_Apart(self, weights, zones).attempt]
+            attempts[1:] = [_Apart(self, weights, regions).attempt]
         return self._whole.answer(attempts, self._work_done, self.out_of_time)
 
     def ask(self) -> Answer:
@@ -141,24 +141,24 @@ class Solver:
         self._weights = None
         self._restrict([tuple(value + 1 for value in point)], point)
 
-    def _restrict(self, zones: Sequence[Bound], floor: Bound | None = None) -> None:
-        """Only designs in one of the zones, with objectives of at least `floor`."""
-        self._zones = zones
+    def _restrict(self, regions: Sequence[Bound], floor: Bound | None = None) -> None:
+        """Only designs in one of the regions, with objectives of at least `floor`."""
+        self._regions = regions
         encoded = self.encoded
-        assert len(zones) <= max(1, len(encoded.zones)), "more zones than the model has switches"
+        assert len(regions) <= max(1, len(encoded.regions)), "more regions than the model has switches"
         proto = encoded.model.proto
         for number, objective in enumerate(encoded.objectives):
-            high = min(max(zone[number] for zone in zones) - 1, objective.size)
+            high = min(max(region[number] for region in regions) - 1, objective.size)
             _set_domain(proto.variables[objective.variable.index], floor[number] if floor is not None else 0, high)
-        for number, switch in enumerate(encoded.zones):
-            _set_domain(proto.variables[switch.literal.index], 0, int(number < len(zones)))
-        for switch, zone in zip(encoded.zones, zones, strict=False):  # as many as there are zones
-            for constraint, bound in zip(switch.constraints, zone, strict=True):
+        for number, switch in enumerate(encoded.regions):
+            _set_domain(proto.variables[switch.literal.index], 0, int(number < len(regions)))
+        for switch, region in zip(encoded.regions, regions, strict=False):  # as many as there are regions
+            for constraint, bound in zip(switch.constraints, region, strict=True):
                 _set_domain(proto.constraints[constraint].linear, 0, bound - 1)
 
-    def _solve_in(self, weights: Sequence[int], zones: Sequence[Bound], settings: Settings, work: float) -> Answer:
+    def _solve_in(self, weights: Sequence[int], regions: Sequence[Bound], settings: Settings, work: float) -> Answer:
         """One attempt at a question as a whole; where the first one finds nothing, any design is looked for."""
-        self._restrict(zones)  # anew: an attempt part by part may have come before
+        self._restrict(regions)  # anew: an attempt part by part may have come before
         answer = self._solve_whole(settings, work)
         if isinstance(answer, Unfinished) and answer.best is None and not self._has_looked_for_any:
             self._has_looked_for_any = True
@@ -222,20 +222,20 @@ class Solver:
         part: Part,
         attempt: tuple[Settings, float],
         weights: Sequence[int],
-        zones: Sequence[Bound],
+        regions: Sequence[Bound],
         best: Found | None,
     ) -> Answer:
         """A better design than `best` in a part of the space, with some settings and so much work."""
-        zones = part.open(zones)
-        if not zones or (best is not None and not any(weights)):
+        regions = part.open(regions)
+        if not regions or (best is not None and not any(weights)):
             return NoSuchDesign()
         self._ceiling = better_than = None if best is None else weighted(weights, best.point)
-        self._restrict(zones, part.floor(zones))
+        self._restrict(regions, part.floor(regions))
         try:
             answer = self._within(part, *attempt)
         finally:
             self._ceiling = None
-        part.learn(answer, weights, zones, better_than)
+        part.learn(answer, weights, regions, better_than)
         return answer
 
     def _within(self, part: Part, settings: Settings, work: float) -> Answer:
@@ -300,9 +300,9 @@ class Solver:
         answer = self._run(*ANY[0])
         if not isinstance(answer, Unfinished):
             return answer
-        zone = tuple(value + 1 for value in point)
+        region = tuple(value + 1 for value in point)
         for part in self.parts.all:
-            if part.open([zone]):
+            if part.open([region]):
                 for attempt in ANY if len(self.parts) > 1 else ANY[1:]:
                     answer = self._within(part, *attempt)
                     if isinstance(answer, Found) or self.out_of_time():
@@ -388,7 +388,7 @@ class Solver:
 
     def _is_wanted(self, point: Bound, best: Found | None) -> bool:
         """Whether a point is one that the solver was asked for, and better than the best one."""
-        if self._zones is not None and not any(strictly_inside(point, zone) for zone in self._zones):
+        if self._regions is not None and not any(strictly_inside(point, region) for region in self._regions):
             return False
         if self._weights is None:
             return True
@@ -420,15 +420,15 @@ class _Apart:
     What is found in one part limits the others, and what earlier questions proved of a part may answer for it.
     """
 
-    def __init__(self, solver: Solver, weights: Sequence[int], zones: Sequence[Bound]) -> None:
+    def __init__(self, solver: Solver, weights: Sequence[int], regions: Sequence[Bound]) -> None:
         self.solver = solver
         self.weights = weights
-        self.zones = zones
-        self.best = solver.parts.best(weights, zones)
+        self.regions = regions
+        self.best = solver.parts.best(weights, regions)
         self.waiting = [
-            (int(number in solver.relaxed_first), weighted(weights, part.floor(open_zones)), number)
+            (int(number in solver.relaxed_first), weighted(weights, part.floor(open_regions)), number)
             for number, part in enumerate(solver.parts.all)
-            if (open_zones := part.open(zones))
+            if (open_regions := part.open(regions))
         ]
 
     def attempt(self, work: float) -> Answer:
@@ -459,7 +459,7 @@ class _Apart:
             attempt = APART_WAYS[way], APART_WORK * 2**rounds
         solver = self.solver
         before = solver.work
-        answer = solver.solve_part(solver.parts.all[number], attempt, self.weights, self.zones, self.best)
+        answer = solver.solve_part(solver.parts.all[number], attempt, self.weights, self.regions, self.best)
         if turn == 1 and solver.work - before <= APART_CHEAP:
             solver.relaxed_first.add(number)
         else:

@@ -8,8 +8,8 @@ from typing import Any
 
 from dse.report.charts import Spec, whole_spec
 from dse.report.words import shortened
-from dse.results.analysis import FlowTable, Usage
-from dse.results.values import counted, readable
+from dse.results.analyse import FlowTable, Usage
+from dse.results.display import counted, readable
 from dse.units import Exact, is_unbounded
 
 METHODS = (

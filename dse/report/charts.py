@@ -11,8 +11,8 @@ from fractions import Fraction
 from textwrap import wrap
 from typing import Any, TypeAlias
 
-from dse.results.result import ObjectiveInfo, Result
-from dse.results.values import counted, display_unit, titled
+from dse.results.display import counted, display_unit, titled
+from dse.results.solve import ObjectiveInfo, Result
 from dse.units import is_unbounded
 
 Spec: TypeAlias = dict[str, Any]

@@ -7,8 +7,8 @@ from collections.abc import Mapping
 from dse.analysis.contention import core_by, cores_of, is_left_out
 from dse.analysis.views import View
 from dse.results.contention import Broken, Contended
-from dse.results.result import Result
-from dse.results.values import readable
+from dse.results.display import readable
+from dse.results.solve import Result
 from dse.space.settings import told_deadlines
 from dse.space.trees import at, leaves
 from dse.space.types import Design, Space

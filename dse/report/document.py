@@ -15,7 +15,7 @@ from dse.analysis.views import View
 from dse.report.bars import usage_records, waterfall_records
 from dse.report.charts import front_records
 from dse.report.contention import contention_words, processing_words
-from dse.report.explanation import conflict_words
+from dse.report.explain import conflict_words
 from dse.report.missing import TITLE, missing_words
 from dse.report.plain import basis_words
 from dse.report.words import (
@@ -37,11 +37,11 @@ from dse.report.words import (
     tie_words,
     unused_words,
 )
-from dse.results.analysis import Analysis, FlowTable, Usage
+from dse.results.analyse import Analysis, FlowTable, Usage
 from dse.results.changes import changes_between
+from dse.results.display import counted, display_unit, readable
 from dse.results.reasons import Reasoner
-from dse.results.result import Point, Result, decisions_of
-from dse.results.values import counted, display_unit, readable
+from dse.results.solve import Point, Result, decisions_of
 from dse.space.types import Space
 from dse.timelimit import look_at_the_clock
 from dse.units import is_unbounded

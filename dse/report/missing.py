@@ -8,9 +8,9 @@ from typing import cast
 from dse.analysis.latency import counts_responses
 from dse.analysis.scheduling import UNBOUNDED_NS
 from dse.report.words import amount_words, listed
+from dse.results.display import counted
 from dse.results.missing import Outlook, outlooks_of
-from dse.results.result import Result
-from dse.results.values import counted
+from dse.results.solve import Result
 from dse.units import Unbounded, is_unbounded
 
 TITLE = "Proved of every design that may be missing"

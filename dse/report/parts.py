@@ -9,7 +9,7 @@ from typing import Any, TypeAlias
 
 from dse.report.charts import Spec
 from dse.report.document import Table
-from dse.results.values import NO_BOUND, display_unit, readable
+from dse.results.display import NO_BOUND, display_unit, readable
 from dse.units import is_unbounded
 
 Data: TypeAlias = Mapping[str, Any]

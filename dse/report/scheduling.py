@@ -9,7 +9,7 @@ from rich.table import Table
 
 from dse.analysis.scheduling import Response
 from dse.report.plain import plain, plain_table
-from dse.results.values import readable
+from dse.results.display import readable
 from dse.units import Exact
 
 SAID = {None: "", True: "met", False: "MISSED"}

@@ -13,8 +13,8 @@ from dse.report.parts import Data, Section, figure_text, limited
 from dse.report.sensitivitysection import sensitivity_sections
 from dse.report.sweepsection import sweep_sections
 from dse.results import sensitivity, sweep
-from dse.results.result import FORMAT as RESULT_FORMAT
-from dse.results.values import counted, figure
+from dse.results.display import counted, figure
+from dse.results.solve import FORMAT as RESULT_FORMAT
 
 
 def sections_of(data: Data) -> list[Section]:

@@ -8,7 +8,7 @@ from fractions import Fraction
 from dse.report.document import NOTHING, Table
 from dse.report.parts import Data, Plot, Section, decisions_text, figure_text, limited, number_of
 from dse.report.studyplots import shares, tornado
-from dse.results.values import display_unit, figure, readable, titled
+from dse.results.display import display_unit, figure, readable, titled
 from dse.results.variants import varying
 
 SHOWN_BARS = 12

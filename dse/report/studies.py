@@ -11,10 +11,10 @@ from rich.console import Console
 from dse.report.parts import decisions_text
 from dse.report.plain import basis_words, plain, plain_table, print_hanging
 from dse.report.sensitivitysection import INDICES, left_out_words, scaling_words, unbounded_words, weakest
+from dse.results.display import NO_BOUND, figure, readable
 from dse.results.robust import RobustResult
 from dse.results.sensitivity import Break, Margin, SensitivityResult, UncertainResult
 from dse.results.sweep import Change, SweepResult, SweepRun
-from dse.results.values import NO_BOUND, figure, readable
 from dse.results.variants import find_variants, varying
 from dse.units import is_unbounded
 

@@ -8,11 +8,11 @@ from typing import Any
 
 from dse.report.contention import processing_words
 from dse.report.drawing import STYLE
-from dse.report.figures import png_of, svg_of
 from dse.report.html import POLICY, asset, environment, hashes, libraries, packed_json
 from dse.report.markdown import escaped, section_lines
 from dse.report.parts import numbered, study_specs
 from dse.report.plain import basis_words
+from dse.report.plot_files import png_of, svg_of
 from dse.report.sections import sections_of
 from dse.report.theme import DARK, LIGHT, css_variables
 from dse.report.words import GAPS, REDUCED

@@ -9,7 +9,7 @@ from typing import Any
 from dse.report.document import Table
 from dse.report.parts import Data, Plot, Section, decisions_text, limited, number_of
 from dse.report.studyplots import lines_chart
-from dse.results.values import counted, display_unit, figure, readable, titled
+from dse.results.display import counted, display_unit, figure, readable, titled
 from dse.results.variants import varying
 from dse.units import UnitError, parse_quantity
 

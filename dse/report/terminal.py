@@ -8,7 +8,7 @@ from rich.console import Console
 from rich.table import Table
 
 from dse.report.contention import contended_words, contention_words, core_words, processing_words
-from dse.report.explanation import print_conflicts
+from dse.report.explain import print_conflicts
 from dse.report.missing import TITLE, missing_words
 from dse.report.plain import basis_words, print_hanging
 from dse.report.plain import plain as _plain
@@ -34,11 +34,11 @@ from dse.report.words import (
     tie_words,
     unused_words,
 )
-from dse.results.analysis import Analysis, FlowTable, Usage
+from dse.results.analyse import Analysis, FlowTable, Usage
 from dse.results.changes import changes_between
+from dse.results.display import counted, readable
 from dse.results.reasons import Reasoner
-from dse.results.result import Point, Result
-from dse.results.values import counted, readable
+from dse.results.solve import Point, Result
 from dse.results.variants import varying
 from dse.space.settings import settings_of
 from dse.units import Exact

@@ -10,10 +10,10 @@ from rich.cells import cell_len, set_cell_size
 
 from dse.report.contention import contended_words, cores_origin, placed_words
 from dse.results.changes import Change, Delta
+from dse.results.display import counted, display_unit, readable
 from dse.results.missing import is_proved
 from dse.results.reasons import Comparison, Dominant, Improvement, Margin, Reasoner, Reasons
-from dse.results.result import Others, Point, Result, Sibling
-from dse.results.values import counted, display_unit, readable
+from dse.results.solve import FurtherDesign, FurtherDesigns, Point, Result
 from dse.results.variants import NEAR
 from dse.space.activation import exclusions
 from dse.space.types import Space
@@ -341,7 +341,7 @@ def shortened(text: str, room: int) -> str:
     return f"{set_cell_size(text, head).rstrip()}…{set_cell_size(text[::-1], room - head - 1)[::-1].lstrip()}"
 
 
-def others_words(others: Others) -> str:
+def others_words(others: FurtherDesigns) -> str:
     """How many designs share a point's objectives or come near, and whether these are all."""
     count = len(others.designs)
     what = "with exactly the same objectives"
@@ -360,7 +360,7 @@ def others_words(others: Others) -> str:
     return f"{said}; {tail[others.more]}."
 
 
-def dominated_words(sibling: Sibling, result: Result) -> str:
+def dominated_words(sibling: FurtherDesign, result: Result) -> str:
     """`` (dominated by #3 and #4)``, `` (the objectives of #5)``; nothing for a tie with its own point."""
     if sibling.dominated_by:
         return f" (dominated by {listed([f'#{number}' for number in sibling.dominated_by])})"

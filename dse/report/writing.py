@@ -14,7 +14,7 @@ from dse.report.document import Document
 from dse.report.html import html_report
 from dse.report.markdown import markdown_report
 from dse.report.parts import Section
-from dse.results.result import Result
+from dse.results.solve import Result
 
 SUFFIXES = (".html", ".md", ".csv", ".json")
 

@@ -8,10 +8,10 @@ from fractions import Fraction
 from typing import Any
 
 from dse.analysis.measures import all_metrics
-from dse.results.analysis import Analysis
+from dse.results.analyse import Analysis
+from dse.results.display import exact, figures_of
 from dse.results.renumbering import numbered_like
-from dse.results.result import ObjectiveInfo, Point, Result, decisions_of
-from dse.results.values import exact, figures_of
+from dse.results.solve import ObjectiveInfo, Point, Result, decisions_of
 from dse.space.metrics import parts_of
 from dse.space.settings import SETTINGS, settings_of
 from dse.space.types import Metric, Space

@@ -8,7 +8,7 @@ from fractions import Fraction
 from typing import Any
 
 from dse.analysis.contention import ContentionReferee, Miss
-from dse.results.values import exact
+from dse.results.display import exact
 from dse.space.types import Design
 
 NOT_CHECKED = "not checked"

@@ -8,7 +8,7 @@ from fractions import Fraction
 from typing import TYPE_CHECKING, Any
 
 from dse.errors import UsageError
-from dse.results.values import PREFERRED, display_unit, titled
+from dse.results.display import PREFERRED, display_unit, titled
 from dse.units import MONEY, UnitError, is_unbounded, parse_quantity
 
 if TYPE_CHECKING:

@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from dse.results.result import Point, Result
+from dse.results.solve import Point, Result
 
 UNBOUNDED = 2**62
 """Stands for the bound of a region in an objective in which it has none."""
@@ -92,8 +92,8 @@ def _floors(open_: Any, refuted: Any, least: Any) -> Any:
     floors = numpy.tile(least, (len(open_), 1))
     step = max(1, MOST_AT_ONCE // max(1, len(refuted)))
     for start in range(0, len(open_), step):
-        zones = open_[start : start + step]
-        spans = refuted[None, :, :] >= zones[:, None, :]
+        regions = open_[start : start + step]
+        spans = refuted[None, :, :] >= regions[:, None, :]
         for axis in range(len(least)):
             across = numpy.delete(spans, axis, axis=2).all(axis=2)
             reach = numpy.where(across, refuted[None, :, axis], least[axis])

@@ -7,7 +7,7 @@ from dataclasses import replace
 from dse.analysis.changes import cost_of_changes
 from dse.analysis.views import View
 from dse.results.ranking import rank
-from dse.results.result import Result
+from dse.results.solve import Result
 from dse.space.types import Space
 
 

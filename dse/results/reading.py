@@ -10,7 +10,7 @@ from dse.errors import UsageError
 from dse.files.plain_json import parse_json
 from dse.files.reading import UnreadableFileError, read_text
 from dse.results.forms.agreement import check_whole
-from dse.results.result import FORMAT
+from dse.results.solve import FORMAT
 from dse.version import SEMANTICS
 
 

@@ -13,10 +13,10 @@ from dse.analysis.evaluate import Evaluator
 from dse.analysis.latency import Row
 from dse.analysis.limits import Limit, comparisons
 from dse.analysis.views import View
-from dse.results.analysis import Analysis, FlowTable
+from dse.results.analyse import Analysis, FlowTable
 from dse.results.changes import Change, Delta, changes_between, counted_changes, deltas
-from dse.results.result import Point, Result
-from dse.results.tables import analyse_design
+from dse.results.design_tables import analyse_design
+from dse.results.solve import Point, Result
 from dse.space.types import Requirement
 from dse.units import DIMENSIONLESS, Exact
 

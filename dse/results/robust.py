@@ -11,8 +11,8 @@ from dataclasses import dataclass
 from fractions import Fraction
 from typing import Any
 
-from dse.results.result import Point, Result
-from dse.results.values import exact
+from dse.results.display import exact
+from dse.results.solve import Point, Result
 
 STATE = ("status", "unexplored", "refuted", "potential", "ranking")
 """What else is told of the nominal front: how far it is proved, from which a stopped search goes on."""

@@ -11,7 +11,7 @@ from fractions import Fraction
 from typing import TYPE_CHECKING, Any
 
 from dse.errors import EXIT_COMPLETE, EXIT_INCOMPLETE, EXIT_NO
-from dse.results.values import exact
+from dse.results.display import exact
 
 if TYPE_CHECKING:
     import pandas

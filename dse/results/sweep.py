@@ -12,8 +12,8 @@ from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 from dse.errors import EXIT_COMPLETE, EXIT_INCOMPLETE, EXIT_INVALID, EXIT_NO
+from dse.results.display import exact, figure, in_table, titled
 from dse.results.frames import unit_frame
-from dse.results.values import exact, figure, in_table, titled
 
 if TYPE_CHECKING:
     import pandas

@@ -15,9 +15,9 @@ from itertools import count
 from math import sqrt
 from typing import Any, TypeAlias
 
+from dse.results.display import figure
 from dse.results.ranking import competition_ranks, ideal_distances, range_of, score_texts
 from dse.results.sweep import ScaledObjective
-from dse.results.values import figure
 
 Outcome: TypeAlias = Mapping[str, Any]
 Vector: TypeAlias = tuple[Fraction, ...]

@@ -24,8 +24,8 @@ from heapq import heappop, heappush
 from math import lcm
 from typing import Literal, TypeAlias
 
-from dse.simulation.figures import Range
 from dse.simulation.plan import Link, Plan, StepKey, Task, TaskKey
+from dse.simulation.readings import Range
 from dse.timelimit import look_at_the_clock
 from dse.units import Exact, whole
 

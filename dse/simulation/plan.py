@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from fractions import Fraction
 from typing import Any, Literal, TypeAlias
 
-from dse.simulation.figures import Figures, Range, read_figures
+from dse.simulation.readings import Figures, Range, read_figures
 from dse.space.types import Design, Space
 from dse.units import Exact
 

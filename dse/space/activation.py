@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 
-from dse.space.circles import shortest_circle, strong_components
-from dse.space.figures import Ledger, closest
+from dse.space.cycles import shortest_circle, strong_components
+from dse.space.properties import Ledger, closest
 from dse.space.trees import leaves
 from dse.space.types import Component, Connection, Space
 from dse.spec.model import Spec

@@ -15,9 +15,9 @@ from dse.space.components import (
     check_processes,
     check_processor_types,
 )
-from dse.space.figures import Ledger, Path, closest
 from dse.space.flows import build_flows, check_flow_sizes
 from dse.space.metrics import RESERVED
+from dse.space.properties import Ledger, Path, closest
 from dse.space.questions import with_questions
 from dse.space.settings import default_deadlines
 from dse.space.slots import build_buses, build_processor, check_bus_types

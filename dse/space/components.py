@@ -7,7 +7,7 @@ from dataclasses import replace
 from typing import Any
 
 from dse.space.cores import check_core
-from dse.space.figures import FieldReader, Ledger, Owner, Path, by_machine, closest
+from dse.space.properties import FieldReader, Ledger, Owner, Path, by_machine, closest
 from dse.space.slots import carriers, decision_of, known_types, read_figures, read_named
 from dse.space.trees import Choice, PerProcessorType, Tree, graft, leaves
 from dse.space.types import EMPTY, UNKNOWN_TYPE, Bus, Component, Connection, Processor

@@ -9,8 +9,8 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import replace
 
-from dse.space.figures import Ledger
 from dse.space.metrics import parts_of
+from dse.space.properties import Ledger
 from dse.space.trees import Choice, Tree, graft, leaves
 from dse.space.types import (
     Component,

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 
-from dse.space.figures import Ledger, Path
+from dse.space.properties import Ledger, Path
 from dse.space.slots import carriers
 from dse.space.trees import FROM_BANDWIDTH, PerProcessorType, Tree, leaves
 from dse.space.types import Component, Connection, Flow, Space, Step

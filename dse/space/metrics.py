@@ -9,7 +9,7 @@ from collections.abc import Iterator, Sequence
 from fractions import Fraction
 from typing import Literal
 
-from dse.space.figures import closest
+from dse.space.properties import closest
 from dse.space.slots import carriers
 from dse.space.trees import Choice, Tree
 from dse.space.types import EMPTY, UNKNOWN_TYPE, Bus, Derived, Metric, Space

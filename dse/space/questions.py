@@ -14,7 +14,6 @@ from graphlib import CycleError, TopologicalSorter
 from typing import Any, TypeVar
 
 from dse.space.cores import open_cores, with_open_cores
-from dse.space.figures import Ledger, Path, closest
 from dse.space.implied import with_implied
 from dse.space.metrics import (
     RESERVED,
@@ -27,6 +26,7 @@ from dse.space.metrics import (
     states_bandwidth,
     worst_metric,
 )
+from dse.space.properties import Ledger, Path, closest
 from dse.space.settings import with_deadlines
 from dse.space.trees import Tree, leaves
 from dse.space.types import (

@@ -6,7 +6,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
-from dse.space.figures import FieldReader, Ledger, Owner, Path, per_processor_type, stated, type_choice
+from dse.space.properties import FieldReader, Ledger, Owner, Path, per_processor_type, stated, type_choice
 from dse.space.trees import FROM_BANDWIDTH, Choice, Tree, graft, leaves
 from dse.space.types import EMPTY, UNKNOWN_TYPE, Bus, Connection, Figures, Processor
 from dse.spec.model import FROM_BANDWIDTH as IN_WORDS

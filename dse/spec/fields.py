@@ -323,6 +323,6 @@ def _list(value: Any) -> Any:
     return tuple(value)
 
 
-Alternatives: TypeAlias = Annotated[tuple[T, ...], _OneOrMore()]
+Options: TypeAlias = Annotated[tuple[T, ...], _OneOrMore()]
 Items: TypeAlias = Annotated[tuple[T, ...], BeforeValidator(_list)]
 SomeItems: TypeAlias = Annotated[tuple[T, ...], Field(min_length=1), BeforeValidator(_list)]

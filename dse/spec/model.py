@@ -1,6 +1,6 @@
 """The problem as the user wrote it: a strict, frozen schema with quantities already read.
 
-`Alternatives[T]` is the decision language: one value or a non-empty list of values in the file, always a tuple here.
+`Options[T]` is the decision language: one value or a non-empty list of values in the file, always a tuple here.
 The JSON Schema of `dse schema` is generated from these classes.
 """
 
@@ -21,7 +21,6 @@ from pydantic import (
 
 from dse import units
 from dse.spec.fields import (
-    Alternatives,
     Bandwidth,
     Core,
     Cores,
@@ -32,6 +31,7 @@ from dse.spec.fields import (
     Line,
     Money,
     Name,
+    Options,
     Period,
     Power,
     QueueSize,
@@ -61,16 +61,16 @@ class Model(BaseModel):
 class Priced(Model):
     """What adds to the system's totals: money in cents with its currency, power in mW, and declared totals."""
 
-    price: Alternatives[Money] | None = None
-    power: Alternatives[Power] | None = None
-    totals: dict[Name, Alternatives[Total]] = {}
+    price: Options[Money] | None = None
+    power: Options[Power] | None = None
+    totals: dict[Name, Options[Total]] = {}
     source: Line | None = None
 
 
 class ProcessorType(Priced):
     """A computer that can fill a processor slot."""
 
-    cores: Alternatives[Cores] = (1,)
+    cores: Options[Cores] = (1,)
 
 
 INSTANTLY = units.TimeRange(0, 0)
@@ -83,8 +83,8 @@ FROM_BANDWIDTH = "from bandwidth"
 class TransmissionTime(Model):
     """AADL's Transmission_Time: `fixed` per message and `per_byte`, each a time range in ns, exact."""
 
-    fixed: Alternatives[Transmission] = (INSTANTLY,)
-    per_byte: Alternatives[Transmission] = (INSTANTLY,)
+    fixed: Options[Transmission] = (INSTANTLY,)
+    per_byte: Options[Transmission] = (INSTANTLY,)
 
 
 def _from_bandwidth(value: Any) -> str:
@@ -120,8 +120,7 @@ TransmissionTimes: TypeAlias = Annotated[
     Discriminator(_which_transmission),
 ]
 TimeRanges: TypeAlias = Annotated[
-    Annotated[Alternatives[TimeRange], Tag(ONE)]
-    | Annotated[dict[Name, Alternatives[TimeRange]], Tag(BY_PROCESSOR_TYPE)],
+    Annotated[Options[TimeRange], Tag(ONE)] | Annotated[dict[Name, Options[TimeRange]], Tag(BY_PROCESSOR_TYPE)],
     Discriminator(_which_range),
 ]
 
@@ -134,23 +133,23 @@ class BusType(Priced):
 
     virtual: bool = False
     exclusive: bool = False
-    bandwidth: Alternatives[Bandwidth] | None = None
+    bandwidth: Options[Bandwidth] | None = None
     transmission_time: TransmissionTimes | None = None
     latency: TimeRanges | None = None
-    overhead: Alternatives[DataSize] = (0,)
+    overhead: Options[DataSize] = (0,)
 
 
 class DeviceType(Priced):
     """The figures of a device; times in ns."""
 
     category: Category | None = None
-    period: Alternatives[Period] | None = None
-    dispatch_protocol: Alternatives[Protocol] | None = None
+    period: Options[Period] | None = None
+    dispatch_protocol: Options[Protocol] | None = None
     compute_execution_time: TimeRanges | None = None
-    latency: Alternatives[TimeRange] | None = None
-    deadline: Alternatives[Duration] | None = None
+    latency: Options[TimeRange] | None = None
+    deadline: Options[Duration] | None = None
     response_time: TimeRanges | None = None
-    queue_size: Alternatives[QueueSize] | None = None
+    queue_size: Options[QueueSize] | None = None
 
 
 class ThreadType(DeviceType):
@@ -162,24 +161,24 @@ class ThreadType(DeviceType):
 class Device(DeviceType):
     """A device of the architecture."""
 
-    type: Alternatives[Name] | None = None
+    type: Options[Name] | None = None
 
 
 class Thread(ThreadType):
     """A thread (or abstract component) of the architecture."""
 
-    type: Alternatives[Name] | None = None
-    processor: Alternatives[Name] | None = None
-    process: Alternatives[Name] | None = None
-    priority: Alternatives[QueueSize] | None = None
-    core: Alternatives[Core] | None = None
+    type: Options[Name] | None = None
+    processor: Options[Name] | None = None
+    process: Options[Name] | None = None
+    priority: Options[QueueSize] | None = None
+    core: Options[Core] | None = None
     dispatch_trigger: Items[Name] | None = None
 
 
 class Processor(Model):
     """A processor slot; `overload` lifts the limits that are implied."""
 
-    type: Alternatives[Name]
+    type: Options[Name]
     optional: bool = False
     overload: Literal["allowed"] | None = None
     source: Line | None = None
@@ -188,7 +187,7 @@ class Processor(Model):
 class Bus(Processor):
     """A bus slot; `bus` is what carries a virtual bus."""
 
-    bus: Alternatives[Name] | None = None
+    bus: Options[Name] | None = None
 
 
 class Connection(Model):
@@ -196,13 +195,13 @@ class Connection(Model):
 
     from_: Name | None = Field(default=None, alias="from")
     to: Name | None = None
-    data_size: Alternatives[DataSize] | None = None
-    bus: Alternatives[Name] | None = None
-    rate: Alternatives[Rate] | None = None
-    data_rate: Alternatives[DataRate] | None = None
+    data_size: Options[DataSize] | None = None
+    bus: Options[Name] | None = None
+    rate: Options[Rate] | None = None
+    data_rate: Options[DataRate] | None = None
     port: Port = "event_data"
-    queue_size: Alternatives[QueueSize] | None = None
-    latency: Alternatives[TimeRange] | None = None
+    queue_size: Options[QueueSize] | None = None
+    latency: Options[TimeRange] | None = None
     source: Line | None = None
 
 
@@ -290,7 +289,7 @@ class Catalogue(Model):
     source: Line | None = None
     description: str | None = None
     assumptions: Items[str] = ()
-    include: Alternatives[Line] | None = None
+    include: Options[Line] | None = None
     processor_types: dict[Name, ProcessorType] = {}
     bus_types: dict[Name, BusType] = {}
     device_types: dict[Name, DeviceType] = {}

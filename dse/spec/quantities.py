@@ -1,7 +1,7 @@
 """The quantities of a problem by their paths: which fields hold them, of which kind, and each value of a spec.
 
 A path is what leads to a value in the file, joined by dots: ``threads.nav.compute_execution_time``,
-``bus_types.ros_ipc.transmission_time.RT101.fixed``; ``[2]`` picks one of several alternatives, counted from 0,
+``bus_types.ros_ipc.transmission_time.RT101.fixed``; ``[2]`` picks one of several options, counted from 0,
 ``.min`` and ``.max`` an end of a time range.
 """
 

@@ -172,7 +172,7 @@ class _Reader:
         if ends[0] > ends[1]:
             raise UncertaintyError(field, "the range is empty: its low end is above its high one")
         if self.kind is COUNT and ends[0] != ends[1]:
-            raise UncertaintyError(field, "a whole number has no range: list it as alternatives")
+            raise UncertaintyError(field, "a whole number has no range: list it as options")
         return ends
 
     def _normal(self, ends: Ends | None) -> Stated:

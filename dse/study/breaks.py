@@ -20,7 +20,7 @@ from dse.analysis.evaluate import Evaluator
 from dse.analysis.limits import MANY_CASES, build_limit, needed_share
 from dse.analysis.measures import PPM, SCALE_LIMIT, Measure, Term, build_measure, display_unit
 from dse.analysis.views import View, tabulate
-from dse.results.values import exact
+from dse.results.display import exact
 from dse.space.cores import with_open_cores
 from dse.space.metrics import metric_dimension
 from dse.space.types import Design, Objective, Space

@@ -2,7 +2,7 @@
 
 A robust design meets every requirement at every corner of the box of stated values. So the designs that meet some
 demands (a requirement at a corner each) hold all robust ones: what is refuted for them is refuted for the robust ones.
-A design that meets the demands and is not robust (`dse.study.boxes`) names corners to demand as well.
+A design that meets the demands and is not robust (`dse.study.worst_place`) names corners to demand as well.
 """
 
 from __future__ import annotations
@@ -19,10 +19,10 @@ from dse.api.problem import Problem
 from dse.errors import UsageError
 from dse.results.robust import Failure
 from dse.space.types import Design, Space
-from dse.study.boxes import Box, Corner, Worst
 from dse.study.fronts import check_objectives
 from dse.study.functions import Bound, DesignFunction, InputSpace, Variable
 from dse.study.uncertainty import read_uncertainties
+from dse.study.worst_place import Box, Corner, Worst
 from dse.units import PERIOD, RATE, RATE_OF_DATA, SIZE
 
 Demand = tuple[int, Corner]

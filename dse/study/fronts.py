@@ -10,8 +10,8 @@ from dse.analysis.evaluate import Evaluator
 from dse.analysis.views import View
 from dse.errors import UsageError
 from dse.pareto.front import Budget, FrontSearch, search_front
-from dse.results.result import decisions_of
-from dse.results.values import exact
+from dse.results.display import exact
+from dse.results.solve import decisions_of
 from dse.space.types import Design, Space
 from dse.timelimit import in_force
 

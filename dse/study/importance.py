@@ -10,8 +10,8 @@ from typing import Any
 import numpy
 
 from dse.analysis.limits import HOLDS
-from dse.results.result import decisions_of
 from dse.results.sensitivity import Chance, Indices
+from dse.results.solve import decisions_of
 from dse.study.functions import DesignFunction
 from dse.study.uncertainty import Uncertain, columns_of, ordered_columns
 from dse.units import is_unbounded

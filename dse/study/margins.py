@@ -11,7 +11,7 @@ from fractions import Fraction
 from dse.results.sensitivity import Bar, Break, Margin, Scaling
 from dse.spec.quantities import COUNT
 from dse.study.functions import Bound, DesignFunction, Variable
-from dse.study.ways import Way
+from dse.study.line import Way
 from dse.units import TIME_RANGE, is_unbounded
 
 FARTHEST = 10**6

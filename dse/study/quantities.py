@@ -1,7 +1,7 @@
 """The quantities of a problem file by their paths: found, read, set, scaled, as text.
 
 A path is what leads to a value in the file, joined by dots: ``threads.nav.compute_execution_time``,
-``bus_types.ros_ipc.transmission_time.RT101.fixed``; ``[2]`` picks one of several alternatives, counted from 0,
+``bus_types.ros_ipc.transmission_time.RT101.fixed``; ``[2]`` picks one of several options, counted from 0,
 ``.min`` and ``.max`` an end of a time range.
 """
 
@@ -88,7 +88,7 @@ def effective_text(data: Mapping[str, Any]) -> str:
 class Inputs:
     """Every quantity of a problem file, by path.
 
-    A path that leads to several values (alternatives, figures per processor type) stands for all of them.
+    A path that leads to several values (options, figures per processor type) stands for all of them.
     """
 
     def __init__(self, data: Mapping[str, Any]) -> None:

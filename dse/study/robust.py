@@ -17,12 +17,12 @@ from typing import Unpack
 from dse.api.contention import with_verdicts
 from dse.api.problem import Problem, Source, baseline_design, load
 from dse.api.question import Question
-from dse.api.solving import result_of
+from dse.api.solve import result_of
 from dse.pareto.front import Budget, FrontSearch, Progress, Watch, search_front
 from dse.pareto.outcome import narrowed
 from dse.results.order import ranked_by
-from dse.results.result import Result
 from dse.results.robust import RobustResult
+from dse.results.solve import Result
 from dse.space.types import Design
 from dse.study.corners import RobustQuestion
 from dse.timelimit import OutOfTime, TimeLimit, look_at_the_clock, until

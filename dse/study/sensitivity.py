@@ -12,8 +12,8 @@ from dse.analysis.evaluate import Evaluator
 from dse.api.problem import Problem, Source, complete_design, load, read_choices, with_stated_cores
 from dse.api.question import Question
 from dse.errors import UsageError
-from dse.results.result import decisions_of
 from dse.results.sensitivity import Chance, SensitivityResult, UncertainResult
+from dse.results.solve import decisions_of
 from dse.space.settings import settings_of
 from dse.space.types import Design, Space
 from dse.study.fronts import search_space

@@ -49,11 +49,11 @@ def run_all(
                 outcome = _interruptible(task, payload)
             yield number, outcome
         return
-    crew = _Crew(task, payloads, min(workers, len(payloads)), limit)
+    pool = _Pool(task, payloads, min(workers, len(payloads)), limit)
     try:
-        yield from crew.outcomes()
+        yield from pool.outcomes()
     finally:
-        crew.stop()
+        pool.stop()
 
 
 def _interruptible(task: Task, payload: str) -> str:
@@ -85,7 +85,7 @@ class _Worker:
     run: int | None = None
 
 
-class _Crew:
+class _Pool:
     def __init__(self, task: Task, payloads: Sequence[str], workers: int, limit: TimeLimit) -> None:
         self.task, self.payloads, self.limit = task, payloads, limit
         self.context = multiprocessing.get_context("spawn")

@@ -14,7 +14,7 @@ from support import brute_front
 import dse
 from dse.analysis.evaluate import Evaluator
 from dse.api.problem import Problem, loads
-from dse.api.simulating import simulate
+from dse.api.simulate import simulate
 from dse.pareto.front import Budget, search_front
 from dse.study.robust import solve_robust
 from dse.units import Rounded, parse_transmission_ns

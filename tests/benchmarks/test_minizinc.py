@@ -91,9 +91,9 @@ def test_only_proofs_count() -> None:
 @pytest.mark.parametrize("plain", [False, True])
 def test_the_peers_models_have_no_switches_of_ours(plain: bool) -> None:
     evaluator = Evaluator(_space("types"))
-    assert encode(evaluator).zones
+    assert encode(evaluator).regions
     with peers_model(), plain_model() if plain else nullcontext():
-        assert not encode(evaluator).zones
+        assert not encode(evaluator).regions
 
 
 @pytest.mark.parametrize("name", ["rules", "types", "buses"])

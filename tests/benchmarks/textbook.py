@@ -26,8 +26,8 @@ from unittest.mock import patch
 from ortools.sat.python import cp_model
 
 from dse.analysis.evaluate import Evaluator
+from dse.encode import additive, sums
 from dse.encode import model as encoding
-from dse.encode import separation, sums
 from dse.encode.model import encode
 
 Vector = tuple[int, ...]
@@ -49,7 +49,7 @@ def peers_model() -> Iterator[None]:
 @contextmanager
 def plain_model() -> Iterator[None]:
     """Within it, the encoder makes the plain model."""
-    with patch.object(sums, "SHARED_BY", 10**9), patch.object(separation, "MOST_CELLS", 0):
+    with patch.object(sums, "SHARED_BY", 10**9), patch.object(additive, "MOST_CELLS", 0):
         yield
 
 

@@ -41,7 +41,7 @@ def _ours(case: Case, task: dict[str, Any]) -> dict[str, Any]:
     problem, _, build_s = _load(case)
     started = time.perf_counter()
     from dse.analysis.evaluate import Evaluator
-    from dse.api.solving import result_of
+    from dse.api.solve import result_of
     from dse.encode.model import encode
     from dse.pareto.front import Budget, Progress, Watch, search_front
     from dse.timelimit import TimeLimit

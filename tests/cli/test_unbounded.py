@@ -45,7 +45,7 @@ OVERLOADED = FULL.replace("compute_execution_time: 5 ms}", "compute_execution_ti
 LEAST_NS = 10**10
 """Less than any part of what stands for an unbounded time, more than any other figure here."""
 COMMANDS = {
-    "solve": "solve full.yaml --csv out.csv --report -o reports --alternatives 1 --json out.json",
+    "solve": "solve full.yaml --csv out.csv --report -o reports --further 1 --json out.json",
     "analyse": "analyse full.yaml --json out.json",
     "one design": "analyse full.yaml --design p.type=small --require 'latency of f <= 1 s' --json out.json",
     "simulate": "simulate full.yaml --runs 2 --json out.json",

@@ -14,9 +14,9 @@ from ortools.sat.python import cp_model
 from support import PROBLEMS, counted_down, evaluated, load_space, space_of
 
 from dse.analysis.evaluate import Evaluator
-from dse.encode import forms, rules, sums
+from dse.encode import linear, rules, sums
 from dse.encode.model import EncodedSpace, encode
-from dse.encode.products import RateTables
+from dse.encode.rate_tables import RateTables
 from dse.encode.rates import RateVariables
 from dse.errors import TooLargeError
 from dse.space.types import INACTIVE, Design, Space
@@ -126,7 +126,7 @@ def test_rules_as_clauses_and_as_literals(name: str, clauses: int, monkeypatch: 
     """Small rules forbid their cases; larger ones go through Kleene literals. Both mean the same."""
     used = []
     kleene = rules._kleene
-    monkeypatch.setattr(forms, "CLAUSES", clauses)
+    monkeypatch.setattr(linear, "CLAUSES", clauses)
     monkeypatch.setattr(rules, "_kleene", lambda board, condition: used.append(condition) or kleene(board, condition))
     assert_model_is_analysis(load_space(BY_NAME[name]))
     assert bool(used) == (clauses == 0 or (name == "large_rule" and clauses == 256))

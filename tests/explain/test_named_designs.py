@@ -15,14 +15,14 @@ from conflicting import Brute, infeasible
 import dse
 from dse.analysis.evaluate import Evaluator
 from dse.analysis.validity import canonical
-from dse.api.explaining import Explainer, Wishes, conflicts_of, explain_asked
+from dse.api.explain import Explainer, Wishes, conflicts_of, explain_asked
 from dse.api.problem import Problem
-from dse.api.recalling import named_design
+from dse.api.stated import named_design
 from dse.cli.main import run
 from dse.examples import example_path
 from dse.pareto.feasibility import Oracle
-from dse.results.explanation import Demand, Example, Explanation
-from dse.results.result import decisions_of
+from dse.results.explain import Demand, Example, Explanation
+from dse.results.solve import decisions_of
 from dse.space.types import INACTIVE, Design
 from dse.timelimit import OutOfTime
 

@@ -15,7 +15,7 @@ from effort import FIRST, count
 
 from dse.analysis.limits import build_limit, judge
 from dse.analysis.views import View
-from dse.api.explaining import Explainer, Wishes
+from dse.api.explain import Explainer, Wishes
 from dse.api.problem import Problem
 from dse.pareto.conflicts import find_conflicts
 from dse.pareto.feasibility import Oracle

@@ -237,7 +237,7 @@ def test_what_cannot_be_written_is_told_before_the_work(
 ) -> None:
     folder = copied(origin, tmp_path)
     (folder / "circle.json").symlink_to("circle.json")
-    monkeypatch.setattr("dse.api.solving.solve_asked", lambda *_: pytest.fail("the search began"))
+    monkeypatch.setattr("dse.api.solve.solve_asked", lambda *_: pytest.fail("the search began"))
     assert run(["solve", str(folder / "own.yaml"), "--json", str(folder / name)]) == 2
     assert said in capsys.readouterr().err
 

@@ -271,7 +271,7 @@ def _corpus(folder: Path) -> tuple[list[tuple[str, str]], list[tuple[str, str]]]
             "pump.json": ["solve", "pump.yaml"],
             "starter.json": ["solve", "starter.yaml"],
             "bindings.json": ["solve", "bindings.yaml"],
-            "others.json": ["solve", "pump.yaml", "--alternatives", "2", "--within", "5%"],
+            "others.json": ["solve", "pump.yaml", "--further", "2", "--within", "5%"],
             "impossible.json": ["solve", "pump.yaml", "--max-jitter", "5ms"],
             "why.json": ["explain", "pump.yaml", "--max-jitter", "5ms"],
             "all.json": ["solve", "everything.yaml", "--deadlines", "all", "--time-limit", "20"],

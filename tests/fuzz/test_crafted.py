@@ -39,7 +39,7 @@ DESIGN = tuple(
 )  # fmt: skip
 BASES: dict[str, tuple[str, ...]] = {
     "complete": ("solve", "pump.yaml", "-q"),
-    "others": ("solve", "pump.yaml", "-q", "--alternatives", "2", "--within", "20%", "--top", "2"),
+    "others": ("solve", "pump.yaml", "-q", "--further", "2", "--within", "20%", "--top", "2"),
     "infeasible": ("solve", "pump.yaml", "-q", "--max-jitter", "5ms", "--max-price", "50EUR"),
     "robust": ("solve", "uncertain.yaml", "-q", "--robust"),
     "sweep": ("sweep", "pump.yaml", "--vary", "jitter of sensor_to_valve=1ms..40ms", "--no-store"),

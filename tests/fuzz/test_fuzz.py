@@ -178,7 +178,7 @@ def everything(tmp_path_factory: pytest.TempPathFactory) -> Path:
         ("check e.yaml --deadlines all", 0),
         ("solve e.yaml --report -o out", 0),
         ("solve e.yaml --robust --report -o out", 0),
-        ("solve e.yaml --alternatives 2 --within 5% --csv out.csv", 0),
+        ("solve e.yaml --further 2 --within 5% --csv out.csv", 0),
         ("explain e.yaml --require 'mass <= 80 g' --all --csv out.csv", 4),
         ("analyse e.yaml DESIGN --response-times --json out.json", 0),
         ("simulate e.yaml DESIGN --duration 50ms --runs 2 --json out.json", 0),

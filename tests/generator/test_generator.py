@@ -9,12 +9,12 @@ from pathlib import Path
 import pytest
 
 from dse.analysis.evaluate import Evaluation, Evaluator
-from dse.api.checking import check
+from dse.api.check import check
 from dse.api.problem import Problem, loads
 from dse.cli.main import run
 from dse.errors import EXIT_USAGE, UsageError
 from dse.generator import FAMILIES, random_problem
-from dse.generator.figures import ANGLE_SYNCHRONOUS, RUNNABLES
+from dse.generator.published import ANGLE_SYNCHRONOUS, RUNNABLES
 
 SIZES = (5, 12, 30)
 GOLDEN = "4503c3e3"

@@ -6,7 +6,7 @@ Where the documents leave something open, this is how they are read here:
 
  1. Decisions are the lists with two or more entries that the design can reach, and ``type`` of every optional slot
     (``none``, then its types).
- 2. Alternatives inside types and inside entries of per-processor-type maps form one decision of the component that
+ 2. Options inside types and inside entries of per-processor-type maps form one decision of the component that
     uses them. Its options are all values that some reachable type or entry offers, in file order and however they are
     spelled; an entry with a single value offers just that value (and the decision then has that value). A default (1
     core, no overhead, no fixed time and no time per byte within a transmission time) is no option: where the chosen

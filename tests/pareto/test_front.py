@@ -14,16 +14,16 @@ from support import PROBLEMS, brute_front, counted_down, evaluated, load_space, 
 from dse.analysis.evaluate import Evaluator
 from dse.analysis.measures import build_measure
 from dse.analysis.views import View
-from dse.encode.forms import EXACT_LIMIT
+from dse.encode.linear import EXACT_LIMIT
 from dse.encode.model import encode
 from dse.errors import RefereeError
 from dse.pareto import canonical, front, pace
 from dse.pareto.answer import Answer, Found, NoSuchDesign, Unfinished
 from dse.pareto.canonical import canonical_design
 from dse.pareto.front import Budget, FrontSearch, Progress, Watch, search_front
+from dse.pareto.regions import dominates
 from dse.pareto.settings import CUTTING, Settings
 from dse.pareto.subproblem import Solver
-from dse.pareto.zones import dominates
 from dse.space.questions import read_requirements
 from dse.space.types import Space
 from dse.timelimit import TimeLimit
@@ -290,7 +290,7 @@ def test_canonical_designs_from_a_fresh_start_do_not_depend_on_the_way(
     assert expected.not_first == expected.points.keys()
     assert search_front(evaluator, Budget(workers=3)).points == expected.points
     minimise = Solver.minimise
-    monkeypatch.setattr(Solver, "minimise", lambda self, weights, zones, hint: minimise(self, weights, zones))
+    monkeypatch.setattr(Solver, "minimise", lambda self, weights, regions, hint: minimise(self, weights, regions))
     assert search_front(evaluator).points == expected.points
 
 
@@ -342,7 +342,7 @@ def test_a_stopped_search_says_so_and_claims_nothing_more(name: str) -> None:
         assert set(search.points) <= set(expected)
         missing = [counted_down(space, vector) for vector in set(expected) - set(search.points)]
         for point in missing:
-            assert any(all(a < b for a, b in zip(point, zone, strict=True)) for zone in search.unexplored)
+            assert any(all(a < b for a, b in zip(point, region, strict=True)) for region in search.unexplored)
         assert search.is_complete == (not search.unexplored)
         if missing:
             assert not search.is_complete
@@ -419,7 +419,7 @@ def test_empty_regions_need_no_solver() -> None:
         solver.minimise([EXACT_LIMIT, 0, 0], [(2, *bounds[1:])])
 
 
-@pytest.mark.parametrize("claim", ["objectives", "feasibility", "zone"])
+@pytest.mark.parametrize("claim", ["objectives", "feasibility", "region"])
 def test_a_solver_that_lies_is_caught_by_the_referee(claim: str, monkeypatch: pytest.MonkeyPatch) -> None:
     evaluator = Evaluator(load_space(BY_NAME["types"]))
     run = Solver._run
@@ -430,7 +430,7 @@ def test_a_solver_that_lies_is_caught_by_the_referee(claim: str, monkeypatch: py
             return answer
         if claim == "objectives":
             return Found((answer.point[0] + 1, *answer.point[1:]), answer.design)
-        if claim == "zone":
+        if claim == "region":
             return Found(tuple(value + 10**6 for value in answer.point), answer.design)
         return Found(answer.point, tuple(0 for _ in answer.design))
 

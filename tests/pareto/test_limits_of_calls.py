@@ -14,8 +14,8 @@ from ortools.sat.python import cp_model
 import dse
 from dse.analysis.evaluate import Evaluator
 from dse.examples import example_path
-from dse.pareto.alternatives import Finder
 from dse.pareto.front import search_front
+from dse.pareto.further import Finder
 
 STARTER = example_path("starter")
 SOURCES = Path(dse.__file__).parent

@@ -11,11 +11,11 @@ import pytest
 import dse
 from dse.analysis.measures import Measure
 from dse.analysis.views import View
-from dse.api.solving import Watcher, solve_asked
+from dse.api.solve import Watcher, solve_asked
 from dse.pareto import pace
 from dse.pareto.front import Budget
 from dse.pareto.pace import CHECKPOINT_S, Pace
-from dse.results.result import Result
+from dse.results.solve import Result
 
 INMARK = Path(__file__).parents[2] / "problems" / "inmark.yaml"
 

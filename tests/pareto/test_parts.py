@@ -15,9 +15,9 @@ from dse.encode.model import EncodedSpace, encode
 from dse.pareto.answer import Answer, Found, NoSuchDesign, Unfinished, weighted
 from dse.pareto.front import search_front
 from dse.pareto.parts import Part, Parts
+from dse.pareto.regions import Bound, strictly_inside
 from dse.pareto.settings import BARE, Settings
 from dse.pareto.subproblem import Solver
-from dse.pareto.zones import Bound, strictly_inside
 
 BY_NAME = {path.stem: path for path in PROBLEMS}
 Point = tuple[int, ...]
@@ -111,39 +111,39 @@ def count_runs(monkeypatch: pytest.MonkeyPatch) -> list[Settings]:
     return runs
 
 
-# --- several zones in one question ---------------------------------------------------------------------------------
+# --- several regions in one question ---------------------------------------------------------------------------------
 
 
-def answers(encoded: EncodedSpace, zones: Sequence[Bound], weights: Sequence[int]) -> int | None:
-    """The least weighted sum in the zones by one question for each."""
+def answers(encoded: EncodedSpace, regions: Sequence[Bound], weights: Sequence[int]) -> int | None:
+    """The least weighted sum in the regions by one question for each."""
     solver = Solver(encoded)
-    found = [solver.minimise(weights, [zone]) for zone in zones]
+    found = [solver.minimise(weights, [region]) for region in regions]
     return min((weighted(weights, item.point) for item in found if isinstance(item, Found)), default=None)
 
 
 @pytest.mark.parametrize("apart", [False, True])
 @pytest.mark.parametrize("name", ["types", "protocols", "bindings"])
-def test_a_question_about_several_zones_has_the_best_answer_of_any(
+def test_a_question_about_several_regions_has_the_best_answer_of_any(
     name: str, apart: bool, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     evaluator = evaluator_with_parts(name, monkeypatch) if apart else Evaluator(load_space(BY_NAME[name]))
     encoded = encode(evaluator)
     if len(encoded.objectives) < 3:
-        pytest.skip("questions with few objectives are about one zone")
+        pytest.skip("questions with few objectives are about one region")
     points = [item.point for item in all_points(encoded)]
-    zones = [tuple(value + 1 for value in point) for point in points[:3]] + [tuple(value for value in points[0])]
+    regions = [tuple(value + 1 for value in point) for point in points[:3]] + [tuple(value for value in points[0])]
     plain = encode(evaluator)
     if apart:
         too_hard_as_a_whole(monkeypatch)
     solver = Solver(encoded)
-    for asked in ([encoded.everywhere] * 4, zones, zones[:2], zones[2:], zones[:1], [zones[3]]):
+    for asked in ([encoded.everywhere] * 4, regions, regions[:2], regions[2:], regions[:1], [regions[3]]):
         for weights in ([1, 1, 1], [1, 0, 0], [0, 1, 5]):
             answer = solver.minimise(weights, asked)
             assert not isinstance(answer, Unfinished)
             least = weighted(weights, answer.point) if isinstance(answer, Found) else None
             assert least == answers(plain, asked, weights)
             if isinstance(answer, Found):
-                assert any(strictly_inside(answer.point, zone) for zone in asked)
+                assert any(strictly_inside(answer.point, region) for region in asked)
 
 
 def all_points(encoded: EncodedSpace) -> list[Found]:
@@ -159,11 +159,11 @@ def all_points(encoded: EncodedSpace) -> list[Found]:
 # --- what a part learns --------------------------------------------------------------------------------------------
 
 numbers = st.integers(0, 6)
-zones = st.lists(st.tuples(*[st.integers(1, 7)] * 3), min_size=1, max_size=3)
+regions = st.lists(st.tuples(*[st.integers(1, 7)] * 3), min_size=1, max_size=3)
 
 
 def best(points: Sequence[Point], weights: Sequence[int], asked: Sequence[Bound]) -> Point | None:
-    inside = [point for point in points if any(strictly_inside(point, zone) for zone in asked)]
+    inside = [point for point in points if any(strictly_inside(point, region) for region in asked)]
     return min(inside, key=lambda point: (weighted(weights, point), point), default=None)
 
 
@@ -185,13 +185,13 @@ def stopped(answer: Answer, weights: Sequence[int]) -> Answer:
     st.lists(
         st.tuples(
             st.tuples(*[st.integers(0, 20)] * 3),
-            zones,
+            regions,
             st.one_of(st.none(), st.integers(0, 60)),
             st.sampled_from([told, lambda *given: stopped(told(*given), given[1])]),
         ),
         max_size=5,
     ),
-    zones,
+    regions,
 )
 def test_a_part_refutes_nothing_that_it_has(
     points: list[Point],
@@ -203,16 +203,16 @@ def test_a_part_refutes_nothing_that_it_has(
         part.learn(answer(points, weights, asked, better_than), weights, asked, better_than)
     for point in points:
         assert not any(strictly_inside(point, box) for box in part.refuted)
-    open_zones = part.open(later)
-    inside = [point for point in points if any(strictly_inside(point, zone) for zone in later)]
-    assert all(any(strictly_inside(point, zone) for zone in open_zones) for point in inside)
-    if open_zones:
-        floor = part.floor(open_zones)
+    open_regions = part.open(later)
+    inside = [point for point in points if any(strictly_inside(point, region) for region in later)]
+    assert all(any(strictly_inside(point, region) for region in open_regions) for point in inside)
+    if open_regions:
+        floor = part.floor(open_regions)
         assert all(low <= value for point in inside for low, value in zip(floor, point, strict=True))
 
 
 def test_a_part_learns_what_the_least_sum_leaves_no_room_for() -> None:
-    """Least 10 * a + b + c = 52 in the zone a < 9, b < 4, c < 4: no design has a <= 4, as 46 are not enough."""
+    """Least 10 * a + b + c = 52 in the region a < 9, b < 4, c < 4: no design has a <= 4, as 46 are not enough."""
     part = Part(())
     part.learn(Found((5, 1, 1), ()), (10, 1, 1), [(9, 4, 4)], None)
     assert list(part.refuted) == [(5, 4, 4)]

@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 import dse
-from dse.pareto.zones import dominates
+from dse.pareto.regions import dominates
 
 GOLDEN = Path(__file__).parents[1] / "golden"
 Point = tuple[int, ...]

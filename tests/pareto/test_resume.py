@@ -25,7 +25,7 @@ from dse.pareto.settings import Settings
 from dse.pareto.subproblem import Solver
 from dse.report.terminal import print_result
 from dse.results.missing import outlooks_of
-from dse.results.result import Result
+from dse.results.solve import Result
 
 BY_NAME = {path.stem: path for path in PROBLEMS}
 INMARK = Path(__file__).parents[2] / "problems" / "inmark.yaml"

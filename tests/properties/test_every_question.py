@@ -29,16 +29,16 @@ from dse.api.question import Changes
 from dse.errors import DseError, UsageError
 from dse.pareto.answer import Answer, Unfinished
 from dse.pareto.front import Budget
+from dse.pareto.regions import dominates
 from dse.pareto.subproblem import Solver
-from dse.pareto.zones import dominates
-from dse.results.result import Result
 from dse.results.robust import RobustResult
+from dse.results.solve import Result
 from dse.space.settings import SETTINGS
 from dse.space.types import Design
-from dse.study.boxes import Box
 from dse.study.functions import InputSpace
 from dse.study.robust import robust_asked
 from dse.study.uncertainty import read_uncertainties
+from dse.study.worst_place import Box
 
 MOST_DESIGNS = 4000
 LIMITED = ("latency", "jitter", "utilisation", "load", "response time", "price", "power")

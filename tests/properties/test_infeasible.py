@@ -10,7 +10,7 @@ from math import ceil, floor
 import pytest
 
 import dse
-from dse.results.result import Clash, Result
+from dse.results.solve import Clash, Result
 from tests.oracle import evaluator as oracle
 from tests.oracle import grammar
 from tests.oracle.generator import random_problem

@@ -1,4 +1,4 @@
-"""The same front and designs in whatever way it is searched: parts, zones at a time, settings, workers, two stages."""
+"""The same front and designs in whatever way it is searched: parts, regions at once, settings, workers, two stages."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ def test_every_way_finds_the_same(seed: int, monkeypatch: pytest.MonkeyPatch) ->
 def searched(pair: Pair, draw: random.Random, changed: pytest.MonkeyPatch) -> FrontSearch:
     """A search with drawn limits; what is too hard for some settings is drawn too."""
     changed.setattr(sums, "SHARED_BY", draw.choice([1, 2, sums.SHARED_BY]))
-    changed.setattr(model, "MOST_ZONES", draw.randint(1, 6))
+    changed.setattr(model, "MOST_REGIONS", draw.randint(1, 6))
     changed.setattr(model, "FEWEST_OBJECTIVES", draw.choice([1, 2, 3]))
     changed.setattr(front, "HELP_AFTER_S", draw.choice([0.0, front.HELP_AFTER_S]))
     changed.setattr(front, "EXACT_LIMIT", draw.choice([1, front.EXACT_LIMIT, front.EXACT_LIMIT]))

@@ -22,16 +22,16 @@ from dse.report.bars import stacked_rows
 from dse.report.charts import scatter
 from dse.report.document import Document
 from dse.report.drawing import Drafter
-from dse.report.figures import figure_files
 from dse.report.html import html_report
 from dse.report.layout import layered
 from dse.report.markdown import escaped, markdown_report
+from dse.report.plot_files import figure_files
 from dse.report.terminal import print_result
 from dse.report.theme import DARK, LIGHT
 from dse.report.words import GAPS, REDUCED
 from dse.report.writing import report_files
-from dse.results.result import Result
-from dse.results.values import counted
+from dse.results.display import counted
+from dse.results.solve import Result
 
 
 class Reader(HTMLParser):

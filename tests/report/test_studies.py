@@ -170,7 +170,7 @@ def test_what_is_no_study_is_refused(tmp_path: Path, capsys: pytest.CaptureFixtu
         assert run(["report", str(solved), "-o", str(tmp_path / "o"), "--study", str(study)]) == 2
         assert words in capsys.readouterr().err
     assert run(["report", str(broken), "-o", str(tmp_path / "o")]) == 2
-    assert run(["solve", file, "--robust", "--alternatives", "2"]) == 2
+    assert run(["solve", file, "--robust", "--further", "2"]) == 2
 
 
 @needs_browser

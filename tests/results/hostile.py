@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 
 import dse
-from dse.results.result import Result
+from dse.results.solve import Result
 
 SCRIPT = "<script>alert('x')</script>"
 NAMES = {

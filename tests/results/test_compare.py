@@ -9,9 +9,9 @@ import pytest
 from rich.console import Console
 
 import dse
-from dse.api.comparing import compare
+from dse.api.compare import compare
 from dse.errors import UsageError
-from dse.report.comparison import print_comparison
+from dse.report.compare import print_comparison
 from dse.results.compare import DesignComparison, ResultComparison, compare_results
 
 CHEAP = """

@@ -19,13 +19,13 @@ import dse
 from dse.analysis.contention import cores_of, is_left_out, with_contention
 from dse.api import contention as referee
 from dse.api.problem import loads
-from dse.api.reopening import reopen
+from dse.api.reopen import reopen
 from dse.cli.main import cli
 from dse.errors import UsageError
 from dse.report.contention import contention_words, placed_words
 from dse.report.document import Document
 from dse.report.drawing import Drafter
-from dse.results.result import Result
+from dse.results.solve import Result
 from dse.space.settings import deadline_requirements
 from dse.timelimit import OutOfTime
 

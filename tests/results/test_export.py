@@ -16,15 +16,15 @@ import yaml
 from results.hostile import NAMES, PROBLEM, hostile_result
 
 import dse
-from dse.api.exporting import export, find_design
-from dse.api.reopening import reopen
+from dse.api.export import export, find_design
+from dse.api.reopen import reopen
 from dse.cli.main import run
 from dse.errors import UsageError
 from dse.examples import example_folder
 from dse.results.editing import Draft, yaml_text
-from dse.results.formats import graphml, graphviz, ros2_parameters
+from dse.results.export_formats import graphml, graphviz, ros2_parameters
 from dse.results.reading import read_result
-from dse.results.result import Result
+from dse.results.solve import Result
 
 CORES = """\
 dse: 1

@@ -12,11 +12,11 @@ from rich.console import Console
 import dse
 from dse.analysis.evaluate import Evaluator
 from dse.analysis.validity import canonical
-from dse.report.comparison import print_comparison
+from dse.report.compare import print_comparison
 from dse.results.changes import changes_between
 from dse.results.compare import compare_designs
+from dse.results.design_tables import analyse_design
 from dse.results.renumbering import numbered_like
-from dse.results.tables import analyse_design
 from dse.space.types import Design, Space
 
 TEXT = """

@@ -18,7 +18,7 @@ from dse.report.document import Document
 from dse.report.markdown import markdown_report
 from dse.report.terminal import listed_points, print_result
 from dse.results.order import ranked_by
-from dse.results.result import Result
+from dse.results.solve import Result
 from dse.results.variants import find_variants, is_one_choice
 
 

@@ -15,7 +15,7 @@ import dse
 from dse.report.words import baseline_words, margin_words, sentences, tie_words
 from dse.results.order import ranked_by
 from dse.results.reasons import Reasoner
-from dse.results.result import Result
+from dse.results.solve import Result
 
 PROBLEM = """
 dse: 1

@@ -72,11 +72,11 @@ objectives: [minimise price]
 """
 PROBLEMS = {"pump": PUMP, "shared": SHARED, "uncertain": UNCERTAIN, "rounded": ROUNDED, "overloaded": OVERLOADED}
 COMMANDS = (
-    "solve pump.yaml --alternatives 2 --within 20% --json pump.json",
+    "solve pump.yaml --further 2 --within 20% --json pump.json",
     "solve pump.yaml --max-jitter 7ms --json tight.json",
     "solve pump.yaml --max-jitter 5ms --json never.json",
     "solve pump.yaml --max-jitter 5ms --max-price 100EUR --max-load 1% --json nothing.json",
-    "solve shared.yaml --alternatives 1 --within 50% --json shared.json",
+    "solve shared.yaml --further 1 --within 50% --json shared.json",
     "solve uncertain.yaml --robust --json robust.json",
     "solve rounded.yaml --json rounded.json",
     "solve overloaded.yaml --json overloaded.json",

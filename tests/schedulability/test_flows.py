@@ -19,8 +19,8 @@ from dse.encode.model import encode
 from dse.encode.waiting import Waiting
 from dse.pareto.answer import Found
 from dse.pareto.front import Budget, search_front
+from dse.pareto.guarded_model import Switchboard
 from dse.pareto.subproblem import Solver
-from dse.pareto.switchboard import Switchboard
 from dse.space.types import Space
 
 

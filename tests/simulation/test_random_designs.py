@@ -9,9 +9,9 @@ from oracle import generator
 
 import dse
 from dse.analysis.evaluate import Evaluator
-from dse.api.simulating import simulate
-from dse.results.result import decisions_of
-from dse.results.simulation import Simulation
+from dse.api.simulate import simulate
+from dse.results.simulate import Simulation
+from dse.results.solve import decisions_of
 
 SEEDS = range(24)
 

@@ -8,10 +8,10 @@ from pathlib import Path
 import pytest
 
 import dse
-from dse.api.simulating import simulate
+from dse.api.simulate import simulate
 from dse.cli.main import run
 from dse.errors import UsageError
-from dse.results.simulation import Simulation
+from dse.results.simulate import Simulation
 
 MS = 10**6
 PROBLEMS = Path(__file__).parents[2] / "problems"

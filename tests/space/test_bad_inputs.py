@@ -17,10 +17,10 @@ from hypothesis import strategies as st
 import dse.space
 from dse.api.problem import load, loads
 from dse.errors import ProblemError
-from dse.space import figures
+from dse.space import properties
 from dse.space.build import build_space
-from dse.space.figures import Ledger
 from dse.space.metrics import QuestionError
+from dse.space.properties import Ledger
 from dse.space.questions import MOST_FAILURES
 from dse.space.types import Space
 from dse.spec.load import load_spec, parse_spec
@@ -100,7 +100,7 @@ def test_several_mistakes_come_in_the_order_of_the_lines() -> None:
 
 def test_after_very_many_mistakes_less_is_looked_at(monkeypatch: pytest.MonkeyPatch) -> None:
     """Neither questions nor closest names take long, however many are wrong; the first ones keep their hint."""
-    monkeypatch.setattr(figures, "MOST_COMPARED", 100)
+    monkeypatch.setattr(properties, "MOST_COMPARED", 100)
     wrong = "".join(f"  c{number}: {{from: gns, to: nav, data_size: 1 B}}\n" for number in range(100))
     with pytest.raises(ProblemError) as caught:
         loads(VALID.replace("connections:\n", f"connections:\n{wrong}"))

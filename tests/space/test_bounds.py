@@ -14,7 +14,7 @@ from support import evaluated
 import dse
 from dse.analysis.bounds import impossible
 from dse.analysis.evaluate import Evaluator
-from dse.api.checking import impossible_words
+from dse.api.check import impossible_words
 from dse.api.problem import loads
 from dse.errors import ProblemError
 from dse.space.settings import deadline_requirements

@@ -13,7 +13,7 @@ from click.testing import CliRunner
 import dse
 from dse.api.problem import changed, loads
 from dse.api.question import Changes
-from dse.api.recalling import restated
+from dse.api.stated import restated
 from dse.cli.main import cli
 from dse.errors import ProblemError, UsageError
 from dse.space.settings import SETTINGS, settings_of

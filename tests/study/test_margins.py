@@ -9,18 +9,18 @@ from pathlib import Path
 import pytest
 from study.studies import LONG, NAMES, edited, example, written
 
-from dse.api.analysing import analyse
+from dse.api.analyse import analyse
 from dse.api.problem import Problem, complete_design, loads
 from dse.errors import UsageError
-from dse.results.analysis import Analysis
+from dse.results.analyse import Analysis
 from dse.results.sensitivity import Break, Margin
 from dse.space.types import Design, Space
 from dse.study.fronts import front_outcome
 from dse.study.functions import DesignFunction, InputSpace
+from dse.study.line import Way
 from dse.study.margins import bars, broken_texts, margins, scaling
 from dse.study.quantities import Inputs, copied, effective_text, merged_data
 from dse.study.trace import STEPS, Node, Program, Traced, watching
-from dse.study.ways import Way
 from dse.units import format_number
 
 UNITS = {"ct": "EUR", "mW": "mW", "": ""}

@@ -16,13 +16,13 @@ from support import evaluated
 from dse.analysis.evaluate import Evaluator
 from dse.api.problem import Problem, load, loads
 from dse.errors import ProblemError
-from dse.study.boxes import Box
 from dse.study.functions import DesignFunction, InputSpace
 from dse.study.importance import chance, indices, random_shares
 from dse.study.margins import bars
 from dse.study.robust import solve_robust
 from dse.study.sensitivity import sensitivity
 from dse.study.uncertainty import columns_of, read_uncertainties, stated_ends
+from dse.study.worst_place import Box
 
 
 def stated(folder: Path, name: str = "starter", text: str = "") -> Problem:

@@ -12,7 +12,7 @@ from dse.analysis.evaluate import Evaluator
 from dse.api.problem import Problem
 from dse.results.contention import judge
 from dse.results.ranking import rank
-from dse.results.result import decisions_of, ranked
+from dse.results.solve import decisions_of, ranked
 from dse.space.types import Design, Space
 from dse.verification.exhaustion import exhaust
 from dse.verification.tables import build_tables

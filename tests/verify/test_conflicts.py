@@ -13,7 +13,7 @@ from effort import count
 from explain.test_random_conflicts import infeasible
 
 import dse
-from dse.api.solving import Watcher, solve_asked
+from dse.api.solve import Watcher, solve_asked
 from dse.examples import example_files
 from dse.pareto.front import Budget
 

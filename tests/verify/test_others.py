@@ -15,7 +15,7 @@ from oracle.generator import random_problem
 import dse
 from dse.api.problem import Problem
 from dse.errors import ProblemError
-from dse.results.result import Result
+from dse.results.solve import Result
 
 METHODS: tuple[Literal["exhaustion", "model"], ...] = ("exhaustion", "model")
 FREE = """
@@ -41,7 +41,7 @@ objectives: [minimise jitter of main, minimise price]
 
 def asked(problem: Problem, count: int, within: str | None, top: int | None = None) -> dict[str, Any]:
     """A result with further designs, as a program would read it."""
-    result = dse.with_others(dse.solve(problem, workers=1), count, within, top)
+    result = dse.with_further_designs(dse.solve(problem, workers=1), count, within, top)
     data: dict[str, Any] = json.loads(result.to_json())
     return data
 
@@ -150,11 +150,11 @@ def test_random_problems(method: Literal["exhaustion", "model"]) -> None:
 def test_what_was_stopped_claims_nothing(tmp_path: Any) -> None:
     """Where the time was too short nothing is said about more, in results that are read again, too."""
     problem = dse.loads(FREE)
-    result: Result = dse.with_others(dse.solve(problem), 2, "3%", time_limit_s=0.0)
+    result: Result = dse.with_further_designs(dse.solve(problem), 2, "3%", time_limit_s=0.0)
     assert {group.more for group in result.others} == {None}
     assert dse.verify(result, problem=problem).status == "verified"
     path = tmp_path / "r.json"
-    whole = dse.with_others(dse.solve(problem), 2, "3%", 2)
+    whole = dse.with_further_designs(dse.solve(problem), 2, "3%", 2)
     path.write_text(whole.to_json(), encoding="utf-8")
     assert dse.reopen(path).others_asked == whole.others_asked
 

@@ -9,7 +9,7 @@ from typing import Annotated, Any, Literal, TypeAlias
 from pydantic import BaseModel, ConfigDict, Field, PlainSerializer, PlainValidator, WithJsonSchema
 from pydantic_core import PydanticCustomError
 
-from dse.results.values import exact
+from dse.results.display import exact
 
 MOST = 10**300
 """No exact figure is beyond it: floating-point numbers for plots are not either."""

@@ -95,7 +95,7 @@ class Point(ListedDesign):
     reasons: dict[str, str] = field("In the JSON of a report: why it is on the front, in sentences.", default={})
 
 
-class Sibling(ListedDesign):
+class FurtherDesign(ListedDesign):
     """A further design at or near a point."""
 
     id: str = field("`POINT.NUMBER`, such as `3.1`: the first further design of point 3.")
@@ -103,16 +103,18 @@ class Sibling(ListedDesign):
     different_decisions: int = field("In how many decisions it differs from its point.")
 
 
-class Others(Form):
+class FurtherDesigns(Form):
     """The further designs of a point."""
 
     of: int = field("The point.")
     within: Figure = field("Each objective is at most this share worse than the point's; 0: the same objectives.")
-    designs: list[Sibling] = field("The designs that were found, chosen to differ from the point and from one another.")
+    designs: list[FurtherDesign] = field(
+        "The designs that were found, chosen to differ from the point and from one another."
+    )
     more: bool | None = field("Whether there are others still; null where time was too short to tell.")
 
 
-class OthersAsked(Form):
+class FurtherAsked(Form):
     """How many further designs were asked for, and where."""
 
     count: int = field("How many of each point.")
@@ -227,8 +229,8 @@ class ResultForm(Form):
     give_up: list[Member] = field(
         "Where no single member mends it: the fewest that do together, each with its closest limit.", default=[]
     )
-    others: list[Others] = field("Further designs at or near points, where they were asked for.")
-    others_asked: OthersAsked = field("Which further designs were asked for.", default=None)
+    others: list[FurtherDesigns] = field("Further designs at or near points, where they were asked for.")
+    others_asked: FurtherAsked = field("Which further designs were asked for.", default=None)
     search: Search = field("What the search did.")
     files: dict[str, str] = field(
         "The text of the problem file and of what it includes, by name, so that the result can be worked with where "

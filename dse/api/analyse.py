@@ -1,0 +1,71 @@
+"""`dse.analyse`: one design, row by row."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
+from typing import Unpack
+
+from dse.analysis.contention import ContentionReferee, with_contention
+from dse.analysis.evaluate import Evaluator
+from dse.api.problem import Source, complete_design, load, read_choices, with_stated_cores
+from dse.api.question import Question
+from dse.results.analyse import Analysis
+from dse.results.contention import judge
+from dse.results.design_tables import analyse_design
+from dse.space.types import Space
+
+
+def analyse(
+    problem: Source,
+    design: Mapping[str, str] | Sequence[str] | None = None,
+    *,
+    response_times: bool = False,
+    **question: Unpack[Question],
+) -> Analysis:
+    """Every figure of one design; what it keeps with contention too, where the question leaves that out.
+
+    Parameters
+    ----------
+    problem
+        a loaded problem, the path of a problem file, or its content as text or mapping.
+    design
+        decisions by name (or texts ``name = option``), on top of the baseline; the baseline alone when left out.
+    response_times
+        whether to add the response time of every thread on a processor.
+    question
+        changes to the question, in the words of `Problem.ask`.
+
+    Raises
+    ------
+    ProblemError
+        when the file is wrong.
+    UsageError
+        when a decision or option does not exist, or decisions are left open.
+
+    Examples
+    --------
+    >>> import dse
+    >>> found = dse.analyse("pump.yaml", {"computer.type": "large", "can0.type": "can_250k",
+    ...     "filter.dispatch_protocol": "aperiodic", "control.period": "5 ms"})
+    >>> found.is_feasible, found.flows[0].max_ns, found.metrics["price"]
+    (True, 8412000, Fraction(24000, 1))
+    """
+    texts = [f"'{name}' = {option}" for name, option in design.items()] if isinstance(design, Mapping) else design or ()
+    space = with_stated_cores(load(problem).ask(**question), texts).space
+    given = {**space.fixed, **read_choices(space, texts)}
+    chosen = complete_design(space, {**space.baseline, **given})
+    analysis = analyse_design(Evaluator(space), chosen, response_times=response_times)
+    analysis = replace(analysis, warnings=(*analysis.warnings, *_unused(space, given, analysis.decisions)))
+    counted = with_contention(space)
+    if counted is None or analysis.breaches:
+        return analysis
+    return replace(analysis, contended=judge(ContentionReferee(counted), analysis.design))
+
+
+def _unused(space: Space, given: Mapping[int, int], decisions: Mapping[str, str]) -> Iterator[str]:
+    """Which decisions were given although the design has no use for them."""
+    for index, option in given.items():
+        decision = space.decisions[index]
+        if decision.is_open and decision.name not in decisions:
+            yield f"{decision.name} = {decision.options[option]} was given, but changes nothing: it is not used here"

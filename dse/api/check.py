@@ -1,0 +1,261 @@
+"""`dse.check`: a valid problem's space, described; and what a careful reader would remark."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from fractions import Fraction
+from functools import partial
+from typing import Any, Unpack
+
+from dse.analysis.bounds import Impossible, impossible
+from dse.analysis.changes import counted_decisions
+from dse.analysis.remarks import problem_remarks
+from dse.analysis.validity import slot_users
+from dse.api.meanings import changed_meanings
+from dse.api.problem import Problem, Source, load
+from dse.api.question import Question
+from dse.api.sizes import too_large
+from dse.space.activation import exclusions
+from dse.space.metrics import asks_for_changes, busy_obstacle
+from dse.space.properties import mentions
+from dse.space.questions import unoffered_types
+from dse.space.settings import settings_of, told_deadlines
+from dse.space.size import space_size
+from dse.space.trees import leaves
+from dse.space.types import Component, Decision, Slot, Space
+from dse.spec.rounding import rounded_figures
+from dse.units import format_duration, format_number, format_ratio
+
+MOST_ROUNDED = 20
+"""The most figures of which is said one by one that they are rounded."""
+MOST_NAMES = 10
+"""The most decisions that one remark names."""
+
+
+@dataclass(frozen=True)
+class Description:
+    """The space of a problem: open decisions with their options, its size, and remarks.
+
+    `impossible` are requirements and deadlines that no design meets, as bounds alone show, each with its place and both
+    figures; there may be others.
+
+    Examples
+    --------
+    >>> import dse
+    >>> [decision.name for decision in dse.check("pump.yaml").decisions][:2]
+    ['computer.type', 'can0.type']
+    """
+
+    space: Space
+    decisions: tuple[Decision, ...]
+    size: int
+    remarks: tuple[str, ...]
+    impossible: tuple[Impossible, ...] = ()
+
+    def to_dict(self) -> dict[str, Any]:
+        """The description in the form ``dse-check/1``."""
+        space = self.space
+        return {
+            "format": "dse-check/1",
+            "problem": space.name,
+            "valid": True,
+            **settings_of(space),
+            "space_size": self.size,
+            "decisions": {decision.name: list(decision.options) for decision in self.decisions},
+            "flows": [flow.name for flow in space.flows],
+            "requirements": [item.text for item in space.requirements if not item.implied],
+            "implied": [item.text for item in space.requirements if item.implied],
+            "rules": [item.text for item in space.rules],
+            "objectives": [f"{item.sense} {item.metric.name}" for item in space.objectives],
+            "impossible": [
+                {
+                    "requirement": item.requirement.text,
+                    "origin": item.requirement.origin,
+                    item.side: str(item.value),
+                    "limit": str(item.limit),
+                    "unit": item.unit,
+                }
+                for item in self.impossible
+            ],
+            "remarks": list(self.remarks),
+        }
+
+
+def check(problem: Source, **question: Unpack[Question]) -> Description:
+    """Validate a problem and describe its space.
+
+    Parameters
+    ----------
+    problem
+        a loaded problem, the path of a problem file, or its content as text or mapping.
+    question
+        changes to the question, in the words of `Problem.ask`.
+
+    Raises
+    ------
+    ProblemError
+        with every mistake in the file.
+    UsageError
+        when a change does not fit the problem.
+
+    Examples
+    --------
+    >>> import dse
+    >>> dse.check("pump.yaml").size
+    48
+    """
+    asked = load(problem).ask(**question)
+    space = asked.space
+    decisions = tuple(item for item in space.decisions if item.is_open)
+    told = told_deadlines(space, partial(_deadline_origin, asked))
+    found = tuple(impossible(space, (*space.requirements, *told)))
+    remarks = (
+        *too_large(space),
+        *_remarks(space),
+        *_setting_remarks(asked, space),
+        *changed_meanings(asked),
+        *_rounded(asked),
+    )
+    return Description(space, decisions, space_size(space), remarks, found)
+
+
+def _deadline_origin(problem: Problem, component: Component) -> str:
+    """Where the deadline of a thread stands, or the thread."""
+    place = problem.loaded.diagnostic((component.section, component.name, "deadline"), "")
+    return f"{place.file}:{place.line}"
+
+
+def impossible_words(item: Impossible, currency: str) -> str:
+    """``no design meets latency of f <= 5 ms (p.yaml:12): it is at least 7 ms``; for a deadline, what executes."""
+    requirement = item.requirement
+    where = f" ({requirement.origin})" if requirement.origin else ""
+    value, limit = (_figure(figure, item.unit, currency) for figure in (item.value, item.limit))
+    said = f"no design meets {requirement.text}{where}"
+    if requirement.metric.key == "deadline":
+        return f"{said}: alone on its core it takes {value} at its longest, the deadline is {limit}"
+    return f"{said}: it is at {item.side} {value}, the limit is {limit}"
+
+
+def _figure(value: Fraction, unit: str, currency: str) -> str:
+    if unit == "ns":
+        return format_duration(value)
+    if unit == "ppm":
+        return format_ratio(value / 10**6)
+    return f"{format_number(value / 100)} {currency}" if unit == "ct" else f"{format_number(value)} {unit}".rstrip()
+
+
+def _setting_remarks(problem: Problem, space: Space) -> Iterator[str]:
+    """What the settings make of what is stated."""
+    written = problem.loaded.sources[0].node.to_data().get("deadlines")
+    if isinstance(written, bool):
+        word = "all" if written else "none"
+        yield f"deadlines: {str(written).lower()} is the former word for `{word}`" + (
+            "; a stated deadline is told of each design by default (`stated`)" if not written else ""
+        )
+    there = [item for item in space.components if any(leaf is not None for leaf in leaves(item.deadline_ns))]
+    told = [item for item in there if item.processor is not None]
+    idle = [item.name for item in there if item.processor is None]
+    if told and told_deadlines(space):
+        count = f"the deadline of {told[0].name}" if len(told) == 1 else f"the deadlines of {len(told)} threads"
+        yield (
+            f"whether {count} {'is' if len(told) == 1 else 'are'} met is told of each design, and not searched for: "
+            "`deadlines: all` or `response time of THREAD <= …` require it"
+        )
+    if idle and space.profile == "dse":
+        yield f"no deadline counts of what runs on no processor: {', '.join(idle)}"
+    if space.profile == "osate-2.2" and space.processing == "response_time":
+        yield "profile osate-2.2 counts no response times: `processing: response_time` changes nothing"
+
+
+def _rounded(problem: Problem) -> Iterator[str]:
+    """What counts otherwise than it is written, for want of a finer unit."""
+    found = [f"{path}: {note}" for path, note in rounded_figures(problem.loaded)]
+    yield from found[:MOST_ROUNDED]
+    if len(found) > MOST_ROUNDED:
+        yield f"{len(found) - MOST_ROUNDED} more figures are rounded likewise"
+
+
+def _limited(space: Space) -> set[tuple[str, int | None]]:
+    """The kind and index of every metric that has an upper limit, also by a limit on the greatest of several."""
+    found = set()
+    for item in space.requirements:
+        if not item.implied and item.operator in ("<=", "<", "=="):
+            alone = [part[0][1] for part in item.metric.operands if len(part) == 1 and item.metric.kind == "max"]
+            found |= {(metric.kind, metric.index) for metric in (item.metric, *alone)}
+    return found
+
+
+def _idle(space: Space) -> Iterator[str]:
+    """Processors, buses and devices that every design has, though none uses them, and what they cost."""
+    for slot, users in slot_users(space):
+        if not users and not slot.optional and _costs(slot):
+            verb = "runs on" if slot in space.processors else "goes over"
+            yield f"nothing {verb} {slot.name}, but every design has it and its {_costs(slot)}"
+    ends = {end for item in space.connections for end in (item.source, item.target)}
+    steps = {step.index for flow in space.flows for step in flow.steps if step.kind == "component"}
+    for number, component in enumerate(space.components):
+        if component.section == "devices" and number not in ends | steps and _costs(component):
+            yield f"no connection or flow uses {component.name}, but every design has it and its {_costs(component)}"
+
+
+def _costs(part: Slot | Component) -> str:
+    """What a part adds to the sums of a design, in words; "" for nothing."""
+    figures = part.figures
+    trees = {"price": figures.price_ct, "power": figures.power_mw, **figures.totals}
+    return " and ".join(name for name, tree in trees.items() if any(leaf for leaf in leaves(tree)))
+
+
+ADMITTED = "`overload: allowed` admits designs that overload it"
+
+
+def _remarks(space: Space) -> Iterator[str]:
+    limited = _limited(space)
+    implied = {(item.metric.kind, item.metric.index) for item in space.requirements if item.implied}
+    for number, slot in enumerate(space.processors):
+        loaded = any(
+            number in set(leaves(item.processor)) for item in space.components if item.execution_ns is not None
+        )
+        if loaded and ("utilisation", number) not in limited:
+            said = "100 % of each core is implied" if ("utilisation", number) in implied else ADMITTED
+            yield f"nobody limits the utilisation of {slot.name}: {said}"
+    for number, bus in enumerate(space.buses):
+        bandwidths = [leaf for leaf in leaves(bus.bandwidth_bps) if leaf is not None]
+        if bandwidths and not limited & {("load", number), ("busy", number)}:
+            said = "100 % of its bandwidth is implied" if ("load", number) in implied else ADMITTED
+            yield f"nobody limits the load of {bus.name}: {said}"
+        obstacle = busy_obstacle(space, number) if any(leaves(bus.exclusive)) else ""
+        if obstacle and space.overload == "forbidden" and not bus.overload:
+            yield f"the time of {bus.name} is not limited, although it is exclusive: its busy time {obstacle}"
+    yield from _idle(space)
+    yield from problem_remarks(space)
+    for item in space.requirements:
+        if item.metric.kind == "utilisation" and item.operator == "==":
+            upper = item.text.replace("==", "<=", 1)
+            yield f"{item.text} compares the sum over all cores, not each thread and core: `{upper}` limits these too"
+    yield from exclusions(space)
+    for name in unoffered_types(space):
+        for rule in space.rules:
+            if mentions(rule.text, name):
+                yield f'rule "{rule.text}" names the type {name}, which nothing may have: it is used in no design'
+    yield from _uncounted_changes(space)
+    if not space.objectives:
+        yield "there are no objectives: `dse solve` needs --minimise"
+
+
+def _uncounted_changes(space: Space) -> Iterator[str]:
+    """What could change unseen where changes are counted, and costs that nothing has."""
+    if asks_for_changes(space):
+        counted = {index for index, _, _ in counted_decisions(space)}
+        left = [
+            item.name
+            for index, item in enumerate(space.decisions)
+            if item.is_open and index not in counted and item.field != "core"
+        ]
+        if left:
+            names = ", ".join(left[:MOST_NAMES]) + (f" and {len(left) - MOST_NAMES} more" if left[MOST_NAMES:] else "")
+            yield f"the baseline leaves {names} open: what a design chooses there is not counted as a change"
+    for index in space.cost_of_change:
+        item = space.decisions[index]
+        if item.is_open and index not in space.baseline:
+            yield f"the cost of changing {item.name} is not counted: the baseline does not state it"

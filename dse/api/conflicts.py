@@ -1,0 +1,252 @@
+"""The conflicts that a result lists, proved a second time: impossible together, minimal, and the limits exact.
+
+Every question is asked of the means of `dse.verification` (each design looked at, or the second model); nothing of the
+search that found the conflicts is used.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from fractions import Fraction
+from pathlib import PurePath
+from typing import Any, TypeAlias
+
+from dse.analysis.evaluate import Evaluator
+from dse.analysis.limits import Limit, build_limit
+from dse.analysis.measures import PPM, build_measure, display_unit
+from dse.analysis.rates import NS_PER_S
+from dse.analysis.scheduling import UNBOUNDED_NS
+from dse.analysis.unbounded import unbounded_in
+from dse.analysis.views import View
+from dse.api.points import Bench
+from dse.results.display import exact
+from dse.space.metrics import metric_dimension
+from dse.space.types import Metric, Requirement, Rule, Space
+from dse.spec.expressions import Operator
+from dse.units import DIMENSIONLESS
+from dse.verification.diagrams import TooLarge
+from dse.verification.exhaustion import TooMany
+from dse.verification.model import Reply
+from dse.verification.prover import Method, make_prover
+
+
+@dataclass(frozen=True)
+class Choice:
+    """A decision that was fixed beyond the file."""
+
+    decision: int
+    option: int
+    text: str
+    origin: str = "command line"
+
+
+Demand: TypeAlias = Requirement | Rule | Choice
+
+
+def check_conflicts(bench: Bench, method: Method, deadline: float | None) -> None:
+    """Each set that is listed has no design, each of its members left out leaves one, and each limit is exact."""
+    listed = bench.data["conflicts"]
+    if not listed:
+        return
+    if bench.data["status"] != "infeasible":
+        bench.find("conflicts", f"a result that is {bench.data['status']} has none")
+        return
+    court = _Court(bench, method, deadline)
+    for position, conflict in enumerate(listed):
+        court.examine(f"conflicts[{position}]", conflict["members"])
+    court.examine_together("give_up", bench.data.get("give_up", []))
+    bench.checked.append(
+        f"{len(listed)} conflicts: impossible, minimal, and their limits exact ({court.asked} questions)"
+    )
+
+
+class _Court:
+    """The demands of a question, and proofs about parts of them."""
+
+    def __init__(self, bench: Bench, method: Method, deadline: float | None) -> None:
+        self.bench, self.method, self.deadline = bench, method, deadline
+        space = bench.space
+        names = [decision.name for decision in space.decisions]
+        chosen = [
+            Choice(index, option, f"{names[index]} = {space.decisions[index].options[option]}")
+            for index, option in space.fixed.items()
+        ]
+        self.demands: tuple[Demand, ...] = (*space.requirements, *space.rules, *chosen)
+        self.asked = 0
+
+    def examine(self, place: str, stated: Sequence[Mapping[str, Any]]) -> None:
+        """One conflict."""
+        members = self._members(f"{place}.members", stated)
+        if members is None:
+            return
+        together = self._ask(place, members)
+        if together is not None and together.answer == "design":
+            self.bench.find(place, "is said to be impossible, but there is a design that meets all of it")
+        for position, (member, item) in enumerate(zip(members, stated, strict=True)):
+            where = f"{place}.members[{position}]"
+            without = self._ask(where, [other for other in members if other is not member])
+            if without is not None and without.answer == "none":
+                self.bench.find(where, "may be left out: the others are impossible without it")
+            self._check_limit(where, member, item, [member])
+
+    def examine_together(self, place: str, stated: Sequence[Mapping[str, Any]]) -> None:
+        """What is to be given up together: that it is enough, and none of it too much."""
+        members = self._members(place, stated) if stated else None
+        if members is None:
+            return
+        for position, (member, item) in enumerate(zip(members, stated, strict=True)):
+            where = f"{place}[{position}]"
+            kept = self._ask(where, [other for other in self.demands if other is member or not _among(other, members)])
+            if kept is not None and kept.answer == "design":
+                self.bench.find(where, "need not be given up: there is a design that meets it and all other demands")
+            self._check_limit(where, member, item, members)
+        rest = self._ask(place, [other for other in self.demands if not _among(other, members)])
+        if rest is not None and rest.answer == "none":
+            self.bench.find(place, "is not enough: the other demands are impossible too")
+
+    def _members(self, place: str, stated: Sequence[Mapping[str, Any]]) -> list[Demand] | None:
+        """The demands that are meant; None where the question has no such demand."""
+        members: list[Demand] = []
+        for position, item in enumerate(stated):
+            meant = (item["text"], self._place(item["origin"]))
+            found = [demand for demand in self.demands if (demand.text, self._place(demand.origin)) == meant]
+            found = [demand for demand in found if demand not in members] or found
+            if not found:
+                self.bench.find(f"{place}[{position}]", f"nothing in the question says {item['text']!r}")
+                return None
+            members.append(found[0])
+        return members
+
+    def _place(self, origin: str) -> str:
+        """Where a demand stands; in a file that has changed since only that it stands there."""
+        file, _, line = origin.rpartition(":")
+        if not file:
+            return origin
+        return "" if self.bench.has_moved else f"{PurePath(file).name}:{line}"
+
+    def _check_limit(self, place: str, member: Demand, item: Mapping[str, Any], given_up: Sequence[Demand]) -> None:
+        """The unit and own limit, and that the closest is met but nothing nearer, where `given_up` need not hold."""
+        stated = None if item["closest"] is None else Fraction(item["closest"])
+        if not isinstance(member, Requirement) or item.get("looked_for") is False:
+            self.bench.compare(place, {"limit": None, "closest": None, "miss": None, "unit": ""}, _figures(item))
+            if item.get("looked_for") is False:
+                self.bench.remarks.append(f"{place} states no closest limit: there was no time to look for it")
+            return
+        unit, own = _own_limit(self.bench.space, member)
+        miss = None if stated is None else exact(abs(stated - own))
+        expected = {"limit": exact(own), "closest": item["closest"], "miss": miss, "unit": unit}
+        self.bench.compare(place, expected, _figures(item))
+        others = [demand for demand in self.demands if not _among(demand, given_up)]
+        if stated is None:
+            alone = self._ask(f"{place}.closest", others)
+            if item.get("unbounded"):
+                self._check_unbounded(place, member, others, alone)
+                return
+            if alone is not None and alone.answer == "design":
+                self.bench.find(f"{place}.closest", "is missing: moving this requirement alone leaves a design")
+            return
+        met, nearer = _claims(self.bench.space, member, own, stated)
+        reached, refuted = self._ask(f"{place}.closest", others, met), self._ask(f"{place}.closest", others, nearer)
+        if reached is not None and reached.answer == "none":
+            self.bench.find(f"{place}.closest", "is not enough: no design meets the other demands and this limit")
+        if refuted is not None and refuted.answer == "design":
+            self.bench.find(
+                f"{place}.closest", "is not the closest: a design meets the other demands and a nearer limit"
+            )
+
+    def _check_unbounded(self, place: str, member: Requirement, others: Sequence[Demand], alone: Reply | None) -> None:
+        """That giving it up leaves a design, and that none of those has a bound.
+
+        Which threads are named for that depends on the design that was found, and is not checked.
+        """
+        if alone is not None and alone.answer == "none":
+            self.bench.find(f"{place}.unbounded", "is not so: giving this requirement up leaves no design")
+        space = self.bench.space
+        far = _limit(space, member, "<", _unbounded_from(space, member.metric))
+        bounded = self._ask(f"{place}.unbounded", others, [far])
+        if bounded is not None and bounded.answer == "design":
+            design = tuple(max(option, 0) for option in bounded.design)
+            if not unbounded_in(space, member.metric, View(design)):
+                self.bench.find(f"{place}.unbounded", "is not so: a design meets the other demands, and has a bound")
+
+    def _ask(self, place: str, demands: Sequence[Demand], limits: Sequence[Limit] = ()) -> Reply | None:
+        """Whether demands and further limits have a design together; None where that was left open."""
+        self.asked += 1
+        space = replace(
+            self.bench.space,
+            requirements=tuple(item for item in demands if isinstance(item, Requirement)),
+            rules=tuple(item for item in demands if isinstance(item, Rule)),
+            fixed={item.decision: item.option for item in demands if isinstance(item, Choice)},
+            objectives=(),
+        )
+        evaluator = Evaluator(space)
+        evaluator.limits += tuple(limits)
+        try:
+            return make_prover(evaluator, self.method, self.deadline)[0].in_region(())
+        except (TooLarge, TooMany) as error:
+            self.bench.left_open.append(f"{place} could not be proved again: {error}")
+            return None
+
+
+def _among(demand: Demand, others: Sequence[Demand]) -> bool:
+    """Whether it is one of them: two demands may say the same in different places."""
+    return any(demand is other for other in others)
+
+
+def _unbounded_from(space: Space, metric: Metric) -> Fraction:
+    """A metric, in its shown unit, with one response time without a bound in it is no less than twice this."""
+    dimension = metric_dimension(space, metric)
+    shown = display_unit(dimension)[1] if dimension is not None else Fraction(1)
+    return Fraction(UNBOUNDED_NS, 2 * NS_PER_S) * _least_weight(space, metric) * shown
+
+
+def _least_weight(space: Space, metric: Metric) -> Fraction:
+    """The least weight with which the response times of a metric count in it, in coherent units."""
+    if metric.kind != "derived":
+        return Fraction(1)
+    terms = [(times.value, inner) for times, inner in space.derived[metric.index or 0].terms if times.value]
+    return min(abs(times) * _least_weight(space, inner) for times, inner in terms)
+
+
+def _figures(item: Mapping[str, Any]) -> dict[str, Any]:
+    return {name: item[name] for name in ("limit", "closest", "miss", "unit")}
+
+
+def _is_share(member: Requirement) -> bool:
+    return member.metric.kind in ("utilisation", "load") and member.limit.dimension == DIMENSIONLESS
+
+
+def _own_limit(space: Space, member: Requirement) -> tuple[str, Fraction]:
+    """The unit in which a conflict states a limit, and the requirement's own; a deadline is 0 ns late."""
+    if _is_share(member):
+        return "ppm", member.limit.value * PPM
+    measure = build_measure(space, member.metric)
+    if member.metric.key == "deadline":
+        return measure.unit, Fraction(0)
+    one = build_limit(space, replace(member, limit=replace(member.limit, value=Fraction(1))))
+    return measure.unit, member.limit.value * one.bound(None)  # type: ignore[arg-type] # the same in every design
+
+
+def _claims(space: Space, member: Requirement, own: Fraction, closest: Fraction) -> tuple[list[Limit], list[Limit]]:
+    """What a design must meet to reach the closest limit, and to come nearer than it."""
+    if member.operator == "==":
+        miss = abs(closest - own)
+        return (
+            [_limit(space, member, ">=", closest), _limit(space, member, "<=", closest)],
+            [_limit(space, member, ">", own - miss), _limit(space, member, "<", own + miss)],
+        )
+    operators: tuple[Operator, Operator] = ("<=", "<") if member.operator in ("<=", "<") else (">=", ">")
+    return [_limit(space, member, operators[0], closest)], [_limit(space, member, operators[1], closest)]
+
+
+def _limit(space: Space, member: Requirement, operator: Operator, shown: Fraction) -> Limit:
+    """The requirement with another operator and limit, in the unit of `_own_limit`."""
+    moved = replace(member, operator=operator)
+    if _is_share(member):
+        found = build_limit(space, replace(moved, limit=replace(member.limit, value=shown / PPM)))
+        return replace(found, each=None) if member.operator == "==" else found
+    limit = build_limit(space, moved)
+    if member.metric.key == "deadline":
+        return replace(limit, bound=lambda view: limit.bound(view) + shown)
+    return replace(limit, bound=lambda view: shown)

@@ -1,0 +1,122 @@
+"""`dse.export`: a chosen design for other tools, and back as a problem file that gives the same figures."""
+
+from __future__ import annotations
+
+import tempfile
+from fractions import Fraction
+from pathlib import Path
+from typing import Literal
+
+from dse.analysis.evaluate import Evaluator
+from dse.analysis.views import View
+from dse.api.problem import complete_design, load, load_carried
+from dse.errors import ProblemError, UsageError
+from dse.results.editing import block_text
+from dse.results.export import fixed_problem, without
+from dse.results.export_formats import graphml, graphviz, ros2_parameters
+from dse.results.solve import FurtherDesign, Point, Result
+from dse.space.metrics import counts_changes
+from dse.space.types import Design, Space
+
+Format = Literal["problem", "ros2", "dot", "graphml"]
+TRIALS = 5
+
+
+def export(result: Result, alternative: int | str, form: Format = "problem", folder: str | Path = ".") -> str:
+    """One design of a result as text.
+
+    Parameters
+    ----------
+    result
+        from `dse.solve` or `dse.api.reopen.reopen`.
+    alternative
+        the id of a point (``3``), or of another design (``3.1``).
+    form
+        ``problem``: the problem file with its decisions fixed; ``ros2``: a parameter file with the rates; ``dot``;
+        ``graphml``.
+    folder
+        where a problem file will stand: it decides how included files are named.
+
+    Raises
+    ------
+    UsageError
+        when there is no such design.
+
+    Examples
+    --------
+    >>> import dse
+    >>> chosen = dse.loads(dse.export(dse.solve("pump.yaml"), 1))
+    >>> chosen.space.baseline is not None
+    True
+    """
+    chosen = find_design(result, alternative)
+    title = f"{result.problem.name}: alternative {chosen.id} of dse solve, problem SHA-256 {result.problem.sha256}"
+    if form == "ros2":
+        return ros2_parameters(result.space, chosen.design, title)
+    if form == "dot":
+        return graphviz(result.space, chosen.design)
+    if form == "graphml":
+        return graphml(result.space, chosen.design)
+    return _problem(result, chosen.design, title, Path(folder))
+
+
+def find_design(result: Result, alternative: int | str) -> Point | FurtherDesign:
+    """The point or other design with that id.
+
+    Raises
+    ------
+    UsageError
+        when there is none.
+    """
+    candidates: list[Point | FurtherDesign] = [
+        *result.front,
+        *(item for others in result.others for item in others.designs),
+    ]
+    for item in candidates:
+        if str(item.id) == str(alternative):
+            return item
+    ids = ", ".join(str(item.id) for item in candidates[:40])
+    raise UsageError(f"there is no alternative {alternative}; ids: {ids or 'none'}")
+
+
+def _problem(result: Result, design: Design, title: str, folder: Path) -> str:
+    """The fixed problem file, after a copy of it has been read back and has given the very figures."""
+    source = Path(result.problem.file)
+    original = _original(result)
+    with tempfile.TemporaryDirectory() as place:
+        texts = [fixed_problem(original, result, design, title, where, source) for where in (folder, Path(place))]
+        path = Path(place) / "exported.yaml"
+        for _ in range(TRIALS):
+            path.write_text(texts[1], encoding="utf-8")
+            try:
+                _check(result, design, load(path).space)
+            except ProblemError as error:
+                cleaned = [without(text, error) for text in texts]
+                if None in cleaned:
+                    raise AssertionError(f"the exported problem does not load: {error}") from error
+                texts = [text for text in cleaned if text is not None]
+            else:
+                return texts[0]
+    raise AssertionError("the exported problem does not load")
+
+
+def _original(result: Result) -> str:
+    """The problem file as it was read; one with its includes merged in where it is not on the disk."""
+    problem = result.problem
+    if problem.is_carried and len(problem.texts) > 1:
+        return block_text(load_carried(problem.file, problem.texts).loaded.document)
+    return problem.texts[Path(problem.file).name].removeprefix("\ufeff")
+
+
+def _check(result: Result, design: Design, space: Space) -> None:
+    """The exported problem must have the design as its baseline, with the very figures; from there nothing changes."""
+    there = complete_design(space, space.baseline)
+    mine, theirs = _figures(result.space, design), _figures(space, there)
+    differing = {name: (value, mine.get(name)) for name, value in theirs.items() if mine.get(name) != value}
+    assert not differing, f"the exported problem has other figures: {differing}"
+
+
+def _figures(space: Space, design: Design) -> dict[str, Fraction]:
+    view = View(design)
+    metrics = Evaluator(space).metrics
+    return {item.metric.name: item.value(view) for item in metrics if not counts_changes(space, item.metric)}

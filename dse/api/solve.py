@@ -1,0 +1,177 @@
+"""`dse.solve`: from a problem and a caller's changes to the proved, ranked front."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
+from importlib.metadata import version
+from typing import Literal, Unpack
+
+from dse.analysis.evaluate import Evaluator
+from dse.api.contention import with_verdicts
+from dse.api.explain import Wishes, conflicts_of
+from dse.api.origins import origin_of
+from dse.api.problem import Problem, Source, baseline_design, load
+from dse.api.question import Question
+from dse.errors import UsageError
+from dse.pareto.front import ANYTHING, Budget, FrontSearch, Progress, Watch, search_front
+from dse.results.order import ranked_by
+from dse.results.solve import ObjectiveInfo, Point, Result, Search, decisions_of, ranked
+from dse.space.size import space_size
+from dse.timelimit import TimeLimit
+
+EXPLANATION_TIME_S = 30.0
+
+
+def solve(
+    problem: Source,
+    *,
+    time_limit_s: float | None = None,
+    seed: int = 0,
+    workers: int = 1,
+    progress: Callable[[Progress], None] | None = None,
+    **question: Unpack[Question],
+) -> Result:
+    """The proven Pareto front of a problem.
+
+    Parameters
+    ----------
+    problem
+        a loaded problem, the path of a problem file, or its content as text or mapping.
+    time_limit_s
+        seconds of wall time for the search; then the front so far is returned as ``incomplete``.
+    seed, workers
+        of the solver, and how many regions are searched at the same time. The front does not depend on them.
+    progress
+        called after every solver call.
+    question
+        changes to the question, in the words of `Problem.ask`.
+
+    Returns
+    -------
+    Result
+        with status ``complete``, ``incomplete`` or ``infeasible``.
+
+    Raises
+    ------
+    ProblemError
+        when the file is wrong.
+    UsageError
+        when a limit, requirement, objective or decision is.
+
+    Examples
+    --------
+    >>> import dse
+    >>> result = dse.solve("pump.yaml")
+    >>> result
+    <Result of 'Pump': complete, 4 points>
+    >>> result.front[0].objectives
+    {'jitter of sensor_to_valve': 7078000, 'price': 24000}
+    """
+    limit = TimeLimit.after(time_limit_s)
+    return solve_asked(load(problem).ask(**question), Budget(limit, seed, workers), Watcher(progress))
+
+
+@dataclass(frozen=True)
+class Watcher:
+    """Who is told how a solve goes.
+
+    `progress` is called after every solver call, `checkpoint` now and then with the result so far: every second, or as
+    rarely as it takes to cost a few per cent of the time.
+    """
+
+    progress: Callable[[Progress], None] | None = None
+    checkpoint: Callable[[Result], None] | None = None
+
+
+def solve_asked(asked: Problem, budget: Budget, watcher: Watcher, earlier: FrontSearch | None = None) -> Result:
+    """Solve the question of a problem as it stands, or go on with an earlier search of it."""
+    started = time.monotonic()
+    space = asked.space
+    if not space.objectives:
+        raise UsageError(
+            'nothing to minimise: state `objectives` in the problem file, or give --minimise "price" or the like'
+        )
+    evaluator = Evaluator(space)
+    watch = Watch(watcher.progress)
+    if watcher.checkpoint is not None:
+        write = watcher.checkpoint
+        watch = Watch(watcher.progress, lambda state: write(result_of(asked, evaluator, state, budget)))
+    search = search_front(evaluator, budget, watch, earlier, baseline_design(space))
+    result = result_of(asked, evaluator, search, budget)
+    if result.status == "infeasible":
+        left_s = EXPLANATION_TIME_S if budget.limit.seconds is None else budget.limit.left_s
+        wishes = Wishes(time_limit_s=left_s, seed=budget.seed)
+        conflicts, give_up = conflicts_of(asked, wishes)
+        result = replace(result, conflicts=conflicts, give_up=give_up)
+    result = with_verdicts(ranked_by(result, "ideal"), started=started, limit=budget.limit)
+    return replace(result, search=replace(result.search, wall_s=round(time.monotonic() - started, 3)))
+
+
+def result_of(asked: Problem, evaluator: Evaluator, search: FrontSearch, budget: Budget) -> Result:
+    """What a search, finished or not, amounts to."""
+    space = evaluator.space
+    status: Literal["complete", "incomplete", "infeasible"] = "complete" if search.is_complete else "incomplete"
+    return Result(
+        problem=origin_of(asked),
+        space=space,
+        status="infeasible" if search.is_complete and not search.points else status,
+        objectives=tuple(
+            ObjectiveInfo(measure.metric.name, objective.sense, measure.counting_unit)
+            for measure, objective in zip(evaluator.objectives, space.objectives, strict=True)
+        ),
+        metric_units={measure.metric.name: measure.counting_unit for measure in evaluator.metrics},
+        rounded=evaluator.rounded,
+        front=_points(evaluator, search),
+        unexplored=tuple(_region(evaluator, bound) for bound in search.unexplored),
+        refuted=tuple(_region(evaluator, bound) for bound in search.refuted),
+        potential=_potential(evaluator, search),
+        conflicts=(),
+        interrupted=search.interrupted,
+        baseline=baseline_design(space),
+        search=Search(
+            solver_calls=search.calls,
+            wall_s=round(search.elapsed_s, 3),
+            space_size=space_size(space),
+            solver=f"OR-tools CP-SAT {version('ortools')}",
+            workers=budget.workers,
+            seed=budget.seed,
+        ),
+    )
+
+
+def _potential(evaluator: Evaluator, search: FrontSearch) -> Mapping[str, int]:
+    """For each objective the best value that the unexplored regions may still hold, as far as it is proved."""
+    if not search.floors:
+        return {}
+    return _region(evaluator, tuple(min(column) for column in zip(*search.floors, strict=True)))
+
+
+def _points(evaluator: Evaluator, search: FrontSearch) -> tuple[Point, ...]:
+    space = evaluator.space
+    names = [measure.metric.name for measure in evaluator.objectives]
+    rows = ranked(list(search.points.items()), [objective.sense for objective in space.objectives])
+    return tuple(
+        Point(
+            id=number,
+            rank=rank,
+            objectives=dict(zip(names, evaluator.evaluate(design).objectives, strict=True)),
+            metrics=evaluator.metric_values(design),
+            decisions=decisions_of(space, design),
+            design=design,
+            is_first=vector not in search.not_first,
+        )
+        for number, (rank, vector, design) in enumerate(rows, start=1)
+    )
+
+
+def _region(evaluator: Evaluator, bound: tuple[int, ...]) -> Mapping[str, int]:
+    """A region as exclusive bounds by objective: below for what is minimised, above for what is maximised.
+
+    An objective of which nothing is known has none.
+    """
+    senses = [objective.sense for objective in evaluator.space.objectives]
+    names = [measure.metric.name for measure in evaluator.objectives]
+    signed = zip(names, bound, senses, strict=True)
+    return {name: -value if sense == "maximise" else value for name, value, sense in signed if value < ANYTHING}

@@ -1,0 +1,107 @@
+"""A space that is encoded once, whose demands are switched on and off from question to question.
+
+Encoding takes most of the time of a question about feasibility; here each demand has a guard in the model, which a
+question sets true or false. Which demands are asked for changes bounds of variables only.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+from ortools.sat.python import cp_model
+
+from dse.analysis.evaluate import Evaluator
+from dse.analysis.limits import Limit, judge
+from dse.analysis.measures import Measure
+from dse.analysis.validity import canonical
+from dse.analysis.views import View
+from dse.encode.model import Demands
+from dse.errors import RefereeError
+from dse.pareto.answer import Found, Unfinished
+from dse.pareto.pool import heard
+from dse.pareto.subproblem import Solver
+from dse.space.types import Design, Space
+from dse.timelimit import OutOfTime
+
+
+class Switchboard:
+    """Answers which demands have a design together.
+
+    Demands are numbered: requirements, rules, fixed decisions, each in the order of the space.
+    """
+
+    def __init__(self, space: Space) -> None:
+        self.space = space
+        self.evaluator = Evaluator(replace(space, fixed={}, objectives=()))
+        self.structure = Evaluator(replace(space, fixed={}, objectives=(), requirements=(), rules=()))
+        self.demands = Demands(self.evaluator)
+        self.model = self.demands.board.model
+        self.guards = [*self.demands.limits, *self.demands.rules]
+
+    def find(
+        self,
+        kept: frozenset[int],
+        measure: Measure | None = None,
+        further: Sequence[Limit] = (),
+        *,
+        seed: int = 0,
+        deadline: float | None = None,
+    ) -> Design | None:
+        """A design that meets the demands `kept` and further limits, or None where there is none.
+
+        With `measure` it is one in which that is least, exactly so unless the measure is `rounded`.
+
+        Raises
+        ------
+        OutOfTime
+            when there is no answer by the deadline.
+        RefereeError
+            when the analysis refuses the solver's design.
+        """
+        more = [(limit, self.demands.add_limit(limit)) for limit in further]
+        encoded = self.demands.with_objective(measure)  # after all limits, so that it knows those on response times
+        pairs = zip(self.evaluator.limits, self.demands.limits, strict=True)
+        limits = [pair for number, pair in enumerate(pairs) if number in kept]
+        self._switch(kept)
+        for _, guard in more:
+            self._bound(guard, 1, 1)
+        solver = Solver(encoded, seed=seed, deadline=deadline)
+        try:
+            while True:
+                answer = heard(solver, lambda: solver.minimise([1] * len(encoded.objectives), [encoded.everywhere]))
+                if isinstance(answer, Unfinished):
+                    raise OutOfTime
+                if not isinstance(answer, Found):
+                    return None
+                broken = self._broken(answer.design, [*limits, *more])
+                if not broken:
+                    return canonical(self.space, answer.design)
+                for guard in broken:  # within what rounding admits, but not exactly
+                    solver.exclude(answer.design, unless=[guard.negated()])
+        finally:
+            for _, guard in more:
+                self._bound(guard, 0, 0)
+
+    def _switch(self, kept: frozenset[int]) -> None:
+        """Set the guards, and restrict fixed decisions to their options or free them."""
+        for number, guard in enumerate(self.guards):
+            self._bound(guard, int(number in kept), int(number in kept))
+        for number, (decision, fixed) in enumerate(self.space.fixed.items(), start=len(self.guards)):
+            literals = self.demands.board.options[decision]
+            for option, literal in enumerate(literals if len(literals) > 1 else ()):
+                self._bound(literal, 0, int(option == fixed or number not in kept))
+
+    def _bound(self, variable: cp_model.IntVar, low: int, high: int) -> None:
+        domain = self.model.proto.variables[variable.index].domain
+        domain.clear()
+        domain.extend([low, high])
+
+    def _broken(self, design: Design, limits: Sequence[tuple[Limit, cp_model.IntVar]]) -> list[cp_model.IntVar]:
+        """The guards of the limits that exact comparison finds broken; only rounding may be a reason."""
+        reasons = self.structure.invalid(design)
+        broken = [] if reasons else [pair for pair in limits if not judge(pair[0], View(design)).holds]
+        reasons += [limit.requirement.text for limit, _ in broken if not limit.measure.rounded]
+        if reasons:
+            raise RefereeError(f"the solver's design is refused by the analysis: {'; '.join(reasons)}")
+        return [guard for _, guard in broken]

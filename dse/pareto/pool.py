@@ -1,0 +1,127 @@
+"""Solvers at work on different regions at the same time, and Ctrl-C that loses nothing."""
+
+from __future__ import annotations
+
+import queue
+import signal
+import threading
+import time
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
+from typing import Any, Generic, TypeVar
+
+from dse.pareto.subproblem import Solver
+from dse.timelimit import until
+
+Tag = TypeVar("Tag")
+Outcome = TypeVar("Outcome")
+
+END_S = 5.0
+"""So long a call that was told to stop is waited for; it takes milliseconds."""
+STEP_S = 0.2
+
+
+class SolverPool(Generic[Tag, Outcome]):
+    """Runs one job at a time on each solver, in daemon threads; the main thread waits in short steps.
+
+    OR-tools' own signal handler can deadlock, and an interrupted join breaks on Python 3.11: hence the queue.
+    """
+
+    def __init__(self, solvers: Sequence[Solver] = ()) -> None:
+        self.solvers = list(solvers)
+        self.busy: dict[Solver, Tag] = {}
+        self._threads: list[threading.Thread] = []
+        self._answers: queue.Queue[tuple[Solver, Outcome | BaseException]] = queue.Queue()
+
+    @property
+    def idle(self) -> Sequence[Solver]:
+        """The solvers without a job."""
+        return [solver for solver in self.solvers if solver not in self.busy]
+
+    @property
+    def calls(self) -> int:
+        """How many questions the solvers were asked."""
+        return sum(solver.calls for solver in self.solvers)
+
+    @property
+    def stopped(self) -> bool:
+        """Whether the pool was told to stop."""
+        return any(solver.stopped for solver in self.solvers)
+
+    def start(self, solver: Solver, tag: Tag, job: Callable[[], Outcome]) -> None:
+        """Begin a job on an idle solver, whose deadline is in force around it."""
+
+        def work() -> None:
+            try:
+                with until(solver.deadline):
+                    answer = job()
+                self._answers.put((solver, answer))
+            except BaseException as error:  # noqa: BLE001 (handed to the waiting thread, which raises it)
+                self._answers.put((solver, error))
+
+        self.busy[solver] = tag
+        thread = threading.Thread(target=work, daemon=True)
+        self._threads = [*(other for other in self._threads if other.is_alive()), thread]
+        thread.start()
+
+    def wait(self) -> tuple[Tag, Outcome]:
+        """The next finished job; raises what it raised."""
+        while True:
+            try:
+                solver, answer = self._answers.get(timeout=STEP_S)
+            except queue.Empty:
+                if self.stopped:
+                    self.stop()  # again, for a call that was about to begin the first time
+                continue
+            tag = self.busy.pop(solver)
+            if isinstance(answer, BaseException):
+                self.stop()
+                raise answer
+            return tag, answer
+
+    def stop(self) -> None:
+        """End all running jobs soon; they answer that they are unfinished."""
+        for solver in self.solvers:
+            solver.stop()
+
+    def end(self) -> None:
+        """Stop, and wait until no job is inside the solver any more: Python, leaving, would end it there by abort."""
+        until = time.monotonic() + END_S
+        while any(thread.is_alive() for thread in self._threads) and time.monotonic() < until:
+            self.stop()  # again, for a call that was about to begin the first time
+            time.sleep(0.01)
+
+    def drain(self) -> Iterator[tuple[Tag, Outcome]]:
+        """Let the running jobs end."""
+        while self.busy:
+            yield self.wait()
+
+
+def heard(solver: Solver, question: Callable[[], Outcome]) -> Outcome:
+    """The answer to one question of a solver, in a thread of its own: Ctrl-C is heard at once and ends it."""
+    pool: SolverPool[None, Outcome] = SolverPool([solver])
+    try:
+        pool.start(solver, None, question)
+        return pool.wait()[1]
+    except KeyboardInterrupt:
+        pool.end()
+        raise
+
+
+@contextmanager
+def stop_on_interrupt(stop: Callable[[], None]) -> Iterator[None]:
+    """Ctrl-C calls `stop` instead of raising; a second one raises. Outside the main thread nothing changes."""
+    if threading.current_thread() is not threading.main_thread():
+        yield
+        return
+
+    def handler(number: int, frame: Any) -> None:
+        signal.signal(signal.SIGINT, before)
+        stop()
+
+    before = signal.getsignal(signal.SIGINT)
+    signal.signal(signal.SIGINT, handler)
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGINT, before)

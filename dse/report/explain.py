@@ -1,0 +1,277 @@
+"""Explanations as text for a terminal."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from fractions import Fraction
+
+from rich.console import Console
+
+from dse.analysis.limits import FULLEST
+from dse.report.plain import basis_words
+from dse.report.words import amount_words, exclusion_words
+from dse.results.display import readable
+from dse.results.explain import Demand, Example, Explanation, GiveUp, Offer, Relaxation
+from dse.results.solve import Clash, Result
+
+DIGITS = 6
+MOST_DECISIONS = 24
+"""Maximum number of decisions of a design in one line."""
+MOST_REDUCED = 20
+"""Maximum number of demands that are listed of a set that may not be minimal."""
+REACHED = {"<=": "from {} on", "<": "beyond {}", ">=": "up to {}", ">": "below {}", "==": "at {}"}
+"""Where a requirement leaves a design, by its operator: at the closest limit and on which side of it."""
+
+
+def print_explanation(console: Console, explanation: Explanation) -> None:
+    """Conflicts, each with the designs that show it minimal; then what would mend the problem."""
+    say = _Printer(console)
+    effective = explanation.problem.effective
+    say.strongly(f"{explanation.problem.name} ({basis_words(effective)})")
+    if explanation.status == "feasible":
+        say.strongly("Feasible: there is a design that meets every requirement and rule; nothing to explain.")
+        say.line(f"For example: {say.example(Example(explanation.design))}")
+    elif explanation.status == "no structure":
+        say.strongly(
+            "Infeasible, proved: the structure alone has no design, whatever is required (bindings, options that the "
+            "chosen types do not offer, threads that dispatch each other in a circle)."
+        )
+    elif explanation.status == "incomplete":
+        say.strongly("Stopped before it was known whether there is a design.")
+    else:
+        say.strongly("Infeasible, proved: no design meets every requirement and rule.")
+        for text in explanation.excluded:
+            say.line(f"Beside, {text}.")
+        _print_conflict_sets(say, explanation)
+        _print_relaxations(say, explanation)
+    _print_offers(say, explanation)
+    _print_designs(say)
+    if explanation.status != "incomplete" and explanation.left_open:
+        say.strongly("Stopped early. Not looked at:")
+        for text in explanation.left_open:
+            say.item(text)
+    spent = f"{explanation.solver_calls} questions solved, {explanation.wall_s:.2f} s"
+    say.line(f"{spent}; every design recomputed without the solver.")
+
+
+def print_conflicts(console: Console, result: Result) -> None:
+    """The short form after an infeasible solve."""
+    say = _Printer(console)
+    for text, items in conflict_words(result):
+        say.line(text)
+        for item in items:
+            say.item(item)
+
+
+def conflict_words(result: Result) -> Iterator[tuple[str, tuple[str, ...]]]:
+    """Why there is no design: sentences, each with the requirements and rules that it speaks of."""
+    for conflict in result.conflicts:
+        alone = len(conflict.members) == 1
+        together = "These cannot hold together, but without any one of them the others can:"
+        text = "This cannot be met by any design:" if alone else together
+        yield text, tuple(_clash(clash, result.space.currency) for clash in conflict.members)
+    if result.give_up:
+        yield (
+            f"No single change is enough. These {len(result.give_up)} together are; each at best, without the others:",
+            tuple(_clash(clash, result.space.currency) for clash in result.give_up),
+        )
+    if excluded := exclusion_words(result.space):
+        yield excluded, ()
+    more = "shows all conflicts and the smallest changes that mend them" if result.conflicts else "says why"
+    yield f"`dse explain` with the same options {more}.", ()
+
+
+class _Printer:
+    """Plain lines, in which brackets are no markup; designs get letters in the order in which they are named."""
+
+    def __init__(self, console: Console) -> None:
+        self.console = console
+        self.examples: list[Example] = []
+
+    def example(self, example: Example) -> str:
+        """A design by its letter; `_print_designs` says which they are, and what they break."""
+        if example not in self.examples:
+            self.examples.append(example)
+        return f"design {_letters(self.examples.index(example))}"
+
+    def demands(self, demands: Sequence[Demand]) -> str:
+        """Requirements and rules in one line, without their places."""
+        return "; ".join(f"{'' if item.kind == 'requirement' else f'{item.kind} '}{item.text}" for item in demands)
+
+    def line(self, text: str) -> None:
+        self.console.print(text, markup=False)
+
+    def strongly(self, text: str) -> None:
+        self.console.print(text, markup=False, style="bold")
+
+    def item(self, text: str, depth: int = 1) -> None:
+        self.console.print(f"{'  ' * depth}{text}", markup=False)
+
+
+def _print_conflict_sets(say: _Printer, explanation: Explanation) -> None:
+    count = len(explanation.conflicts)
+    for number, conflict in enumerate(explanation.conflicts, start=1):
+        title = f"Conflict {number}" if count > 1 else "Conflict"
+        alone = len(conflict.members) == 1
+        said = "no design meets this" if alone else f"no design meets these {len(conflict.members)} together"
+        say.line(f"{title}: {said}")
+        for demand, example in conflict.members:
+            say.item(_demand(demand))
+            say.item(_without(say, demand, example, alone=alone), 2)
+    if explanation.reduced:
+        count = len(explanation.reduced)
+        shown = "" if count <= MOST_REDUCED else f", the first {MOST_REDUCED} of them"
+        say.line(f"No design meets these {count} together; fewer of them may be enough for that{shown}:")
+        for demand in explanation.reduced[:MOST_REDUCED]:
+            say.item(_demand(demand))
+    if explanation.every:
+        say.line("These are all minimal conflicts." if count > 1 else "There is no other minimal conflict.")
+    elif explanation.limited:
+        say.line(f"Stopped at the limit of {count} conflicts; there are more (--limit).")
+    else:
+        say.line("There may be further conflicts: --all lists them.")
+
+
+def _print_relaxations(say: _Printer, explanation: Explanation) -> None:
+    currency = explanation.currency
+    helping = [item for item in explanation.relaxations if item.helps]
+    if helping:
+        say.line("One of these changes is enough, each the smallest of its kind:")
+        for item in helping:
+            say.item(f"{_demand(item.demand)}: {_moved(say, item, currency)}")
+    elif explanation.relaxations:
+        say.line("No single requirement or rule mends it, however far it moves.")
+    if explanation.give_up is not None and not helping:
+        _print_give_up(say, explanation.give_up, currency)
+
+
+def _print_give_up(say: _Printer, give_up: GiveUp, currency: str) -> None:
+    say.line(
+        f"At least {len(give_up.members)} must give; these are enough (the limit of each when the others are given up):"
+    )
+    for item in give_up.members:
+        say.item(f"{_demand(item.demand)}: {_moved(say, item, currency)}")
+    say.item(f"then e.g. {say.example(give_up.example)}")
+
+
+def _moved(say: _Printer, item: Relaxation, currency: str) -> str:
+    if item.closest is None or item.limit is None:
+        named = f"given up, there are designs, e.g. {say.example(item.example)}"
+        return f"{_no_limit(item.unbounded)}; {named}" if item.unbounded else named
+    closest = readable(item.closest, item.unit, currency, DIGITS)
+    if item.text.startswith(f"{item.demand.text} + "):
+        return f"feasible when it may end {closest} after its deadline, e.g. {say.example(item.example)}"
+    where = REACHED[item.operator].format(closest)
+    said = []
+    if item.closest != item.limit:
+        miss = amount_words(abs(item.closest - item.limit), item.unit, currency, DIGITS)
+        said.append(f"{miss} {'more' if item.closest > item.limit else 'less'}")
+    if item.thread:
+        said.append(f"{item.thread} alone needs so much{_of_core(item.thread)}")
+    aside = f" ({'; '.join(said)})" if said else ""
+    lifted = f"`overload: allowed` for {item.overload}" if item.overload else ""
+    written = " with ".join(part for part in (f"`{item.text}`" if item.text else "", lifted) if part)
+    return f"feasible {where}{aside}, i.e. {written}, e.g. {say.example(item.example)}"
+
+
+def _print_offers(say: _Printer, explanation: Explanation) -> None:
+    if not explanation.offered:
+        return
+    mended = [offer for offer in explanation.offers if offer.price is not None]
+    if mended:
+        say.line("What the offered options would change, cheapest first:")
+    else:
+        say.line("The offered options do not mend it, alone or together." if explanation.complete else "Offers:")
+    for offer in explanation.offers:
+        say.item(_offer(say, offer, explanation.currency))
+
+
+def _offer(say: _Printer, offer: Offer, currency: str) -> str:
+    name = " and ".join(offer.texts)
+    if offer.price is None:
+        return f"{name}: still infeasible, proved"
+    price = readable(Fraction(offer.price), offer.unit, currency)
+    return f"{name}: feasible, from {price} on: {say.example(Example(offer.design))}"
+
+
+def _demand(demand: Demand) -> str:
+    kind = "" if demand.kind == "requirement" else f"{demand.kind} "
+    return f"{kind}{demand.text}{_origin(demand.origin)}"
+
+
+def _origin(origin: str) -> str:
+    return f" ({origin})" if origin else ""
+
+
+def _without(say: _Printer, demand: Demand, example: Example, *, alone: bool) -> str:
+    """A design without a member of a conflict, and what else it breaks."""
+    named = say.example(example)
+    if not example.besides(demand):
+        return f"everything else holds without it, e.g. in {named}"
+    if alone:
+        return f"{named} breaks it, and not this alone"
+    return f"the others here hold without it, e.g. in {named}, which breaks more than this"
+
+
+def _no_limit(threads: Sequence[str]) -> str:
+    """Why no limit of a requirement helps."""
+    times = f"response time of {threads[0]} is" if len(threads) == 1 else f"response times of {', '.join(threads)} are"
+    return f"no limit helps, for even at best the {times} unbounded"
+
+
+def _print_designs(say: _Printer) -> None:
+    """The designs that were named by letters, with all that they break: what is common to all of them once."""
+    if not say.examples:
+        return
+    designs = [example.design for example in say.examples]
+    names = list(dict.fromkeys(name for design in designs for name in design))
+    differing = [name for name in names if len({design.get(name) for design in designs}) > 1]
+    several = len(designs) > 1
+    if several:
+        say.line("The designs, by the decisions in which they differ:")
+    for number, example in enumerate(say.examples):
+        broken = say.demands(example.breaks)
+        what = f"breaks {broken}" if broken else "keeps everything that is asked"
+        shown = _decisions(example.design, differing if several else names) or "the only one that the file describes"
+        say.item(f"{_letters(number)} {what}: {shown}", int(several))
+    if several and len(differing) < len(names):
+        say.item(f"all of them: {_decisions(designs[0], [name for name in names if name not in differing])}")
+
+
+def _decisions(design: Mapping[str, str], names: Sequence[str]) -> str:
+    """Some decisions of a design, those that are active; the first of many."""
+    texts = [f"{name.removesuffix('.type')} {design[name]}" for name in names if name in design]
+    more = len(texts) - MOST_DECISIONS
+    return ", ".join(texts[:MOST_DECISIONS]) + (f" and {more} more (--json has all)" if more > 0 else "")
+
+
+def _letters(number: int) -> str:
+    """A, B, ..., Z, AA, AB, ...
+
+    >>> _letters(0), _letters(25), _letters(26), _letters(27)
+    ('A', 'Z', 'AA', 'AB')
+    """
+    head, last = divmod(number, 26)
+    return (_letters(head - 1) if head else "") + chr(ord("A") + last)
+
+
+def _of_core(who: str) -> str:
+    """Of what a thread needs so much; a core needs it of itself."""
+    return "" if who == FULLEST or who.startswith("core ") else " of one core"
+
+
+def _clash(clash: Clash, currency: str) -> str:
+    text = f"{clash.text}{_origin(clash.origin)}"
+    if clash.unbounded:
+        return f"{text}: {_no_limit(clash.unbounded)}"
+    if clash.closest is None or clash.limit is None or clash.miss is None:
+        return text if clash.is_sought else f"{text}: how far it is from its limit was not looked at"
+    closest = readable(clash.closest, clash.unit, currency, DIGITS)
+    if clash.text.endswith("<= its deadline"):
+        return f"{text}: at best {closest} after it"
+    miss = amount_words(clash.miss, clash.unit, currency, DIGITS)
+    by_thread = f"; {clash.thread} alone needs so much{_of_core(clash.thread)}" if clash.thread else ""
+    if not clash.miss:
+        return f"{text}: the closest is {closest}, which is the limit itself{by_thread}"
+    side = "above" if clash.closest > clash.limit else "below"
+    return f"{text}: the closest is {closest}, {miss} {side} the limit{by_thread}"

@@ -1,0 +1,219 @@
+"""The analysis of one design, as tables."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from fractions import Fraction
+from typing import TYPE_CHECKING, Any
+
+from dse.analysis.latency import Row
+from dse.analysis.limits import Verdict
+from dse.analysis.scheduling import Response
+from dse.results.contention import Contended
+from dse.results.display import exact
+from dse.space.settings import settings_of
+from dse.space.types import EMPTY, Design, Space
+from dse.units import Exact, whole
+
+if TYPE_CHECKING:
+    import pandas
+
+FORMAT = "dse-analysis/1"
+
+
+@dataclass(frozen=True)
+class FlowTable:
+    """The contributor table of a flow, in ns, with its totals."""
+
+    name: str
+    rows: tuple[Row, ...]
+
+    @property
+    def min_ns(self) -> Exact:
+        """The minimum latency: the sum of the column."""
+        return whole(sum((row.min_ns for row in self.rows), Fraction(0)))
+
+    @property
+    def max_ns(self) -> Exact:
+        """The maximum latency: the sum of the column."""
+        return whole(sum((row.max_ns for row in self.rows), Fraction(0)))
+
+    @property
+    def jitter_ns(self) -> Exact:
+        """Maximum minus minimum latency."""
+        return whole(self.max_ns - self.min_ns)
+
+
+@dataclass(frozen=True)
+class Usage:
+    """How much of a processor (ppm of one core) or bus (B/s) is used, by whom, and what it has (None: not stated).
+
+    `busy` has the busy time of a physical bus by connection, in ppm; None where it is not computable, which
+    `no_busy` explains, and for what has none.
+    `cores` has the core, from 1, of each of those who use a processor with several.
+    """
+
+    name: str
+    type: str
+    shares: Mapping[str, Fraction]
+    capacity: Fraction | None
+    busy: Mapping[str, Fraction] | None = None
+    no_busy: str = ""
+    cores: Mapping[str, int] = field(default_factory=dict)
+
+    @property
+    def total(self) -> Fraction:
+        """The sum of the shares."""
+        return sum(self.shares.values(), Fraction(0))
+
+    @property
+    def busy_total(self) -> Fraction | None:
+        """The share of the time, in ppm, that a physical bus is busy; None where that is not computable."""
+        return None if self.busy is None else sum(self.busy.values(), Fraction(0))
+
+
+@dataclass(frozen=True)
+class Analysis:
+    """Everything that can be said of one design; `breaches` says why it is not valid, then the tables are empty.
+
+    Examples
+    --------
+    >>> import dse
+    >>> best = dse.solve("pump.yaml").front[0]
+    >>> found = dse.analyse("pump.yaml", best.decisions)
+    >>> [(item.requirement.text, item.holds) for item in found.verdicts][:1]
+    [('jitter of sensor_to_valve <= 30 ms', True)]
+    """
+
+    space: Space
+    design: Design
+    decisions: Mapping[str, str]
+    flows: tuple[FlowTable, ...]
+    processors: tuple[Usage, ...]
+    buses: tuple[Usage, ...]
+    metrics: Mapping[str, Fraction]
+    metric_units: Mapping[str, str]
+    verdicts: tuple[Verdict, ...]
+    warnings: tuple[str, ...] = ()
+    breaches: tuple[str, ...] = ()
+    responses: Mapping[str, tuple[Response, ...]] = field(default_factory=dict)
+    """By processor, where response times were asked for."""
+    contended: Contended | None = None
+    """What the design keeps when response times count and deadlines are met, where the question leaves that out."""
+
+    @property
+    def is_feasible(self) -> bool:
+        """Valid, and every requirement holds."""
+        return not self.breaches and all(verdict.holds for verdict in self.verdicts)
+
+    def limits_empty_slot(self, verdict: Verdict) -> bool:
+        """Whether a requirement holds because what it limits is left empty, or of a type without such a limit."""
+        metric = verdict.requirement.metric
+        slots = {"utilisation": self.processors, "load": self.buses, "busy": self.buses}.get(metric.kind)
+        if slots is None or not verdict.holds:
+            return False
+        usage = slots[metric.index or 0]
+        return usage.type == EMPTY or (verdict.requirement.implied and usage.capacity is None)
+
+    def flow_frame(self, name: str) -> pandas.DataFrame:
+        """A flow's contributor table, in order.
+
+        Columns: ``category``, ``contributor``, ``min_ns``, ``min_method``, ``max_ns``, ``max_method``.
+        """
+        import pandas
+
+        table = next(table for table in self.flows if table.name == name)
+        return pandas.DataFrame([_row(row) for row in table.rows])
+
+    def to_dict(self) -> dict[str, Any]:
+        """The analysis in the form ``dse-analysis/1``: exact numbers, fractions as text where they are no integers."""
+        return {
+            "format": FORMAT,
+            "problem": self.space.name,
+            **settings_of(self.space),
+            "feasible": self.is_feasible,
+            "breaches": list(self.breaches),
+            "decisions": dict(self.decisions),
+            "flows": {
+                table.name: {
+                    "rows": [_row(row) for row in table.rows],
+                    "min_ns": exact(table.min_ns),
+                    "max_ns": exact(table.max_ns),
+                    "jitter_ns": exact(table.jitter_ns),
+                }
+                for table in self.flows
+            },
+            "processors": {usage.name: _usage(usage, "ppm") for usage in self.processors},
+            "buses": {usage.name: {**_usage(usage, "B/s"), "busy": _busy(usage)} for usage in self.buses},
+            "metrics": {
+                name: {"value": exact(value), "unit": self.metric_units[name]} for name, value in self.metrics.items()
+            },
+            "requirements": [
+                {
+                    "requirement": verdict.requirement.text,
+                    "implied": verdict.requirement.implied,
+                    "origin": verdict.requirement.origin,
+                    "value": exact(verdict.value),
+                    "limit": exact(verdict.limit),
+                    "slack": exact(verdict.slack),
+                    "unit": verdict.unit,
+                    "holds": verdict.holds,
+                    "worst_thread": verdict.who or None,
+                }
+                for verdict in self.verdicts
+            ],
+            **({"contention": self.contended.to_dict()} if self.contended is not None else {}),
+            "warnings": list(self.warnings),
+            "response_times": {name: [_response(item) for item in found] for name, found in self.responses.items()},
+        }
+
+    def to_json(self) -> str:
+        """`to_dict` as text."""
+        return json.dumps(self.to_dict(), ensure_ascii=False, indent=1) + "\n"
+
+
+def _row(row: Row) -> dict[str, Any]:
+    return {
+        "category": row.category,
+        "contributor": row.contributor,
+        "min_ns": exact(row.min_ns),
+        "min_method": row.min_method,
+        "max_ns": exact(row.max_ns),
+        "max_method": row.max_method,
+    }
+
+
+def _response(response: Response) -> dict[str, Any]:
+    return {
+        "thread": response.name,
+        "core": response.core,
+        "rank": response.rank,
+        "execution_ns": [response.best_ns, response.task.worst_ns],
+        "releases": [
+            {"period_ns": stream.period_ns, "jitter_ns": exact(stream.jitter_ns)} for stream in response.task.streams
+        ],
+        "response_ns": None if response.response_ns is None else exact(response.response_ns),
+        "deadline_ns": response.deadline_ns,
+        "meets_deadline": response.meets_deadline,
+    }
+
+
+def _usage(usage: Usage, unit: str) -> dict[str, Any]:
+    return {
+        "type": usage.type,
+        "unit": unit,
+        "shares": {name: exact(value) for name, value in usage.shares.items()},
+        "total": exact(usage.total),
+        "capacity": None if usage.capacity is None else exact(usage.capacity),
+        **({"cores": dict(usage.cores)} if usage.cores else {}),
+    }
+
+
+def _busy(usage: Usage) -> dict[str, Any]:
+    """The busy time in ppm, or why there is none."""
+    if usage.busy is None or usage.busy_total is None:
+        return {"total": None, "reason": usage.no_busy or None}
+    shares = {name: exact(value) for name, value in usage.busy.items()}
+    return {"unit": "ppm", "shares": shares, "total": exact(usage.busy_total)}

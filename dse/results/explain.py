@@ -1,0 +1,240 @@
+"""Why a problem has no design: minimal conflicts, the limits that mend it, the least to give up, and offers."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from fractions import Fraction
+from typing import Any, Literal
+
+from dse.errors import EXIT_COMPLETE, EXIT_INCOMPLETE, EXIT_NO
+from dse.results.display import exact
+from dse.results.solve import Origin, csv_text
+
+FORMAT = "dse-explanation/1"
+
+COLUMNS = ("conflict", "kind", "text", "origin", "helps", "limit", "closest", "unit", "requirement")
+Decisions = Mapping[str, str]
+
+
+@dataclass(frozen=True)
+class Demand:
+    """A requirement, a rule or a fixed decision in the user's words, with the place where it stands."""
+
+    kind: Literal["requirement", "rule", "fixed decision"]
+    text: str
+    origin: str
+
+    def to_dict(self) -> dict[str, Any]:
+        """For JSON."""
+        return dict(vars(self))
+
+
+@dataclass(frozen=True)
+class Example:
+    """A design that is named, and every demand of the question that it breaks: it meets all others."""
+
+    design: Decisions
+    breaks: tuple[Demand, ...] = ()
+
+    def besides(self, *expected: Demand) -> tuple[Demand, ...]:
+        """What it breaks beyond what is expected of it."""
+        return tuple(demand for demand in self.breaks if demand not in expected)
+
+
+@dataclass(frozen=True)
+class MinimalConflict:
+    """Demands that cannot hold together; beside each, a design that meets all the others of the conflict."""
+
+    members: tuple[tuple[Demand, Example], ...]
+
+    def to_dict(self) -> dict[str, Any]:
+        """For JSON."""
+        return {
+            "members": [
+                {**demand.to_dict(), "without_it": dict(example.design), "breaks": _texts(example.breaks)}
+                for demand, example in self.members
+            ]
+        }
+
+
+@dataclass(frozen=True)
+class Relaxation:
+    """What happens when one demand alone gives, and all others hold.
+
+    `helps` says whether that leaves a design; `example` is one. For a requirement `limit` is its own and `closest` the
+    exact one nearest to it at which there is a design (beyond it, where the `operator` is strict), both in `unit`; a
+    share of a processor or a bandwidth counts in ppm. `closest` is None where giving it up does not help, where the
+    response time of the threads `unbounded` has no bound even in the best design (so that no limit helps), and where
+    `is_sought` is False: the time was too short to look. `thread` names the thread that alone needs so much of one
+    core. `text` is the requirement as it may be written then; `overload` names the processor or bus that must be
+    allowed to be overloaded for it, which alone mends a limit that is implied.
+    """
+
+    demand: Demand
+    helps: bool
+    example: Example = field(default_factory=lambda: Example({}))
+    unit: str = ""
+    limit: Fraction | None = None
+    closest: Fraction | None = None
+    operator: str = ""
+    thread: str = ""
+    text: str = ""
+    unbounded: tuple[str, ...] = ()
+    is_sought: bool = True
+    overload: str = ""
+
+    @property
+    def beyond(self) -> bool:
+        """Whether the requirement, which is strict, holds beyond the closest limit only."""
+        return self.operator in ("<", ">")
+
+    def to_dict(self) -> dict[str, Any]:
+        """For JSON: exact numbers, as text where they are no integers."""
+        figures = {
+            name: None if value is None else exact(value)
+            for name, value in (("limit", self.limit), ("closest", self.closest))
+        }
+        return {
+            **self.demand.to_dict(),
+            "helps": self.helps,
+            **figures,
+            "unit": self.unit,
+            "beyond": self.beyond,
+            "thread": self.thread or None,
+            "requirement": self.text or None,
+            "overload": self.overload or None,
+            "unbounded": list(self.unbounded),
+            "looked_for": self.is_sought,
+            "design": dict(self.example.design),
+            "breaks": _texts(self.example.breaks),
+        }
+
+
+@dataclass(frozen=True)
+class GiveUp:
+    """The fewest demands without which the others leave a design; each with its limit while the rest is given up."""
+
+    members: tuple[Relaxation, ...]
+    example: Example
+
+    def to_dict(self) -> dict[str, Any]:
+        """For JSON."""
+        return {
+            "members": [item.to_dict() for item in self.members],
+            "design": dict(self.example.design),
+            "breaks": _texts(self.example.breaks),
+        }
+
+
+@dataclass(frozen=True)
+class Offer:
+    """What offered options would change; `price` (in `unit`) is that of the cheapest feasible design, if any."""
+
+    texts: tuple[str, ...]
+    price: int | None
+    unit: str
+    design: Decisions
+
+    def to_dict(self) -> dict[str, Any]:
+        """For JSON."""
+        return {"options": list(self.texts), "price": self.price, "unit": self.unit, "design": dict(self.design)}
+
+
+@dataclass(frozen=True)
+class Explanation:
+    """The outcome of `dse.explain`.
+
+    `status` is ``feasible`` (`design` meets everything), ``infeasible`` (proved, and explained), ``no structure``
+    (proved: even without requirements, rules and fixed decisions there is no design) or ``incomplete`` (time ran out
+    before feasibility was decided). `excluded` says which combinations of options are no designs though nothing in the
+    file forbids them. `complete` says that nothing which was asked for is missing, `every` that
+    `conflicts` are all there are. Where time ran out, `left_open` says in words what was not looked at, and `reduced`,
+    if not empty, are demands that have no design together (proved), fewer of which may have none either.
+
+    Examples
+    --------
+    >>> import dse
+    >>> dse.explain("pump.yaml").status
+    'feasible'
+    """
+
+    problem: Origin
+    status: Literal["feasible", "infeasible", "no structure", "incomplete"]
+    currency: str
+    design: Decisions = field(default_factory=dict)
+    conflicts: tuple[MinimalConflict, ...] = ()
+    every: bool = False
+    limited: bool = False
+    relaxations: tuple[Relaxation, ...] = ()
+    give_up: GiveUp | None = None
+    offers: tuple[Offer, ...] = ()
+    offered: Sequence[str] = ()
+    excluded: Sequence[str] = ()
+    complete: bool = True
+    left_open: tuple[str, ...] = ()
+    reduced: tuple[Demand, ...] = ()
+    solver_calls: int = 0
+    wall_s: float = 0.0
+
+    def with_(self, **changes: Any) -> Explanation:
+        """The explanation with some of its parts replaced."""
+        return replace(self, **changes)
+
+    @property
+    def exit_code(self) -> int:
+        """What the command line answers with."""
+        if not self.complete:
+            return EXIT_INCOMPLETE
+        return EXIT_COMPLETE if self.status == "feasible" else EXIT_NO
+
+    def to_dict(self) -> dict[str, Any]:
+        """The explanation in the form ``dse-explanation/1``."""
+        return {
+            "format": FORMAT,
+            "problem": {
+                "name": self.problem.name,
+                "file": self.problem.file,
+                "sha256": self.problem.sha256,
+                "includes": [{"file": file, "sha256": digest} for file, digest in self.problem.includes],
+                "effective": dict(self.problem.effective),
+            },
+            "status": self.status,
+            "complete": self.complete,
+            "left_open": list(self.left_open),
+            "design": dict(self.design),
+            "conflicts": [item.to_dict() for item in self.conflicts],
+            "all_conflicts": self.every,
+            "limit_reached": self.limited,
+            "impossible_together": [demand.to_dict() for demand in self.reduced],
+            "relaxations": [item.to_dict() for item in self.relaxations],
+            "give_up": None if self.give_up is None else self.give_up.to_dict(),
+            "excluded": list(self.excluded),
+            "offered": list(self.offered),
+            "offers": [item.to_dict() for item in self.offers],
+            "search": {"solver_calls": self.solver_calls, "wall_s": self.wall_s},
+        }
+
+    def to_json(self) -> str:
+        """`to_dict` as text; the same problem and seed give the same text but for ``search.wall_s``."""
+        return json.dumps(self.to_dict(), ensure_ascii=False, indent=1) + "\n"
+
+    def to_csv(self) -> str:
+        """The conflicts as CSV text: a row for each member of each; what would mend it alone beside it.
+
+        Columns: ``conflict`` (a number), ``kind``, ``text``, ``origin``; ``helps`` (whether giving it up alone leaves a
+        design), ``limit`` and ``closest`` in ``unit``, exact, and ``requirement``, as it may be written then. The last
+        five are empty where that was not looked at. There are no rows where the problem has designs.
+        """
+        alone = {item.demand: item.to_dict() for item in self.relaxations}
+        rows: list[list[Any]] = [[*COLUMNS]]
+        for number, conflict in enumerate(self.conflicts, start=1):
+            for demand, _ in conflict.members:
+                row = {"conflict": number, **alone.get(demand, {}), **demand.to_dict()}
+                rows.append([row.get(name) for name in COLUMNS])
+        return csv_text(rows)
+
+
+def _texts(demands: Sequence[Demand]) -> list[str]:
+    return [demand.text for demand in demands]

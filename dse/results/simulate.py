@@ -1,0 +1,254 @@
+"""What a simulation showed, against what the analysis says."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from fractions import Fraction
+from typing import TYPE_CHECKING, Any
+
+from dse.errors import EXIT_COMPLETE, EXIT_INCOMPLETE, EXIT_NO
+from dse.results.display import exact
+from dse.space.settings import settings_of
+from dse.space.types import Design, Space
+from dse.units import Exact
+
+if TYPE_CHECKING:
+    import pandas
+
+FORMAT = "dse-simulation/1"
+LATENCY = (
+    "The latency of a datum runs from the dispatch of the job that produces it in the first component to the first "
+    "moment at which the end of the flow has processed it or a newer one that overwrote it (reduced reaction time)."
+)
+
+
+@dataclass(frozen=True)
+class Extreme:
+    """An observed extreme in ns, and what shows it again: offsets in ns, drifts in ppm, execution times, seed."""
+
+    latency_ns: Exact
+    offsets_ns: Mapping[str, Exact]
+    drift_ppm: Mapping[str, int]
+    execution: str
+    seed: int
+
+
+@dataclass(frozen=True)
+class FlowObservation:
+    """The observed latencies of a flow (ns, with how often each was seen) and its analysed bounds.
+
+    `scheduled_ns` are the bounds with response times as processing times, where threads shared cores: then it is
+    these that must hold. `allowance_ns` is what drifting clocks add to an upper bound. `excuse` says why the bounds
+    need not hold for this flow or this run; without one an observation outside them is a contradiction.
+    """
+
+    name: str
+    latencies: Mapping[Exact, int]
+    bounds_ns: tuple[Exact, Exact]
+    scheduled_ns: tuple[Exact, Exact] | None
+    allowance_ns: int
+    worst: Extreme | None
+    best: Extreme | None
+    histogram: Sequence[Mapping[str, Exact]]
+    excuse: str = ""
+
+    @property
+    def count(self) -> int:
+        """How many data reached the end."""
+        return sum(self.latencies.values())
+
+    @property
+    def mean_ns(self) -> Fraction | None:
+        """The exact mean; None when nothing arrived."""
+        total = sum(value * count for value, count in self.latencies.items())
+        return Fraction(total, self.count) if self.count else None
+
+    @property
+    def outside(self) -> int:
+        """How many latencies lie outside the analysed bounds."""
+        return self._outside(self.bounds_ns)
+
+    @property
+    def claimed_ns(self) -> tuple[Exact, Exact]:
+        """The bounds that must hold."""
+        return self.bounds_ns if self.scheduled_ns is None else self.scheduled_ns
+
+    def _outside(self, bounds_ns: tuple[Exact, Exact]) -> int:
+        least, most = bounds_ns
+        return sum(n for value, n in self.latencies.items() if not least <= value <= most + self.allowance_ns)
+
+    @property
+    def is_contradiction(self) -> bool:
+        """Whether an observation refutes the analysis."""
+        return self._outside(self.claimed_ns) > 0 and not self.excuse
+
+    @property
+    def reach(self) -> Fraction | None:
+        """The part of the analysed range [min, max] that was observed; None when there is nothing to reach."""
+        least, most = self.claimed_ns
+        if not self.latencies or most == least:
+            return None
+        return Fraction(max(self.latencies) - min(self.latencies), most - least)
+
+    def to_dict(self) -> dict[str, Any]:
+        """Plain data."""
+        return {
+            "count": self.count,
+            "min_ns": _exact(min(self.latencies, default=None)),
+            "max_ns": _exact(max(self.latencies, default=None)),
+            "mean_ns": None if self.mean_ns is None else round(float(self.mean_ns), 3),
+            "bounds_ns": [exact(end) for end in self.bounds_ns],
+            "scheduled_bounds_ns": None if self.scheduled_ns is None else [exact(end) for end in self.scheduled_ns],
+            "allowance_ns": self.allowance_ns,
+            "outside": self.outside,
+            "contradiction": self.is_contradiction,
+            "excuse": self.excuse or None,
+            "reach": None if self.reach is None else round(float(self.reach), 6),
+            "histogram": [{name: exact(value) for name, value in item.items()} for item in self.histogram],
+            "worst": _extreme(self.worst),
+            "best": _extreme(self.best),
+        }
+
+
+@dataclass(frozen=True)
+class TaskObservation:
+    """The longest observed response of a thread on a shared core, and its response time; None is unbounded."""
+
+    name: str
+    observed_ns: Exact
+    bound_ns: Exact | None
+    is_compared: bool = True
+
+    @property
+    def is_contradiction(self) -> bool:
+        """Whether the observation refutes the analysis."""
+        return self.is_compared and self.bound_ns is not None and self.observed_ns > self.bound_ns
+
+
+@dataclass(frozen=True)
+class Simulation:
+    """A simulation of one design. `lost` counts data by where and why; `notes` is what a reader must know.
+
+    `is_stopped`: the time limit came before the last run.
+
+    Examples
+    --------
+    >>> import dse
+    >>> best = dse.solve("pump.yaml").front[0]
+    >>> found = dse.simulate("pump.yaml", best.decisions, runs=1)
+    >>> found.flows[0].name, found.flows[0].count > 0
+    ('sensor_to_valve', True)
+    """
+
+    space: Space
+    design: Design
+    decisions: Mapping[str, str]
+    flows: tuple[FlowObservation, ...]
+    tasks: tuple[TaskObservation, ...]
+    lost: Mapping[str, int]
+    notes: tuple[str, ...]
+    offsets: str
+    runs: int
+    events: int
+    duration_ns: int
+    contention: bool
+    seed: int
+    is_stopped: bool = False
+
+    @property
+    def exit_code(self) -> int:
+        """What the command line answers with."""
+        if self.contradictions:
+            return EXIT_NO
+        return EXIT_INCOMPLETE if self.is_stopped else EXIT_COMPLETE
+
+    @property
+    def is_anything_observed(self) -> bool:
+        """Whether a single datum came through, or a thread ended."""
+        return any(flow.count for flow in self.flows) or any(task.observed_ns for task in self.tasks)
+
+    @property
+    def contradictions(self) -> tuple[str, ...]:
+        """Every observation that refutes the analysis, in words."""
+        found = [
+            f"flow {flow.name}: observed {min(flow.latencies)} .. {max(flow.latencies)} ns, "
+            f"analysed {flow.claimed_ns[0]} .. {flow.claimed_ns[1]} ns"
+            for flow in self.flows
+            if flow.is_contradiction
+        ]
+        found += [
+            f"thread {task.name}: observed response {task.observed_ns} ns, response time {task.bound_ns} ns"
+            for task in self.tasks
+            if task.is_contradiction
+        ]
+        return tuple(found)
+
+    def frame(self) -> pandas.DataFrame:
+        """By flow: ``flow``, ``count``, ``min_ns``, ``mean_ns``, ``max_ns``, ``bound_min_ns``, ``bound_max_ns``."""
+        import pandas
+
+        return pandas.DataFrame(
+            [
+                {
+                    "flow": flow.name,
+                    "count": flow.count,
+                    "min_ns": min(flow.latencies, default=None),
+                    "mean_ns": None if flow.mean_ns is None else float(flow.mean_ns),
+                    "max_ns": max(flow.latencies, default=None),
+                    "bound_min_ns": flow.bounds_ns[0],
+                    "bound_max_ns": flow.bounds_ns[1],
+                }
+                for flow in self.flows
+            ]
+        )
+
+    def to_dict(self) -> dict[str, Any]:
+        """The simulation in the form ``dse-simulation/1``."""
+        return {
+            "format": FORMAT,
+            "problem": self.space.name,
+            **settings_of(self.space),
+            "decisions": dict(self.decisions),
+            "offsets": self.offsets,
+            "contention": self.contention,
+            "runs": self.runs,
+            "events": self.events,
+            "duration_ns": self.duration_ns,
+            "seed": self.seed,
+            "definition": LATENCY,
+            "contradictions": list(self.contradictions),
+            "flows": {flow.name: flow.to_dict() for flow in self.flows},
+            "threads": {
+                task.name: {
+                    "observed_ns": exact(task.observed_ns),
+                    "response_time_ns": _exact(task.bound_ns),
+                    "contradiction": task.is_contradiction,
+                }
+                for task in self.tasks
+            },
+            "lost": dict(self.lost),
+            "notes": list(self.notes),
+            **({"stopped": True} if self.is_stopped else {}),
+        }
+
+    def to_json(self) -> str:
+        """`to_dict` as text."""
+        return json.dumps(self.to_dict(), ensure_ascii=False, indent=1) + "\n"
+
+
+def _exact(value: Exact | None) -> int | str | None:
+    return None if value is None else exact(value)
+
+
+def _extreme(extreme: Extreme | None) -> dict[str, Any] | None:
+    if extreme is None:
+        return None
+    return {
+        "latency_ns": exact(extreme.latency_ns),
+        "offsets_ns": {name: exact(offset) for name, offset in extreme.offsets_ns.items()},
+        "drift_ppm": dict(extreme.drift_ppm),
+        "execution": extreme.execution,
+        "seed": extreme.seed,
+    }

@@ -1,0 +1,423 @@
+"""The result of a solve: the front with everything that a reader or a program needs to judge and reuse it."""
+
+from __future__ import annotations
+
+import csv
+import hashlib
+import io
+import json
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, field
+from fractions import Fraction
+from functools import cached_property
+from html import escape
+from typing import TYPE_CHECKING, Any, Literal
+
+from dse.analysis.contention import cores_of, with_contention
+from dse.errors import EXIT_COMPLETE, EXIT_INCOMPLETE, EXIT_NO
+from dse.results.contention import Contended, contention_dict
+from dse.results.display import exact, figures_of, in_table, titled
+from dse.results.frames import unit_frame
+from dse.results.ranking import METHOD, competition_ranks, ideal_distances
+from dse.results.variants import find_variants
+from dse.space.types import Design, Space
+from dse.version import SEMANTICS
+
+if TYPE_CHECKING:
+    import pandas
+
+FORMAT = "dse-result/1"
+FORMULA = ("=", "+", "-", "@", "\t", "\r")
+
+
+@dataclass(frozen=True)
+class ObjectiveInfo:
+    """An objective: its name, sense, and the unit that its integers count."""
+
+    name: str
+    sense: str
+    unit: str
+
+
+@dataclass(frozen=True)
+class Point:
+    """A non-dominated design.
+
+    `objectives` and `metrics` count in the units of the result, `decisions` are the active open ones.
+    `id` names the point in a result whatever it is ranked by; `score` says in words what the rank is founded on.
+    `is_first`: of all designs with these objectives it is the first in the order of the file.
+    """
+
+    id: int
+    rank: int
+    objectives: Mapping[str, int]
+    metrics: Mapping[str, int]
+    decisions: Mapping[str, str]
+    design: Design
+    score: str = ""
+    is_first: bool = True
+
+
+@dataclass(frozen=True)
+class Clash:
+    """A member of a conflict: its limit, the closest that leaves a design while all else holds, the miss, in `unit`.
+
+    A rule has no figures, and none has where moving it alone does not help. A share of a processor or of a bandwidth
+    counts in ppm. `thread` names the thread that alone needs so much of one core, if that is what counts. Of a metric
+    in which the response time of the threads `unbounded` has no bound even in the best design there is no closest limit
+    either; nor is there where the time was too short to look for it (`is_sought` False).
+    """
+
+    text: str
+    origin: str
+    unit: str = ""
+    limit: Fraction | None = None
+    closest: Fraction | None = None
+    thread: str = ""
+    unbounded: tuple[str, ...] = ()
+    is_sought: bool = True
+
+    @property
+    def miss(self) -> Fraction | None:
+        """How far the closest value is beyond the limit."""
+        return None if self.closest is None or self.limit is None else abs(self.closest - self.limit)
+
+    def to_dict(self) -> dict[str, Any]:
+        """For JSON: exact numbers, as text where they are no integers."""
+        figures = {"limit": self.limit, "closest": self.closest, "miss": self.miss}
+        shown = {name: None if value is None else exact(value) for name, value in figures.items()}
+        return {
+            "text": self.text,
+            "origin": self.origin,
+            **shown,
+            "unit": self.unit,
+            "thread": self.thread or None,
+            **({"unbounded": list(self.unbounded)} if self.unbounded else {}),
+            **({} if self.is_sought else {"looked_for": False}),
+        }
+
+
+@dataclass(frozen=True)
+class Conflict:
+    """Requirements and rules that cannot hold together, although without any one of them the others can."""
+
+    members: tuple[Clash, ...]
+
+
+@dataclass(frozen=True)
+class FurtherDesign:
+    """Another design at or near a point of the front; `id` is ``POINT.NUMBER``.
+
+    `dominated_by` are the ids of the points that dominate it; `different` counts the decisions that differ from the
+    point's.
+    """
+
+    id: str
+    objectives: Mapping[str, int]
+    metrics: Mapping[str, int]
+    decisions: Mapping[str, str]
+    design: Design
+    dominated_by: tuple[int, ...]
+    different: int
+
+
+@dataclass(frozen=True)
+class FurtherDesigns:
+    """Further designs of point `of`: with its objectives (`within` 0), or with each at most that share worse.
+
+    They are chosen to differ from the point and from one another. `more` says whether there are others still: None
+    where the solver was stopped before it could tell.
+    """
+
+    of: int
+    within: Fraction
+    designs: tuple[FurtherDesign, ...]
+    more: bool | None
+
+    def to_dict(self) -> dict[str, Any]:
+        """For JSON."""
+        designs = [
+            {
+                "id": item.id,
+                "objectives": figures_of(item.objectives),
+                "metrics": figures_of(item.metrics),
+                "decisions": dict(item.decisions),
+                "dominated_by": list(item.dominated_by),
+                "different_decisions": item.different,
+            }
+            for item in self.designs
+        ]
+        return {"of": self.of, "within": exact(self.within), "designs": designs, "more": self.more}
+
+
+@dataclass(frozen=True)
+class FurtherAsked:
+    """How many further designs were asked for, within which share (None: with the very objectives), of which points."""
+
+    count: int
+    within: Fraction | None
+    points: tuple[int, ...]
+
+    def to_dict(self) -> dict[str, Any]:
+        """For JSON."""
+        within = None if self.within is None else exact(self.within)
+        return {"count": self.count, "within": within, "points": list(self.points)}
+
+
+@dataclass(frozen=True)
+class Search:
+    """What the search did: calls, seconds, size of the space, solver, workers, seed."""
+
+    solver_calls: int
+    wall_s: float
+    space_size: int
+    solver: str
+    workers: int
+    seed: int
+
+
+@dataclass(frozen=True)
+class Origin:
+    """Which problem was solved: name, file, hashes, and the question as it was really asked.
+
+    `identity` is the digest of what the problem means (`dse.spec.document`); `texts` are its files by name, as found
+    from the folder of the main one, so that a result can be worked with where they are not. `is_carried`: so it was
+    here.
+    """
+
+    name: str
+    file: str
+    sha256: str
+    includes: Sequence[tuple[str, str]]
+    effective: Mapping[str, Any]
+    identity: str = ""
+    texts: Mapping[str, str] = field(default_factory=dict, repr=False)
+    is_carried: bool = False
+
+    @property
+    def question(self) -> str:
+        """The digest of all that was asked: what the figures mean, what the problem means, and what was asked of it.
+
+        Regions that were refuted belong to one question, and prove nothing of another.
+        """
+        asked = [SEMANTICS, self.identity, dict(self.effective)]
+        return hashlib.sha256(json.dumps(asked, ensure_ascii=False, sort_keys=True).encode()).hexdigest()
+
+
+@dataclass(frozen=True)
+class Result:
+    """The outcome of `dse.solve`.
+
+    `status` is ``complete`` (the front is proved), ``incomplete`` (stopped early: every point is non-dominated among
+    all designs, but others may be missing in the `unexplored` regions; where none was proved in time, the one design
+    shown is feasible and no more, and lies in such a region) or ``infeasible`` (proved). The front is in the
+    order of rank. `baseline` is today's design where the problem states all of it; `ranking` is the method as asked
+    for, `ranking_words` the method with its parameters; `others` are further designs at or near points of the front,
+    where they were asked for; `give_up`, where no single member of the conflicts mends the problem, are the fewest that
+    do together, each with its closest limit when the others are given up; `rounded` names the figures that are rounded
+    up, to the unit in which they count. Regions are exclusive bounds by objective; `potential` is the best value of
+    each objective that may still be unexplored. `interrupted` says that Ctrl-C ended the search: nothing is added then.
+    `contended` says by id what each design keeps when response times count, where the question leaves them out
+    (`dse.analysis.contention`); designs that are missing there were not checked.
+
+    Examples
+    --------
+    >>> import dse
+    >>> result = dse.solve("pump.yaml")
+    >>> result.frame(("ms", "EUR")).columns[2]
+    'jitter of sensor_to_valve [ms]'
+    """
+
+    problem: Origin
+    space: Space
+    status: Literal["complete", "incomplete", "infeasible"]
+    objectives: tuple[ObjectiveInfo, ...]
+    metric_units: Mapping[str, str]
+    front: tuple[Point, ...]
+    unexplored: tuple[Mapping[str, int], ...]
+    refuted: tuple[Mapping[str, int], ...]
+    potential: Mapping[str, int]
+    conflicts: tuple[Conflict, ...]
+    search: Search
+    baseline: Design | None = None
+    ranking: str = "ideal"
+    ranking_words: str = METHOD
+    others: tuple[FurtherDesigns, ...] = ()
+    others_asked: FurtherAsked | None = None
+    give_up: tuple[Clash, ...] = ()
+    rounded: tuple[str, ...] = ()
+    interrupted: bool = False
+    contended: Mapping[str, Contended] = field(default_factory=dict)
+
+    @property
+    def exit_code(self) -> int:
+        """What the command line answers with."""
+        return {"complete": EXIT_COMPLETE, "incomplete": EXIT_INCOMPLETE, "infeasible": EXIT_NO}[self.status]
+
+    @property
+    def leaves_out_contention(self) -> bool:
+        """Whether what designs keep with contention is something else than what they were searched for."""
+        return with_contention(self.space) is not None
+
+    @cached_property
+    def variants(self) -> Mapping[int, int]:
+        """Near-identical points by id: the better-ranked point that each is a variant of (`dse.results.variants`)."""
+        vectors = [tuple(point.objectives[item.name] for item in self.objectives) for point in self.front]
+        leaders = find_variants(vectors, [point.decisions for point in self.front])
+        pairs = zip(self.front, leaders, strict=True)
+        return {point.id: self.front[leader].id for point, leader in pairs if leader is not None}
+
+    @property
+    def leaders(self) -> tuple[Point, ...]:
+        """The points that are no variants of better-ranked ones, in the order of rank."""
+        return tuple(point for point in self.front if point.id not in self.variants)
+
+    def to_dict(self) -> dict[str, Any]:
+        """The result in the form ``dse-result/1``."""
+        return {
+            "format": FORMAT,
+            "semantics": SEMANTICS,
+            "problem": {
+                "name": self.problem.name,
+                "file": self.problem.file,
+                "sha256": self.problem.sha256,
+                "includes": [{"file": file, "sha256": digest} for file, digest in self.problem.includes],
+                "identity": self.problem.identity,
+                "effective": dict(self.problem.effective),
+                "question": self.problem.question,
+            },
+            "status": self.status,
+            "ranking": {"method": self.ranking, "words": self.ranking_words},
+            "objectives": [vars(item) for item in self.objectives],
+            "metric_units": dict(self.metric_units),
+            **({"rounded": list(self.rounded)} if self.rounded else {}),
+            "front": [
+                {
+                    "id": point.id,
+                    "rank": point.rank,
+                    "score": point.score,
+                    "objectives": figures_of(point.objectives),
+                    "metrics": figures_of(point.metrics),
+                    "decisions": dict(point.decisions),
+                    **({} if point.is_first else {"is_first": False}),
+                    **({"variant_of": self.variants[point.id]} if point.id in self.variants else {}),
+                    **self._design_dict(str(point.id), point.design),
+                }
+                for point in self.front
+            ],
+            "unexplored": [dict(region) for region in self.unexplored],
+            "refuted": [dict(region) for region in self.refuted],
+            "potential": dict(self.potential),
+            "conflicts": [{"members": [clash.to_dict() for clash in item.members]} for item in self.conflicts],
+            **({"give_up": [clash.to_dict() for clash in self.give_up]} if self.give_up else {}),
+            "others": [self._others_dict(item) for item in self.others],
+            **({"others_asked": self.others_asked.to_dict()} if self.others_asked is not None else {}),
+            "search": vars(self.search),
+            "files": dict(self.problem.texts),
+        }
+
+    def _others_dict(self, others: FurtherDesigns) -> dict[str, Any]:
+        found = others.to_dict()
+        for item, sibling in zip(found["designs"], others.designs, strict=True):
+            item |= self._design_dict(sibling.id, sibling.design)
+        return found
+
+    def _design_dict(self, number: str, design: Design) -> dict[str, Any]:
+        """The core of each thread that has several to choose from, and what the design keeps with contention."""
+        cores = {self.space.components[thread].name: core for thread, core in cores_of(self.space, design).items()}
+        found: dict[str, Any] = {"cores": cores} if cores else {}
+        if self.leaves_out_contention:
+            found["contention"] = contention_dict(self.contended, number)
+        return found
+
+    def to_json(self) -> str:
+        """`to_dict` as text; the same problem gives the same text but for ``search``, which tells of the run."""
+        return json.dumps(self.to_dict(), ensure_ascii=False, indent=1) + "\n"
+
+    def frame(self, units: str | Sequence[str] | None = None) -> pandas.DataFrame:
+        """The front as a frame, in the order of rank.
+
+        Columns: ``id``, ``rank``; each objective and each further metric as ``NAME [UNIT]`` (integers in the units of
+        `objectives` and `metric_units`; infinite where they are unbounded); each open decision by name (text, None
+        where inactive).
+
+        Parameters
+        ----------
+        units
+            units such as ``"ms"`` or ``("ms", "%")`` for the columns of their kind, or ``"readable"`` for those that
+            engineers read; figures in them are floating-point.
+        """
+        rows = [dict(zip(self.columns, row, strict=True)) for row in self._rows()]
+        return unit_frame(self.columns, rows, self.units, units, self.space.currency)
+
+    @property
+    def units(self) -> Mapping[str, str]:
+        """The unit that the integers of each metric count, objectives included."""
+        return {**self.metric_units, **{item.name: item.unit for item in self.objectives}}
+
+    def __repr__(self) -> str:
+        """One line: what was asked, and what was found."""
+        return f"<Result of {self.problem.name!r}: {self.status}, {len(self.front)} points>"
+
+    def _repr_html_(self) -> str:
+        """The front as a table for a notebook, in the units that engineers read."""
+        frame = self.frame("readable")
+        told = f"{self.problem.name}: {self.status}, {len(self.front)} points"
+        return f"<p>{escape(told)}</p>{frame.to_html(index=False, escape=True, max_rows=60)}"
+
+    @property
+    def columns(self) -> list[str]:
+        """The columns of `frame` and of the CSV."""
+        names = [item.name for item in self.objectives]
+        more = [name for name in self.metric_units if name not in names]
+        return ["id", "rank", *names, *more, *self.open_decisions]
+
+    @property
+    def open_decisions(self) -> list[str]:
+        """The names of the decisions that the problem leaves open, in its order."""
+        return [decision.name for decision in self.space.decisions if decision.is_open]
+
+    def _rows(self) -> list[list[Any]]:
+        rows = []
+        for point in self.front:
+            values: dict[str, Any] = {**point.metrics, **point.objectives, **point.decisions}
+            rows.append([point.id, point.rank, *(values.get(name) for name in self.columns[2:])])
+        return rows
+
+    def to_csv(self) -> str:
+        """`frame` as CSV text, units in the header.
+
+        A text that a spreadsheet would take for a formula gets an apostrophe.
+        """
+        units = self.units
+        heading = [titled(name, units.get(name, "")) for name in self.columns]
+        return csv_text([heading, *self._rows()])
+
+
+def csv_text(rows: Iterable[Sequence[Any]]) -> str:
+    """Rows as CSV; a text that a spreadsheet would take for a formula gets an apostrophe."""
+    out = io.StringIO()
+    csv.writer(out, lineterminator="\n").writerows([_cell(value) for value in row] for row in rows)
+    return out.getvalue()
+
+
+def _cell(value: Any) -> Any:
+    return f"'{value}" if isinstance(value, str) and value[:1] in FORMULA else in_table(value)
+
+
+def decisions_of(space: Space, design: Design) -> dict[str, str]:
+    """The active open decisions of a design, as texts."""
+    return {
+        decision.name: decision.options[option]
+        for decision, option in zip(space.decisions, design, strict=True)
+        if decision.is_open and option >= 0
+    }
+
+
+def ranked(
+    rows: Sequence[tuple[tuple[int, ...], Design]], senses: Sequence[str]
+) -> list[tuple[int, tuple[int, ...], Design]]:
+    """(rank, vector, design) in the order of rank, then of the objectives."""
+    distances = ideal_distances([vector for vector, _ in rows], senses)
+    found = zip(competition_ranks(distances), rows, strict=True)
+    return sorted((rank, vector, design) for rank, (vector, design) in found)
