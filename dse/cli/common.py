@@ -13,6 +13,7 @@ import click
 
 from dse.api.limited import LIMITED
 from dse.errors import UsageError
+from dse.extras import how_to_install, is_installed
 from dse.files import writing as files
 from dse.files.guard import PathLike, claim
 from dse.timelimit import TimeLimit, until
@@ -208,6 +209,8 @@ def report_folder(path: str) -> Path:
         raise UsageError(f"{path}: {error.strerror or error}") from error
     if not os.access(folder, os.W_OK):
         raise UsageError(f"{path}: the folder cannot be written to")
+    if not is_installed("plots"):
+        click.echo(f"dse: a page without plots: they need {how_to_install('plots')}", err=True)
     return folder
 
 

@@ -19,6 +19,7 @@ from typing import Any
 from jinja2 import Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup, escape
 
+from dse.extras import how_to_install, is_installed
 from dse.report.bars import HUES, METHODS, usage_chart, waterfall
 from dse.report.charts import axis_title, colour_by, parallel, scatter
 from dse.report.document import Alternative, Document
@@ -67,6 +68,7 @@ def html_report(document: Document, chosen: int | None = None, studies: Sequence
         bundle="" if is_long else bundle,
         library=packed(bundle) if is_long else "",
         script=script,
+        without_plots=without_plots(bundle) if result.front or specs else "",
         policy=f"{POLICY}; script-src {hashes([bundle, script])}",
     )
 
@@ -131,11 +133,20 @@ def asset(name: str) -> str:
 
 @cache
 def libraries() -> str:
-    """Vega, Vega-Lite and Vega-Embed as one script."""
+    """Vega, Vega-Lite and Vega-Embed as one script; none where the extra `plots` is not installed."""
+    if not is_installed("plots"):
+        return ""
     import vl_convert
 
     script: str = vl_convert.javascript_bundle("window.vegaEmbed = vegaEmbed;")
     return script
+
+
+def without_plots(bundle: str) -> str:
+    """What a page says in place of its plots."""
+    return (
+        "" if bundle else f"This page has no plots: they need {how_to_install('plots')}. Every figure is in the tables."
+    )
 
 
 def hashes(scripts: Sequence[str]) -> str:

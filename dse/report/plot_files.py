@@ -6,6 +6,7 @@ import json
 from collections.abc import Iterator, Sequence
 from typing import Any
 
+from dse.extras import needed_for
 from dse.report.bars import usage_chart, waterfall
 from dse.report.charts import Spec, parallel, scatter
 from dse.report.document import Alternative, Document
@@ -46,7 +47,8 @@ def _drawings(document: Document, item: Alternative) -> Iterator[tuple[str, str]
 
 def svg_of(spec: Spec) -> str:
     """The plot in light colours, at a fixed width."""
-    import vl_convert
+    with needed_for("A plot as a picture", "plots"):
+        import vl_convert
 
     literal: dict[str, Any] = json.loads(with_colours(json.dumps(spec), LIGHT))
     literal["width"] = WIDTH
@@ -58,7 +60,8 @@ def svg_of(spec: Spec) -> str:
 
 def png_of(svg: str) -> bytes:
     """A plot or drawing as PNG."""
-    import vl_convert
+    with needed_for("A plot as a picture", "plots"):
+        import vl_convert
 
     png: bytes = vl_convert.svg_to_png(svg, scale=SCALE)
     return png

@@ -8,7 +8,7 @@ from typing import Any
 
 from dse.report.contention import processing_words
 from dse.report.drawing import STYLE
-from dse.report.html import POLICY, asset, environment, hashes, libraries, packed_json
+from dse.report.html import POLICY, asset, environment, hashes, libraries, packed_json, without_plots
 from dse.report.markdown import escaped, section_lines
 from dse.report.parts import numbered, study_specs
 from dse.report.plain import basis_words
@@ -86,6 +86,7 @@ def study_page(data: Mapping[str, Any]) -> str:
             data=packed_json({**nothing, "specs": {"studies": specs}}),
             bundle=bundle,
             script=script,
+            without_plots=without_plots(bundle) if specs else "",
             policy=f"{POLICY}; script-src {hashes([bundle, script])}",
         )
     )

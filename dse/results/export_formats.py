@@ -9,6 +9,7 @@ from collections.abc import Iterator
 from dse.analysis.contention import core_by, cores_of
 from dse.analysis.rates import rate_hz
 from dse.analysis.views import View
+from dse.extras import needed_for
 from dse.results.editing import yaml_text
 from dse.results.graph import architecture_graph
 from dse.space.trees import at
@@ -124,7 +125,8 @@ def _dot(text: str) -> str:
 
 def graphml(space: Space, design: Design) -> str:
     """The architecture as GraphML; the buses of a connection are one text."""
-    import networkx
+    with needed_for("GraphML", "graphs"):
+        import networkx
 
     graph = architecture_graph(space, design)
     for _, _, facts in graph.edges(data=True):

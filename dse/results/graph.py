@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 from dse.analysis.binding import bus_stack
 from dse.analysis.contention import core_by, cores_of
 from dse.analysis.views import View
+from dse.extras import needed_for
 from dse.space.trees import at
 from dse.space.types import EMPTY, Design, Space
 
@@ -41,7 +42,8 @@ def architecture_graph(space: Space, design: Design) -> networkx.MultiDiGraph[st
     >>> sorted(architecture_graph(result.space, result.front[0].design))[:3]
     ['can0', 'computer', 'control']
     """
-    import networkx
+    with needed_for("The architecture as a graph", "graphs"):
+        import networkx
 
     graph: networkx.MultiDiGraph[str] = networkx.MultiDiGraph(name=space.name)
     view = View(design)

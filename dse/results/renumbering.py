@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections import Counter
 
 from dse.analysis.views import View
+from dse.results.assignment import best_assignment
 from dse.space.cores import rules_on_cores
 from dse.space.trees import at
 from dse.space.types import Design, Space
@@ -65,8 +66,5 @@ def _matched(shared: Counter[tuple[int, int]], count: int) -> dict[int, int]:
     numbers = range(1, count + 1)
     if all(old == number for old, number in shared):
         return {number: number for number in numbers}
-    from scipy.optimize import linear_sum_assignment
-
     gains = [[shared[old, number] * (count + 1) + (old == number) for number in numbers] for old in numbers]
-    rows, columns = linear_sum_assignment(gains, maximize=True)
-    return {int(old) + 1: int(number) + 1 for old, number in zip(rows, columns, strict=True)}
+    return {old + 1: number + 1 for old, number in enumerate(best_assignment(gains))}

@@ -9,6 +9,7 @@ from collections.abc import Generator, Sequence
 from typing import TYPE_CHECKING, Any
 
 from dse.errors import DseError, UsageError
+from dse.extras import needed_for
 from dse.study.workers import MOST_DEATHS, Task
 from dse.timelimit import NEVER, OutOfTime, TimeLimit
 
@@ -56,13 +57,8 @@ def run_on_cluster(
 
 
 def _connected(address: str) -> Client:
-    try:
+    with needed_for("--scheduler", "cluster"):
         import distributed
-    except ImportError as error:
-        raise UsageError(
-            "--scheduler needs Dask, the extra `cluster`: pip install 'dse-pareto[cluster]', "
-            "or in a checkout pip install '.[cluster]'"
-        ) from error
     _check_reachable(address)
     _quieten()
     try:

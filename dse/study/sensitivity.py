@@ -12,6 +12,7 @@ from dse.analysis.evaluate import Evaluator
 from dse.api.problem import Problem, Source, complete_design, load, read_choices, with_stated_cores
 from dse.api.question import Question
 from dse.errors import UsageError
+from dse.extras import how_to_install, is_installed
 from dse.results.sensitivity import Chance, SensitivityResult, UncertainResult
 from dse.results.solve import decisions_of
 from dse.space.settings import settings_of
@@ -116,6 +117,8 @@ def sensitivity_asked(
         raise UsageError("at least one sample")
     if not 0 < settings.swing < 1:
         raise UsageError("the swing is a share above 0 and below 100 %")
+    if problem.loaded.spec.uncertainty and not is_installed("sensitivity"):
+        raise UsageError(f"The indices of uncertain inputs need {how_to_install('sensitivity')}")
     tell = say or (lambda _: None)
     problem = with_stated_cores(problem, texts)
     inputs = InputSpace(problem)

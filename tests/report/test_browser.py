@@ -335,3 +335,25 @@ def test_a_page_with_a_packed_library_draws_its_plots(
     browser.open(page_of(result, tmp_path))
     assert {row["id"] for row in plotted(browser, "views.scatter", "front")} == {point.id for point in result.front}
     assert browser.problems() == []
+
+
+def test_a_page_without_the_library_filters_and_shows_alternatives(
+    browser: Browser, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """As it is written where the extra `plots` is not installed."""
+    monkeypatch.setattr(html, "libraries", lambda: "")
+    result = dse.solve(example_path("starter"))
+    browser.open(page_of(result, tmp_path))
+    browser.run(
+        """(() => { const input = document.getElementById('limit-0'); input.value = '0';
+        input.dispatchEvent(new Event('input')); })()"""
+    )
+    first = result.objectives[0].name
+    least = min(point.objectives[first] for point in result.front)
+    assert browser.run("dseReport.state.kept") == [p.id for p in result.front if p.objectives[first] == least]
+    last = result.front[-1].id
+    browser.run(f"dseReport.choose({last})")
+    assert f"#{last}" in browser.run("document.getElementById('alternative-title').textContent")
+    assert browser.run("[...document.querySelectorAll('.plot')].every((plot) => plot.offsetHeight === 0)")
+    assert "no plots" in browser.run("document.querySelector('.warning').textContent")
+    assert browser.problems() == []

@@ -37,6 +37,8 @@
     return JSON.parse(JSON.stringify(value));
   }
 
+  const hasPlots = typeof vegaEmbed !== "undefined";
+
   async function embed(node, spec) {
     const result = await vegaEmbed(node, narrow(copy(spec)), options);
     const drawing = node.querySelector("svg");
@@ -63,7 +65,7 @@
     old.forEach((result) => result.finalize());
     const chosen = state.chosen;
     const detail = data.details[chosen];
-    for (const node of document.querySelectorAll("#alternative .plot")) {
+    for (const node of hasPlots ? document.querySelectorAll("#alternative .plot") : []) {
       const usage = node.dataset.plot === "usage";
       const number = Number(node.dataset.number);
       const rows = usage ? stackShares(rowsOf(detail.usage)) : stackRows(rowsOf(detail.flows[number]));
@@ -212,6 +214,7 @@
   // --- the plots of the front ----------------------------------------------------------------------------------
 
   async function plotScatter() {
+    if (!hasPlots) return;
     const spec = copy(data.specs.scatter);
     const axes = { x: Number(element("across").value) };
     if (data.objectives.length > 1) axes.y = Number(element("up").value);
@@ -236,12 +239,14 @@
   }
 
   async function plotStudies() {
+    if (!hasPlots) return;
     for (const node of document.querySelectorAll('[data-plot="study"]')) {
       await embed(node, data.specs.studies[Number(node.dataset.number)]);
     }
   }
 
   async function start() {
+    document.documentElement.classList.toggle("plotless", !hasPlots);
     await plotStudies();
     if (!data.front.length) {
       window.dseReport.ready = true;
@@ -249,9 +254,11 @@
     }
     setUpLimits();
     await plotScatter();
-    const lines = await embed(element("parallel"), data.specs.parallel);
-    state.views.parallel = lines.view;
-    listen(lines.view);
+    if (hasPlots) {
+      const lines = await embed(element("parallel"), data.specs.parallel);
+      state.views.parallel = lines.view;
+      listen(lines.view);
+    }
     await plotDetails();
     await keep();
     element("front-table").addEventListener("change", (event) => choose(Number(event.target.value)));
