@@ -2,6 +2,12 @@
 
 from __future__ import annotations
 
+import tempfile
+from pathlib import Path
+
+import dse
+from dse.report.document import Document
+from dse.report.html import html_report
 from dse.version import __version__
 
 project = "dse"
@@ -26,3 +32,10 @@ html_theme = "furo"
 html_title = "dse"
 html_copy_source = False
 html_show_sphinx = False
+
+# The sample report as a page, which the repository does not hold.
+_pages = Path(tempfile.mkdtemp(prefix="dse-docs-"))
+_sample = dse.solve(Path(__file__).parents[1] / "problems" / "inmark.yaml", max_jitter="20 ms")
+(_pages / "sample").mkdir()
+(_pages / "sample" / "inmark.html").write_text(html_report(Document(_sample)), encoding="utf-8")
+html_extra_path = [str(_pages)]

@@ -37,10 +37,10 @@ def test_the_sample_says_what_is_said_today(name: str) -> None:
     assert lasting((FOLDER / name).read_text(encoding="utf-8")) == lasting(fresh[name])
 
 
-@pytest.mark.parametrize("name", ["inmark.html", "inmark.md", "inmark.csv", "inmark.json"])
+@pytest.mark.parametrize("name", ["inmark.md", "inmark.csv", "inmark.json"])
 def test_no_file_names_a_machine(name: str) -> None:
     text = (FOLDER / name).read_text(encoding="utf-8")
-    assert not re.search(r"(?<![\w.])/(home|tmp|work|root|usr)/", text.partition('id="data"')[0])
+    assert not re.search(r"(?<![\w.])/(home|tmp|work|root|usr)/", text)
 
 
 def test_every_picture_is_there() -> None:
