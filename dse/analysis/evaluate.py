@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -38,10 +39,13 @@ class Evaluation:
 class Evaluator:
     """The measures and limits of a space, built once; evaluates designs without a solver.
 
-    `objectives` may stand in for the measures of the space's own objectives, one for each.
+    `objectives` may stand in for the measures of the space's own objectives, one for each; `further` limits are held
+    beside those of its requirements.
     """
 
-    def __init__(self, space: Space, objectives: tuple[Measure, ...] | None = None) -> None:
+    def __init__(
+        self, space: Space, objectives: tuple[Measure, ...] | None = None, further: Iterable[Limit] = ()
+    ) -> None:
         self.space = space
         self.rulebook = Rulebook(space)
         self.objectives: tuple[Measure, ...] = (
@@ -49,7 +53,7 @@ class Evaluator:
             if objectives is not None
             else tuple(build_measure(space, item.metric) for item in space.objectives)
         )
-        self.limits: tuple[Limit, ...] = tuple(build_limit(space, item) for item in space.requirements)
+        self.limits: tuple[Limit, ...] = (*(build_limit(space, item) for item in space.requirements), *further)
         self._known: dict[Design, Evaluation] = {}
         self._figures: dict[Design, dict[str, int]] = {}
 

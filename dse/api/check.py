@@ -19,7 +19,7 @@ from dse.api.sizes import too_large
 from dse.space.activation import exclusions
 from dse.space.metrics import asks_for_changes, busy_obstacle
 from dse.space.properties import mentions
-from dse.space.questions import unoffered_types
+from dse.space.rules import unoffered_types
 from dse.space.settings import settings_of, told_deadlines
 from dse.space.size import space_size
 from dse.space.trees import leaves

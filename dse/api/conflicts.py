@@ -180,8 +180,7 @@ class _Court:
             fixed={item.decision: item.option for item in demands if isinstance(item, Choice)},
             objectives=(),
         )
-        evaluator = Evaluator(space)
-        evaluator.limits += tuple(limits)
+        evaluator = Evaluator(space, further=limits)
         try:
             return make_prover(evaluator, self.method, self.deadline)[0].in_region(())
         except (TooLarge, TooMany) as error:

@@ -22,7 +22,8 @@ from dse.pareto.conflicts import Conflicts, ConflictSet, Correction, find_confli
 from dse.pareto.feasibility import Fixed, Member, Oracle
 from dse.pareto.relaxations import Closest, closest_limit
 from dse.results.explain import Demand, Example, Explanation, GiveUp, MinimalConflict, Relaxation
-from dse.results.solve import Clash, Conflict, decisions_of
+from dse.results.points import Clash, Conflict
+from dse.results.solve import decisions_of
 from dse.space.activation import exclusions
 from dse.space.implied import implied_limits
 from dse.space.types import Design, Requirement, Rule, Space

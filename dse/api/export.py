@@ -14,7 +14,8 @@ from dse.errors import ProblemError, UsageError
 from dse.results.editing import block_text
 from dse.results.export import fixed_problem, without
 from dse.results.export_formats import graphml, graphviz, ros2_parameters
-from dse.results.solve import FurtherDesign, Point, Result
+from dse.results.points import FurtherDesign, Point
+from dse.results.solve import Result
 from dse.space.metrics import counts_changes
 from dse.space.types import Design, Space
 

@@ -13,7 +13,8 @@ from dse.errors import UsageError
 from dse.pareto.further import Finder, Neighbourhood
 from dse.pareto.pool import stop_on_interrupt
 from dse.results.changes import changes_between
-from dse.results.solve import FurtherAsked, FurtherDesign, FurtherDesigns, Point, Result, decisions_of
+from dse.results.points import FurtherAsked, FurtherDesign, FurtherDesigns, Point
+from dse.results.solve import Result, decisions_of
 from dse.timelimit import OutOfTime, TimeLimit, until
 from dse.units import DIMENSIONLESS, UnitError, parse_quantity
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from dse.api.problem import Problem
-from dse.results.solve import Origin
+from dse.results.points import Origin
 from dse.space.settings import settings_of
 
 

@@ -13,14 +13,10 @@ from dse.errors import UsageError
 from dse.space.build import build_space, every_mistake
 from dse.space.cores import with_all_cores, with_open_cores
 from dse.space.implied import with_implied
-from dse.space.metrics import RESERVED
-from dse.space.questions import (
-    QuestionError,
-    read_objective,
-    read_option,
-    read_requirements,
-    read_rule,
-)
+from dse.space.metrics import RESERVED, QuestionError
+from dse.space.options import read_option
+from dse.space.questions import read_objective, read_requirements
+from dse.space.rules import read_rule
 from dse.space.settings import SETTINGS, with_settings
 from dse.space.trees import NotOffered
 from dse.space.types import EMPTY, Design, Objective, Requirement, Rule, Space

@@ -17,8 +17,7 @@ from dse.api.resume import search_of
 from dse.api.stated import named_design
 from dse.errors import UsageError, about
 from dse.results.display import figures_of
-from dse.results.reading import read_result
-from dse.results.solve import (
+from dse.results.points import (
     Clash,
     Conflict,
     FurtherAsked,
@@ -27,10 +26,10 @@ from dse.results.solve import (
     ObjectiveInfo,
     Origin,
     Point,
-    Result,
     Search,
-    decisions_of,
 )
+from dse.results.reading import read_result
+from dse.results.solve import Result, decisions_of
 from dse.space.types import Design
 
 

@@ -17,7 +17,8 @@ from dse.api.question import Question
 from dse.errors import UsageError
 from dse.pareto.front import ANYTHING, Budget, FrontSearch, Progress, Watch, search_front
 from dse.results.order import ranked_by
-from dse.results.solve import ObjectiveInfo, Point, Result, Search, decisions_of, ranked
+from dse.results.points import ObjectiveInfo, Point, Search
+from dse.results.solve import Result, decisions_of, ranked
 from dse.space.size import space_size
 from dse.timelimit import TimeLimit
 

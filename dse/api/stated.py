@@ -11,8 +11,9 @@ from dse.api.problem import ORIGIN, Problem, complete_design, set_up
 from dse.errors import UsageError
 from dse.space.cores import with_all_cores, with_open_cores
 from dse.space.implied import with_implied
-from dse.space.metrics import own_limit
-from dse.space.questions import QuestionError, read_objective, read_requirements, read_rule
+from dse.space.metrics import QuestionError, own_limit
+from dse.space.questions import read_objective, read_requirements
+from dse.space.rules import read_rule
 from dse.space.settings import SETTINGS
 from dse.space.types import Design, Objective, Requirement, Rule, Space
 from dse.spec.grammar import ExpressionError, parse_requirement

@@ -19,18 +19,17 @@ from dse.analysis.evaluate import Evaluator
 from dse.analysis.limits import Limit
 from dse.analysis.measures import Measure, Term
 from dse.analysis.memo import Watching
-from dse.analysis.validity import Predicate, Rulebook, has_conditional_home
 from dse.analysis.views import View
 from dse.encode.contention import Contention, contention_of, is_upward
 from dse.encode.corelimits import CoreLimits, core_limits_of
+from dse.encode.decisions import add_activity, add_decisions, add_validity
 from dse.encode.linear import Board, OpenTerm, placed
 from dse.encode.rates import RateVariables, add_acyclic_activation
 from dse.encode.requirements import add_limit
 from dse.encode.rules import add_rule
 from dse.encode.sums import measure_branches
 from dse.errors import TooLargeError
-from dse.space.trees import Choice
-from dse.space.types import EMPTY, INACTIVE, Design, Objective
+from dse.space.types import INACTIVE, Design, Objective
 
 MOST_REGIONS = 4
 """How many regions of the objective space a question can be about (decision record 9)."""
@@ -325,56 +324,6 @@ def add_region_switches(model: cp_model.CpModel, objectives: Sequence[EncodedObj
         switches.append(RegionSwitch(literal, tuple(limit.index for limit in limits)))
     model.add_bool_or([switch.literal for switch in switches])
     return switches
-
-
-def add_decisions(board: Board) -> None:
-    """Each decision takes exactly one of its options, or is inactive: sum(x[d, o]) + inactive[d] = 1."""
-    for index, decision in enumerate(board.space.decisions):
-        conditional = has_conditional_home(decision, index)
-        if len(decision.options) == 1 and not conditional:
-            board.options.append([board.true])
-            board.inactive.append(None)
-            continue
-        literals = [board.model.new_bool_var(f"{decision.name}={option}") for option in decision.options]
-        inactive = board.model.new_bool_var(f"{decision.name} inactive") if conditional else None
-        board.exactly_one([*literals, inactive] if inactive is not None else literals)
-        for option, literal in enumerate(literals):
-            if index in board.space.fixed and board.space.fixed[index] != option:
-                board.model.add_bool_and([literal.negated()])
-        board.options.append(literals)
-        board.inactive.append(inactive)
-
-
-def add_activity(board: Board) -> None:
-    """A decision is inactive exactly when the walk through its home tree does not meet it."""
-    for index, decision in enumerate(board.space.decisions):
-        inactive = board.inactive[index]
-        if inactive is None:
-            continue
-
-        def meets(view: View, index: int = index, tree: Any = decision.home) -> bool:
-            while isinstance(tree, Choice):
-                if tree.decision == index:
-                    return True
-                tree = tree.branches[view[tree.decision]]
-            return False
-
-        for literal, met in board.table(meets):
-            board.model.add_implication(literal, inactive.negated() if met else inactive)
-
-
-def add_validity(board: Board, rulebook: Rulebook) -> None:
-    """Structural predicates forbid the cases in which they fail; a filled optional slot has at least one user."""
-    for predicate in rulebook.predicates:
-
-        def fails(view: View, predicate: Predicate = predicate) -> bool:
-            return not predicate.holds(view)
-
-        if not board.forbid_where(fails):
-            board.forbid([board.holds(fails)])
-    for cover in rulebook.covers:
-        empty = board.options[cover.slot.type_decision][cover.slot.types.index(EMPTY)]
-        board.model.add_bool_or([empty, *(board.holds(uses) for uses in cover.users)])
 
 
 def _add_objective(board: Board, rates: RateVariables, evaluator: Evaluator, number: int) -> EncodedObjective:

@@ -22,6 +22,7 @@ from dse.errors import RefereeError
 from dse.pareto.answer import Found, Unfinished
 from dse.pareto.guarded_model import Switchboard
 from dse.pareto.pool import heard
+from dse.pareto.referee import accepted
 from dse.pareto.subproblem import Solver
 from dse.space.types import INACTIVE, Design, Objective, Requirement, Rule, Space
 from dse.timelimit import OutOfTime, until
@@ -86,13 +87,9 @@ def find_design(
             raise OutOfTime
         if not isinstance(answer, Found):
             return None
-        evaluation = evaluator.evaluate(answer.design)
-        if evaluation.is_feasible:
+        evaluation = accepted(evaluator, answer.design)
+        if evaluation is not None:
             return evaluation.design
-        rounded = {limit.requirement for limit in evaluator.limits if limit.measure.rounded}
-        broken = {verdict.requirement for verdict in evaluation.verdicts if not verdict.holds}
-        if evaluation.breaches or broken - rounded:
-            raise RefereeError(f"the solver's design is refused by the analysis: {evaluation}")
         solver.exclude(answer.design)  # within what rounding admits, but not exactly
 
 

@@ -15,14 +15,15 @@ from functools import cached_property, partial
 
 from dse.analysis.evaluate import Evaluator
 from dse.analysis.latency import counts_responses
-from dse.encode.linear import EXACT_LIMIT
-from dse.encode.model import EncodedObjective, EncodedSpace, encode
-from dse.errors import RefereeError, UsageError
+from dse.encode.model import EncodedSpace, encode
+from dse.errors import UsageError
 from dse.pareto.answer import Answer, Found, NoSuchDesign, Unfinished
+from dse.pareto.best import claimed_by, counted, minimise_in, signed
 from dse.pareto.canonical import canonical_design
 from dse.pareto.outcome import ANYTHING, Frame, FrontSearch
 from dse.pareto.pace import Pace
 from dse.pareto.pool import SolverPool, stop_on_interrupt
+from dse.pareto.referee import accepted, confirmed, may_refuse
 from dse.pareto.regions import (
     Bound,
     Question,
@@ -117,7 +118,7 @@ class _State:
         """Take a design for an incumbent, if it meets what is required."""
         evaluation = self.evaluator.evaluate(design)
         if evaluation.is_feasible:
-            point = self.frame.in_steps(_signed(self.evaluator, evaluation.objectives))
+            point = self.frame.in_steps(signed(self.evaluator, evaluation.objectives))
             self.incumbent, self.hint = Found(point, evaluation.design), evaluation.design
 
     def progress(self) -> Progress:
@@ -139,10 +140,10 @@ class _State:
         designs = self.designs
         if not designs and self.regions.open and self.incumbent is not None:
             designs = {self.incumbent.point: self.incumbent.design}
-        points = {
-            _signed(self.evaluator, counted(objectives, point)): _refereed(self.evaluator, self.encoded, design, point)
-            for point, design in sorted(designs.items())
-        }
+        points = {}
+        for point, design in sorted(designs.items()):
+            claimed = claimed_by(self.evaluator, self.encoded, point)
+            points[claimed] = confirmed(self.evaluator, design, claimed)
         regions = sorted(self.regions.open)
         return FrontSearch(
             points=points,
@@ -152,7 +153,7 @@ class _State:
             elapsed_s=time.monotonic() - self.started,
             floors=tuple(counted(objectives, self.regions.refuted.floor(region)) for region in regions),
             not_first=frozenset(
-                _signed(self.evaluator, counted(objectives, point)) for point in designs.keys() - self.first
+                claimed_by(self.evaluator, self.encoded, point) for point in designs.keys() - self.first
             ),
             interrupted=self.interrupted,
             frame=self.frame,
@@ -220,7 +221,7 @@ def _explore(state: _State, budget: Budget, watch: Watch) -> None:
         for solver in pool.idle:
             question = search.next_question(list(pool.busy.values()), solver.most_regions)
             if question is not None:
-                job = partial(_minimise_in, solver, state.evaluator, *question, state.hint)
+                job = partial(minimise_in, solver, state.evaluator, *question, state.hint)
                 pool.start(solver, question, partial(_in_time, state, job))
         size = len(state.designs) + len(search.open)
         if watch.checkpoint is not None and pace.is_due(size):
@@ -336,7 +337,7 @@ def _restore(state: _State, earlier: FrontSearch) -> None:
     ]
     state.regions.open = [frame.in_steps(region) for region in regions]
     for vector, design in earlier.points.items():
-        point = frame.in_steps(_signed(state.evaluator, vector))
+        point = frame.in_steps(signed(state.evaluator, vector))
         if any(strictly_inside(point, region) for region in state.regions.open):  # found, but not proved
             state.incumbent, state.hint = Found(point, design), design
         else:
@@ -344,49 +345,9 @@ def _restore(state: _State, earlier: FrontSearch) -> None:
     state.calls_before = earlier.calls
 
 
-def counted(objectives: tuple[EncodedObjective, ...], steps: Bound) -> Bound:
-    """Solver steps to counted (minimised) objectives."""
-    return tuple(item.offset + item.step * value for item, value in zip(objectives, steps, strict=True))
-
-
-def _signed(evaluator: Evaluator, values: Bound) -> tuple[int, ...]:
-    """Minimised values back to the objectives' own sense."""
-    senses = [objective.sense for objective in evaluator.space.objectives]
-    return tuple(-value if sense == "maximise" else value for value, sense in zip(values, senses, strict=True))
-
-
-def _minimise_in(
-    solver: Solver, evaluator: Evaluator, regions: tuple[Bound, ...], axis: int, hint: Design | None
-) -> Answer:
-    """The best point in some regions: the least of objective `axis`, then of the sum of the others.
-
-    A design that exact comparison refuses (see `Measure.rounded`) is excluded, and the question asked again. Where no
-    limit is rounded there is none, and the referee sees each point once, with its canonical design.
-
-    Raises
-    ------
-    RefereeError
-        when the solver's point lies in none of the regions, or the analysis refuses its design for another reason.
-    """
-    is_rounded = _has_rounded_limits(evaluator)
-    while True:
-        answer = _lexicographic(solver, regions, axis, hint)
-        if not isinstance(answer, Found):
-            return answer
-        if not any(strictly_inside(answer.point, region) for region in regions):
-            raise RefereeError(f"the solver's point {answer.point} is not within {' or '.join(map(str, regions))}")
-        if not is_rounded or _is_accepted(evaluator, solver.encoded, answer):
-            return answer
-        solver.exclude(answer.design)
-
-
-def _has_rounded_limits(evaluator: Evaluator) -> bool:
-    return any(limit.measure.rounded for limit in evaluator.limits)
-
-
 def _is_strict(evaluator: Evaluator, encoded: EncodedSpace) -> bool:
     """Whether canonical designs are the first of all, which are the same whatever a model has learnt."""
-    return _has_rounded_limits(evaluator) or bool(encoded.open_terms)
+    return may_refuse(evaluator) or bool(encoded.open_terms)
 
 
 def _first_accepted(solver: Solver, evaluator: Evaluator, known: Found, near: Design | None) -> tuple[Design, bool]:
@@ -396,58 +357,12 @@ def _first_accepted(solver: Solver, evaluator: Evaluator, known: Found, near: De
 
     Where the search adds to the model as it goes, only the strictly first one is the same whatever way it went.
     """
-    is_rounded = _has_rounded_limits(evaluator)
+    is_refereed = may_refuse(evaluator)
     strictly = _is_strict(evaluator, solver.encoded)
     while True:
         found = canonical_design(solver, known, near, strictly=strictly)
         if found is None:
             return known.design, False
-        if not is_rounded or _is_accepted(evaluator, solver.encoded, Found(known.point, found[0])):
+        if not is_refereed or accepted(evaluator, found[0], claimed_by(evaluator, solver.encoded, known.point)):
             return found  # where no limit is rounded, the referee sees it with the others (`_State.snapshot`)
         solver.exclude(found[0])
-
-
-def _lexicographic(solver: Solver, regions: tuple[Bound, ...], axis: int, hint: Design | None) -> Answer:
-    """One call with a weight that puts `axis` first, or two calls where that weight would leave exact arithmetic."""
-    most = [max(bounds) - 1 for bounds in zip(*regions, strict=True)]
-    if not most:
-        return solver.minimise([], regions, hint=hint)
-    others = sum(most) - most[axis]
-    weight = others + 1
-    if weight * most[axis] + others < EXACT_LIMIT:
-        return solver.minimise([weight if position == axis else 1 for position in range(len(most))], regions, hint=hint)
-    first = solver.minimise([int(position == axis) for position in range(len(most))], regions, hint=hint)
-    if not isinstance(first, Found):
-        return first
-    least = tuple(value + 1 for value in first.point)
-    tightened = [capped(region, axis, least) for region in regions]
-    return solver.minimise([int(position != axis) for position in range(len(most))], tightened, hint=first.design)
-
-
-def _is_accepted(evaluator: Evaluator, encoded: EncodedSpace, found: Found) -> bool:
-    """Whether the analysis accepts the solver's design; only a rounded measure's limit may be a reason not to.
-
-    Raises
-    ------
-    RefereeError
-        when the analysis finds other objectives than the solver, or another reason to refuse the design.
-    """
-    evaluation = evaluator.evaluate(found.design)
-    rounded = {limit.requirement for limit in evaluator.limits if limit.measure.rounded}
-    broken = {verdict.requirement for verdict in evaluation.verdicts if not verdict.holds}
-    if evaluation.breaches or broken - rounded:
-        reasons = [*evaluation.breaches, *(item.text for item in broken)]
-        raise RefereeError(f"the solver's design is refused by the analysis: {'; '.join(reasons)}")
-    claimed = _signed(evaluator, counted(encoded.objectives, found.point))
-    if evaluation.objectives != claimed:
-        raise RefereeError(f"the solver claims {claimed}, the analysis finds {evaluation}")
-    return not broken
-
-
-def _refereed(evaluator: Evaluator, encoded: EncodedSpace, design: Design, point: Bound) -> Design:
-    """The design, after the analysis has recomputed its objectives and requirements."""
-    evaluation = evaluator.evaluate(design)
-    claimed = _signed(evaluator, counted(encoded.objectives, point))
-    if not evaluation.is_feasible or evaluation.objectives != claimed:
-        raise RefereeError(f"the solver claims {claimed}, the analysis finds {evaluation}")
-    return evaluation.design

@@ -21,6 +21,7 @@ from dse.encode.model import EncodedSpace, encode
 from dse.errors import RefereeError
 from dse.pareto.answer import Answer, Found, NoSuchDesign, Unfinished
 from dse.pareto.pool import heard
+from dse.pareto.referee import accepted
 from dse.pareto.subproblem import Solver
 from dse.space.types import Design
 from dse.timelimit import OutOfTime
@@ -98,11 +99,9 @@ class Finder:
                 return Neighbourhood(tuple(found), more=False)
             if not isinstance(answer, Found):
                 return Neighbourhood(tuple(found), more=None)
-            evaluation = self.evaluator.evaluate(answer.design)
+            evaluation = accepted(self.evaluator, answer.design)
             solver.exclude(answer.design)
-            if not evaluation.is_feasible:
-                if not any(limit.measure.rounded for limit in self.evaluator.limits):
-                    raise RefereeError(f"the solver's design is refused by the analysis: {evaluation}")
+            if evaluation is None:
                 continue
             if not self._is_near(evaluation.objectives, objectives, within):
                 raise RefereeError(f"the solver's design has other objectives than it claims: {evaluation}")

@@ -12,14 +12,13 @@ from dataclasses import replace
 from ortools.sat.python import cp_model
 
 from dse.analysis.evaluate import Evaluator
-from dse.analysis.limits import Limit, judge
+from dse.analysis.limits import Limit
 from dse.analysis.measures import Measure
 from dse.analysis.validity import canonical
-from dse.analysis.views import View
 from dse.encode.model import Demands
-from dse.errors import RefereeError
 from dse.pareto.answer import Found, Unfinished
 from dse.pareto.pool import heard
+from dse.pareto.referee import refused
 from dse.pareto.subproblem import Solver
 from dse.space.types import Design, Space
 from dse.timelimit import OutOfTime
@@ -74,11 +73,12 @@ class Switchboard:
                     raise OutOfTime
                 if not isinstance(answer, Found):
                     return None
-                broken = self._broken(answer.design, [*limits, *more])
+                asked = [*limits, *more]
+                broken = refused(self.structure, answer.design, [limit for limit, _ in asked])
                 if not broken:
                     return canonical(self.space, answer.design)
-                for guard in broken:  # within what rounding admits, but not exactly
-                    solver.exclude(answer.design, unless=[guard.negated()])
+                for number in broken:  # within what rounding admits, but not exactly
+                    solver.exclude(answer.design, unless=[asked[number][1].negated()])
         finally:
             for _, guard in more:
                 self._bound(guard, 0, 0)
@@ -96,12 +96,3 @@ class Switchboard:
         domain = self.model.proto.variables[variable.index].domain
         domain.clear()
         domain.extend([low, high])
-
-    def _broken(self, design: Design, limits: Sequence[tuple[Limit, cp_model.IntVar]]) -> list[cp_model.IntVar]:
-        """The guards of the limits that exact comparison finds broken; only rounding may be a reason."""
-        reasons = self.structure.invalid(design)
-        broken = [] if reasons else [pair for pair in limits if not judge(pair[0], View(design)).holds]
-        reasons += [limit.requirement.text for limit, _ in broken if not limit.measure.rounded]
-        if reasons:
-            raise RefereeError(f"the solver's design is refused by the analysis: {'; '.join(reasons)}")
-        return [guard for _, guard in broken]

@@ -50,6 +50,18 @@ WAYS = (BARE, RELAXED, CUTTING)
 BARE_IN_ORDER = Settings(0, has_cuts=False, weight=1.0, in_order=True)
 RELAXED_IN_ORDER = Settings(2, has_cuts=False, weight=1.0, in_order=True)
 CUTTING_IN_ORDER = Settings(2, has_cuts=True, weight=1.0, in_order=True)
+ORDERED_SEARCH = ((BARE_IN_ORDER, 0.01), (RELAXED_IN_ORDER, 0.05), (CUTTING_IN_ORDER, 0.05))
+"""Settings and work of the attempts to find a canonical design."""
+ORDERED_TO_THE_END = ((BARE_IN_ORDER, 0.01), (CUTTING_IN_ORDER, 2.0))
+"""The same where nothing else tells one design from the others."""
+FIRST_DESIGN = ((BARE_IN_ORDER, 0.1), (BARE, 0.5))
+"""The same for any design at all, where the first attempt at a question has found none."""
+BRIEF = (BARE, 0.05)
+"""The first attempt at a part: what bare settings can do they do at once, the rest needs linear relaxation."""
+ANY = (BRIEF, (CUTTING, 1.5), (CUTTING, 100.0))
+"""The same for a design that is not the first: fixed, so that it does not depend on what was asked before."""
+BARE_FIRST = 0.25
+"""Work for bare settings at the first question, which is harder than those after it, before its parts are asked."""
 
 
 def sound_solver(seed: int = 0) -> cp_model.CpSolver:

@@ -16,44 +16,23 @@ from ortools.sat.python import cp_model
 from dse.encode.linear import EXACT_LIMIT
 from dse.encode.model import EncodedSpace
 from dse.pareto.answer import Answer, Found, NoSuchDesign, Unfinished, weighted
+from dse.pareto.apart import Apart
 from dse.pareto.parts import Part, Parts
 from dse.pareto.portfolio import PATIENCE, Attempt, Portfolio
 from dse.pareto.regions import Bound, strictly_inside
 from dse.pareto.settings import (
-    BARE,
+    ANY,
+    BARE_FIRST,
     BARE_IN_ORDER,
-    CUTTING,
-    CUTTING_IN_ORDER,
-    RELAXED,
-    RELAXED_IN_ORDER,
+    FIRST_DESIGN,
+    ORDERED_SEARCH,
+    ORDERED_TO_THE_END,
     WAYS,
     Settings,
     sound_solver,
 )
 from dse.space.types import Design
 
-ORDERED_SEARCH = ((BARE_IN_ORDER, 0.01), (RELAXED_IN_ORDER, 0.05), (CUTTING_IN_ORDER, 0.05))
-"""Settings and work of the attempts to find a canonical design."""
-ORDERED_TO_THE_END = ((BARE_IN_ORDER, 0.01), (CUTTING_IN_ORDER, 2.0))
-"""The same where nothing else tells one design from the others."""
-FIRST_DESIGN = ((BARE_IN_ORDER, 0.1), (BARE, 0.5))
-"""The same for any design at all, where the first attempt at a question has found none."""
-BRIEF = (BARE, 0.05)
-"""The first attempt at a part: what bare settings can do they do at once, the rest needs linear relaxation."""
-APART_WAYS = (CUTTING, RELAXED, BARE)
-"""The settings for parts for which that was not enough, in turn ..."""
-APART_WORK = 1.5
-"""... with so much work in the first round, and twice as much in each further one."""
-APART_CHEAP = 0.1
-"""A part for which linear relaxation has needed less than this is asked with it at once the next time."""
-ANY = (BRIEF, (CUTTING, 1.5), (CUTTING, 100.0))
-"""The same for a design that is not the first: fixed, so that it does not depend on what was asked before."""
-APART = 4
-"""How much longer questions are asked part by part than as a whole."""
-BARE_FIRST = 0.25
-"""Work for bare settings at the first question, which is harder than those after it, before its parts are asked."""
-READING = 6e-6
-"""Work to read a model, for each variable: the solver does not count it, and it is read again for each part."""
 MOST_RELAXED_REGIONS = 2
 """How many regions a question should be about where linear relaxation is what helps."""
 FEW_VARIABLES = 1_000
@@ -127,7 +106,7 @@ class Solver:
         self.hint(hint)
         attempts: list[Attempt] = [partial(self._solve_in, weights, regions, settings) for settings in WAYS]
         if len(self.parts) > 1:
-            attempts[1:] = [_Apart(self, weights, regions).attempt]
+            attempts[1:] = [Apart(self, weights, regions).attempt]
         return self._whole.answer(attempts, self._work_done, self.out_of_time)
 
     def ask(self) -> Answer:
@@ -412,59 +391,6 @@ class Solver:
             yield
         finally:
             domain.clear()
-
-
-class _Apart:
-    """A question asked part by part: in rounds, those first whose bound leaves most room for something better.
-
-    What is found in one part limits the others, and what earlier questions proved of a part may answer for it.
-    """
-
-    def __init__(self, solver: Solver, weights: Sequence[int], regions: Sequence[Bound]) -> None:
-        self.solver = solver
-        self.weights = weights
-        self.regions = regions
-        self.best = solver.parts.best(weights, regions)
-        self.waiting = [
-            (int(number in solver.relaxed_first), weighted(weights, part.floor(open_regions)), number)
-            for number, part in enumerate(solver.parts.all)
-            if (open_regions := part.open(regions))
-        ]
-
-    def attempt(self, work: float) -> Answer:
-        """Go on for so much work, and more: what was done is not lost."""
-        solver = self.solver
-        end = solver.work + APART * work
-        while self.waiting:
-            turn, bound, number = self.waiting.pop(self.waiting.index(min(self.waiting)))
-            if self.best is not None and bound >= weighted(self.weights, self.best.point):
-                continue
-            answer = self._ask(number, turn)
-            solver.work += READING * len(solver.encoded.model.proto.variables)
-            if isinstance(answer, Found):
-                self.best = answer
-            elif isinstance(answer, Unfinished):
-                self.best = answer.best or self.best
-                self.waiting.append((turn + 1, bound if answer.bound is None else max(bound, answer.bound), number))
-                if solver.out_of_time() or solver.work >= end:
-                    return Unfinished(best=self.best)
-        return self.best or NoSuchDesign()
-
-    def _ask(self, number: int, turn: int) -> Answer:
-        """One attempt at a part: bare settings for a moment, then linear relaxation with limits that double."""
-        if turn == 0:
-            attempt = BRIEF
-        else:
-            rounds, way = divmod(turn - 1, len(APART_WAYS))
-            attempt = APART_WAYS[way], APART_WORK * 2**rounds
-        solver = self.solver
-        before = solver.work
-        answer = solver.solve_part(solver.parts.all[number], attempt, self.weights, self.regions, self.best)
-        if turn == 1 and solver.work - before <= APART_CHEAP:
-            solver.relaxed_first.add(number)
-        else:
-            solver.relaxed_first.discard(number)
-        return answer
 
 
 def _set_domain(bounded: Any, low: int, high: int) -> None:

@@ -6,8 +6,8 @@ from collections.abc import Mapping, Sequence
 from fractions import Fraction
 from typing import Any
 
+from dse.report.amounts import shortened
 from dse.report.charts import Spec, whole_spec
-from dse.report.words import shortened
 from dse.results.analyse import FlowTable, Usage
 from dse.results.display import counted, readable
 from dse.units import Exact, is_unbounded

@@ -12,7 +12,8 @@ from textwrap import wrap
 from typing import Any, TypeAlias
 
 from dse.results.display import counted, display_unit, titled
-from dse.results.solve import ObjectiveInfo, Result
+from dse.results.points import ObjectiveInfo
+from dse.results.solve import Result
 from dse.units import is_unbounded
 
 Spec: TypeAlias = dict[str, Any]

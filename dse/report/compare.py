@@ -7,8 +7,8 @@ from typing import Any
 from rich.console import Console
 from rich.table import Table
 
+from dse.report.amounts import amount_words
 from dse.report.plain import plain, plain_table
-from dse.report.words import amount_words
 from dse.results.compare import DesignComparison, Line, PointComparison, ResultComparison
 from dse.results.display import counted
 from dse.results.solve import Result

@@ -12,6 +12,7 @@ from typing import Any
 from dse.analysis.binding import bus_stack, message_bytes
 from dse.analysis.rates import rate_hz
 from dse.analysis.views import View
+from dse.report.amounts import amount_words, slack_words
 from dse.report.bars import usage_records, waterfall_records
 from dse.report.charts import front_records
 from dse.report.contention import contention_words, processing_words
@@ -23,7 +24,6 @@ from dse.report.words import (
     GAPS,
     REDUCED,
     Sentence,
-    amount_words,
     baseline_words,
     changes_words,
     dominated_words,
@@ -33,15 +33,15 @@ from dse.report.words import (
     proof_words,
     rank_text,
     sentences,
-    slack_words,
     tie_words,
     unused_words,
 )
 from dse.results.analyse import Analysis, FlowTable, Usage
 from dse.results.changes import changes_between
 from dse.results.display import counted, display_unit, readable
+from dse.results.points import Point
 from dse.results.reasons import Reasoner
-from dse.results.solve import Point, Result, decisions_of
+from dse.results.solve import Result, decisions_of
 from dse.space.types import Space
 from dse.timelimit import look_at_the_clock
 from dse.units import is_unbounded

@@ -15,9 +15,9 @@ from dse.analysis.binding import bus_stack
 from dse.analysis.contention import cores_of
 from dse.analysis.rates import rate_hz
 from dse.analysis.views import View
+from dse.report.amounts import shortened
 from dse.report.layout import Layout, layered
 from dse.report.theme import LIGHT, with_colours
-from dse.report.words import shortened
 from dse.space.trees import at
 from dse.space.types import EMPTY, Component, Design, Slot, Space
 from dse.units import format_duration, format_number, format_rate

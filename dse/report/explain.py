@@ -8,11 +8,13 @@ from fractions import Fraction
 from rich.console import Console
 
 from dse.analysis.limits import FULLEST
+from dse.report.amounts import amount_words
 from dse.report.plain import basis_words
-from dse.report.words import amount_words, exclusion_words
+from dse.report.words import exclusion_words
 from dse.results.display import readable
 from dse.results.explain import Demand, Example, Explanation, GiveUp, Offer, Relaxation
-from dse.results.solve import Clash, Result
+from dse.results.points import Clash
+from dse.results.solve import Result
 
 DIGITS = 6
 MOST_DECISIONS = 24

@@ -7,7 +7,7 @@ from typing import cast
 
 from dse.analysis.latency import counts_responses
 from dse.analysis.scheduling import UNBOUNDED_NS
-from dse.report.words import amount_words, listed
+from dse.report.amounts import amount_words, listed
 from dse.results.display import counted
 from dse.results.missing import Outlook, outlooks_of
 from dse.results.solve import Result

@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from rich.console import Console
 from rich.table import Table
 
+from dse.report.amounts import slack_words
 from dse.report.contention import contended_words, contention_words, core_words, processing_words
 from dse.report.explain import print_conflicts
 from dse.report.missing import TITLE, missing_words
@@ -30,15 +31,15 @@ from dse.report.words import (
     rounding_words,
     sentences,
     short_name,
-    slack_words,
     tie_words,
     unused_words,
 )
 from dse.results.analyse import Analysis, FlowTable, Usage
 from dse.results.changes import changes_between
 from dse.results.display import counted, readable
+from dse.results.points import Point
 from dse.results.reasons import Reasoner
-from dse.results.solve import Point, Result
+from dse.results.solve import Result
 from dse.results.variants import varying
 from dse.space.settings import settings_of
 from dse.units import Exact

@@ -6,14 +6,14 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 
-from rich.cells import cell_len, set_cell_size
-
+from dse.report.amounts import deltas_words, difference_words, listed, margin_words, rate_words
 from dse.report.contention import contended_words, cores_origin, placed_words
-from dse.results.changes import Change, Delta
-from dse.results.display import counted, display_unit, readable
+from dse.results.changes import Change
+from dse.results.display import counted, readable
 from dse.results.missing import is_proved
-from dse.results.reasons import Comparison, Dominant, Improvement, Margin, Reasoner, Reasons
-from dse.results.solve import FurtherDesign, FurtherDesigns, Point, Result
+from dse.results.points import FurtherDesign, FurtherDesigns, Point
+from dse.results.reasons import Comparison, Dominant, Improvement, Reasoner, Reasons
+from dse.results.solve import Result
 from dse.results.variants import NEAR
 from dse.space.activation import exclusions
 from dse.space.types import Space
@@ -209,79 +209,8 @@ def _following(change: Change) -> str:
     return f"{name} is left empty" if change.after == "none" else f"{name} is used"
 
 
-def deltas_words(items: Sequence[Delta], currency: str) -> str:
-    """``Gains: price 290 EUR instead of 305 EUR (15 EUR less). Gives up: …. Unchanged: …``."""
-    gains = [_delta(item, currency) for item in items if item.gain > 0]
-    losses = [_delta(item, currency) for item in items if item.gain < 0]
-    same = [item.name for item in items if not item.gain]
-    parts = [f"Gains: {'; '.join(gains)}"] if gains else []
-    parts += [f"Gives up: {'; '.join(losses)}"] if losses else []
-    parts += [f"Unchanged: {', '.join(same)}"] if same else []
-    return ". ".join(parts)
-
-
-def _delta(item: Delta, currency: str) -> str:
-    after, before = counted(item.after, item.unit, currency), counted(item.before, item.unit, currency)
-    if is_unbounded(item.after) or is_unbounded(item.before):
-        return f"{item.name} {after} instead of {before}"
-    return f"{item.name} {after} instead of {before} ({difference_words(item, currency)})"
-
-
 EMPTY_SLOT = "holds: the slot is empty"
 """The verdict on a requirement that limits a processor or bus which the design leaves empty."""
-
-
-def difference_words(item: Delta, currency: str) -> str:
-    """``15 EUR less``; where one of the two is unbounded there is no difference."""
-    if is_unbounded(item.after) or is_unbounded(item.before):
-        after, before = counted(item.after, item.unit, currency), counted(item.before, item.unit, currency)
-        return f"{after} instead of {before}"
-    change = item.after - item.before
-    return f"{amount_words(abs(change), item.unit, currency)} {'more' if change > 0 else 'less'}"
-
-
-def amount_words(value: Fraction | int, unit: str, currency: str, digits: int = 3) -> str:
-    """A difference; between shares in percentage points, so that nobody takes it for a share of the value.
-
-    >>> amount_words(39_900, "ppm", "EUR"), amount_words(1500, "ct", "EUR")
-    ('3.99 percentage points', '15 EUR')
-    """
-    text = counted(value, unit, currency, digits)
-    return text.removesuffix("%") + _points(text) if text.endswith("%") else text
-
-
-def slack_words(slack: Fraction, unit: str, currency: str) -> str:
-    """How far a value is from its limit; a dash where the value is unbounded."""
-    return "-" if is_unbounded(slack) else readable(slack, unit, currency, 6)
-
-
-def _points(text: str) -> str:
-    return "percentage point" if text == "1 %" else "percentage points"
-
-
-def margin_words(margin: Margin, currency: str) -> str:
-    """``load of can0 <= 40 %: 2.4 KB/s against 12.5 KB/s (40 % of 31.25 KB/s), slack 10.1 KB/s (80.8 % of the …)``."""
-    value, limit = readable(margin.value, margin.unit, currency), _limit_words(margin, currency)
-    who = f"{margin.thread} alone, {value} against {limit}" if margin.thread else f"{value} against {limit}"
-    if not margin.slack:
-        return f"{margin.requirement.shown}: {who}. It binds: there is no slack."
-    if is_unbounded(margin.slack):
-        return f"{margin.requirement.shown}: {who}."
-    slack = amount_words(margin.slack, margin.unit, currency)
-    share = f" ({readable(margin.share * 10**6, 'ppm', digits=1)} of the limit)" if margin.limit else ""
-    return f"{margin.requirement.shown}: {who}, slack {slack}{share}."
-
-
-def _limit_words(margin: Margin, currency: str) -> str:
-    """The limit, and of what it is a share: ``280 % (70 % of 4 cores)``, ``7.812 KB/s (50 % of 15.625 KB/s)``."""
-    limit = readable(margin.limit, margin.unit, currency)
-    if margin.thread:
-        return f"{limit} of one core"
-    whole = margin.capacity
-    if whole is None or (margin.unit == "ppm" and whole == PPM):
-        return limit
-    of = f"{whole / PPM} cores" if margin.unit == "ppm" else readable(whole, margin.unit, currency)
-    return f"{limit} ({readable(margin.limit / whole * PPM, 'ppm')} of {of})"
 
 
 def dominant_words(dominant: Dominant) -> str:
@@ -315,30 +244,6 @@ def improvement_words(item: Improvement, result: Result) -> str:
     ]
     text += f", and with {listed(also)}" if also else ""
     return f"{text}. {changes_words(item.changes)}."
-
-
-def rate_words(loss: Delta, gain: Delta, currency: str) -> str:
-    """What one unit of gain costs: ``138.9 EUR per ms``."""
-    loss_factor, loss_unit = display_unit(loss.unit, currency)
-    gain_factor, gain_unit = display_unit(gain.unit, currency)
-    rate = (Fraction(-loss.gain) / loss_factor) / (Fraction(gain.gain) / gain_factor)
-    loss_unit = "percentage points" if loss_unit == "%" else loss_unit
-    gain_unit = "percentage point" if gain_unit == "%" else gain_unit
-    worse = loss_unit or ("changes" if loss.name == "changes" else f"of {loss.name}")
-    better = gain_unit or ("change" if gain.name == "changes" else f"1 of {gain.name}")
-    return f"{float(rate):.4g} {worse} per {better}"
-
-
-def shortened(text: str, room: int) -> str:
-    """Text that takes at most `room` columns (wide letters take two), without its middle if need be.
-
-    >>> shortened("implement_controller", 10), shortened("sprayer", 10)
-    ('impl…oller', 'sprayer')
-    """
-    head = room // 2 - 1
-    if cell_len(text) <= room:
-        return text
-    return f"{set_cell_size(text, head).rstrip()}…{set_cell_size(text[::-1], room - head - 1)[::-1].lstrip()}"
 
 
 def others_words(others: FurtherDesigns) -> str:
@@ -433,8 +338,3 @@ def rank_text(result: Result, rank: int) -> str:
 
 def _capital(text: str) -> str:
     return text[:1].upper() + text[1:]
-
-
-def listed(items: Sequence[str]) -> str:
-    """``a``, ``a and b``, ``a, b and c``."""
-    return " and ".join([", ".join(items[:-1]), items[-1]] if len(items) > 1 else items)

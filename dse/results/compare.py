@@ -10,8 +10,9 @@ from typing import Any
 from dse.analysis.measures import all_metrics
 from dse.results.analyse import Analysis
 from dse.results.display import exact, figures_of
+from dse.results.points import ObjectiveInfo, Point
 from dse.results.renumbering import numbered_like
-from dse.results.solve import ObjectiveInfo, Point, Result, decisions_of
+from dse.results.solve import Result, decisions_of
 from dse.space.metrics import parts_of
 from dse.space.settings import SETTINGS, settings_of
 from dse.space.types import Metric, Space

@@ -10,7 +10,8 @@ from typing import Any, Literal
 
 from dse.errors import EXIT_COMPLETE, EXIT_INCOMPLETE, EXIT_NO
 from dse.results.display import exact
-from dse.results.solve import Origin, csv_text
+from dse.results.points import Origin
+from dse.results.solve import csv_text
 
 FORMAT = "dse-explanation/1"
 

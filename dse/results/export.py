@@ -15,7 +15,8 @@ from dse.analysis.views import View
 from dse.errors import ProblemError
 from dse.results.editing import Draft, flow_mapping, yaml_text
 from dse.results.solve import Result
-from dse.space.questions import QuestionError, read_value
+from dse.space.metrics import QuestionError
+from dse.space.options import read_value
 from dse.space.settings import SETTINGS, default_deadlines
 from dse.space.trees import at
 from dse.space.types import EMPTY, Decision, Design, Metric, Requirement, Space

@@ -6,7 +6,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from dse.results.solve import Point, Result
+from dse.results.points import Point
+from dse.results.solve import Result
 
 UNBOUNDED = 2**62
 """Stands for the bound of a region in an objective in which it has none."""

@@ -16,7 +16,8 @@ from dse.analysis.views import View
 from dse.results.analyse import Analysis, FlowTable
 from dse.results.changes import Change, Delta, changes_between, counted_changes, deltas
 from dse.results.design_tables import analyse_design
-from dse.results.solve import Point, Result
+from dse.results.points import Point
+from dse.results.solve import Result
 from dse.space.types import Requirement
 from dse.units import DIMENSIONLESS, Exact
 

@@ -12,7 +12,8 @@ from fractions import Fraction
 from typing import Any
 
 from dse.results.display import exact
-from dse.results.solve import Point, Result
+from dse.results.points import Point
+from dse.results.solve import Result
 
 STATE = ("status", "unexplored", "refuted", "potential", "ranking")
 """What else is told of the nominal front: how far it is proved, from which a stopped search goes on."""

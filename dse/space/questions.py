@@ -7,11 +7,10 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import replace
-from difflib import get_close_matches
 from fractions import Fraction
 from functools import partial
 from graphlib import CycleError, TopologicalSorter
-from typing import Any, TypeVar
+from typing import TypeVar
 
 from dse.space.cores import open_cores, with_open_cores
 from dse.space.implied import with_implied
@@ -19,95 +18,39 @@ from dse.space.metrics import (
     RESERVED,
     QuestionError,
     is_share,
-    metric_dimension,
     own_limit,
     read_derived,
     resolve_metrics,
     states_bandwidth,
     worst_metric,
 )
-from dse.space.properties import Ledger, Path, closest
+from dse.space.options import read_option, unknown_field
+from dse.space.properties import Ledger, Path
+from dse.space.rules import read_rule
 from dse.space.settings import with_deadlines
-from dse.space.trees import Tree, leaves
 from dse.space.types import (
-    EMPTY,
-    Atom,
     Component,
     Metric,
-    MultipleTest,
     Objective,
-    PairTest,
-    Reference,
     Requirement,
-    ResolvedCondition,
     Rule,
     Space,
-    UsedTest,
-    ValueTest,
 )
 from dse.spec.expressions import (
-    And,
-    Compare,
-    Condition,
     DerivedExpr,
     ExtremeRef,
-    MultipleOf,
-    Not,
-    OneOf,
-    Or,
-    Ref,
-    Used,
 )
-from dse.spec.grammar import ExpressionError, parse_derived, parse_objective, parse_requirement, parse_rule
+from dse.spec.grammar import ExpressionError, parse_derived, parse_objective, parse_requirement
 from dse.spec.model import Spec
 from dse.spec.scan import CALL
-from dse.spec.totals import in_unit_of
 from dse.units import (
     TIME,
     Quantity,
-    Total,
-    UnitError,
     format_duration,
-    parse_bandwidth_bps,
-    parse_data_rate,
-    parse_money,
-    parse_period_ns,
-    parse_power_mw,
-    parse_rate_hz,
-    parse_size_bytes,
-    parse_time_range_ns,
-    parse_total,
-    parse_transmission_ns,
     shown,
 )
 
-__all__ = [
-    "QuestionError",
-    "metric_dimension",
-    "read_objective",
-    "read_option",
-    "read_requirements",
-    "read_rule",
-    "resolve_metrics",
-    "with_questions",
-]
-
-SHOWN_OPTIONS = 12
 MOST_FAILURES = 200
-PARSERS: Mapping[str, Callable[[str], Any]] = {
-    "duration": parse_period_ns,
-    "time range": parse_time_range_ns,
-    "transmission time": parse_transmission_ns,
-    "data size": parse_size_bytes,
-    "bandwidth": parse_bandwidth_bps,
-    "data rate": parse_data_rate,
-    "rate": parse_rate_hz,
-    "money": parse_money,
-    "power": parse_power_mw,
-    "total": parse_total,
-    "count": int,
-}
-ORDERED = ("duration", "data size", "bandwidth", "data rate", "rate", "money", "power", "total", "count")
 T = TypeVar("T")
 
 
@@ -270,76 +213,8 @@ def _costs(ledger: Ledger, space: Space, spec: Spec) -> dict[int, int]:
         elif decision is not None:
             result[decision] = cost
         elif name not in space.references and not ledger.is_doubtful(str(path[1]), name):
-            ledger.error(path, *_unknown_field(space, name), at_key=True)
+            ledger.error(path, *unknown_field(space, name), at_key=True)
     return result
-
-
-def _unknown_field(space: Space, name: str) -> tuple[str, str]:
-    """What is wrong with a name that no field has, and which come close."""
-    fields = [item for item in space.references if item.rpartition(".")[0] == name.rpartition(".")[0]]
-    return f"nothing is called {shown(name)}", closest(name, fields or space.references)
-
-
-def read_option(space: Space, name: str, text: str) -> tuple[int | None, int]:
-    """The decision called `name` and its option `text`; (None, 0) for a fixed field that has this very value.
-
-    A type may go by the name of its component alone, as it does in tables.
-
-    Raises
-    ------
-    QuestionError
-        when there is no such field, or it has no such option.
-    """
-    name = name if name in space.references else f"{name}.type" if f"{name}.type" in space.references else name
-    reference = space.references.get(name)
-    if reference is None:
-        raise QuestionError(*_unknown_field(space, name))
-    value = offered_value(reference, text)
-    decision = space.decision_index(name)
-    if decision is None:
-        return None, 0
-    if value not in space.decisions[decision].values:
-        options = ", ".join(space.decisions[decision].options)
-        message = f"{name} is {reference.texts[value]} only where a type does not state it: there is nothing to choose"
-        raise QuestionError(message, f"options: {options}")
-    return decision, space.decisions[decision].values.index(value)
-
-
-def offered_value(reference: Reference, text: str) -> Any:
-    """The value that `text` means, which must be one of the options."""
-    value = read_value(reference, text)
-    if value not in reference.texts:
-        raise _never(reference, text)
-    return value
-
-
-def read_value(reference: Reference, text: str) -> Any:
-    """The value that `text` means for a reference of its kind."""
-    if reference.kind in PARSERS:
-        try:
-            value = PARSERS[reference.kind](text)
-            return in_unit_of(reference.texts, value) if isinstance(value, Total) else value
-        except UnitError as error:
-            raise QuestionError(f"{reference.name}: {error.message}", error.hint) from error
-        except ValueError as error:
-            raise QuestionError(f"{reference.name}: expected a {reference.kind}, got {shown(text)}") from error
-    by_text = {str(option): value for value, option in reference.texts.items()}
-    if text in by_text:
-        return by_text[text]
-    if reference.kind == "type" and text == EMPTY:
-        return EMPTY
-    raise _never(reference, text)
-
-
-def _never(reference: Reference, text: str) -> QuestionError:
-    """A field that has no such option: the options, shortened where there are many."""
-    options = list(dict.fromkeys(str(option) for option in reference.texts.values()))
-    if len(options) == 1:
-        return QuestionError(f"{reference.name} is always {options[0]}, never {shown(text)}")
-    match = get_close_matches(text, options, n=1) if reference.kind not in PARSERS else []
-    shortened = options[:SHOWN_OPTIONS] + ["..."] * (len(options) > SHOWN_OPTIONS)
-    hint = f'did you mean "{match[0]}"?' if match else f"options: {', '.join(shortened)}"
-    return QuestionError(f"{reference.name} is never {shown(text)}", hint)
 
 
 def read_requirements(space: Space, text: str, origin: str = "") -> tuple[Requirement, ...]:
@@ -372,94 +247,3 @@ def read_objective(space: Space, text: str, origin: str = "") -> Objective:
     """What to minimise or maximise; without ``of`` the worst of all candidates."""
     expression = parse_objective(text)
     return Objective(text, expression.sense, worst_metric(space, expression.metric, expression.sense), origin)
-
-
-def read_rule(space: Space, text: str, origin: str = "") -> Rule:
-    """A rule with its names resolved."""
-    expression = parse_rule(text, list(space.references), _bare_names(space))
-    return Rule(text, expression.verb, _resolve(space, expression.condition), origin)
-
-
-def _bare_names(space: Space) -> list[str]:
-    slots = [slot.name for slot in (*space.processors, *space.buses)]
-    types = [str(text) for item in space.references.values() if item.kind == "type" for text in item.texts.values()]
-    types += [name for names in space.catalogue.values() for name in names]
-    return [*slots, *(name for name in dict.fromkeys(types) if name != EMPTY)]
-
-
-def unoffered_types(space: Space) -> list[str]:
-    """The types of the catalogues that nothing may have."""
-    offered = {str(text) for item in space.references.values() if item.kind == "type" for text in item.texts.values()}
-    return [name for names in space.catalogue.values() for name in names if name not in offered]
-
-
-def _compared_value(space: Space, reference: Reference, text: str) -> Any:
-    """The value that a rule compares with: an option, or a type of the catalogue that is none (any more)."""
-    if reference.kind == "type":
-        owner = reference.name.removesuffix(".type")
-        sections = {item.name: "processor_types" for item in space.processors}
-        sections |= {item.name: "bus_types" for item in space.buses}
-        sections |= {item.name: f"{item.section.removesuffix('s')}_types" for item in space.components}
-        if text in space.catalogue.get(sections.get(owner, ""), ()):
-            return text
-    return offered_value(reference, text)
-
-
-def _resolve(space: Space, condition: Condition) -> ResolvedCondition:
-    if isinstance(condition, Not):
-        return Not(_resolve(space, condition.operand))
-    if isinstance(condition, And | Or):
-        operands = tuple(_resolve(space, item) for item in condition.operands)
-        return And(operands) if isinstance(condition, And) else Or(operands)
-    return _atom(space, condition)
-
-
-def _atom(space: Space, condition: Condition) -> Atom:
-    references = space.references
-    if isinstance(condition, Used):
-        return _used(space, condition.name)
-    if isinstance(condition, OneOf):
-        reference = references[condition.ref.name]
-        return ValueTest(
-            reference.tree, "in", tuple(_compared_value(space, reference, text) for text in condition.values)
-        )
-    if isinstance(condition, MultipleOf):
-        left, right = references[condition.left.name], references[condition.right.name]
-        if left.kind != "duration" or right.kind != "duration":
-            raise QuestionError("only a period can be a multiple of a period")
-        return MultipleTest(left.tree, right.tree)
-    assert isinstance(condition, Compare)
-    left = references[condition.left.name]
-    ordered = condition.operator not in ("==", "!=")
-    if ordered and left.kind not in ORDERED:
-        raise QuestionError(f"{left.name} has no order: compare it with == or !=")
-    if isinstance(condition.right, Ref):
-        right = references[condition.right.name]
-        if right.kind != left.kind:
-            raise QuestionError(f"{left.name} and {right.name} are of different kinds")
-        return PairTest(left.tree, condition.operator, right.tree)
-    if condition.operator == "==" or left.kind == "type":
-        return ValueTest(left.tree, condition.operator, _compared_value(space, left, condition.right))
-    return ValueTest(left.tree, condition.operator, read_value(left, condition.right))
-
-
-def _used(space: Space, name: str) -> UsedTest:
-    """A slot that is not empty, or a type that some slot or component has, or to which something is bound directly.
-
-    A type of the catalogue that nothing may have is used in no design.
-    """
-    slots = {slot.name: slot for slot in (*space.processors, *space.buses)}
-    if name in slots and name not in slots[name].types:
-        reference = space.references[f"{name}.type"]
-        return UsedTest(((reference.tree, tuple(item for item in slots[name].types if item != EMPTY)),))
-    direct = [number for number, bus in enumerate(space.buses) if bus.direct and bus.name == name]
-    own = {f"{name}.type"} if direct else set()
-    having = [item for item in space.references.values() if item.kind == "type" and name in item.texts]
-    if not having and not any(name in names for names in space.catalogue.values()):
-        match = get_close_matches(name, _bare_names(space), n=1)
-        raise QuestionError(f"nothing is called {shown(name)}", f'did you mean "{match[0]}"?' if match else "")
-    bindings = [*(item.bus for item in space.connections), *(item.carrier for item in space.buses)]
-    bound: list[tuple[Tree, tuple[int, ...]]] = [
-        (tree, (number,)) for number in direct for tree in bindings if number in set(leaves(tree))
-    ]
-    return UsedTest((*((item.tree, (name,)) for item in having if item.name not in own), *bound))

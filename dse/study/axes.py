@@ -15,8 +15,8 @@ from dse.api.problem import Problem
 from dse.errors import UsageError
 from dse.space.cores import with_open_cores
 from dse.space.implied import with_implied
-from dse.space.metrics import BUILT_IN, worst_of
-from dse.space.questions import QuestionError, read_requirements
+from dse.space.metrics import BUILT_IN, QuestionError, worst_of
+from dse.space.questions import read_requirements
 from dse.space.types import Metric, Requirement, Space
 from dse.spec.grammar import ExpressionError
 from dse.spec.quantities import COUNT, TOTAL, read_value

@@ -73,9 +73,7 @@ class RobustQuestion:
 
     def evaluator(self) -> Evaluator:
         """The evaluator of the nominal figures with what is demanded at corners so far."""
-        evaluator = Evaluator(self.space)
-        evaluator.limits = (*evaluator.limits, *self.demands.values())
-        return evaluator
+        return Evaluator(self.space, further=self.demands.values())
 
     def is_judged(self, design: Design) -> bool:
         """Whether it is known if a design is robust."""

@@ -17,7 +17,7 @@ from dse.analysis.views import View
 from dse.encode.linear import EXACT_LIMIT
 from dse.encode.model import encode
 from dse.errors import RefereeError
-from dse.pareto import canonical, front, pace
+from dse.pareto import best, canonical, front, pace
 from dse.pareto.answer import Answer, Found, NoSuchDesign, Unfinished
 from dse.pareto.canonical import canonical_design
 from dse.pareto.front import Budget, FrontSearch, Progress, Watch, search_front
@@ -256,7 +256,7 @@ def test_fixed_decisions() -> None:
 def test_objectives_too_large_for_one_weighted_sum_take_two_calls(monkeypatch: pytest.MonkeyPatch) -> None:
     evaluator = Evaluator(load_space(BY_NAME["bindings"]))
     expected = search_front(evaluator)
-    monkeypatch.setattr(front, "EXACT_LIMIT", 1)
+    monkeypatch.setattr(best, "EXACT_LIMIT", 1)
     search = search_front(evaluator)
     assert search.points == expected.points
     assert search.calls > expected.calls

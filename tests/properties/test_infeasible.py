@@ -10,7 +10,8 @@ from math import ceil, floor
 import pytest
 
 import dse
-from dse.results.solve import Clash, Result
+from dse.results.points import Clash
+from dse.results.solve import Result
 from tests.oracle import evaluator as oracle
 from tests.oracle import grammar
 from tests.oracle.generator import random_problem

@@ -7,7 +7,7 @@ import random
 import pytest
 
 from dse.encode import model, sums
-from dse.pareto import front, portfolio
+from dse.pareto import best, front, portfolio
 from dse.pareto.answer import Answer, Found, Unfinished
 from dse.pareto.front import Budget, FrontSearch, search_front
 from dse.pareto.parts import Part
@@ -42,7 +42,7 @@ def searched(pair: Pair, draw: random.Random, changed: pytest.MonkeyPatch) -> Fr
     changed.setattr(model, "MOST_REGIONS", draw.randint(1, 6))
     changed.setattr(model, "FEWEST_OBJECTIVES", draw.choice([1, 2, 3]))
     changed.setattr(front, "HELP_AFTER_S", draw.choice([0.0, front.HELP_AFTER_S]))
-    changed.setattr(front, "EXACT_LIMIT", draw.choice([1, front.EXACT_LIMIT, front.EXACT_LIMIT]))
+    changed.setattr(best, "EXACT_LIMIT", draw.choice([1, best.EXACT_LIMIT, best.EXACT_LIMIT]))
     changed.setattr(portfolio, "LOOK_AFTER", draw.randint(1, 8))
     often, seldom = draw.choice([0.0, 0.5, 0.9]), draw.choice([0.0, 0.5])
     whole, within = Solver._solve_whole, Solver._within

@@ -12,7 +12,8 @@ from fractions import Fraction
 import pytest
 
 import dse
-from dse.report.words import baseline_words, margin_words, sentences, tie_words
+from dse.report.amounts import margin_words
+from dse.report.words import baseline_words, sentences, tie_words
 from dse.results.order import ranked_by
 from dse.results.reasons import Reasoner
 from dse.results.solve import Result

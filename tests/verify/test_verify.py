@@ -17,7 +17,7 @@ from dse.analysis.validity import canonical
 from dse.cli.main import run
 from dse.errors import UsageError
 from dse.examples import example_path
-from dse.pareto import front
+from dse.pareto import best
 from dse.pareto.answer import Unfinished
 from dse.results.order import ranked_by
 from dse.results.ranking import FORMER_WORDS
@@ -153,9 +153,9 @@ def test_a_stopped_result_says_what_is_open() -> None:
 
 
 def test_a_search_stopped_before_its_first_point_claims_nothing_of_its_design(monkeypatch: pytest.MonkeyPatch) -> None:
-    whole = front._lexicographic
+    whole = best._lexicographic
     with monkeypatch.context() as patch:
-        patch.setattr(front, "_lexicographic", lambda *given: Unfinished(best=whole(*given)))  # type: ignore[arg-type]
+        patch.setattr(best, "_lexicographic", lambda *given: Unfinished(best=whole(*given)))  # type: ignore[arg-type]
         stopped = starter()
     assert (stopped["status"], len(stopped["front"]), len(stopped["unexplored"])) == ("incomplete", 1, 1)
     assert dse.verify(stopped, problem=STARTER).status == "verified"

@@ -1,0 +1,77 @@
+"""A question asked part by part, where it is too hard as a whole."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+from dse.pareto.answer import Answer, Found, NoSuchDesign, Unfinished, weighted
+from dse.pareto.regions import Bound
+from dse.pareto.settings import BARE, BRIEF, CUTTING, RELAXED
+
+if TYPE_CHECKING:
+    from dse.pareto.subproblem import Solver
+
+APART_WAYS = (CUTTING, RELAXED, BARE)
+"""The settings for parts for which that was not enough, in turn ..."""
+APART_WORK = 1.5
+"""... with so much work in the first round, and twice as much in each further one."""
+APART_CHEAP = 0.1
+"""A part for which linear relaxation has needed less than this is asked with it at once the next time."""
+APART = 4
+"""How much longer questions are asked part by part than as a whole."""
+READING = 6e-6
+"""Work to read a model, for each variable: the solver does not count it, and it is read again for each part."""
+
+
+class Apart:
+    """A question asked part by part: in rounds, those first whose bound leaves most room for something better.
+
+    What is found in one part limits the others, and what earlier questions proved of a part may answer for it.
+    """
+
+    def __init__(self, solver: Solver, weights: Sequence[int], regions: Sequence[Bound]) -> None:
+        self.solver = solver
+        self.weights = weights
+        self.regions = regions
+        self.best = solver.parts.best(weights, regions)
+        self.waiting = [
+            (int(number in solver.relaxed_first), weighted(weights, part.floor(open_regions)), number)
+            for number, part in enumerate(solver.parts.all)
+            if (open_regions := part.open(regions))
+        ]
+
+    def attempt(self, work: float) -> Answer:
+        """Go on for so much work, and more: what was done is not lost."""
+        solver = self.solver
+        end = solver.work + APART * work
+        while self.waiting:
+            turn, bound, number = self.waiting.pop(self.waiting.index(min(self.waiting)))
+            if self.best is not None and bound >= weighted(self.weights, self.best.point):
+                continue
+            answer = self._ask(number, turn)
+            solver.work += READING * len(solver.encoded.model.proto.variables)
+            if isinstance(answer, Found):
+                self.best = answer
+            elif isinstance(answer, Unfinished):
+                self.best = answer.best or self.best
+                self.waiting.append((turn + 1, bound if answer.bound is None else max(bound, answer.bound), number))
+                if solver.out_of_time() or solver.work >= end:
+                    return Unfinished(best=self.best)
+        return self.best or NoSuchDesign()
+
+    def _ask(self, number: int, turn: int) -> Answer:
+        """One attempt at a part: bare settings for a moment, then linear relaxation with limits that double."""
+        if turn == 0:
+            attempt = BRIEF
+        else:
+            rounds, way = divmod(turn - 1, len(APART_WAYS))
+            attempt = APART_WAYS[way], APART_WORK * 2**rounds
+        solver = self.solver
+        before = solver.work
+        answer = solver.solve_part(solver.parts.all[number], attempt, self.weights, self.regions, self.best)
+        if turn == 1 and solver.work - before <= APART_CHEAP:
+            solver.relaxed_first.add(number)
+        else:
+            solver.relaxed_first.discard(number)
+        return answer

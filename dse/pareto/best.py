@@ -1,0 +1,75 @@
+"""The best point in some regions: one objective first, then the sum of the others, and what the solver says of it."""
+
+from __future__ import annotations
+
+from dse.analysis.evaluate import Evaluator
+from dse.encode.linear import EXACT_LIMIT
+from dse.encode.model import EncodedObjective, EncodedSpace
+from dse.errors import RefereeError
+from dse.pareto.answer import Answer, Found
+from dse.pareto.referee import accepted, may_refuse
+from dse.pareto.regions import (
+    Bound,
+    capped,
+    strictly_inside,
+)
+from dse.pareto.subproblem import Solver
+from dse.space.types import Design
+
+
+def counted(objectives: tuple[EncodedObjective, ...], steps: Bound) -> Bound:
+    """Solver steps to counted (minimised) objectives."""
+    return tuple(item.offset + item.step * value for item, value in zip(objectives, steps, strict=True))
+
+
+def signed(evaluator: Evaluator, values: Bound) -> tuple[int, ...]:
+    """Minimised values back to the objectives' own sense."""
+    senses = [objective.sense for objective in evaluator.space.objectives]
+    return tuple(-value if sense == "maximise" else value for value, sense in zip(values, senses, strict=True))
+
+
+def claimed_by(evaluator: Evaluator, encoded: EncodedSpace, steps: Bound) -> tuple[int, ...]:
+    """What the solver says of a design with a point: its objectives in their own sense."""
+    return signed(evaluator, counted(encoded.objectives, steps))
+
+
+def minimise_in(
+    solver: Solver, evaluator: Evaluator, regions: tuple[Bound, ...], axis: int, hint: Design | None
+) -> Answer:
+    """The best point in some regions: the least of objective `axis`, then of the sum of the others.
+
+    A design that exact comparison refuses (see `Measure.rounded`) is excluded, and the question asked again. Where no
+    limit is rounded there is none, and the referee sees each point once, with its canonical design.
+
+    Raises
+    ------
+    RefereeError
+        when the solver's point lies in none of the regions, or the analysis refuses its design for another reason.
+    """
+    is_refereed = may_refuse(evaluator)
+    while True:
+        answer = _lexicographic(solver, regions, axis, hint)
+        if not isinstance(answer, Found):
+            return answer
+        if not any(strictly_inside(answer.point, region) for region in regions):
+            raise RefereeError(f"the solver's point {answer.point} is not within {' or '.join(map(str, regions))}")
+        if not is_refereed or accepted(evaluator, answer.design, claimed_by(evaluator, solver.encoded, answer.point)):
+            return answer
+        solver.exclude(answer.design)
+
+
+def _lexicographic(solver: Solver, regions: tuple[Bound, ...], axis: int, hint: Design | None) -> Answer:
+    """One call with a weight that puts `axis` first, or two calls where that weight would leave exact arithmetic."""
+    most = [max(bounds) - 1 for bounds in zip(*regions, strict=True)]
+    if not most:
+        return solver.minimise([], regions, hint=hint)
+    others = sum(most) - most[axis]
+    weight = others + 1
+    if weight * most[axis] + others < EXACT_LIMIT:
+        return solver.minimise([weight if position == axis else 1 for position in range(len(most))], regions, hint=hint)
+    first = solver.minimise([int(position == axis) for position in range(len(most))], regions, hint=hint)
+    if not isinstance(first, Found):
+        return first
+    least = tuple(value + 1 for value in first.point)
+    tightened = [capped(region, axis, least) for region in regions]
+    return solver.minimise([int(position != axis) for position in range(len(most))], tightened, hint=first.design)

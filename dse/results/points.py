@@ -1,0 +1,188 @@
+"""What a result is made of: points of the front, conflicts, further designs, and where it comes from."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from fractions import Fraction
+from typing import Any
+
+from dse.results.display import exact, figures_of
+from dse.space.types import Design
+from dse.version import SEMANTICS
+
+
+@dataclass(frozen=True)
+class ObjectiveInfo:
+    """An objective: its name, sense, and the unit that its integers count."""
+
+    name: str
+    sense: str
+    unit: str
+
+
+@dataclass(frozen=True)
+class Point:
+    """A non-dominated design.
+
+    `objectives` and `metrics` count in the units of the result, `decisions` are the active open ones.
+    `id` names the point in a result whatever it is ranked by; `score` says in words what the rank is founded on.
+    `is_first`: of all designs with these objectives it is the first in the order of the file.
+    """
+
+    id: int
+    rank: int
+    objectives: Mapping[str, int]
+    metrics: Mapping[str, int]
+    decisions: Mapping[str, str]
+    design: Design
+    score: str = ""
+    is_first: bool = True
+
+
+@dataclass(frozen=True)
+class Clash:
+    """A member of a conflict: its limit, the closest that leaves a design while all else holds, the miss, in `unit`.
+
+    A rule has no figures, and none has where moving it alone does not help. A share of a processor or of a bandwidth
+    counts in ppm. `thread` names the thread that alone needs so much of one core, if that is what counts. Of a metric
+    in which the response time of the threads `unbounded` has no bound even in the best design there is no closest limit
+    either; nor is there where the time was too short to look for it (`is_sought` False).
+    """
+
+    text: str
+    origin: str
+    unit: str = ""
+    limit: Fraction | None = None
+    closest: Fraction | None = None
+    thread: str = ""
+    unbounded: tuple[str, ...] = ()
+    is_sought: bool = True
+
+    @property
+    def miss(self) -> Fraction | None:
+        """How far the closest value is beyond the limit."""
+        return None if self.closest is None or self.limit is None else abs(self.closest - self.limit)
+
+    def to_dict(self) -> dict[str, Any]:
+        """For JSON: exact numbers, as text where they are no integers."""
+        figures = {"limit": self.limit, "closest": self.closest, "miss": self.miss}
+        shown = {name: None if value is None else exact(value) for name, value in figures.items()}
+        return {
+            "text": self.text,
+            "origin": self.origin,
+            **shown,
+            "unit": self.unit,
+            "thread": self.thread or None,
+            **({"unbounded": list(self.unbounded)} if self.unbounded else {}),
+            **({} if self.is_sought else {"looked_for": False}),
+        }
+
+
+@dataclass(frozen=True)
+class Conflict:
+    """Requirements and rules that cannot hold together, although without any one of them the others can."""
+
+    members: tuple[Clash, ...]
+
+
+@dataclass(frozen=True)
+class FurtherDesign:
+    """Another design at or near a point of the front; `id` is ``POINT.NUMBER``.
+
+    `dominated_by` are the ids of the points that dominate it; `different` counts the decisions that differ from the
+    point's.
+    """
+
+    id: str
+    objectives: Mapping[str, int]
+    metrics: Mapping[str, int]
+    decisions: Mapping[str, str]
+    design: Design
+    dominated_by: tuple[int, ...]
+    different: int
+
+
+@dataclass(frozen=True)
+class FurtherDesigns:
+    """Further designs of point `of`: with its objectives (`within` 0), or with each at most that share worse.
+
+    They are chosen to differ from the point and from one another. `more` says whether there are others still: None
+    where the solver was stopped before it could tell.
+    """
+
+    of: int
+    within: Fraction
+    designs: tuple[FurtherDesign, ...]
+    more: bool | None
+
+    def to_dict(self) -> dict[str, Any]:
+        """For JSON."""
+        designs = [
+            {
+                "id": item.id,
+                "objectives": figures_of(item.objectives),
+                "metrics": figures_of(item.metrics),
+                "decisions": dict(item.decisions),
+                "dominated_by": list(item.dominated_by),
+                "different_decisions": item.different,
+            }
+            for item in self.designs
+        ]
+        return {"of": self.of, "within": exact(self.within), "designs": designs, "more": self.more}
+
+
+@dataclass(frozen=True)
+class FurtherAsked:
+    """How many further designs were asked for, within which share (None: with the very objectives), of which points."""
+
+    count: int
+    within: Fraction | None
+    points: tuple[int, ...]
+
+    def to_dict(self) -> dict[str, Any]:
+        """For JSON."""
+        within = None if self.within is None else exact(self.within)
+        return {"count": self.count, "within": within, "points": list(self.points)}
+
+
+@dataclass(frozen=True)
+class Search:
+    """What the search did: calls, seconds, size of the space, solver, workers, seed."""
+
+    solver_calls: int
+    wall_s: float
+    space_size: int
+    solver: str
+    workers: int
+    seed: int
+
+
+@dataclass(frozen=True)
+class Origin:
+    """Which problem was solved: name, file, hashes, and the question as it was really asked.
+
+    `identity` is the digest of what the problem means (`dse.spec.document`); `texts` are its files by name, as found
+    from the folder of the main one, so that a result can be worked with where they are not. `is_carried`: so it was
+    here.
+    """
+
+    name: str
+    file: str
+    sha256: str
+    includes: Sequence[tuple[str, str]]
+    effective: Mapping[str, Any]
+    identity: str = ""
+    texts: Mapping[str, str] = field(default_factory=dict, repr=False)
+    is_carried: bool = False
+
+    @property
+    def question(self) -> str:
+        """The digest of all that was asked: what the figures mean, what the problem means, and what was asked of it.
+
+        Regions that were refuted belong to one question, and prove nothing of another.
+        """
+        asked = [SEMANTICS, self.identity, dict(self.effective)]
+        return hashlib.sha256(json.dumps(asked, ensure_ascii=False, sort_keys=True).encode()).hexdigest()
