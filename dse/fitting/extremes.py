@@ -1,0 +1,89 @@
+"""Extreme-value fits beside a sample maximum: block maxima (GEV) and peaks over a threshold (GPD), each with a test.
+
+They are extrapolations under assumptions (samples that do not depend on each other, all under the same conditions, one
+of three limit distributions), and no bounds: what was not seen because it cannot have happened in the measurement is
+not in them. Coles, An Introduction to Statistical Modeling of Extreme Values (2001), chapters 3 and 4.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal, TypeAlias
+
+import numpy as np
+
+from dse.fitting.lines import Floats
+
+FEWEST = 400
+"""Samples below which nothing is fitted: a tail of some ten values says nothing."""
+BLOCKS = 50
+"""Block maxima that are looked for; blocks are as long as that allows."""
+TAIL = 0.05
+"""The share of the samples that counts as the tail."""
+POOR = 0.05
+"""A fit with a smaller p-value is rejected."""
+Model: TypeAlias = Literal["block maxima (GEV)", "peaks over threshold (GPD)"]
+
+
+@dataclass(frozen=True)
+class Tail:
+    """A fitted tail.
+
+    `level_ns` is exceeded by one sample in `one_in`, if the fit holds; `p_value` is that of a Kolmogorov-Smirnov test of
+    the half that was not fitted (the model is fitted to every other value for it); `lag_1` is the correlation of
+    samples that follow each other.
+    """
+
+    model: Model
+    shape: float
+    location_ns: float
+    scale_ns: float
+    level_ns: float
+    one_in: int
+    values: int
+    p_value: float
+    lag_1: float
+
+    @property
+    def is_rejected(self) -> bool:
+        """Whether the test says that the values are no sample of the model."""
+        return self.p_value < POOR
+
+
+def tails(samples_ns: Floats, one_in: int) -> list[Tail]:
+    """Both fits of some samples, in the order in which they were measured; nothing where there are too few.
+
+    Raises
+    ------
+    ValueError
+        never: what cannot be fitted (all values equal) is left out.
+    """
+    from scipy import stats
+
+    if len(samples_ns) < FEWEST or samples_ns.min() == samples_ns.max():
+        return []
+    lag = float(np.corrcoef(samples_ns[:-1], samples_ns[1:])[0, 1])
+    unit = float(np.median(samples_ns)) or 1.0
+    scaled = samples_ns / unit
+    found = []
+    block = len(scaled) // BLOCKS
+    maxima = scaled[: block * BLOCKS].reshape(BLOCKS, block).max(axis=1)
+    if len(np.unique(maxima)) > 5:
+        share = -np.expm1(block * np.log1p(-1 / one_in))
+        fit = stats.genextreme.fit(maxima)
+        half = stats.genextreme.fit(maxima[::2])
+        p_value = stats.kstest(maxima[1::2], stats.genextreme(*half).cdf).pvalue
+        level = stats.genextreme.isf(share, *fit)
+        place = (-fit[0], fit[1] * unit, fit[2] * unit, level * unit)  # the sign of the shape as the literature has it
+        found.append(Tail("block maxima (GEV)", *map(float, place), one_in, BLOCKS, float(p_value), lag))
+    threshold = float(np.quantile(scaled, 1 - TAIL))
+    excess = scaled[scaled > threshold] - threshold
+    if len(np.unique(excess)) > 5:
+        share = 1 / one_in / (len(excess) / len(scaled))
+        shape, _, scale = stats.genpareto.fit(excess, floc=0)
+        half = stats.genpareto.fit(excess[::2], floc=0)
+        p_value = stats.kstest(excess[1::2], stats.genpareto(*half).cdf).pvalue
+        level = threshold + stats.genpareto.isf(min(share, 1.0), shape, 0, scale)
+        place = (shape, threshold * unit, scale * unit, level * unit)
+        found.append(Tail("peaks over threshold (GPD)", *map(float, place), one_in, len(excess), float(p_value), lag))
+    return found

@@ -1,0 +1,302 @@
+"""Measurements to figures: a line for each transport and platform, a range for each thread, and what is to be said."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from fractions import Fraction
+from itertools import groupby
+from pathlib import Path
+from typing import get_args
+
+from dse.errors import Diagnostic, ProblemError, UsageError
+from dse.fitting.extremes import Tail, tails
+from dse.fitting.judging import (
+    Goodness,
+    Remark,
+    bend,
+    goodness,
+    resolution_remark,
+    saturated_remarks,
+    spread_remarks,
+)
+from dse.fitting.lines import Line, Method, Points, envelope, least_squares, quantile_line
+from dse.fitting.measurements import Group, Measurements, Summary, read_measurements
+from dse.units import format_duration, format_number
+from dse.units.parse import round_to_int
+from dse.units.table import Rounding
+
+DIGITS = 4
+"""Figures are rounded outwards to so many digits: minima down, maxima up."""
+OFF = Fraction(1, 4)
+"""A line that is off by so much of a time does not fit."""
+Sizes = tuple[int, int]
+"""From and to, both included, in bytes."""
+
+
+@dataclass(frozen=True)
+class Transport:
+    """A transport on a platform: lines through its least and greatest transmission times.
+
+    `fixed_ns` and `per_byte_ns` are the figures for a problem file, rounded outwards; `left_out` are sizes that were not
+    used.
+    """
+
+    transport: str
+    platform: str
+    summaries: tuple[Summary, ...]
+    left_out: tuple[int, ...]
+    low: Line
+    high: Line
+    low_fit: Goodness
+    high_fit: Goodness
+    fixed_ns: tuple[Fraction, Fraction]
+    per_byte_ns: tuple[Fraction, Fraction]
+    remarks: tuple[Remark, ...]
+    tails: tuple[tuple[int, Tail], ...] = ()
+
+
+@dataclass(frozen=True)
+class Execution:
+    """The execution times of a callback on a platform."""
+
+    name: str
+    platform: str
+    summary: Summary
+    remarks: tuple[Remark, ...]
+    tails: tuple[Tail, ...] = ()
+
+
+@dataclass(frozen=True)
+class Fit:
+    """Everything that measurements give; `problem_text` is for `dse.fitting.catalogue`."""
+
+    files: tuple[str, ...]
+    method: Method
+    quantiles: tuple[Fraction, Fraction] | None
+    is_round_trip: bool
+    transports: tuple[Transport, ...] = ()
+    executions: tuple[Execution, ...] = ()
+    unused: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True)
+class Options:
+    """How measurements become figures; see `fit_measurements`."""
+
+    method: Method = "ols"
+    quantiles: tuple[Fraction, Fraction] = (Fraction(1, 100), Fraction(99, 100))
+    is_round_trip: bool | None = None
+    sizes: Sizes | None = None
+    without: tuple[Sizes, ...] = ()
+    name: str = ""
+    extremes: int | None = None
+    columns: Mapping[str, str] = field(default_factory=dict)
+    units: Mapping[str, str] = field(default_factory=dict)
+    platforms: Mapping[str, str] = field(default_factory=dict)
+
+
+def fit_measurements(paths: Sequence[Path], options: Options) -> Fit:
+    """Read files of measurements and make figures of them.
+
+    Parameters
+    ----------
+    paths
+        CSV files, see `read_measurements`.
+    options
+        ``method``: ``ols``, ``envelope`` or ``quantile`` (with ``quantiles``, which needs samples);
+        ``is_round_trip``: halve every time (None: if a column says so); ``sizes``, ``without``: sizes in bytes to use or
+        to leave out; ``name``: of the bus type where no column names the transport; ``extremes``: also fit tails, up
+        to what one sample in so many exceeds; ``columns``, ``units``, ``platforms``: see `read_measurements`.
+
+    Raises
+    ------
+    ProblemError
+        when a file is wrong, with its line.
+    UsageError
+        when an option does not go with the measurements.
+    """
+    if options.method not in get_args(Method):
+        raise UsageError(f"--method {options.method}: expected {', '.join(get_args(Method))}")
+    measured = read_measurements(paths, options.columns, options.units, options.platforms)
+    is_round_trip = measured.is_round_trip if options.is_round_trip is None else options.is_round_trip
+    if options.method == "quantile" and not measured.has_samples:
+        raise UsageError("--method quantile: needs samples, one a row; the files have figures of many samples")
+    with_size = [item for item in measured.summaries if item.size_bytes is not None]
+    without_size = [item for item in measured.summaries if item.size_bytes is None]
+    if with_size and without_size:
+        raise UsageError("some files have sizes of messages and some have not: fit them one after the other")
+    found = Fit(
+        files=measured.files,
+        method=options.method,
+        quantiles=options.quantiles if options.method == "quantile" else None,
+        is_round_trip=is_round_trip,
+        unused=measured.unused,
+    )
+    if without_size:
+        if options.is_round_trip:
+            raise UsageError("--round-trip: execution times are no round trips; a column with sizes is missing")
+        executions = tuple(_execution(item, options) for item in without_size)
+        return replace(found, is_round_trip=False, executions=executions)
+    return replace(found, transports=tuple(_transports(measured, with_size, options, is_round_trip)))
+
+
+def _transports(
+    measured: Measurements, summaries: Sequence[Summary], options: Options, is_round_trip: bool
+) -> list[Transport]:
+    name = options.name or Path(measured.files[0]).stem
+    ordered = sorted(summaries, key=lambda item: item.size_bytes or 0)
+    groups = list(dict.fromkeys(item.group for item in summaries))
+    return [
+        _transport(
+            group, group.transport or name, [item for item in ordered if item.group == group], options, is_round_trip
+        )
+        for group in groups
+    ]
+
+
+def _transport(
+    group: Group, name: str, summaries: Sequence[Summary], options: Options, is_round_trip: bool
+) -> Transport:
+    used = [item for item in summaries if _is_used(item.size_bytes or 0, options)]
+    if len(used) < 2:
+        what = " on ".join(part for part in (name, group.platform) if part)
+        text = f"{what}: a line needs at least two sizes of messages, there {'is' if used else 'are'} {len(used) or 'none'}"
+        file, _, line = summaries[0].place.rpartition(":")
+        raise ProblemError([Diagnostic(text, file=file, line=int(line))])
+    coarse = resolution_remark(used, format_duration)
+    used = [item.halved() for item in used] if is_round_trip else used
+    low, high = _lines(used, options)
+    lows, highs = _points(used, upper=False), _points(used, upper=True)
+    remarks = [*_general(used, is_round_trip), *([coarse] if coarse else [])]
+    remarks += [*_line_remarks("lower", lows, low, options), *_line_remarks("upper", highs, high, options)]
+    fixed, per_byte, crossed = _figures(low, high)
+    remarks += [*crossed, *spread_remarks(used), *saturated_remarks(used)]
+    found = [
+        (item.size_bytes or 0, tail)
+        for item in (used if options.extremes else ())
+        for tail in tails(item.samples_ns, options.extremes or 1)
+    ]
+    return Transport(
+        *(name, group.platform, tuple(used)),
+        left_out=tuple(item.size_bytes or 0 for item in summaries if not _is_used(item.size_bytes or 0, options)),
+        **{"low": low, "high": high, "fixed_ns": fixed, "per_byte_ns": per_byte},  # type: ignore[arg-type]
+        low_fit=goodness(lows, low, upper=False),
+        high_fit=goodness(highs, high, upper=True),
+        remarks=tuple(remarks),
+        tails=tuple(found),
+    )
+
+
+def _is_used(size: int, options: Options) -> bool:
+    inside = options.sizes is None or options.sizes[0] <= size <= options.sizes[1]
+    return inside and not any(low <= size <= high for low, high in options.without)
+
+
+def _points(summaries: Sequence[Summary], *, upper: bool) -> Points:
+    return [(item.size_bytes or 0, item.max_ns if upper else item.min_ns) for item in summaries]
+
+
+def _lines(used: Sequence[Summary], options: Options) -> tuple[Line, Line]:
+    lows, highs = _points(used, upper=False), _points(used, upper=True)
+    if options.method == "ols":
+        return least_squares(lows), least_squares(highs)
+    if options.method == "envelope":
+        return envelope(lows, upper=False), envelope(highs, upper=True)
+    samples = [(item.size_bytes or 0, item.samples_ns) for item in used]
+    low, high = options.quantiles
+    return quantile_line(samples, low), quantile_line(samples, high)
+
+
+def _general(used: Sequence[Summary], is_round_trip: bool) -> list[Remark]:
+    count = sum(item.count or 0 for item in used)
+    many = f" ({count:,} samples)" if count and all(item.count for item in used) else ""
+    found = [Remark("sample maximum", f"the greatest of what was measured{many} is no bound of what can happen")]
+    if is_round_trip:
+        text = "every time is half of a round trip, as if both ways took the same: half of the longest is no longest one way"
+        found.append(Remark("half round trip", text))
+    if len(used) == 2:
+        found.append(Remark("few sizes", "two sizes: a line always goes through both, how well it fits is not known"))
+    singles = [str(item.size_bytes) for item in used if item.is_single]
+    if singles:
+        found.append(Remark("single sample", f"a single sample at {', '.join(singles)} B"))
+    return found
+
+
+def _line_remarks(which: str, points: Points, line: Line, options: Options) -> list[Remark]:
+    found = []
+    upper = which == "upper"
+    if line.free is not None:
+        fixed, slope = line.free
+        what, value, unit = ("the fixed part", fixed, "us") if slope >= 0 else ("the time per byte", slope * 1000, "ns")
+        text = f"{what} of the {which} line would be negative ({float(value / 1000):.4g} {unit}): it is 0 instead"
+        found.append(Remark("negative part", text))
+    fit = goodness(points, line, upper=upper)
+    if fit.beyond:
+        side, end = ("above", "maxima") if upper else ("below", "minima")
+        most = f"{float(fit.most_beyond_ns) / 1000:.4g} us at {fit.at_bytes} B"
+        advice = "" if options.method == "envelope" else "; --method envelope covers all that was measured"
+        text = f"{fit.beyond} of {len(points)} {end} lie {side} the {which} line, by up to {most}{advice}"
+        found.append(Remark("outside", text))
+    knee = bend(points, line)
+    if knee is not None:
+        text = f"a line does not fit: the {'maxima' if upper else 'minima'} bend at {knee} B; fit parts of the sizes with --sizes"
+        found.append(Remark("bend", text))
+    else:
+        found += _poor(which, points, line)
+    return found
+
+
+def _poor(which: str, points: Points, line: Line) -> list[Remark]:
+    off, size = max((abs(time - line.at(size)) / time if time else Fraction(0), size) for size, time in points)
+    if off <= OFF:
+        return []
+    text = f"a line does not fit well: the {which} one is off by {round(float(off) * 100)} % at {size} B"
+    return [Remark("poor fit", text)]
+
+
+def _figures(low: Line, high: Line) -> tuple[tuple[Fraction, Fraction], tuple[Fraction, Fraction], list[Remark]]:
+    """The ranges of both parts, rounded outwards; where lines cross, the lower one is lowered."""
+    found, crossed = [], []
+    for what, least, greatest in (
+        ("fixed part", low.fixed_ns, high.fixed_ns),
+        ("time per byte", low.per_byte_ns, high.per_byte_ns),
+    ):
+        if least > greatest:
+            crossed.append(Remark("crossing", f"the {what} of the lower line is above that of the upper one: lowered to it"))
+            least = greatest
+        found.append((outwards(least, Rounding.DOWN), outwards(greatest, Rounding.UP)))
+    return found[0], found[1], crossed
+
+
+def outwards(value: Fraction, rounding: Rounding) -> Fraction:
+    """A figure with `DIGITS` digits, in the named direction.
+
+    >>> format_number(outwards(Fraction(524987, 1), Rounding.DOWN)), format_number(outwards(Fraction(1, 3), Rounding.UP))
+    ('524900', '0.3334')
+    """
+    if not value:
+        return value
+    step = Fraction(10) ** (len(str(int(value))) - DIGITS) if value >= 1 else Fraction(1, 10**DIGITS)
+    return round_to_int(value / step, rounding) * step
+
+
+def _execution(item: Summary, options: Options) -> Execution:
+    name = "_".join(part for part in (item.group.component, item.group.thread) if part)
+    remarks = []
+    if item.is_single:
+        text = "a single sample: neither least nor greatest of anything; measure it again"
+        remarks.append(Remark("single sample", text))
+    else:
+        many = f" of {item.count:,} samples" if item.count else ""
+        remarks.append(Remark("sample maximum", f"the greatest{many} is no bound of what can happen"))
+    remarks += saturated_remarks([item])
+    found = tails(item.samples_ns, options.extremes) if options.extremes else []
+    return Execution(name, item.group.platform, item, tuple(remarks), tuple(found))
+
+
+def executions_by_name(executions: Sequence[Execution]) -> dict[str, list[Execution]]:
+    """The platforms of each thread type, in the order of the files."""
+    order = {name: number for number, name in enumerate(dict.fromkeys(item.name for item in executions))}
+    ordered = sorted(executions, key=lambda item: order[item.name])
+    return {name: list(items) for name, items in groupby(ordered, key=lambda item: item.name)}

@@ -1,0 +1,210 @@
+"""What is to be said of measurements and of the lines through them: how well they fit, and what is odd about them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from fractions import Fraction
+from typing import Literal, TypeAlias
+
+import numpy as np
+
+from dse.fitting.lines import Floats, Line, Points
+from dse.fitting.measurements import Summary
+
+Kind: TypeAlias = Literal[
+    "sample maximum", "half round trip", "negative part", "crossing", "outside", "poor fit", "bend", "spread", "saturated",
+    "resolution", "few sizes", "single sample",
+]  # fmt: skip
+"""What a remark is about."""
+JUMP, RISE = 3.0, 1.5
+"""A spread of `JUMP` times what the other sizes suggest is an anomaly, which reaches as far as it is `RISE` times that."""
+FEWEST_FOR_SPREAD = 6
+FEWEST_FOR_BEND = 6
+SIGNIFICANT = 0.01
+LARGE = 0.10
+"""A residual of so much of the time itself is worth a word."""
+CEILING_SHARE = 0.01
+"""Samples at the very maximum: more than that are no chance."""
+
+
+@dataclass(frozen=True)
+class Remark:
+    """Something to know before the figures are used; `limit_bytes` is a message size to stay at or below."""
+
+    kind: Kind
+    text: str
+    limit_bytes: int | None = None
+
+
+@dataclass(frozen=True)
+class Goodness:
+    """How well a line goes through the extremes of the sizes.
+
+    `r_squared` is None where all are equal; `beyond` counts sizes whose extreme lies beyond the line (above the upper,
+    below the lower), `most_beyond_ns` is by how much at most, and at which size.
+    """
+
+    r_squared: float | None
+    rms_ns: float
+    beyond: int
+    most_beyond_ns: Fraction
+    at_bytes: int | None
+
+
+def goodness(points: Points, line: Line, *, upper: bool) -> Goodness:
+    """How well a line fits points."""
+    residuals = [time - line.at(size) for size, time in points]
+    mean = sum((time for _, time in points), Fraction(0)) / len(points)
+    total = sum((time - mean) ** 2 for _, time in points)
+    rest = sum(residual**2 for residual in residuals)
+    outside = [(residual if upper else -residual, size) for residual, (size, _) in zip(residuals, points, strict=True)]
+    most, at = max(outside)
+    return Goodness(
+        r_squared=float(1 - rest / total) if total else None,
+        rms_ns=float(rest / len(points)) ** 0.5,
+        beyond=sum(value > 0 for value, _ in outside),
+        most_beyond_ns=max(most, Fraction(0)),
+        at_bytes=at if most > 0 else None,
+    )
+
+
+def bend(points: Points, line: Line) -> int | None:
+    """The size at which a line with one bend fits much better than a straight one; None where none does.
+
+    Much better: significantly (F test, one per cent) with less than half of the residual, and where the straight line is
+    off by a tenth of a time somewhere.
+    """
+    from scipy.stats import f as f_distribution
+
+    if len(points) < FEWEST_FOR_BEND:
+        return None
+    off = max(abs(float(time - line.at(size))) / max(float(time), 1.0) for size, time in points)
+    sizes = np.array([float(size) for size, _ in points])
+    times = np.array([float(time) for _, time in points])
+    straight = _rest(np.column_stack([np.ones_like(sizes), sizes]), times)
+    if off < LARGE or straight <= 0:
+        return None
+    best, at = min(
+        (_rest(np.column_stack([np.ones_like(sizes), sizes, np.maximum(sizes - knee, 0)]), times), knee)
+        for knee in sizes[1:-1]
+    )
+    freedom = len(points) - 4
+    ratio = (straight - best) / 2 / max(best / freedom, straight * 1e-12)
+    is_significant = float(f_distribution.sf(ratio, 2, freedom)) < SIGNIFICANT / (len(points) - 2)
+    return int(at) if is_significant and best < straight / 4 else None
+
+
+def _rest(matrix: Floats, values: Floats) -> float:
+    solution = np.linalg.lstsq(matrix, values, rcond=None)[0]
+    return float(((values - matrix @ solution) ** 2).sum())
+
+
+def spreads(summaries: Sequence[Summary]) -> list[float]:
+    """How far the samples of each size lie apart: the middle nine tenths, the deviation, or all from least to most."""
+    if all(len(item.samples_ns) > 1 for item in summaries):
+        return [float(np.subtract(*np.quantile(item.samples_ns, [0.95, 0.05]))) for item in summaries]
+    if all(item.deviation_ns is not None for item in summaries):
+        return [float(item.deviation_ns or 0) for item in summaries]
+    return [float(item.max_ns - item.min_ns) for item in summaries]
+
+
+def anomalies(summaries: Sequence[Summary]) -> list[tuple[int, int]]:
+    """Ranges of sizes (positions of first and last) in which the spread jumps, against a robust line of all sizes.
+
+    The line is Siegel's repeated medians, which half of the sizes may be off: a spread that grows evenly is none.
+    """
+    from scipy.stats import siegelslopes
+
+    if len(summaries) < FEWEST_FOR_SPREAD:
+        return []
+    values = np.array(spreads(summaries))
+    sizes = np.array([float(item.size_bytes or 0) for item in summaries])
+    slope, intercept = siegelslopes(values, sizes)
+    expected = np.maximum(intercept + max(slope, 0.0) * sizes, np.median(values) / 2)
+    if expected.min() <= 0:
+        return []
+    ratios = values / expected
+    found: list[tuple[int, int]] = []
+    for position in np.flatnonzero(ratios >= JUMP):
+        first = last = int(position)
+        while first > 0 and ratios[first - 1] >= RISE:
+            first -= 1
+        while last + 1 < len(ratios) and ratios[last + 1] >= RISE:
+            last += 1
+        if (first, last) not in found:
+            found.append((first, last))
+    return found
+
+
+def spread_remarks(summaries: Sequence[Summary]) -> list[Remark]:
+    """A remark for each range of sizes whose spread jumps."""
+    remarks = []
+    for first, last in anomalies(summaries):
+        low, high = summaries[first].size_bytes, summaries[last].size_bytes
+        where = f"from {low} to {high} B" if low != high else f"at {low} B"
+        below = summaries[first - 1].size_bytes if first else None
+        advice = (
+            f"keep messages to at most {below} B, or leave these sizes out with --without"
+            if below is not None
+            else "leave these sizes out with --without"
+        )
+        text = f"the samples lie much further apart {where} than at the other sizes: {advice}"
+        remarks.append(Remark("spread", text, below))
+    return remarks
+
+
+def saturated_remarks(summaries: Sequence[Summary]) -> list[Remark]:
+    """A remark for each row whose maximum looks like a ceiling (a time-out, a full queue, a counter's end)."""
+    remarks = []
+    for item in summaries:
+        reason = _ceiling(item)
+        if reason:
+            text = f"{_of(item)} looks saturated: {reason}; the true maximum may be higher"
+            remarks.append(Remark("saturated", text))
+    highest = max((item.max_ns for item in summaries), default=Fraction(0))
+    at_top = [item for item in summaries if item.max_ns == highest]
+    if len(at_top) > 2 and len({item.max_ns for item in summaries}) > 2:
+        sizes = ", ".join(f"{item.size_bytes} B" for item in at_top)
+        text = f"{sizes} share the greatest maximum of all, which looks like a ceiling; the true maxima may be higher"
+        remarks.append(Remark("saturated", text))
+    return remarks
+
+
+def _ceiling(item: Summary) -> str:
+    if len(item.samples_ns) >= 20:
+        values, counts = np.unique(item.samples_ns, return_counts=True)
+        if len(values) > 10 and counts[-1] >= max(3, CEILING_SHARE * len(item.samples_ns)):
+            return f"{counts[-1]} of {len(item.samples_ns)} samples are at the maximum"
+        return ""
+    middle = item.median_ns
+    if middle is not None and item.max_ns > item.min_ns and middle == item.max_ns:
+        return "half of the samples are at the maximum"
+    return ""
+
+
+def _of(item: Summary) -> str:
+    return f"{item.size_bytes} B" if item.size_bytes is not None else " ".join(name for name in item.group if name)
+
+
+def resolution_remark(summaries: Sequence[Summary], words: Callable[[Fraction], str]) -> Remark | None:
+    """A remark where the figures lie on a coarse grid: what is measured in tenths of ms is not known in us."""
+    figures = [value for item in summaries for value in (item.min_ns, item.max_ns) if value]
+    step = _grid(figures)
+    least = min(figures, default=Fraction(0))
+    if len(figures) < 4 or step * 20 < least:
+        return None
+    text = f"all minima and maxima are multiples of {words(step)}: a line through them is no finer than that"
+    return Remark("resolution", text)
+
+
+def _grid(values: Sequence[Fraction]) -> Fraction:
+    """The greatest step of which all are multiples, by powers of ten and their halves and fifths."""
+    for power in range(12, -4, -1):
+        for factor in (5, 2, 1):
+            step = factor * Fraction(10) ** power
+            if all(value % step == 0 for value in values):
+                return step
+    return Fraction(0)
+
+
