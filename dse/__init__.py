@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from dse.api.compare import compare as compare
     from dse.api.explain import explain as explain
     from dse.api.export import export as export
+    from dse.api.fit import fit as fit
     from dse.api.further import with_further_designs as with_further_designs
     from dse.api.problem import Problem as Problem
     from dse.api.problem import load as load
@@ -30,6 +31,7 @@ if TYPE_CHECKING:
     from dse.errors import ProblemError as ProblemError
     from dse.errors import UsageError as UsageError
     from dse.examples import example_path as example_path
+    from dse.fitting.fit import Fit as Fit
     from dse.generator import random_problem as random_problem
     from dse.report.writing import write_report as write_report
     from dse.results.analyse import Analysis as Analysis
@@ -56,6 +58,7 @@ _HOMES = {
     "compare": "dse.api.compare",
     "explain": "dse.api.explain",
     "export": "dse.api.export",
+    "fit": "dse.api.fit",
     "Problem": "dse.api.problem",
     "load": "dse.api.problem",
     "loads": "dse.api.problem",
@@ -74,6 +77,7 @@ _HOMES = {
     "Explanation": "dse.results.explain",
     "architecture_graph": "dse.results.graph",
     "ranked_by": "dse.results.order",
+    "Fit": "dse.fitting.fit",
     "Result": "dse.results.solve",
     "Simulation": "dse.results.simulate",
     "RobustResult": "dse.results.robust",

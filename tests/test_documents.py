@@ -13,7 +13,7 @@ from formats import page
 import dse
 
 DOCS = ROOT / "docs"
-SHOWING = ("semantics.md", "tutorial.md", "classic-problems.md", "ranking.md")
+SHOWING = ("semantics.md", "tutorial.md", "classic-problems.md", "ranking.md", "measurements.md")
 """Documents that show files, commands or figures."""
 LINK = re.compile(r"\]\((?!https?:)(?P<path>[^)#]+)(#[^)]*)?\)")
 CITED = re.compile(r"docs/semantics\.md,\s+section\s+(?P<section>\d+(?:\.\d+)?)")

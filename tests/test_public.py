@@ -82,6 +82,10 @@ def verify() -> Any:
     return dse.verify("r.json").to_dict()
 
 
+def fit() -> Any:
+    return dse.fit("delays.csv", method="envelope", name="ipc").to_dict()
+
+
 def new() -> Any:
     return dse.random_problem(8, seed=3)
 
@@ -102,6 +106,7 @@ JOBS: dict[str, tuple[list[str], Callable[[], Any]]] = {
     "check": (["pump.yaml", *OPTIONS, "--json", "out.json"], check),
     "explain": (["pump.yaml", "--max-jitter", "5 ms", "--json", "out.json"], explain),
     "verify": (["r.json", "--json", "out.json"], verify),
+    "fit": (["delays.csv", "--method", "envelope", "--name", "ipc", "--json", "out.json"], fit),
     "new": (["out.json", "--random", "--threads", "8", "--seed", "3"], new),
     "schema": (["--of", "sweep", "-o", "out.json"], schema),
 }
@@ -117,6 +122,7 @@ def test_a_commands_job_is_done_with_what_dse_exports(
 ) -> None:
     monkeypatch.chdir(tmp_path)
     Path("pump.yaml").write_text(PUMP.read_text(encoding="utf-8"), encoding="utf-8")
+    Path("delays.csv").write_text("size_bytes,min_us,max_us\n0,10,20\n100,12,24\n300,20,29\n", encoding="utf-8")
     Path("r.json").write_text(dse.solve("pump.yaml").to_json(), encoding="utf-8")
     options, job = JOBS[name]
     assert run([name, *options]) in (0, 4)

@@ -27,6 +27,7 @@ COMMANDS = {
     "check": "Validate a problem file and describe its space.",
     "explain": "Why a problem is infeasible, and the smallest changes that mend it.",
     "verify": "Re-check a result without trusting the solver that made it.",
+    "fit": "Measurements as the figures of a problem file: transmission and execution times.",
     "new": "Write a problem file to start from.",
     "schema": "Print the JSON Schema of problem files, and of what commands write.",
 }

@@ -15,6 +15,7 @@ FORMATS = (
     "check",
     "comparison",
     "explanation",
+    "fit",
     "sensitivity",
     "simulation",
     "sweep",

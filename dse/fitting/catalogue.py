@@ -43,7 +43,7 @@ def catalogue_text(fit: Fit, samples_file: str | None = None) -> str:
 def remark_lines(fit: Fit) -> Iterator[str]:
     """What is to be said, each with what it is about."""
     for item in fit.transports:
-        yield from (f"{_where(item)}: {remark.text}" for remark in item.remarks)
+        yield from (f"{_where(item)}: {remark.text}" for remark in item.remarks if remark.kind != "sample maximum")
     for one in fit.executions:
         yield from (f"{_where(one)}: {remark.text}" for remark in one.remarks if remark.kind != "sample maximum")
 
@@ -98,7 +98,7 @@ def _thread_types(fit: Fit) -> dict[str, Any]:
     found = {}
     for name, items in executions_by_name(fit.executions).items():
         ranges = {item.platform: _range(item) for item in items}
-        times = ranges[""] if "" in ranges else ranges
+        times = ranges.get("", ranges)
         singles = [item.platform or name for item in items if item.summary.is_single]
         source = _source(fit) + (f"; a single sample on {', '.join(singles)}" if singles else "")
         found[name] = {"compute_execution_time": times, "source": source}
@@ -119,12 +119,15 @@ def _uncertainty(fit: Fit, samples_file: str | None) -> Iterator[tuple[str, dict
         if samples_file is not None and len(found.samples_ns):
             yield f"{path}.max", {SAMPLES: samples_file, "column": column_name(item), "unit": "ns"}
         elif found.mean_ns is not None and found.deviation_ns:
-            yield f"{path}.max", {
-                "distribution": "normal",
-                "mean": _rounded(float(found.mean_ns)),
-                "deviation": _rounded(float(found.deviation_ns)),
-                "range": _range(item),
-            }
+            yield (
+                f"{path}.max",
+                {
+                    "distribution": "normal",
+                    "mean": _rounded(float(found.mean_ns)),
+                    "deviation": _rounded(float(found.deviation_ns)),
+                    "range": _range(item),
+                },
+            )
 
 
 def _rounded(value_ns: float) -> str:

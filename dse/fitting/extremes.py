@@ -7,6 +7,7 @@ not in them. Coles, An Introduction to Statistical Modeling of Extreme Values (2
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Literal, TypeAlias
 
@@ -29,8 +30,8 @@ Model: TypeAlias = Literal["block maxima (GEV)", "peaks over threshold (GPD)"]
 class Tail:
     """A fitted tail.
 
-    `level_ns` is exceeded by one sample in `one_in`, if the fit holds; `p_value` is that of a Kolmogorov-Smirnov test of
-    the half that was not fitted (the model is fitted to every other value for it); `lag_1` is the correlation of
+    `level_ns` is exceeded by one sample in `one_in`, if the fit holds; `p_value` is that of a Kolmogorov-Smirnov test
+    of the half that was not fitted (the model is fitted to every other value for it); `lag_1` is the correlation of
     samples that follow each other.
     """
 
@@ -53,10 +54,7 @@ class Tail:
 def tails(samples_ns: Floats, one_in: int) -> list[Tail]:
     """Both fits of some samples, in the order in which they were measured; nothing where there are too few.
 
-    Raises
-    ------
-    ValueError
-        never: what cannot be fitted (all values equal) is left out.
+    What cannot be fitted (a handful of distinct values) is left out.
     """
     from scipy import stats
 
@@ -75,7 +73,7 @@ def tails(samples_ns: Floats, one_in: int) -> list[Tail]:
         p_value = stats.kstest(maxima[1::2], stats.genextreme(*half).cdf).pvalue
         level = stats.genextreme.isf(share, *fit)
         place = (-fit[0], fit[1] * unit, fit[2] * unit, level * unit)  # the sign of the shape as the literature has it
-        found.append(Tail("block maxima (GEV)", *map(float, place), one_in, BLOCKS, float(p_value), lag))
+        found.append(_tail("block maxima (GEV)", place, (one_in, BLOCKS), float(p_value), lag))
     threshold = float(np.quantile(scaled, 1 - TAIL))
     excess = scaled[scaled > threshold] - threshold
     if len(np.unique(excess)) > 5:
@@ -85,5 +83,10 @@ def tails(samples_ns: Floats, one_in: int) -> list[Tail]:
         p_value = stats.kstest(excess[1::2], stats.genpareto(*half).cdf).pvalue
         level = threshold + stats.genpareto.isf(min(share, 1.0), shape, 0, scale)
         place = (shape, threshold * unit, scale * unit, level * unit)
-        found.append(Tail("peaks over threshold (GPD)", *map(float, place), one_in, len(excess), float(p_value), lag))
+        found.append(_tail("peaks over threshold (GPD)", place, (one_in, len(excess)), float(p_value), lag))
     return found
+
+
+def _tail(model: Model, place: Sequence[float], counts: tuple[int, int], p_value: float, lag: float) -> Tail:
+    shape, location, scale, level = (float(value) for value in place)
+    return Tail(model, shape, location, scale, level, *counts, p_value, lag)

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from fractions import Fraction
 from itertools import groupby
 from pathlib import Path
-from typing import get_args
+from typing import Any, get_args
 
 from dse.errors import Diagnostic, ProblemError, UsageError
 from dse.fitting.extremes import Tail, tails
@@ -22,7 +23,7 @@ from dse.fitting.judging import (
 )
 from dse.fitting.lines import Line, Method, Points, envelope, least_squares, quantile_line
 from dse.fitting.measurements import Group, Measurements, Summary, read_measurements
-from dse.units import format_duration, format_number
+from dse.units import format_duration
 from dse.units.parse import round_to_int
 from dse.units.table import Rounding
 
@@ -38,8 +39,8 @@ Sizes = tuple[int, int]
 class Transport:
     """A transport on a platform: lines through its least and greatest transmission times.
 
-    `fixed_ns` and `per_byte_ns` are the figures for a problem file, rounded outwards; `left_out` are sizes that were not
-    used.
+    `fixed_ns` and `per_byte_ns` are the figures for a problem file, rounded outwards; `left_out` are sizes that were
+    not used.
     """
 
     transport: str
@@ -69,7 +70,17 @@ class Execution:
 
 @dataclass(frozen=True)
 class Fit:
-    """Everything that measurements give; `problem_text` is for `dse.fitting.catalogue`."""
+    """Everything that measurements give, by transport and platform or by thread and platform.
+
+    Examples
+    --------
+    >>> import dse
+    >>> found = dse.fit("delays.csv", round_trip=True)
+    >>> found.transports[0].summaries[0].max_ns
+    Fraction(10000, 1)
+    >>> print(found.to_yaml().splitlines()[-2].strip())
+    per_byte: "10 ns .. 25 ns"
+    """
 
     files: tuple[str, ...]
     method: Method
@@ -78,6 +89,22 @@ class Fit:
     transports: tuple[Transport, ...] = ()
     executions: tuple[Execution, ...] = ()
     unused: tuple[str, ...] = ()
+
+    def to_yaml(self, samples_file: str | None = None) -> str:
+        """The catalogue: a file that problem files include; see `dse.fitting.catalogue.catalogue_text`."""
+        from dse.fitting.catalogue import catalogue_text
+
+        return catalogue_text(self, samples_file)
+
+    def to_dict(self) -> dict[str, Any]:
+        """The fit in the form ``dse-fit/1``, its catalogue included."""
+        from dse.fitting.written import fit_data
+
+        return fit_data(self)
+
+    def to_json(self) -> str:
+        """The same as JSON text."""
+        return json.dumps(self.to_dict(), ensure_ascii=False, indent=1) + "\n"
 
 
 @dataclass(frozen=True)
@@ -105,8 +132,8 @@ def fit_measurements(paths: Sequence[Path], options: Options) -> Fit:
         CSV files, see `read_measurements`.
     options
         ``method``: ``ols``, ``envelope`` or ``quantile`` (with ``quantiles``, which needs samples);
-        ``is_round_trip``: halve every time (None: if a column says so); ``sizes``, ``without``: sizes in bytes to use or
-        to leave out; ``name``: of the bus type where no column names the transport; ``extremes``: also fit tails, up
+        ``is_round_trip``: halve every time (None: if a column says so); ``sizes``, ``without``: sizes in bytes to use
+        or to leave out; ``name``: of the bus type where no column names the transport; ``extremes``: also fit tails, up
         to what one sample in so many exceeds; ``columns``, ``units``, ``platforms``: see `read_measurements`.
 
     Raises
@@ -161,7 +188,8 @@ def _transport(
     used = [item for item in summaries if _is_used(item.size_bytes or 0, options)]
     if len(used) < 2:
         what = " on ".join(part for part in (name, group.platform) if part)
-        text = f"{what}: a line needs at least two sizes of messages, there {'is' if used else 'are'} {len(used) or 'none'}"
+        there = f"there {'is' if used else 'are'} {len(used) or 'none'}"
+        text = f"{what}: a line needs at least two sizes of messages, {there}"
         file, _, line = summaries[0].place.rpartition(":")
         raise ProblemError([Diagnostic(text, file=file, line=int(line))])
     coarse = resolution_remark(used, format_duration)
@@ -213,7 +241,9 @@ def _general(used: Sequence[Summary], is_round_trip: bool) -> list[Remark]:
     many = f" ({count:,} samples)" if count and all(item.count for item in used) else ""
     found = [Remark("sample maximum", f"the greatest of what was measured{many} is no bound of what can happen")]
     if is_round_trip:
-        text = "every time is half of a round trip, as if both ways took the same: half of the longest is no longest one way"
+        text = (
+            "times are halves of round trips, as if both ways took the same: half of the longest is no longest one way"
+        )
         found.append(Remark("half round trip", text))
     if len(used) == 2:
         found.append(Remark("few sizes", "two sizes: a line always goes through both, how well it fits is not known"))
@@ -240,7 +270,8 @@ def _line_remarks(which: str, points: Points, line: Line, options: Options) -> l
         found.append(Remark("outside", text))
     knee = bend(points, line)
     if knee is not None:
-        text = f"a line does not fit: the {'maxima' if upper else 'minima'} bend at {knee} B; fit parts of the sizes with --sizes"
+        what = "maxima" if upper else "minima"
+        text = f"a line does not fit: the {what} bend at {knee} B; fit parts of the sizes with --sizes"
         found.append(Remark("bend", text))
     else:
         found += _poor(which, points, line)
@@ -263,7 +294,9 @@ def _figures(low: Line, high: Line) -> tuple[tuple[Fraction, Fraction], tuple[Fr
         ("time per byte", low.per_byte_ns, high.per_byte_ns),
     ):
         if least > greatest:
-            crossed.append(Remark("crossing", f"the {what} of the lower line is above that of the upper one: lowered to it"))
+            crossed.append(
+                Remark("crossing", f"the {what} of the lower line is above that of the upper one: lowered to it")
+            )
             least = greatest
         found.append((outwards(least, Rounding.DOWN), outwards(greatest, Rounding.UP)))
     return found[0], found[1], crossed
@@ -272,8 +305,8 @@ def _figures(low: Line, high: Line) -> tuple[tuple[Fraction, Fraction], tuple[Fr
 def outwards(value: Fraction, rounding: Rounding) -> Fraction:
     """A figure with `DIGITS` digits, in the named direction.
 
-    >>> format_number(outwards(Fraction(524987, 1), Rounding.DOWN)), format_number(outwards(Fraction(1, 3), Rounding.UP))
-    ('524900', '0.3334')
+    >>> int(outwards(Fraction(524987), Rounding.DOWN)), float(outwards(Fraction(1, 3), Rounding.UP))
+    (524900, 0.3334)
     """
     if not value:
         return value

@@ -13,12 +13,12 @@ from dse.fitting.lines import Floats, Line, Points
 from dse.fitting.measurements import Summary
 
 Kind: TypeAlias = Literal[
-    "sample maximum", "half round trip", "negative part", "crossing", "outside", "poor fit", "bend", "spread", "saturated",
-    "resolution", "few sizes", "single sample",
+    "sample maximum", "half round trip", "negative part", "crossing", "outside", "poor fit", "bend", "spread",
+    "saturated", "resolution", "few sizes", "single sample",
 ]  # fmt: skip
 """What a remark is about."""
 JUMP, RISE = 3.0, 1.5
-"""A spread of `JUMP` times what the other sizes suggest is an anomaly, which reaches as far as it is `RISE` times that."""
+"""A spread of `JUMP` times what other sizes suggest is an anomaly, which reaches as far as it is `RISE` times that."""
 FEWEST_FOR_SPREAD = 6
 FEWEST_FOR_BEND = 6
 SIGNIFICANT = 0.01
@@ -72,8 +72,8 @@ def goodness(points: Points, line: Line, *, upper: bool) -> Goodness:
 def bend(points: Points, line: Line) -> int | None:
     """The size at which a line with one bend fits much better than a straight one; None where none does.
 
-    Much better: significantly (F test, one per cent) with less than half of the residual, and where the straight line is
-    off by a tenth of a time somewhere.
+    Much better: significantly (F test, one per cent) with a quarter of the squared residuals, and where the straight
+    line is off by a tenth of a time somewhere.
     """
     from scipy.stats import f as f_distribution
 
@@ -206,5 +206,3 @@ def _grid(values: Sequence[Fraction]) -> Fraction:
             if all(value % step == 0 for value in values):
                 return step
     return Fraction(0)
-
-

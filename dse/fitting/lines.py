@@ -1,8 +1,8 @@
 """Straight lines through measurements: transmission time = fixed + per byte x size, for the least and the greatest.
 
-Three methods by name. ``ols`` is that of the report (ECE-TR-25, section 5.5.1): least squares of the minimum, and of the
-maximum, of each size. ``envelope`` is the closest line that nothing measured lies beyond. ``quantile`` lines leave a
-stated share of the samples beyond them. Parts of a line are never negative: a message of any size takes some time.
+Three methods by name. ``ols`` is that of the report (ECE-TR-25, section 5.5.1): least squares of the minimum, and of
+the maximum, of each size. ``envelope`` is the closest line that nothing measured lies beyond. ``quantile`` lines leave
+a stated share of the samples beyond them. Parts of a line are never negative: a message of any size takes some time.
 """
 
 from __future__ import annotations
@@ -10,6 +10,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
+from itertools import pairwise
 from typing import Literal, TypeAlias
 
 import numpy as np
@@ -73,9 +74,7 @@ def envelope(points: Points, *, upper: bool) -> Line:
             hull.pop()
         hull.append(point)
     mean = Fraction(sum(size for size, _ in points), len(points))
-    left, right = next(
-        (one, two) for one, two in zip(hull, hull[1:], strict=False) if one[0] <= mean <= two[0]
-    )
+    left, right = next((one, two) for one, two in pairwise(hull) if one[0] <= mean <= two[0])
     slope = (right[1] - left[1]) / (right[0] - left[0])
     fixed = left[1] - slope * left[0]
     extreme = max if upper else min

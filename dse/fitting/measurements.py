@@ -1,4 +1,4 @@
-"""Measurements in, as CSV: one sample a row, or one row with the figures of many samples; every mistake with its line."""
+"""Measurements in, as CSV: one sample a row, or one row with the figures of many; every mistake with its line."""
 
 from __future__ import annotations
 
@@ -67,7 +67,7 @@ class Summary:
             for name in ("min_ns", "max_ns", "mean_ns", "median_ns", "deviation_ns")
             if (value := getattr(self, name)) is not None
         }
-        return replace(self, **figures, samples_ns=self.samples_ns / 2)  # type: ignore[arg-type] # figures only
+        return replace(self, **figures, samples_ns=self.samples_ns / 2)
 
 
 @dataclass(frozen=True)
@@ -261,7 +261,9 @@ class _Reader:
             return ""
         text = cells[column.index].strip()
         if not text or not text.isprintable():
-            self._wrong("expected a name, got nothing" if not text else "a name is one line of text", self.line, "", column.name)
+            self._wrong(
+                "expected a name, got nothing" if not text else "a name is one line of text", self.line, "", column.name
+            )
         return self.platforms.get(text, text) if role == "platform" else text
 
     def _count(self, cells: Sequence[str]) -> int | None:
@@ -318,9 +320,7 @@ class _Reader:
             array = np.array(values, dtype=np.float64)
             mean, median = Fraction(float(array.mean())), Fraction(float(np.median(array)))
             deviation = Fraction(float(array.std(ddof=1))) if len(array) > 1 else Fraction(0)
-            yield Summary(
-                *(*key, low, high, mean, median, deviation, len(array), array), place=f"{self.file}:{line}"
-            )
+            yield Summary(*(*key, low, high, mean, median, deviation, len(array), array), place=f"{self.file}:{line}")
 
 
 def _lines(text: str) -> Iterator[tuple[int, str]]:

@@ -108,6 +108,8 @@ COMMANDS = (
     "compare pump.json#1 pump.json#2 --json designs.json",
     "verify pump.json --json verdict.json",
     "verify forged.json --json rejected.json",
+    "fit sizes.csv --method quantile --extremes 1000 --without '9 B .. 11 B' --json sizes.json",
+    "fit threads.csv --extremes 1000 --json threads.json",
 )
 
 
@@ -116,6 +118,9 @@ def written_files(folder: Path) -> Iterator[tuple[str, dict[str, Any]]]:
     import shlex
 
     (folder / "more.yaml").write_text("device_types: {lidar: {price: 99 EUR}}\n", encoding="utf-8")
+    delays = [f"{size},{40 + 3 * size + number % 61 + number % 7}" for size in (1, 2, 4, 9) for number in range(420)]
+    (folder / "sizes.csv").write_text("\n".join(["size_bytes,delay_us", *delays]), encoding="utf-8")
+    (folder / "threads.csv").write_text("\n".join(["thread,duration_us", *delays]), encoding="utf-8")
     for name, text in PROBLEMS.items():
         (folder / f"{name}.yaml").write_text(text, encoding="utf-8")
     with contextlib.chdir(folder):

@@ -12,6 +12,7 @@ from pydantic_core import ErrorDetails
 
 from dse.errors import UsageError
 from dse.results.forms.design import AnalysisForm, CheckForm, SimulationForm
+from dse.results.forms.fit import FitForm
 from dse.results.forms.result import ResultForm
 from dse.results.forms.studies import SensitivityForm, SweepForm
 from dse.results.forms.verdicts import ComparisonForm, ExplanationForm, VerificationForm
@@ -24,6 +25,7 @@ FORMS: Mapping[str, type[BaseModel]] = {
     "check": CheckForm,
     "comparison": ComparisonForm,
     "explanation": ExplanationForm,
+    "fit": FitForm,
     "sensitivity": SensitivityForm,
     "simulation": SimulationForm,
     "sweep": SweepForm,
