@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from pathlib import Path
 
 import click
@@ -10,6 +11,8 @@ from dse.cli.common import check_writable, write_text
 from dse.errors import UsageError
 from dse.examples import example_files, example_path
 
+SCHEMA_FILE = "dse-problem.schema.json"
+SCHEMA_MARK = "urn:x-dse:problem:"
 RANDOM_OPTIONS = ("threads", "seed", "objectives", "family")
 
 
@@ -38,6 +41,7 @@ def command(
 ) -> int:
     """Write a problem file to start from (FILE, or the example's own name here), with the catalogues that it includes.
 
+    The file names its JSON Schema, which is written beside it, for editors with yaml-language-server.
     With --random the problem is drawn: the families are robot, two-computers, event-driven, many-buses and automotive.
     """
     if list_only:
@@ -64,12 +68,36 @@ def _is_given(ctx: click.Context, option: str) -> bool:
 def _write_random(text: str, file: str, force: bool) -> int:
     if file != "-" and Path(file).exists() and not force:
         raise UsageError(f"{file} exists already; --force overwrites it")
+    _check_schema(Path(file))
     check_writable(file)
-    write_text(file, text)
+    write_text(file, text if file == "-" else explained(text))
     if file != "-":
+        _write_schema(Path(file))
         click.echo(f"wrote {file}")
         click.echo(f"Next: dse check {file}; dse solve {file}")
     return 0
+
+
+def explained(text: str) -> str:
+    """A problem file that names its schema, so that an editor with yaml-language-server completes and explains it."""
+    return f"# yaml-language-server: $schema={SCHEMA_FILE}\n{text}"
+
+
+def _check_schema(problem: Path) -> None:
+    """A schema that is there already is renewed, if it was made by a dse."""
+    path = problem.parent / SCHEMA_FILE
+    if path.exists() and SCHEMA_MARK not in path.read_text(encoding="utf-8", errors="replace"):
+        raise UsageError(f"{path} exists already, and is no schema of dse")
+
+
+def _write_schema(problem: Path) -> None:
+    """The schema that `explained` names, beside the problem."""
+    from dse.results.forms.registry import schema
+
+    path = problem.parent / SCHEMA_FILE
+    check_writable(str(path))
+    write_text(str(path), json.dumps(schema(), ensure_ascii=False, separators=(",", ":")) + "\n")
+    click.echo(f"wrote {path}")
 
 
 def _is_same(original: Path, copy: Path) -> bool:
@@ -83,6 +111,7 @@ def _copy_example(source: Path, file: str | None, force: bool) -> int:
     included = [name for name, _ in load_spec(source).includes]
     copies = [(source, target)] + [(source.parent / name, target.parent / name) for name in included]
     copies = [pair for pair in copies if pair[1] is target or not _is_same(*pair)]  # examples share catalogues
+    _check_schema(target)
     for _, copy in copies:
         if copy.exists() and not force:
             raise UsageError(f"{copy} exists already; --force overwrites it")
@@ -90,7 +119,10 @@ def _copy_example(source: Path, file: str | None, force: bool) -> int:
         if copy is not target:
             copy.parent.mkdir(parents=True, exist_ok=True)
         check_writable(str(copy))
-        write_text(str(copy), original.read_text(encoding="utf-8"))
+        text = original.read_text(encoding="utf-8")
+        write_text(str(copy), explained(text) if copy is target and file != "-" else text)
         click.echo(f"wrote {copy}")
+    if file != "-":
+        _write_schema(target)
     click.echo(f"Next: dse check {target}; dse solve {target}")
     return 0

@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import hashlib
+import json
 from fractions import Fraction
 from pathlib import Path
 
 import pytest
 
+import dse
 from dse.analysis.evaluate import Evaluation, Evaluator
 from dse.api.check import check
 from dse.api.problem import Problem, loads
@@ -101,15 +103,33 @@ def test_arguments_out_of_range(arguments: tuple[int, int, int, str], message: s
     assert message in str(caught.value)
 
 
+MODELINE = "# yaml-language-server: $schema=dse-problem.schema.json"
+"""What makes an editor look for the schema."""
+
+
 def test_the_command_writes_what_the_function_gives(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     file = tmp_path / "mine.yaml"
     arguments = ["new", str(file), "--random", "--threads", "8", "--seed", "3", "--family", "event-driven"]
     assert run(arguments) == 0
-    assert file.read_text(encoding="utf-8") == random_problem(8, 3, 2, "event-driven")
+    assert file.read_text(encoding="utf-8") == f"{MODELINE}\n{random_problem(8, 3, 2, 'event-driven')}"
+    named = json.loads((tmp_path / MODELINE.partition("=")[2]).read_text(encoding="utf-8"))
+    assert named == dse.schema()
     assert "dse solve" in capsys.readouterr().out
     assert run(arguments) == EXIT_USAGE
     assert run([*arguments, "--force", "--objectives", "3"]) == 0
-    assert file.read_text(encoding="utf-8") == random_problem(8, 3, 3, "event-driven")
+    assert file.read_text(encoding="utf-8") == f"{MODELINE}\n{random_problem(8, 3, 3, 'event-driven')}"
+
+
+def test_a_file_that_is_no_schema_is_left_alone(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    (tmp_path / "dse-problem.schema.json").write_text("mine", encoding="utf-8")
+    assert run(["new", str(tmp_path / "p.yaml")]) == EXIT_USAGE
+    assert "no schema of dse" in capsys.readouterr().err
+    assert [path.name for path in tmp_path.iterdir()] == ["dse-problem.schema.json"]
+
+
+def test_what_goes_to_standard_output_names_no_file(capsys: pytest.CaptureFixture[str]) -> None:
+    assert run(["new", "-", "--random", "--threads", "8", "--seed", "3"]) == 0
+    assert capsys.readouterr().out == random_problem(8, 3)
 
 
 @pytest.mark.parametrize(

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import re
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -9,11 +11,13 @@ import jsonschema
 import pytest
 import yaml
 
+import dse
 from dse.errors import ProblemError
+from dse.results.forms.registry import FORMS
 from dse.spec import model
 from dse.spec.load import parse_spec
 from dse.spec.reader import read_yaml
-from dse.spec.schema import json_schema
+from dse.spec.schema import descriptions, json_schema
 
 FOLDER = Path(__file__).parents[1] / "bad_inputs"
 VALID = (FOLDER / "valid.yaml").read_text(encoding="utf-8")
@@ -56,6 +60,33 @@ def test_every_field_appears(name: str) -> None:
     assert part["additionalProperties"] is False and part["description"]
 
 
+def properties() -> Iterator[tuple[str, str, Any]]:
+    for name, part in (("Spec", SCHEMA), *SCHEMA["$defs"].items()):
+        for key, item in part["properties"].items():
+            yield name, key, item
+
+
+@pytest.mark.parametrize(("name", "key", "item"), [pytest.param(*one, id=".".join(one[:2])) for one in properties()])
+def test_every_property_has_a_meaning_its_units_and_examples_that_hold(name: str, key: str, item: Any) -> None:
+    assert len(item.get("description", "")) > 15, "dse/spec/descriptions.yaml"
+    units = re.findall(r"with its unit: [^'.]*", str({part: item[part] for part in item if part != "description"}))
+    assert all(text in item["description"] for text in units)
+    assert item.get("examples")
+    for example in item["examples"]:
+        jsonschema.Draft202012Validator({**item, "$defs": SCHEMA["$defs"]}).validate(example)
+
+
+def test_nothing_is_described_that_there_is_not() -> None:
+    for name, keys in descriptions().items():
+        fields = {info.alias or field for field, info in getattr(model, name).model_fields.items()}
+        assert set(keys) <= fields, name
+
+
+def test_schemas_are_told_apart_by_their_ids() -> None:
+    ids = [dse.schema(name)["$id"] for name in ("problem", *FORMS)]
+    assert ids[0] == "urn:x-dse:problem:1" and len(set(ids)) == len(ids)
+
+
 def test_every_class_appears() -> None:
     used = {"Priced", "Model", "Catalogue", "Spec"}
     classes = {name for name, item in vars(model).items() if isinstance(item, type) and issubclass(item, model.Model)}
@@ -70,7 +101,7 @@ def test_every_quantity_has_examples_that_fit_its_pattern() -> None:
             for item in part:
                 visit(item)
         elif isinstance(part, dict):
-            if "examples" in part:
+            if "pattern" in part and "examples" in part:
                 patterns.append(part)
             for item in part.values():
                 visit(item)

@@ -17,7 +17,7 @@ from dse.results.forms.result import ResultForm
 from dse.results.forms.studies import SensitivityForm, SweepForm
 from dse.results.forms.verdicts import ComparisonForm, ExplanationForm, VerificationForm
 from dse.spec.fields import describe
-from dse.spec.schema import DIALECT, json_schema, simplified
+from dse.spec.schema import json_schema, schema_head, simplified
 
 FORMS: Mapping[str, type[BaseModel]] = {
     "result": ResultForm,
@@ -41,7 +41,7 @@ def form_schema(name: str) -> dict[str, Any]:
     'What was looked at, and how.'
     """
     schema = FORMS[name].model_json_schema(by_alias=True)
-    head = {"$schema": DIALECT, "title": f"dse-{name}/1"}
+    head = schema_head(name)
     return {**head, **simplified({key: value for key, value in schema.items() if key not in head})}
 
 
