@@ -20,7 +20,11 @@ MOST_MS = 1_500
 
 
 def draw(seed: int, *, kind: str = "plain") -> dict[str, Any]:
-    """A system: `kind` is plain, chained (event-triggered threads), stated (priorities, deadlines) or fixed (cores)."""
+    """A system of a kind.
+
+    That is plain, chained (event-triggered threads), stated (priorities, deadlines), fixed (cores), or blocked
+    (non-preemptive sections, context switches, interrupts and throttling, with some of everything else).
+    """
     rng = random.Random(f"{kind} {seed}")
     count = rng.randint(2, 4)
     cores = 1 if rng.random() < 0.3 else 2
@@ -39,8 +43,12 @@ def draw(seed: int, *, kind: str = "plain") -> dict[str, Any]:
             "priority": None,
             "deadline": None,
             "core": None,
+            "section": None,
         }
-        if kind == "chained" and number and rng.random() < 0.6:
+        if kind == "blocked":
+            thread["section"] = rng.choice((None, 1, 2, 5))
+            thread["priority"] = rng.choice((None, None, None, 1, 2))
+        if (kind == "chained" or (kind == "blocked" and rng.random() < 0.4)) and number and rng.random() < 0.6:
             thread["trigger"] = rng.randrange(number)
             thread["both"] = rng.random() < 0.5
             if rng.random() < 0.4:
@@ -51,6 +59,11 @@ def draw(seed: int, *, kind: str = "plain") -> dict[str, Any]:
         if kind == "fixed" or (kind == "stated" and rng.random() < 0.2):
             thread["core"] = 1 if cores == 1 or types["fast"]["cores"] == 1 else rng.randint(1, 2)
         threads.append(thread)
+    if kind == "blocked":
+        for name in types:
+            types[name]["switch"] = rng.choice((0, 0, 1))
+            types[name]["interrupts"] = rng.choice(([], [], [(1, 7)], [(1, 9), (1, 30)]))
+            types[name]["throttling"] = rng.choice((None, None, (9, 10), (28, 30)))
     return {"types": types, "threads": threads}
 
 
@@ -60,7 +73,7 @@ def text_of(
     """The problem file: few and cheap computers, and a flow that wants short periods."""
     lines = ["dse: 1", "name: drawn", "overload: allowed", "deadlines: all", "processor_types:"]
     for name, figures in system["types"].items():
-        lines.append(f"  {name}: {{cores: {figures['cores']}, price: {figures['price']} EUR}}")
+        lines.append(f"  {name}: {{{', '.join(_type_fields(figures))}}}")
     lines += ["processors: {c: {type: [slow, fast]}}", "devices: {sensor: {period: 3 ms}}", "threads:"]
     for thread in system["threads"]:
         fields = [
@@ -72,9 +85,9 @@ def text_of(
             fields.append("dispatch_protocol: " + ("[periodic, aperiodic]" if thread["both"] else "aperiodic"))
         if not eager or thread["both"]:
             fields.append(f"period: [{', '.join(f'{period} ms' for period in thread['periods'])}]")
-        for key, unit in (("priority", ""), ("core", ""), ("deadline", " ms")):
+        for key, unit in (("priority", ""), ("core", ""), ("deadline", " ms"), ("section", " ms")):
             if thread[key] is not None:
-                fields.append(f"{key}: {thread[key]}{unit}")
+                fields.append(f"{'non_preemptive' if key == 'section' else key}: {thread[key]}{unit}")
         lines.append(f"  {thread['name']}: {{{', '.join(fields)}}}")
     lines += ["connections:", "  w: {from: sensor, to: t0}"]
     wires = []
@@ -90,6 +103,22 @@ def text_of(
     lines += [f"flows: {{f: {{path: [sensor, {', '.join(f't{number}' for number in path)}]}}}}", "objectives:"]
     lines += [f"  - {text}" for text in objectives]
     return "\n".join(lines) + "\n"
+
+
+def _type_fields(figures: Mapping[str, Any]) -> list[str]:
+    fields = [f"cores: {figures['cores']}", f"price: {figures['price']} EUR"]
+    if figures.get("switch"):
+        fields.append(f"context_switch: {figures['switch']} ms")
+    if figures.get("interrupts"):
+        named = (
+            f"i{number}: {{compute_execution_time: {work} ms, period: {period} ms}}"
+            for number, (work, period) in enumerate(figures["interrupts"])
+        )
+        fields.append(f"interrupts: {{{', '.join(named)}}}")
+    if figures.get("throttling"):
+        budget, period = figures["throttling"]
+        fields.append(f"throttling: {{budget: {budget} ms, period: {period} ms}}")
+    return fields
 
 
 def _ms(thread: Mapping[str, Any], kind: str) -> str:
@@ -131,7 +160,10 @@ def responses(system: Mapping[str, Any], choice: Mapping[str, Any]) -> list[int]
             while at in source:
                 at = source[at]
                 jitter[number] += known[at] - work[at]
-        fresh = [_response(number, threads, choice["cores"], period, jitter, work) for number in range(len(threads))]
+        kind = system["types"][choice["type"]]
+        fresh = [
+            _response(number, threads, choice["cores"], period, jitter, work, kind) for number in range(len(threads))
+        ]
         if max(fresh) >= 10 * max(PERIODS):
             fresh = [LATE if item >= 10 * max(PERIODS) else item for item in fresh]
         if fresh == known:
@@ -140,23 +172,40 @@ def responses(system: Mapping[str, Any], choice: Mapping[str, Any]) -> list[int]
     return [LATE] * len(threads)
 
 
-def _response(number: int, threads: Any, cores: Any, period: list[int], jitter: list[int], work: list[int]) -> int:
-    """Lehoczky's busy period with release jitter."""
+def _response(
+    number: int, threads: Any, cores: Any, period: list[int], jitter: list[int], work: list[int], kind: Any
+) -> int:
+    """Lehoczky's busy period with release jitter, that begins with the longest section of a less urgent thread."""
     rivals = [
         other
         for other in range(len(threads))
         if other != number and cores[other] == cores[number] and _delays(other, number, threads, period)
     ]
-    load = sum((Fraction(work[item], period[item]) for item in (*rivals, number)), Fraction(0))
-    latest = max(jitter[item] for item in (*rivals, number))
+    blocked = max(
+        (
+            min(threads[item]["section"] or 0, work[item])
+            for item in range(len(threads))
+            if item != number and item not in rivals and cores[item] == cores[number]
+        ),
+        default=0,
+    )
+    cost = [item + 2 * kind.get("switch", 0) for item in work]
+    first = list(kind.get("interrupts", []))
+    if kind.get("throttling"):
+        budget, every = kind["throttling"]
+        first.append((every - budget, every))
+    load = sum((Fraction(cost[item], period[item]) for item in (*rivals, number)), Fraction(0))
+    load += sum((Fraction(*item) for item in first), Fraction(0))
+    latest = max(blocked, *(jitter[item] for item in (*rivals, number)))
     if load > 1 or latest >= LATE // 2 or (load == 1 and latest):  # then each window has more work than room
         return LATE
     worst, jobs, end = 0, 0, 0
     while True:
         jobs += 1
-        end = max(end, jobs * work[number])
+        end = max(end, jobs * cost[number])
         while True:
-            demand = jobs * work[number] + sum(-(-(end + jitter[item]) // period[item]) * work[item] for item in rivals)
+            demand = blocked + jobs * cost[number] + sum(-(-end // every) * taken for taken, every in first)
+            demand += sum(-(-(end + jitter[item]) // period[item]) * cost[item] for item in rivals)
             if demand == end:
                 break
             end = demand

@@ -4,7 +4,8 @@ The level-i busy period of J. P. Lehoczky ("Fixed priority scheduling of periodi
 RTSS 1990) with the release jitter of N. Audsley, A. Burns, M. Richardson, K. Tindell and A. Wellings ("Applying new
 scheduling theory to static priority pre-emptive scheduling", Software Engineering Journal 8(5), 1993); without jitter
 and with response times up to the period it is the recurrence of M. Joseph and P. Pandya ("Finding response times in a
-real-time system", The Computer Journal 29(5), 1986). Blocking, context switches and interrupts are not counted.
+real-time system", The Computer Journal 29(5), 1986). A busy period may begin with less urgent work that cannot be
+interrupted (`dse.analysis.overheads`).
 """
 
 from __future__ import annotations
@@ -89,7 +90,7 @@ def _release_ns(stream: Stream, number: int) -> Exact:
     return max(0, number * stream.period_ns - stream.jitter_ns)
 
 
-def response_time_ns(task: Task, higher: Sequence[Task]) -> Exact | None:
+def response_time_ns(task: Task, higher: Sequence[Task], blocked_ns: Exact = 0) -> Exact | None:
     """The worst time from the release of a job to its end; None when it is not bounded.
 
     Parameters
@@ -98,6 +99,9 @@ def response_time_ns(task: Task, higher: Sequence[Task]) -> Exact | None:
         the task itself; its jobs run in the order of their release.
     higher
         the tasks of its core that go before it.
+    blocked_ns
+        how long less urgent work may keep the core, at most, once it has begun; a bound is then one that is not
+        reached, but approached.
 
     Examples
     --------
@@ -106,17 +110,20 @@ def response_time_ns(task: Task, higher: Sequence[Task]) -> Exact | None:
     >>> a, b, c = periodic("a", 3, 7), periodic("b", 3, 12), periodic("c", 5, 20)
     >>> [response_time_ns(a, []), response_time_ns(b, [a]), response_time_ns(c, [a, b])]
     [3, 6, 20]
+    >>> response_time_ns(a, [], 2)
+    5
     """
     if task.worst_ns == 0:
         return 0
     rivals = [other for other in higher if other.worst_ns]
-    if task.utilisation + sum(other.utilisation for other in rivals) > 1:
+    used = task.utilisation + sum(other.utilisation for other in rivals)
+    if used > 1 or (used == 1 and blocked_ns and task.streams):  # such a busy period has no end
         return None
     steps = 0
     worst: Exact = 0
     releases = densest_releases_ns(task)
     released = next(releases)
-    busy: Exact = task.worst_ns
+    busy: Exact = blocked_ns + task.worst_ns
     streams = [(stream, other.worst_ns) for other in rivals if other.separation_ns is None for stream in other.streams]
     terms = [(stream.period_ns, worst_ns) for stream, worst_ns in streams]
     # the first release of each that `busy` has no work of

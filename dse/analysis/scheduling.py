@@ -15,13 +15,14 @@ Microprocessing and Microprogramming 40, 1994). Offsets between threads are neve
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from fractions import Fraction
 from functools import lru_cache
 from typing import Literal, TypeAlias
 
 from dse.analysis.binding import transmission_ns
 from dse.analysis.memo import Recall
+from dse.analysis.overheads import interrupting, section_ns, switching_ns
 from dse.analysis.partition import WHOLE, Room, spread
 from dse.analysis.rates import NS_PER_S, RateKey, is_event_triggered, rate_hz
 from dse.analysis.response_time import Stream, Task, response_time_ns
@@ -45,7 +46,8 @@ class Response:
     """The response time of a thread or a hybrid thread's callback; None where it has no bound.
 
     `rank` is 1 more than the number of the core's tasks that always go first, the same for threads of the same stated
-    priority; `deadline_ns` is the thread's, else its period, else None.
+    priority; `deadline_ns` is the thread's, else its period, else None; `blocked_ns` how long less urgent tasks may
+    keep the core. `worst_ns` is the longest execution time, the task's own worst time has its context switches, too.
     """
 
     component: int
@@ -56,6 +58,8 @@ class Response:
     best_ns: int
     response_ns: Exact | None
     deadline_ns: int | None
+    blocked_ns: int
+    worst_ns: int
 
     @property
     def name(self) -> str:
@@ -187,11 +191,15 @@ def _keys(space: Space, number: int, view: View) -> Iterator[TaskKey]:
 
 @dataclass(frozen=True, slots=True)
 class _Turn:
-    """A task in the order of its core: `rank` of the tasks before it always go first, up to `reach` of all may."""
+    """A task in the order of its core: `rank` of the tasks before it always go first, up to `reach` of all may.
+
+    Others may keep the core for `blocked_ns`.
+    """
 
     key: TaskKey
     rank: int
     reach: int
+    blocked_ns: int = 0
 
     def rivals(self, order: Sequence[_Turn]) -> Iterator[int]:
         """The positions of what may delay the task on its core, which is not a callback's own timer."""
@@ -304,7 +312,27 @@ def _turns(space: Space, numbers: Sequence[int], view: View) -> list[_Turn]:
         for keys in parts:
             ends = [reach] * len(keys) if len(level) > 1 else range(before + 1, reach + 1)
             turns += (_Turn(key, before + own, end) for own, (key, end) in enumerate(zip(keys, ends, strict=True)))
-    return turns
+    return _blocked(space, turns, view)
+
+
+def _blocked(space: Space, turns: list[_Turn], view: View) -> list[_Turn]:
+    """The same with the time for which what never goes before a task may keep the core all the same."""
+    if all(space.components[turn.key[0]].section_ns is None for turn in turns):
+        return turns
+    sections = [
+        section_ns(space, turn.key[0], _alone_ns(space.components[turn.key[0]], turn.key[1], view)[1], view)
+        for turn in turns
+    ]
+    found = []
+    for turn in turns:
+        rivals = set(turn.rivals(turns))
+        others = [
+            section
+            for position, section in enumerate(sections)
+            if position not in rivals and turns[position].key != turn.key
+        ]
+        found.append(replace(turn, blocked_ns=max(others, default=0)))
+    return found
 
 
 def utilisation(space: Space, number: int, view: View) -> Fraction:
@@ -321,15 +349,17 @@ def _fixed_point(space: Space, cores: Sequence[Sequence[_Turn]], view: View) -> 
     known: dict[TaskKey, Exact | None] = {
         turn.key: _alone_ns(space.components[turn.key[0]], turn.key[1], view)[1] for turns in cores for turn in turns
     }
+    interrupts = [interrupting(space, [turn.key[0] for turn in turns[:1]], view) for turns in cores]
     rounds, changed, horizon = 0, True, _horizon_ns(space)
     while changed:
         rounds, changed = rounds + 1, False
         look_at_the_clock()
-        for turns in cores:
+        for turns, before in zip(cores, interrupts, strict=True):
             tasks = [_task(space, turn.key, known, view) for turn in turns]
             for turn, task in zip(turns, tasks, strict=True):
                 key = turn.key
-                found = _respond(task, [tasks[position] for position in turn.rivals(turns)])
+                rivals = [*before, *(tasks[position] for position in turn.rivals(turns))]
+                found = _respond(task, rivals, turn.blocked_ns)
                 if found is not None and rounds > 1 and (found > horizon or rounds > MOST_ROUNDS):
                     found = found if found == known[key] else None
                 if known[key] is not None and found != known[key]:
@@ -343,14 +373,14 @@ def _horizon_ns(space: Space) -> int:
     return 10 * max(periods, default=NS_PER_S)
 
 
-def _respond(task: Task | None, rivals: Sequence[Task | None]) -> Exact | None:
+def _respond(task: Task | None, rivals: Sequence[Task | None], blocked_ns: Exact) -> Exact | None:
     """The response time of a task under those that may delay it."""
     given = [rival for rival in rivals if rival is not None]
     if task is None or len(given) < len(rivals):
         return None
-    if all(map(_is_plain, (task, *given))):
-        return _respond_alone(task, tuple(given))
-    return response_time_ns(task, given)
+    if type(blocked_ns) in PLAIN and all(map(_is_plain, (task, *given))):
+        return _respond_alone(task, tuple(given), blocked_ns)
+    return response_time_ns(task, given, blocked_ns)
 
 
 def _is_plain(task: Task) -> bool:
@@ -361,9 +391,9 @@ def _is_plain(task: Task) -> bool:
 
 
 @lru_cache(16384)
-def _respond_alone(task: Task, rivals: tuple[Task, ...]) -> Exact | None:
+def _respond_alone(task: Task, rivals: tuple[Task, ...], blocked_ns: Exact) -> Exact | None:
     """`response_time_ns`, remembered: from round to round, and from design to design, most tasks meet the same."""
-    return response_time_ns(task, rivals)
+    return response_time_ns(task, rivals, blocked_ns)
 
 
 def _task(space: Space, key: TaskKey, known: Mapping[TaskKey, Exact | None], view: View) -> Task | None:
@@ -375,7 +405,8 @@ def _task(space: Space, key: TaskKey, known: Mapping[TaskKey, Exact | None], vie
         return None
     sporadic = part == "thread" and at(component.protocol, view) == "sporadic"
     separation = at(component.period_ns, view) if sporadic else None
-    return Task(_task_name(component, part), _alone_ns(component, part, view)[1], streams, separation)
+    worst = _alone_ns(component, part, view)[1] + switching_ns(space, number, view)
+    return Task(_task_name(component, part), worst, streams, separation)
 
 
 Streams: TypeAlias = tuple[Stream, ...] | None
@@ -434,7 +465,8 @@ def _responses(schedule: _Schedule, wanted: Sequence[TaskKey]) -> tuple[Response
         best, worst = _alone_ns(component, key[1], view)
         deadline = deadline_ns(component, view) if key[1] == "thread" else None
         lost = Task(_task_name(component, key[1]), worst, ())
-        found.append(Response(*key, place[1] + 1, place[2].rank + 1, task or lost, best, known[key], deadline))
+        rank, blocked = place[2].rank + 1, place[2].blocked_ns
+        found.append(Response(*key, place[1] + 1, rank, task or lost, best, known[key], deadline, blocked, worst))
     return tuple(found)
 
 

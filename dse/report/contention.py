@@ -5,10 +5,12 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 from dse.analysis.contention import core_by, cores_of, is_left_out
+from dse.analysis.overheads import stated_overheads
 from dse.analysis.views import View
 from dse.results.contention import Broken, Contended
 from dse.results.display import readable
 from dse.results.solve import Result
+from dse.space.cores import is_scheduled
 from dse.space.settings import told_deadlines
 from dse.space.trees import at, leaves
 from dse.space.types import Design, Space
@@ -23,6 +25,8 @@ PROCESSING = {
 UNCOUNTED = (
     "CPU contention is not in the latencies: this profile counts no response times, but execution times and deadlines."
 )
+BLOCKING = "blocking by non-preemptive sections"
+MOST_NAMES = 6
 MOST_THREADS = 24
 """Maximum number of threads whose cores are told one by one in a sentence."""
 MOST_IDS = 12
@@ -66,6 +70,28 @@ def contention_words(result: Result) -> str:
     who = f" ({_ids(kept)})" if 0 < len(kept) < len(checked) else ""
     verb = "keep" if len(kept) > 1 else "keeps"
     return f"{begin} {count} {of} {verb} every {what}{who}{rest}."
+
+
+def asks_for_responses(space: Space) -> bool:
+    """Whether a requirement or an objective looks at response times."""
+    asked = [item.metric for item in space.requirements] + [item.metric for item in space.objectives]
+    return any(is_scheduled(space, metric) for metric in asked)
+
+
+def overhead_words(space: Space) -> str:
+    """What response times count beside execution times, and what they do not."""
+    stated = stated_overheads(space)
+    counted = [
+        f"{BLOCKING if kind == 'blocking' else kind} ({', '.join(names[:MOST_NAMES])}"
+        f"{', …' if len(names) > MOST_NAMES else ''})"
+        for kind, names in stated.items()
+        if names
+    ]
+    left = [kind for kind, names in stated.items() if not names]
+    if not counted:
+        return f"Response times count no overheads: the problem states no {', '.join(left[:-1])} and no {left[-1]}."
+    rest = f"; not {' and not '.join(left)}, of which nothing is stated" if left else ""
+    return f"Response times count {', '.join(counted)}{rest}."
 
 
 def told_words(space: Space) -> str:

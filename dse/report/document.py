@@ -15,7 +15,7 @@ from dse.analysis.views import View
 from dse.report.amounts import amount_words, slack_words
 from dse.report.bars import usage_records, waterfall_records
 from dse.report.charts import front_records
-from dse.report.contention import contention_words, processing_words
+from dse.report.contention import asks_for_responses, contention_words, overhead_words, processing_words
 from dse.report.explain import conflict_words
 from dse.report.missing import TITLE, missing_words
 from dse.report.plain import basis_words
@@ -230,7 +230,8 @@ class Document:
     @property
     def gaps(self) -> tuple[str, ...]:
         """What the model does not see."""
-        found = filter(None, (unused_words(self.result), exclusion_words(self.space)))
+        counted = overhead_words(self.space) if asks_for_responses(self.space) else ""
+        found = filter(None, (counted, unused_words(self.result), exclusion_words(self.space)))
         return (REDUCED, processing_words(self.result.problem.effective), *found, *GAPS)
 
     # --- one alternative ------------------------------------------------------------------------------------------

@@ -27,7 +27,7 @@ def response_table(console: Console, processor: str, responses: Sequence[Respons
         ]
         response = "unbounded" if item.response_ns is None else _ms(item.response_ns)
         deadline = "" if item.deadline_ns is None else _ms(item.deadline_ns)
-        cells = (str(item.core), plain(item.name), _ms(item.task.worst_ns), ", ".join(releases), response, deadline)
+        cells = (str(item.core), plain(item.name), _ms(item.worst_ns), ", ".join(releases), response, deadline)
         table.add_row(*cells, SAID[item.meets_deadline])
     return table
 

@@ -8,7 +8,14 @@ from rich.console import Console
 from rich.table import Table
 
 from dse.report.amounts import slack_words
-from dse.report.contention import contended_words, contention_words, core_words, processing_words
+from dse.report.contention import (
+    asks_for_responses,
+    contended_words,
+    contention_words,
+    core_words,
+    overhead_words,
+    processing_words,
+)
 from dse.report.explain import print_conflicts
 from dse.report.missing import TITLE, missing_words
 from dse.report.plain import basis_words, print_hanging
@@ -88,6 +95,8 @@ def print_result(console: Console, result: Result, top: int | None = TOP) -> Non
         console.print(contention, markup=False)
     elif result.front:
         console.print(processing_words(settings_of(result.space)), markup=False)
+        if asks_for_responses(result.space):
+            console.print(overhead_words(result.space), markup=False)
     console.print(REDUCED, markup=False)
 
 
@@ -234,6 +243,8 @@ def print_analysis(console: Console, analysis: Analysis) -> None:
         console.print(_processor_table(console, usage))
     for name, responses in analysis.responses.items():
         console.print(response_table(console, name, responses))
+    if analysis.responses:
+        console.print(overhead_words(analysis.space), markup=False)
     for usage in analysis.buses:
         if usage.shares or usage.capacity is not None:
             console.print(_bus_table(console, usage))

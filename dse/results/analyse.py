@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 from dse.analysis.latency import Row
 from dse.analysis.limits import Verdict
+from dse.analysis.overheads import stated_overheads
 from dse.analysis.scheduling import Response
 from dse.results.contention import Contended
 from dse.results.display import exact
@@ -166,6 +167,7 @@ class Analysis:
             ],
             **({"contention": self.contended.to_dict()} if self.contended is not None else {}),
             "warnings": list(self.warnings),
+            "overheads": {kind: list(names) for kind, names in stated_overheads(self.space).items()},
             "response_times": {name: [_response(item) for item in found] for name, found in self.responses.items()},
         }
 
@@ -190,10 +192,12 @@ def _response(response: Response) -> dict[str, Any]:
         "thread": response.name,
         "core": response.core,
         "rank": response.rank,
-        "execution_ns": [response.best_ns, response.task.worst_ns],
+        "execution_ns": [response.best_ns, response.worst_ns],
         "releases": [
             {"period_ns": stream.period_ns, "jitter_ns": exact(stream.jitter_ns)} for stream in response.task.streams
         ],
+        "switching_ns": response.task.worst_ns - response.worst_ns,
+        "blocking_ns": response.blocked_ns,
         "response_ns": None if response.response_ns is None else exact(response.response_ns),
         "deadline_ns": response.deadline_ns,
         "meets_deadline": response.meets_deadline,

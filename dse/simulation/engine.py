@@ -24,7 +24,8 @@ from heapq import heappop, heappush
 from math import lcm
 from typing import Literal, TypeAlias
 
-from dse.simulation.plan import Link, Plan, StepKey, Task, TaskKey
+from dse.simulation.core import Core, Job
+from dse.simulation.plan import Gap, Link, Plan, StepKey, Task, TaskKey
 from dse.simulation.readings import Range
 from dse.timelimit import look_at_the_clock
 from dse.units import Exact, whole
@@ -67,24 +68,6 @@ class Observation:
     events: int = 0
 
 
-@dataclass
-class _Job:
-    task: Task
-    release: Exact
-    left: Exact
-    births: Births
-
-
-class _Core:
-    """A core: the running job, since when, and what is ready, most urgent first."""
-
-    def __init__(self) -> None:
-        self.running: _Job | None = None
-        self.since: Exact = 0
-        self.version = 0
-        self.ready: list[tuple[int, int, _Job]] = []
-
-
 class _Entry:
     """The door of an event-triggered task: one job in service, arrivals that wait."""
 
@@ -117,7 +100,7 @@ class _Run:
         self.seen = Observation([Counter() for _ in plan.lengths])
         self.heap: list[tuple[Exact, int, int, tuple[object, ...]]] = []
         self.sequence = 0
-        self.cores: dict[tuple[int, int], _Core] = {}
+        self.cores: dict[tuple[int, int], Core] = {}
         self.entries: dict[TaskKey, _Entry] = {}
         self.free: dict[TaskKey, Exact] = {}
         self.buffers: Births = {}
@@ -138,8 +121,11 @@ class _Run:
         for number, link in enumerate(self.plan.links):
             if link.period_ns is not None:
                 self._next_send(number, link, 0)
+        for place, gap in self.plan.gaps.items():
+            self._next_refill(gap, self._core(place), 0)
         handlers = {
             "tick": self._tick, "send": self._send_timer, "end": self._end, "alone": self._complete,
+            "yield": self._yield, "refill": self._refill,
             "bus": self._on_bus, "arrive": self._arrive, "wake": self._serve,
         }  # fmt: skip
         while self.heap and self.heap[0][0] <= self.setting.duration_ns:
@@ -170,6 +156,19 @@ class _Run:
         self._next_send(number, link, count + 1)
         self._send(number, {})
 
+    def _next_refill(self, gap: Gap, core: Core, count: int) -> None:
+        """Its clock is that of the core: it drifts from none."""
+        time = self.setting.offsets_ns.get(gap.name, 0) + count * gap.period_ns
+        self.at(time, DISPATCH, "refill", gap, core, count)
+
+    def _refill(self, gap: Gap, core: Core, count: int) -> None:
+        self._next_refill(gap, core, count + 1)
+        core.settle(self.now)
+        if core.running is not None:
+            core.put_back()
+        core.used = 0
+        self._reschedule(core)
+
     # --- jobs -------------------------------------------------------------------------------------------------------
 
     def _drawn(self, limits: Range) -> Exact:
@@ -191,42 +190,76 @@ class _Run:
             if self.now < self.setting.births_until_ns:
                 for flow in self.plan.starts.get(component, ()):
                     births[flow, 0] = [self.now]
-        job = _Job(task, release, self._drawn(task.cost_ns), births)
+        job = Job(task, release, self._drawn(task.cost_ns), births)
         if task.core is not None:
-            core = self.cores.setdefault(task.core, _Core())
+            self._place_section(job)
+            core = self._core(task.core)
             self.sequence += 1
-            heappush(core.ready, (task.urgency, self.sequence, job))
+            core.add(job, self.sequence)
             self._reschedule(core)
             return
         start = max(self.now, self.free.get(task.key, 0)) if task.serial else self.now
         self.free[task.key] = start + job.left
         self.at(start + job.left, END, "alone", job)
 
-    def _reschedule(self, core: _Core) -> None:
+    def _core(self, place: tuple[int, int]) -> Core:
+        if place not in self.cores:
+            gap = self.plan.gaps.get(place)
+            self.cores[place] = Core(gap.budget_ns if gap is not None else None)
+        return self.cores[place]
+
+    def _place_section(self, job: Job) -> None:
+        """The section that nothing preempts lies anywhere in the job: at its start where times are not drawn."""
+        length = min(job.task.section_ns, job.left)
+        if not length:
+            return
+        later = 0
+        if self.setting.execution == "random":
+            later = self.rng.randint(0, int(job.left - length))
+        job.holds = job.left - later
+        job.yields = job.holds - length
+
+    def _reschedule(self, core: Core) -> None:
         """The most urgent ready job runs; the running one goes back to the ready ones if it is less urgent."""
         running = core.running
         if running is not None:
             if not core.ready or core.ready[0][0] >= running.task.urgency:
                 return
-            running.left -= self.now - core.since
-            # an interrupted job goes before later ones of its own task
-            heappush(core.ready, (running.task.urgency, -1, running))
-            core.running = None
-        if core.ready:
-            core.running = heappop(core.ready)[2]
-            core.since = self.now
-            core.version += 1
-            self.at(self.now + core.running.left, END, "end", core, core.version)
+            core.settle(self.now)
+            if running.is_held and not core.ready[0][2].is_interrupt:
+                self._hold(core, running)
+                return
+            core.put_back()
+        length = core.pick(self.now)
+        if length is not None:
+            self.at(self.now + length, END, "end", core, core.version)
+        if core.running is not None and core.running.is_held:
+            self._hold(core, core.running)
 
-    def _end(self, core: _Core, version: int) -> None:
+    def _hold(self, core: Core, job: Job) -> None:
+        """What is ready is looked at again when the section is over."""
+        self.at(self.now + job.left - job.yields, END, "yield", core, core.version)
+
+    def _yield(self, core: Core, version: int) -> None:
+        """A section is over, unless something else has run since."""
+        if version == core.version and core.running is not None:
+            self._reschedule(core)
+
+    def _end(self, core: Core, version: int) -> None:
+        """A job is done, or threads have used up their budget."""
         if version != core.version or core.running is None:
             return
-        job, core.running = core.running, None
+        core.settle(self.now)
         core.version += 1
-        self._complete(job)
-        self._reschedule(core)
+        if core.running.left:
+            core.put_back()
+        else:
+            job, core.running = core.running, None
+            self._complete(job)
+        if core.running is None:
+            self._reschedule(core)
 
-    def _complete(self, job: _Job) -> None:
+    def _complete(self, job: Job) -> None:
         task = job.task
         component, part = task.key
         self.seen.responses[task.name] = max(self.seen.responses.get(task.name, 0), self.now - job.release)

@@ -6,16 +6,18 @@ Reads the space on its own, without `dse.analysis`, so that a mistake there is n
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from fractions import Fraction
 from typing import Any, Literal, TypeAlias
 
-from dse.simulation.readings import Figures, Range, read_figures
+from dse.simulation.readings import ComponentFigures, Figures, Range, read_figures
 from dse.space.types import Design, Space
 from dse.units import Exact
 
 NS_PER_S = 10**9
 ENDLESS = 10**9
+FIRST = -2
+"""The urgency of an interrupt: before whatever cannot be preempted by threads."""
 MANY = 20
 """How many jobs in a queue the default duration of a run allows for."""
 
@@ -29,8 +31,8 @@ class Task:
     """Something that runs jobs: a thread or device, or the callback of a hybrid thread.
 
     `period_ns` is that of its timer (None: each arrival dispatches it); `core` a core that it shares, or None;
-    `urgency` its place there, 0 first. A job of a `serial` task waits for the one before. `capacity` is how many
-    arrivals may wait.
+    `urgency` its place there, 0 first (below -1: an interrupt); for `section_ns` of a job nothing preempts it. A job
+    of a `serial` task waits for the one before. `capacity` is how many arrivals may wait.
     """
 
     key: TaskKey
@@ -42,6 +44,16 @@ class Task:
     urgency: int
     serial: bool
     capacity: int
+    section_ns: int = 0
+
+
+@dataclass(frozen=True)
+class Gap:
+    """Throttling of a core: threads run for `budget_ns` of each period."""
+
+    name: str
+    budget_ns: int
+    period_ns: int
 
 
 @dataclass(frozen=True)
@@ -70,7 +82,7 @@ class Plan:
     `places` lists for each component the flow steps at it that come over a connection, `starts` the flows that begin
     there; `exits` tells over which link data go on. `overloaded` names the tasks that alone need more than a core,
     `guessed` the threads on shared cores whose rate follows from no rate in the problem: something upstream is
-    dispatched as often as seemed fit.
+    dispatched as often as seemed fit. `gaps` has the throttling of each core that is throttled.
     """
 
     tasks: Mapping[TaskKey, Task]
@@ -83,12 +95,14 @@ class Plan:
     outgoing: Mapping[int, Sequence[int]]
     overloaded: Sequence[str]
     guessed: Sequence[str]
+    gaps: Mapping[tuple[int, int], Gap] = field(default_factory=dict)
 
     @property
     def timers(self) -> dict[str, Fraction]:
         """Everything with an offset of its own: the period in ns, by name."""
         tasks = {task.name: task.period_ns for task in self.tasks.values() if task.period_ns is not None}
-        return tasks | {link.name: link.period_ns for link in self.links if link.period_ns is not None}
+        gaps = {gap.name: Fraction(gap.period_ns) for gap in self.gaps.values()}
+        return tasks | {link.name: link.period_ns for link in self.links if link.period_ns is not None} | gaps
 
     def span_ns(self, flow: int, steps: Sequence[Any]) -> Exact:
         """A time in which data that are not lost pass the flow, if nothing is overloaded."""
@@ -126,6 +140,8 @@ def build_plan(
     figures = read_figures(space, design, cores or {})
     links = _links(space, figures, endless=endless_queues)
     tasks = _tasks(space, figures, contention=contention, endless=endless_queues)
+    shared = sorted({task.core for task in tasks.values() if task.core is not None})
+    tasks |= _interrupts(space, figures, shared)
     places: dict[int, list[StepKey]] = {}
     starts: dict[int, list[int]] = {}
     link_starts: dict[int, list[int]] = {}
@@ -153,7 +169,30 @@ def build_plan(
         outgoing=outgoing,
         overloaded=[name for name, share in figures.shares.items() if share > 1],
         guessed=_guessed(space, figures, tasks, links),
+        gaps={place: gap for place in shared if (gap := _gap(space, figures, place)) is not None},
     )
+
+
+def _interrupts(space: Space, figures: Figures, cores: Sequence[tuple[int, int]]) -> dict[TaskKey, Task]:
+    """The interrupts of each core, as tasks of nobody that go before all others."""
+    found: dict[TaskKey, Task] = {}
+    for processor, core in cores:
+        for item in figures.overheads[processor].interference:
+            if item.is_throttling:
+                continue
+            name = f"{space.processors[processor].name} core {core + 1} {item.name}"
+            key: TaskKey = (-1 - len(found), "thread")
+            time, period = (item.worst_ns, item.worst_ns), Fraction(item.period_ns)
+            found[key] = Task(key, name, time, period, None, (processor, core), FIRST - len(found), True, 0)
+    return found
+
+
+def _gap(space: Space, figures: Figures, place: tuple[int, int]) -> Gap | None:
+    for item in figures.overheads[place[0]].interference:
+        if item.is_throttling:
+            name = f"{space.processors[place[0]].name} core {place[1] + 1} {item.name}"
+            return Gap(name, item.period_ns - item.worst_ns, item.period_ns)
+    return None
 
 
 def _guessed(space: Space, figures: Figures, tasks: Mapping[TaskKey, Task], links: Sequence[Link]) -> list[str]:
@@ -191,15 +230,24 @@ def _tasks(space: Space, figures: Figures, *, contention: bool, endless: bool) -
             at_core = core if part.callback_ns[1] else None
             wait = ENDLESS if endless else 0
             name = f"{component.name} (callback)"
-            found[key] = Task(key, name, part.callback_ns, None, None, at_core, 2 * urgency, True, wait)
+            cost, section = _on_core(part, part.callback_ns, at_core)
+            found[key] = Task(key, name, cost, None, None, at_core, 2 * urgency, True, wait, section)
         period = part.period_ns if part.period_ns is not None or part.rate_hz else figures.stimulus_ns(number)
         key = (number, "thread")
         at_core = core if part.executes and part.cost_ns[1] else None
-        cost = part.cost_ns if not contention or at_core is None else part.demand_ns
+        cost, section = _on_core(part, part.demand_ns if contention and at_core is not None else part.cost_ns, at_core)
         found[key] = Task(
-            key, component.name, cost, period, part.separation_ns, at_core, 2 * urgency + 1, part.executes, capacity
-        )
+            key, component.name, cost, period, part.separation_ns, at_core, 2 * urgency + 1, part.executes, capacity,
+            section,
+        )  # fmt: skip
     return found
+
+
+def _on_core(part: ComponentFigures, time: Range, core: tuple[int, int] | None) -> tuple[Range, int]:
+    """The time of a job with its context switches, and the section in it, where it shares a core."""
+    if core is None:
+        return time, 0
+    return (time[0] + part.switching_ns, time[1] + part.switching_ns), int(min(part.section_ns, time[1]))
 
 
 def _links(space: Space, figures: Figures, *, endless: bool) -> list[Link]:

@@ -8,7 +8,7 @@ from fractions import Fraction
 from typing import Any, TypeAlias
 
 from dse.space.trees import FROM_BANDWIDTH, PerProcessorType, at
-from dse.space.types import Component, Connection, Design, Space
+from dse.space.types import Component, Connection, Design, Interference, Space
 from dse.units import Exact
 
 Range: TypeAlias = tuple[Exact, Exact]
@@ -24,7 +24,7 @@ class ComponentFigures:
 
     `cost_ns` is the time of a job that runs alone (a stated response time stands for contention), `demand_ns` its
     execution time; `executes` tells whether it is an execution time at all, or the latency of a data sheet, which
-    occupies nothing.
+    occupies nothing. On a core each job takes `switching_ns` more, and for `section_ns` of it nothing preempts it.
     """
 
     period_ns: Fraction | None
@@ -36,6 +36,8 @@ class ComponentFigures:
     queue_size: int | None
     rate_hz: Fraction
     input_hz: Fraction
+    switching_ns: int = 0
+    section_ns: int = 0
 
 
 @dataclass(frozen=True)
@@ -47,6 +49,14 @@ class ConnectionFigures:
     bus_ns: Range
     stated_hz: Fraction | None
     queue_size: int | None
+
+
+@dataclass(frozen=True)
+class Overheads:
+    """What a processor takes from its threads: two context switches for a job, and what goes before all of them."""
+
+    switching_ns: int
+    interference: Sequence[Interference]
 
 
 @dataclass(frozen=True)
@@ -63,6 +73,7 @@ class Figures:
     placed: Mapping[int, tuple[tuple[int, int], int]]
     shares: Mapping[str, Fraction]
     probe_ns: int
+    overheads: Sequence[Overheads]
 
     def stimulus_ns(self, number: int) -> Fraction | None:
         """The period of what nothing dispatches: its fastest outgoing stated rate, or the longest period there is.
@@ -98,6 +109,7 @@ def read_figures(space: Space, design: Design, cores: Mapping[int, int]) -> Figu
         _placed(space, design, components, cores),
         shares,
         max(periods, default=PROBE_NS),
+        [Overheads(2 * reader.at(slot.switch_ns), reader.at(slot.interference)) for slot in space.processors],
     )
 
 
@@ -126,6 +138,7 @@ class _Reader:
         least = (execution or latency or (0, 0))[0]
         cost = (min(least, stated[1]), stated[1]) if stated is not None else demand
         callback = self.at(item.callback_ns) if protocol == "hybrid" else None
+        slot = self.at(item.processor)
         return ComponentFigures(
             period_ns=Fraction(period) if timed else None,
             separation_ns=period if protocol == "sporadic" else None,
@@ -136,6 +149,8 @@ class _Reader:
             queue_size=self.at(item.queue_size),
             rate_hz=self.rate(number),
             input_hz=self.input_rate(item),
+            switching_ns=0 if slot is None else 2 * self.at(self.space.processors[slot].switch_ns),
+            section_ns=self.at(item.section_ns) or 0,
         )
 
     def rate(self, number: int) -> Fraction:

@@ -20,7 +20,7 @@ from dse.space.metrics import RESERVED
 from dse.space.properties import Ledger, Path, closest
 from dse.space.questions import with_questions
 from dse.space.settings import default_deadlines
-from dse.space.slots import build_buses, build_processor, check_bus_types
+from dse.space.slots import build_buses, build_processor, check_bus_types, check_overheads
 from dse.space.types import Space
 from dse.spec.load import LoadedSpec, UnreadableError
 from dse.spec.model import Spec
@@ -42,6 +42,7 @@ def build_space(loaded: LoadedSpec) -> Space:
     _check_names(spec, ledger)
     _check_totals(spec, ledger)
     check_bus_types(ledger, spec)
+    check_overheads(ledger, spec)
     check_processor_types(ledger, spec)
     processors = tuple(build_processor(ledger, spec, name) for name in spec.processors)
     buses = build_buses(ledger, spec)

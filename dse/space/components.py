@@ -14,6 +14,7 @@ from dse.space.types import EMPTY, UNKNOWN_TYPE, Bus, Component, Connection, Pro
 from dse.spec.model import Spec
 from dse.units import format_data_rate, format_duration, format_rate, format_size, format_time_range, shown
 
+BY_PROCESSOR_TYPE = ("compute_execution_time", "callback_execution_time", "non_preemptive", "response_time")
 PERIODIC_PROTOCOLS = ("periodic", "sporadic", "hybrid")
 
 
@@ -81,6 +82,7 @@ def build_component(ledger: Ledger, spec: Spec, processors: Sequence[Processor],
         figures=read_figures(ledger, owner, spec.totals),
         priority=priority,
         core=core,
+        section_ns=read("non_preemptive", "duration", format_duration),
     )
 
 
@@ -97,7 +99,7 @@ def check_processor_types(ledger: Ledger, spec: Spec) -> None:
         for name, model in getattr(spec, section).items():
             if section.endswith("_types") and name not in used:
                 continue
-            for field_name in ("compute_execution_time", "callback_execution_time", "response_time"):
+            for field_name in BY_PROCESSOR_TYPE:
                 given = getattr(model, field_name, None)
                 for key in given if isinstance(given, Mapping) else ():
                     if key not in spec.processor_types:

@@ -4,14 +4,27 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
+from fractions import Fraction
 from typing import Any
 
 from dse.space.properties import FieldReader, Ledger, Owner, Path, per_processor_type, stated, type_choice
 from dse.space.trees import FROM_BANDWIDTH, Choice, Tree, graft, leaves
-from dse.space.types import EMPTY, UNKNOWN_TYPE, Bus, Connection, Figures, Processor
+from dse.space.types import EMPTY, UNKNOWN_TYPE, Bus, Connection, Figures, Interference, Processor
 from dse.spec.model import FROM_BANDWIDTH as IN_WORDS
 from dse.spec.model import Spec
-from dse.units import format_bandwidth, format_money, format_power, format_size, format_time_range, format_total, shown
+from dse.units import (
+    format_bandwidth,
+    format_duration,
+    format_money,
+    format_power,
+    format_size,
+    format_time_range,
+    format_total,
+    shown,
+)
+
+THROTTLING = "throttling"
+"""What reports call the time that an operating system takes from threads."""
 
 
 def known_types(
@@ -76,7 +89,48 @@ def build_processor(ledger: Ledger, spec: Spec, name: str) -> Processor:
     cores = FieldReader(ledger, owner, "cores", "count", str).read(lambda model: stated(model, "cores"))
     figures = read_figures(ledger, owner, spec.totals)
     count = graft(cores, lambda found: found or 0)
-    return Processor(name, options, decision, given.optional, figures, count, given.overload is not None)
+    switch = FieldReader(ledger, owner, "context_switch", "duration", format_duration)
+    return Processor(
+        name=name,
+        types=options,
+        type_decision=decision,
+        optional=given.optional,
+        figures=figures,
+        cores=count,
+        overload=given.overload is not None,
+        switch_ns=graft(switch.read(lambda model: model.context_switch), lambda found: 0 if found is None else found),
+        interference=type_choice(decision, [_interference(model) for _, model in owner.types]),
+    )
+
+
+def _interference(model: Any) -> tuple[Interference, ...]:
+    """What a processor type takes from its threads; throttling is a gap at the end of each period of it."""
+    found = [
+        Interference(name, item.compute_execution_time.max_ns, item.period)
+        for name, item in (model.interrupts or {}).items()
+    ]
+    throttling = model.throttling
+    if throttling is not None and throttling.budget < throttling.period:
+        found.append(
+            Interference(THROTTLING, throttling.period - throttling.budget, throttling.period, is_throttling=True)
+        )
+    return tuple(found)
+
+
+def check_overheads(ledger: Ledger, spec: Spec) -> None:
+    """Interrupts and throttling leave something of a core to threads, in every type that is used."""
+    for type_name in {name: None for slot in spec.processors.values() for name in slot.type}:
+        model = spec.processor_types.get(type_name)
+        if model is None:
+            continue
+        path = ("processor_types", type_name)
+        throttling = model.throttling
+        if throttling is not None and throttling.budget > throttling.period:
+            ledger.error((*path, "throttling", "budget"), "the budget is longer than its period")
+        elif throttling is not None and throttling.budget == 0:
+            ledger.error((*path, "throttling", "budget"), "a budget of nothing leaves no time to threads")
+        elif sum(Fraction(item.worst_ns, item.period_ns) for item in _interference(model)) >= 1:
+            ledger.error(path, "interrupts and throttling leave nothing of a core to threads")
 
 
 def build_buses(ledger: Ledger, spec: Spec) -> tuple[Bus, ...]:

@@ -73,11 +73,26 @@ class Slot:
 
 
 @dataclass(frozen=True)
+class Interference:
+    """What takes each core of a processor from every thread: up to `worst_ns` at a time, `period_ns` apart at least."""
+
+    name: str
+    worst_ns: int
+    period_ns: int
+    is_throttling: bool = False
+
+
+@dataclass(frozen=True)
 class Processor(Slot):
-    """A processor slot; an empty one has 0 cores. `overload` tells whether more than all of a core may be used."""
+    """A processor slot; an empty one has 0 cores. `overload` tells whether more than all of a core may be used.
+
+    Leaves of `switch_ns` say what a context switch takes, those of `interference` are tuples of `Interference`.
+    """
 
     cores: Tree
     overload: bool = False
+    switch_ns: Tree = 0
+    interference: Tree = ()
 
 
 @dataclass(frozen=True)
@@ -108,6 +123,7 @@ class Component:
 
     `period_ns` is None in designs whose protocol has no period; `protocol` None where none is stated.
     `priority`: a larger number is more urgent; `core` counts from 1.
+    `section_ns`: the longest part of a job during which no other thread of its core gets the CPU.
     `triggers` are the connections that dispatch it when it is event-triggered; `incoming` all that end in it.
     """
 
@@ -127,6 +143,7 @@ class Component:
     figures: Figures
     priority: Tree = None
     core: Tree = None
+    section_ns: Tree = None
     incoming: tuple[int, ...] = ()
     triggers: tuple[int, ...] = ()
 

@@ -205,6 +205,11 @@ def _deadline_ns(text: str) -> int:
     return units.parse_duration_ns(text, Rounding.DOWN)
 
 
+def _demand_ns(text: str) -> int:
+    """A time that something takes: demand, which rounds up."""
+    return units.parse_duration_ns(text, Rounding.UP)
+
+
 _RANGE = (
     rf"^\s*({_NUMBER}\s*{_unit_pattern(units.TIME_RANGE)}"
     rf"|{_NUMBER}\s*{_unit_pattern(units.TIME_RANGE)}?\s*\.\.\s*{_NUMBER}\s*{_unit_pattern(units.TIME_RANGE)})\s*$"
@@ -216,6 +221,12 @@ Duration: TypeAlias = Annotated[
     _reader(units.DURATION, _deadline_ns),
     _writer(units.format_duration),
     _describe_quantity(units.DURATION, "1.3 ms", "250 us"),
+]
+Demand: TypeAlias = Annotated[
+    int,
+    _reader(units.DURATION, _demand_ns),
+    _writer(units.format_duration),
+    _describe_quantity(units.DURATION, "5 us", "250 us"),
 ]
 Period: TypeAlias = Annotated[
     int,

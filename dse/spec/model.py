@@ -26,6 +26,7 @@ from dse.spec.fields import (
     Cores,
     DataRate,
     DataSize,
+    Demand,
     Duration,
     Items,
     Line,
@@ -67,10 +68,29 @@ class Priced(Model):
     source: Line | None = None
 
 
+class Interrupt(Model):
+    """What interrupts each core: at least `period` apart, each takes up to its longest execution time."""
+
+    compute_execution_time: TimeRange
+    period: Period
+    source: Line | None = None
+
+
+class Throttling(Model):
+    """What an operating system leaves to threads: at most `budget` of each `period`, on each core."""
+
+    budget: Duration
+    period: Period
+    source: Line | None = None
+
+
 class ProcessorType(Priced):
-    """A computer that can fill a processor slot."""
+    """A computer that can fill a processor slot, with the overheads that response times count."""
 
     cores: Options[Cores] = (1,)
+    context_switch: Options[Demand] | None = None
+    interrupts: dict[Name, Interrupt] = {}
+    throttling: Throttling | None = None
 
 
 INSTANTLY = units.TimeRange(0, 0)
@@ -125,6 +145,12 @@ TimeRanges: TypeAlias = Annotated[
 ]
 
 
+Demands: TypeAlias = Annotated[
+    Annotated[Options[Demand], Tag(ONE)] | Annotated[dict[Name, Options[Demand]], Tag(BY_PROCESSOR_TYPE)],
+    Discriminator(_which_range),
+]
+
+
 class BusType(Priced):
     """A bus or virtual bus; `overhead` is in bytes per message, `bandwidth` in bit/s.
 
@@ -156,6 +182,7 @@ class ThreadType(DeviceType):
     """The figures of a thread; times in ns."""
 
     callback_execution_time: TimeRanges | None = None
+    non_preemptive: Demands | None = None
 
 
 class Device(DeviceType):

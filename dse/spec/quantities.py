@@ -47,13 +47,14 @@ DEVICE = {
     **PRICED, "period": PERIOD, "compute_execution_time": TIME_RANGE, "latency": TIME_RANGE, "deadline": DURATION,
     "response_time": TIME_RANGE, "queue_size": COUNT,
 }  # fmt: skip
+THREAD = {**DEVICE, "callback_execution_time": TIME_RANGE, "non_preemptive": DURATION}
 FIELDS: Mapping[str, Mapping[str, Kind]] = {
-    "processor_types": {"cores": COUNT, **PRICED},
+    "processor_types": {"cores": COUNT, "context_switch": DURATION, **PRICED},
     "bus_types": {"bandwidth": BANDWIDTH, "latency": TIME_RANGE, "overhead": SIZE, **PRICED},
     "device_types": DEVICE,
-    "thread_types": {**DEVICE, "callback_execution_time": TIME_RANGE},
+    "thread_types": THREAD,
     "devices": DEVICE,
-    "threads": {**DEVICE, "callback_execution_time": TIME_RANGE},
+    "threads": THREAD,
     "connections": {
         "data_size": SIZE, "rate": RATE, "data_rate": RATE_OF_DATA, "queue_size": COUNT, "latency": TIME_RANGE,
     },

@@ -32,7 +32,10 @@ overload: forbidden
 worst_case: deadline
 cost_of_change: {p: {type: 2}}
 totals: {mass: g}
-processor_types: {c: {cores: 2, price: 1 EUR, power: 1 W, totals: {mass: 1 kg}, source: s}}
+processor_types:
+  c: {cores: 2, price: 1 EUR, power: 1 W, totals: {mass: 1 kg}, source: s, context_switch: 1 us,
+      interrupts: {i: {compute_execution_time: 1 us, period: 1 ms, source: s}},
+      throttling: {budget: 950 ms, period: 1 s, source: s}}
 bus_types:
   b: {bandwidth: 1 Mbit/s, transmission_time: {fixed: 1 us, per_byte: 1 ns}, latency: 1 ms, overhead: 1 B,
       virtual: false, exclusive: true, price: 1 EUR, power: 1 W, totals: {mass: 1 g}, source: s}
@@ -43,7 +46,7 @@ device_types:
 thread_types:
   t: {period: 1 ms, category: thread, dispatch_protocol: periodic, compute_execution_time: 1 us,
       callback_execution_time: 1 us, latency: 1 us, deadline: 1 ms, response_time: 1 us, queue_size: 1, price: 1 EUR,
-      power: 1 W, totals: {mass: 1 g}, source: s}
+      power: 1 W, totals: {mass: 1 g}, source: s, non_preemptive: 1 us}
 processors: {p: {type: c, optional: true, overload: allowed, source: s}}
 buses: {x: {type: b, optional: true, overload: allowed, source: s}, y: {type: v, bus: x}}
 devices:
@@ -53,7 +56,7 @@ threads:
   f: {type: t, processor: p, process: q, priority: 1, core: 1, period: 1 ms, category: thread,
       dispatch_protocol: periodic, dispatch_trigger: [w], compute_execution_time: 1 us, callback_execution_time: 1 us,
       latency: 1 us, deadline: 1 ms, response_time: 1 us, queue_size: 1, price: 1 EUR, power: 1 W, totals: {mass: 1 g},
-      source: s}
+      source: s, non_preemptive: 1 us}
 connections:
   w: {from: e, to: f, data_size: 1 B, bus: x, rate: 1 Hz, data_rate: 1 B/s, port: data, queue_size: 1, latency: 1 us,
       source: s}
@@ -183,7 +186,9 @@ def test_every_field_is_documented_where_its_section_is(name: str) -> None:
 
 
 def test_every_key_that_is_documented_is_taken() -> None:
-    known = set().union(*(fields_of(name) for name in (*CLASSES.values(), "Spec", "TransmissionTime")))
+    known = set().union(
+        *(fields_of(name) for name in (*CLASSES.values(), "Spec", "TransmissionTime", "Interrupt", "Throttling"))
+    )
     for name in (*CLASSES.values(), "Spec"):
         for info in getattr(model, name).model_fields.values():
             known |= set(re.findall(r"'([\w-]+)'", str(info.annotation)))

@@ -97,6 +97,8 @@ class ResponseTime(Form):
     rank: int = field("Its rank among the threads of the core, from 1, the most urgent.")
     execution_ns: list[int] = field("Its shortest and its longest execution time.", min_length=2, max_length=2)
     releases: list[Releases] = field("What releases it.")
+    switching_ns: int = field("What the context switches of a job take.", default=0)
+    blocking_ns: int = field("How long a less urgent thread of the core may keep it.", default=0)
     response_ns: Figure | None = field("The longest time from release to completion; null where it has no bound.")
     deadline_ns: int | None = field("The deadline that it is compared with; null where there is none.")
     meets_deadline: bool | None = field("Whether it is met; null where there is none.")
@@ -119,6 +121,10 @@ class AnalysisForm(Settings):
         "What it keeps when response times count, where the question leaves them out.", default=None
     )
     warnings: list[str] = field("What no requirement forbids but an engineer should know.")
+    overheads: dict[str, list[str]] = field(
+        "What response times count beside execution times, with the threads or processors of which it is stated.",
+        default={},
+    )
     response_times: dict[str, list[ResponseTime]] = field("The threads of each processor, where these were asked for.")
 
 

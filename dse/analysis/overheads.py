@@ -1,0 +1,61 @@
+"""What delays threads beside the work of more urgent ones: sections that nothing interrupts, switches, interrupts.
+
+A thread that has just begun a non-preemptive section keeps the CPU, however urgent what is released then: a thread is
+blocked once in each busy period, for no longer than the longest section of any less urgent thread of its core
+(A. Burns, "Preemptive priority based scheduling: an appropriate engineering approach", in Advances in Real-Time
+Systems, 1994; R. J. Bril, J. J. Lukkien and W. F. J. Verhaegh, "Worst-case response time analysis of real-time tasks
+under fixed-priority scheduling with deferred preemption", Real-Time Systems 42, 2009). Where in a job its section lies
+is not known, so that a thread's own sections save it nothing.
+
+Each job costs two context switches more than its execution time: to it and back from it (A. Burns and A. Wellings,
+"Real-Time Systems and Programming Languages", response time analysis). Interrupts go before all threads. So does what
+throttling takes: a budget is used up, at the earliest, when a period of it has `budget` of threads' work, and the gap
+that is left ends with that period, so that gaps are no longer than period - budget, and end a period apart
+(docs/semantics.md, section 4.5).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+from dse.analysis.response_time import Task, periodic
+from dse.analysis.views import View
+from dse.space.trees import at, leaves
+from dse.space.types import Space
+
+KINDS = ("blocking", "context switches", "interrupts", "throttling")
+"""What response times count beside execution times, where the problem states it."""
+
+
+def stated_overheads(space: Space) -> Mapping[str, tuple[str, ...]]:
+    """For each of `KINDS` the threads or processors of which the problem states it, in the order of the file."""
+    slots = {slot.name: [item for leaf in leaves(slot.interference) for item in leaf] for slot in space.processors}
+    switching = [slot.name for slot in space.processors if any(leaves(slot.switch_ns))]
+    blocking = [item.name for item in space.components if any(leaf for leaf in leaves(item.section_ns))]
+    return {
+        "blocking": tuple(blocking),
+        "context switches": tuple(switching),
+        "interrupts": tuple(name for name, items in slots.items() if any(not item.is_throttling for item in items)),
+        "throttling": tuple(name for name, items in slots.items() if any(item.is_throttling for item in items)),
+    }
+
+
+def switching_ns(space: Space, number: int, view: View) -> int:
+    """What context switches add to each job of a thread on a processor: to it, and back from it."""
+    slot = space.processors[at(space.components[number].processor, view)]
+    switch: int = at(slot.switch_ns, view)
+    return 2 * switch
+
+
+def section_ns(space: Space, number: int, longest_ns: int, view: View) -> int:
+    """The longest part of a job of `longest_ns` during which no other thread gets the CPU: no longer than the job."""
+    stated = at(space.components[number].section_ns, view)
+    return 0 if stated is None else min(stated, longest_ns)
+
+
+def interrupting(space: Space, numbers: Sequence[int], view: View) -> tuple[Task, ...]:
+    """What goes before all threads of a core on which these threads run."""
+    if not numbers:
+        return ()
+    slot = space.processors[at(space.components[numbers[0]].processor, view)]
+    return tuple(periodic(item.name, item.worst_ns, item.period_ns) for item in at(slot.interference, view))
