@@ -12,6 +12,8 @@ from fractions import Fraction
 from itertools import product
 from typing import Any
 
+ORDERS = (None, 1, 2, (1, 3), (2, 1, 3), "rate_monotonic", "deadline_monotonic", "deadline_monotonic",
+          ("rate_monotonic", "deadline_monotonic"))  # fmt: skip
 PERIODS = (4, 5, 6, 8, 10, 12, 15, 20)
 LATE = 10**9
 """A response time without a bound, in ms."""
@@ -22,8 +24,10 @@ MOST_MS = 1_500
 def draw(seed: int, *, kind: str = "plain") -> dict[str, Any]:
     """A system of a kind.
 
-    That is plain, chained (event-triggered threads), stated (priorities, deadlines), fixed (cores), or blocked
-    (non-preemptive sections, context switches, interrupts and throttling, with some of everything else).
+    That is plain, chained (event-triggered threads), stated (priorities, deadlines), fixed (cores), blocked
+    (non-preemptive sections, context switches, interrupts and throttling, with some of everything else), or ordered
+    (every way to say priorities, as decisions too, with event-triggered threads and sections, and few priority levels).
+    Also ordered: every way to say priorities, as decisions too, with event-triggered threads, and few priority levels.
     """
     rng = random.Random(f"{kind} {seed}")
     count = rng.randint(2, 4)
@@ -56,6 +60,12 @@ def draw(seed: int, *, kind: str = "plain") -> dict[str, Any]:
         if kind == "stated":
             thread["priority"] = rng.choice((None, 1, 2, 3))
             thread["deadline"] = rng.choice((None, rng.randint(2, 40)))
+        if kind == "ordered":
+            thread["priority"] = rng.choice(ORDERS)
+            thread["section"] = rng.choice((None, None, None, 1, 2))
+            thread["deadline"] = rng.choice((None, rng.randint(2, 30)))
+            if number and rng.random() < 0.25:
+                thread["trigger"] = rng.randrange(number)
         if kind == "fixed" or (kind == "stated" and rng.random() < 0.2):
             thread["core"] = 1 if cores == 1 or types["fast"]["cores"] == 1 else rng.randint(1, 2)
         threads.append(thread)
@@ -64,6 +74,9 @@ def draw(seed: int, *, kind: str = "plain") -> dict[str, Any]:
             types[name]["switch"] = rng.choice((0, 0, 1))
             types[name]["interrupts"] = rng.choice(([], [], [(1, 7)], [(1, 9), (1, 30)]))
             types[name]["throttling"] = rng.choice((None, None, (9, 10), (28, 30)))
+    if kind == "ordered" and rng.random() < 0.4:
+        types["slow"]["levels"] = rng.randint(1, 3)
+        types["fast"]["levels"] = rng.choice((None, 2))
     return {"types": types, "threads": threads}
 
 
@@ -87,7 +100,10 @@ def text_of(
             fields.append(f"period: [{', '.join(f'{period} ms' for period in thread['periods'])}]")
         for key, unit in (("priority", ""), ("core", ""), ("deadline", " ms"), ("section", " ms")):
             if thread[key] is not None:
-                fields.append(f"{'non_preemptive' if key == 'section' else key}: {thread[key]}{unit}")
+                word = "non_preemptive" if key == "section" else key
+                given = thread[key] if isinstance(thread[key], tuple) else (thread[key],)
+                text = ", ".join(f"{item}{unit}" for item in given)
+                fields.append(f"{word}: {text}" if len(given) == 1 else f"{word}: [{text}]")
         lines.append(f"  {thread['name']}: {{{', '.join(fields)}}}")
     lines += ["connections:", "  w: {from: sensor, to: t0}"]
     wires = []
@@ -107,6 +123,8 @@ def text_of(
 
 def _type_fields(figures: Mapping[str, Any]) -> list[str]:
     fields = [f"cores: {figures['cores']}", f"price: {figures['price']} EUR"]
+    if figures.get("levels"):
+        fields.append(f"priority_levels: {figures['levels']}")
     if figures.get("switch"):
         fields.append(f"context_switch: {figures['switch']} ms")
     if figures.get("interrupts"):
@@ -136,10 +154,15 @@ def every_choice(system: Mapping[str, Any]) -> Iterator[dict[str, Any]]:
             [thread["core"]] if thread["core"] is not None else range(1, figures["cores"] + 1)
             for thread in system["threads"]
         ]
+        ranks = [
+            thread["priority"] if isinstance(thread["priority"], tuple) else (thread["priority"],)
+            for thread in system["threads"]
+        ]
         for periods in product(*ways):
             for placed in product(*cores):
                 if max(placed) <= figures["cores"]:
-                    yield {"type": kind, "periods": periods, "cores": placed}
+                    for chosen in product(*ranks):
+                        yield {"type": kind, "periods": periods, "cores": placed, "priorities": chosen}
 
 
 def responses(system: Mapping[str, Any], choice: Mapping[str, Any]) -> list[int]:
@@ -152,6 +175,7 @@ def responses(system: Mapping[str, Any], choice: Mapping[str, Any]) -> list[int]
         return root(source[number]) if number in source else number
 
     period = [choice["periods"][root(number)] for number in range(len(threads))]
+    levels = _levels(system, choice, period)
     known = list(work)
     for _ in range(200):
         jitter = [0] * len(threads)
@@ -162,7 +186,8 @@ def responses(system: Mapping[str, Any], choice: Mapping[str, Any]) -> list[int]
                 jitter[number] += known[at] - work[at]
         kind = system["types"][choice["type"]]
         fresh = [
-            _response(number, threads, choice["cores"], period, jitter, work, kind) for number in range(len(threads))
+            _response(number, (threads, levels), choice["cores"], period, jitter, work, kind)
+            for number in range(len(threads))
         ]
         if max(fresh) >= 10 * max(PERIODS):
             fresh = [LATE if item >= 10 * max(PERIODS) else item for item in fresh]
@@ -173,13 +198,20 @@ def responses(system: Mapping[str, Any], choice: Mapping[str, Any]) -> list[int]
 
 
 def _response(
-    number: int, threads: Any, cores: Any, period: list[int], jitter: list[int], work: list[int], kind: Any
+    number: int,
+    given: tuple[Any, list[int]],
+    cores: Any,
+    period: list[int],
+    jitter: list[int],
+    work: list[int],
+    kind: Any,
 ) -> int:
     """Lehoczky's busy period with release jitter, that begins with the longest section of a less urgent thread."""
+    threads, levels = given
     rivals = [
         other
-        for other in range(len(threads))
-        if other != number and cores[other] == cores[number] and _delays(other, number, threads, period)
+        for other in range(len(levels))
+        if other != number and cores[other] == cores[number] and levels[other] <= levels[number]
     ]
     blocked = max(
         (
@@ -216,11 +248,23 @@ def _response(
             return worst
 
 
-def _delays(other: int, number: int, threads: Any, period: list[int]) -> bool:
-    mine, theirs = threads[number]["priority"], threads[other]["priority"]
-    if mine is not None or theirs is not None:
-        return theirs is not None and (mine is None or theirs >= mine)
-    return (period[other], other) < (period[number], number)
+def _levels(system: Mapping[str, Any], choice: Mapping[str, Any], period: list[int]) -> list[int]:
+    """The priority level of each thread on its core, 0 the most urgent; the last one is for all that are left."""
+    most = system["types"][choice["type"]].get("levels") or 10**6
+    turns: list[tuple[Any, ...]] = []
+    for number, thread in enumerate(system["threads"]):
+        priority, own = choice["priorities"][number], choice["periods"][number]
+        if isinstance(priority, int):
+            turns.append((0, -priority))
+        else:
+            late = thread["deadline"] if thread["deadline"] is not None else own
+            by_deadline = priority == "deadline_monotonic" and late is not None
+            turns.append((1, late if by_deadline else period[number], number))
+    found = []
+    for number, turn in enumerate(turns):
+        here = {other for other, core in zip(turns, choice["cores"], strict=True) if core == choice["cores"][number]}
+        found.append(min(sum(other < turn for other in here), most - 1))
+    return found
 
 
 def is_in_time(system: Mapping[str, Any], choice: Mapping[str, Any]) -> bool:

@@ -24,7 +24,8 @@ from dse.analysis.measures import (
     scaled_term,
 )
 from dse.analysis.partition import Room, Spread, even_spread, spread
-from dse.analysis.scheduling import UNBOUNDED_NS, deadline_ns
+from dse.analysis.priorities import deadline_ns
+from dse.analysis.scheduling import UNBOUNDED_NS
 from dse.analysis.views import View, tabulate
 from dse.space.metrics import metric_dimension
 from dse.space.trees import Choice, Tree, at, leaves

@@ -1,10 +1,10 @@
 """What runs on each core of a design, at which priority, and the response times that follow.
 
 Threads are partitioned to the cores of their processor: as the user states, the others first-fit by decreasing
-utilisation. On a core stated priorities go first (a larger number is more urgent), then the threads without one,
-rate-monotonically; file order breaks ties. Nothing says which of several threads with the same stated priority goes
-first, so each counts as interference to each of the others: the response time holds whatever the order, first come
-first served and round-robin included. A hybrid thread is two tasks of one priority, its callback before its timer.
+utilisation. On a core the more urgent go first (`dse.analysis.priorities`). Nothing says which of several threads with
+the same priority goes first, so each counts as interference to each of the others: the response time holds whatever
+the order, first come first served and round-robin included. A hybrid thread is two tasks of one priority, its callback
+before its timer.
 
 Event-triggered threads inherit the streams of what triggers them, with the jitter that processing and transmission add
 on the way (K. Tindell and J. Clark, "Holistic schedulability analysis for distributed hard real-time systems",
@@ -24,6 +24,7 @@ from dse.analysis.binding import transmission_ns
 from dse.analysis.memo import Recall
 from dse.analysis.overheads import interrupting, section_ns, switching_ns
 from dse.analysis.partition import WHOLE, Room, spread
+from dse.analysis.priorities import deadline_ns, levels_of
 from dse.analysis.rates import NS_PER_S, RateKey, is_event_triggered, rate_hz
 from dse.analysis.response_time import Stream, Task, response_time_ns
 from dse.analysis.views import View
@@ -153,13 +154,6 @@ def work_ns(space: Space, number: int, view: View) -> int:
     """The longest time of one job of a thread (not its callback); 0 where it executes nothing."""
     executes = at(space.components[number].execution_ns, view) is not None
     return longest_alone_ns(space, number, "thread", view) if executes else 0
-
-
-def deadline_ns(component: Component, view: View) -> int | None:
-    """The stated deadline, else the period (or minimum separation), else None."""
-    stated = at(component.deadline_ns, view)
-    found: int | None = at(component.period_ns, view) if stated is None else stated
-    return found
 
 
 def _alone_ns(component: Component, part: Part, view: View) -> tuple[int, int]:
@@ -296,17 +290,9 @@ def _cores(space: Space, processor: int, view: View) -> list[list[_Turn]]:
 
 
 def _turns(space: Space, numbers: Sequence[int], view: View) -> list[_Turn]:
-    """The tasks of one core in their order: stated priorities first, then by rate, then as in the file."""
-    priorities = {number: at(space.components[number].priority, view) for number in numbers}
-    stated = {number: priority for number, priority in priorities.items() if priority is not None}
-    levels = [
-        [number for number in numbers if stated.get(number) == level]
-        for level in sorted(set(stated.values()), reverse=True)
-    ]
-    rates = {number: rate_hz(space, ("activation", number), view) for number in numbers if number not in stated}
-    levels += ([number] for number in sorted(rates, key=lambda number: (rates[number] == 0, -rates[number], number)))
+    """The tasks of one core in their order (`dse.analysis.priorities`)."""
     turns: list[_Turn] = []
-    for level in levels:
+    for level in levels_of(space, numbers, view):
         parts = [list(_keys(space, number, view)) for number in level]
         before, reach = len(turns), len(turns) + sum(map(len, parts))
         for keys in parts:

@@ -76,7 +76,9 @@ class Combined:
         """Literals that are all true where the reason holds."""
         held = [self.any_of(tuple(sorted(set(literals)))) for literals in reason.conditions]
         held += [self.together(group) for group in reason.together if len(group[1]) > 1]
-        return [index for index in held if index is not None]
+        threads = self.places.threads
+        held += [self.above(threads[other], threads[number]) for other, number in reason.above]
+        return [index for index in held if index is not None and index != self.places.true]
 
     def delays(self, processor: int, other: Thread, thread: Thread) -> int | None:
         """A literal that is true where the other thread delays this one on the processor; None where it never does."""
@@ -84,9 +86,11 @@ class Combined:
         if key in self._made:
             return self._made[key]
         orders: list[list[int]] = [[]]
-        if other.priority is not None or thread.priority is not None:
-            if other.priority is None or (thread.priority is not None and other.priority < thread.priority):
+        if other.is_numbered or thread.is_numbered:
+            above = self.above(other, thread)
+            if above == -self.places.true - 1:
                 return None
+            orders = [[above]]
         else:
             orders = self._orders(other, thread)
             if not orders:
@@ -98,14 +102,38 @@ class Combined:
         self._made[key] = found.index
         return found.index
 
+    def above(self, other: Thread, thread: Thread) -> int:
+        """A literal that is true where the other thread has a priority no lower than this one's; one is a number."""
+        true = self.places.true
+        if not other.is_numbered or not thread.is_numbered:
+            return true if other.is_numbered else -true - 1
+        if not other.numbers and not thread.numbers:
+            return true if (other.priority or 0) >= (thread.priority or 0) else -true - 1
+        key = ("above", other.number, thread.number)
+        if key not in self._made:
+            found = self.model.new_bool_var("")
+            self._made[key] = found.index
+            self.model.add(self._number(other) + 1 <= self._number(thread)).only_enforce_if(found.negated())
+            mirrored = self._made.get(("above", thread.number, other.number))
+            if mirrored is not None:
+                self.model.add_bool_or([found, self.literal(mirrored)])
+        return self._made[key]
+
+    def _number(self, thread: Thread) -> Any:
+        """The priority of a thread as an expression."""
+        if not thread.numbers:
+            return thread.priority
+        literals = [self.literal(index) for index, _ in thread.numbers]
+        return cp_model.LinearExpr.weighted_sum(literals, [number for _, number in thread.numbers])
+
     def _orders(self, other: Thread, thread: Thread) -> list[list[int]]:
         """Literals that are all true where the other thread has a rate, and this one a rate that goes after it."""
         orders = []
-        for literal, rate in other.rates or ():
+        for literal, order, rate in other.turns or ():
             slower = {
                 index
-                for index, own in thread.rates or ()
-                if own and (own < rate or (own == rate and other.number < thread.number))
+                for index, own, _ in thread.turns or ()
+                if order is not None and own is not None and (order, other.number) < (own, thread.number)
             }
             if slower and rate:
                 made = self.any_of(tuple(sorted(slower)))

@@ -5,15 +5,17 @@ Literals are indices (negative ones negated), so that the same figures serve eve
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from typing import Any
 
-from dse.analysis.rates import NS_PER_S, is_event_triggered
+from dse.analysis.priorities import number_of, order_ns
+from dse.analysis.rates import NS_PER_S, is_event_triggered, rate_hz
 from dse.analysis.scheduling import work_ns
 from dse.analysis.views import View, allowed_options, tabulate
 from dse.encode.linear import Board
+from dse.encode.rate_tables import RateTable
 from dse.encode.rates import RateVariables
 from dse.space.trees import Choice, at, leaves
 from dse.space.types import Component, Space
@@ -22,24 +24,40 @@ Literals = tuple[tuple[int, Any], ...]
 """Literals, of which exactly one is true, with the value that each stands for."""
 
 
+Turn = tuple[int, Fraction | None, Fraction]
+"""A literal, and the time that orders a thread while it is true, and the thread's rate then."""
+MOST_TURNS = 256
+"""With more cases than this nothing is known of a thread's turn."""
+
+
 @dataclass(frozen=True)
 class Thread:
     """A thread that may run on a processor.
 
     `cores` has a literal for each core of each processor where it may be; `rates` its rates in Hz (None where they are
-    too many to list); `modes` its rate in Hz where a timer dispatches it, else None; `worst` the longest time of a job
-    in ns. `is_open` tells whether its core is decided; `priority` is the stated one, or None; where that is itself
-    decided, or a callback runs beside the thread, the thread `is_odd`: rows leave it out.
+    too many to list); `modes` its rate in Hz where a timer dispatches it, else None; `turns` the time in ns that orders
+    it (None: behind all others) with its rate, and `timers` the same with that of its timer (None where that is too
+    much to list, or where it has a number); `worst` the longest time of a job in ns. `is_open`: its core is
+    decided; `numbers` has its priorities where these are decided, else `priority` the stated one, or None. Where a
+    callback runs beside the thread, it `is_odd`: rows leave it out.
     """
 
     number: int
     cores: dict[int, tuple[int, ...]]
     rates: Literals | None
     modes: Literals
+    turns: tuple[Turn, ...] | None
+    timers: tuple[tuple[int, Fraction | None, Fraction | None], ...]
     worst: Literals
     priority: int | None
+    numbers: Literals
     is_open: bool
     is_odd: bool
+
+    @property
+    def is_numbered(self) -> bool:
+        """Whether it has a priority as a number, stated or decided."""
+        return self.priority is not None or bool(self.numbers)
 
 
 class Places:
@@ -120,18 +138,61 @@ def _thread(board: Board, rates: RateVariables, number: int, component: Componen
         if processor not in unknown:
             cores[processor] = tuple(board.any_of(literals).index for literals in columns)
     table = rates.tables.table(("activation", number))
+    modes = tuple((literal.index, rate) for literal, rate in board.table(mode))
     priorities = set(leaves(component.priority))
+    is_numbered = any(isinstance(item, int) for item in priorities)
     is_hybrid = "hybrid" in set(leaves(component.protocol)) and component.callback_ns is not None
     return Thread(
         number=number,
         cores=cores,
         rates=None if table is None else tuple((literal.index, rate) for literal, rate in table),
-        modes=tuple((literal.index, rate) for literal, rate in board.table(mode)),
+        modes=modes,
         worst=tuple((literal.index, most) for literal, most in board.table(worst)),
-        priority=component.priority if not isinstance(component.priority, Choice) else None,
+        turns=None if is_numbered else _turns(board, table, number),
+        timers=() if is_numbered else _timers(board, modes, mode, number),
+        priority=component.priority if isinstance(component.priority, int) else None,
+        numbers=_numbers(board, component) if is_numbered and len(priorities) > 1 else (),
         is_open=isinstance(component.core, Choice),
-        is_odd=len(priorities) > 1 or is_hybrid or bool(unknown),
+        is_odd=is_hybrid or bool(unknown),
     )
+
+
+def _numbers(board: Board, component: Component) -> Literals:
+    return tuple((literal.index, found) for literal, found in board.table(lambda view: number_of(component, view)))
+
+
+def _is_rate_monotonic(component: Component) -> bool:
+    return set(leaves(component.priority)) <= {None, "rate_monotonic"}
+
+
+def _turns(board: Board, table: RateTable | None, number: int) -> tuple[Turn, ...] | None:
+    """The times that order a thread, with its rates; of a rate-monotonic one they follow from these."""
+    if _is_rate_monotonic(board.space.components[number]):
+        if table is None:
+            return None
+        return tuple((literal.index, NS_PER_S / rate if rate else None, rate) for literal, rate in table)
+
+    def turn(view: View) -> tuple[Fraction | None, Fraction]:
+        return order_ns(board.space, number, view), rate_hz(board.space, ("activation", number), view)
+
+    found = board.short_table(turn, MOST_TURNS)
+    return None if found is None else tuple((literal.index, *one) for literal, one in found)
+
+
+def _timers(
+    board: Board, modes: Literals, mode: Callable[[View], Fraction | None], number: int
+) -> tuple[tuple[int, Fraction | None, Fraction | None], ...]:
+    """The times that order a thread as far as they are known, with the rates of its timer."""
+    if _is_rate_monotonic(board.space.components[number]):
+        return tuple((index, NS_PER_S / rate if rate else None, rate) for index, rate in modes)
+
+    def timer(view: View) -> tuple[Fraction | None, Fraction | None]:
+        return order_ns(board.space, number, view), mode(view)
+
+    found = board.short_table(timer, MOST_TURNS)
+    if found is None:
+        return tuple((index, None, rate) for index, rate in modes)
+    return tuple((literal.index, *one) for literal, one in found)
 
 
 def _worst_on(space: Space, processor: int, number: int) -> tuple[int, ...]:

@@ -7,12 +7,13 @@ these execution times or longer ones; else the options are named on which their 
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, field
 from fractions import Fraction
 
 from dse.analysis.limits import HOLDS, Limit
 from dse.analysis.memo import Watching
+from dse.analysis.priorities import number_of, order_ns
 from dse.analysis.rates import NS_PER_S, is_event_triggered, rate_hz
 from dse.analysis.response_time import Stream, Task, response_time_ns
 from dse.analysis.scheduling import core_of_each, counted_ns, subset_responses, work_ns
@@ -27,11 +28,13 @@ from dse.units import Exact
 class Reason:
     """What cannot be true together: for each of `conditions` one of its literals, and each group on a core of its own.
 
-    Groups are a processor and the numbers of threads on one core of it.
+    Groups are a processor and the numbers of threads on one core of it. Of each pair of `above` the first thread has a
+    priority no lower than the second's.
     """
 
     conditions: tuple[tuple[int, ...], ...]
     together: tuple[tuple[int, tuple[int, ...]], ...]
+    above: tuple[tuple[int, int], ...] = ()
 
 
 @dataclass
@@ -194,19 +197,10 @@ def _without_jitter(case: _Case, own: tuple[int, tuple[int, ...]]) -> Reason | N
     component = space.components[case.number]
     if thread.is_odd or thread.rates is None or not modes or is_event_triggered(component, view):
         return None
-    rate = rate_hz(space, ("activation", case.number), view)
-    rivals = {}
-    for number in numbers:
-        other = places.threads[number]
-        if number == case.number or other.is_odd or other.rates is None:
-            continue
-        speed = rate_hz(space, ("activation", number), view)
-        work = work_ns(space, number, view)
-        if speed and work and _goes_first(other, speed, thread, rate):
-            separation = -(-NS_PER_S * speed.denominator // speed.numerator)
-            rivals[number] = Task("", work, (Stream(separation),))
-    if at(component.execution_ns, view) is None:
+    own_order = None if thread.is_numbered else order_ns(space, case.number, view)
+    if (own_order is None and not thread.is_numbered) or at(component.execution_ns, view) is None:
         return None
+    rivals = dict(_rivals(case, thread, numbers))
     worst = work_ns(space, case.number, view)
     single = Task("", worst, ())
 
@@ -221,20 +215,48 @@ def _without_jitter(case: _Case, own: tuple[int, tuple[int, ...]]) -> Reason | N
         if case.is_late(ends(fewer)):
             kept = fewer
     end = ends(kept)
-    conditions = [_late_modes(case, thread, rate, end), _at_least(thread.worst, worst), *_bound_options(case)]
+    conditions = [_late_modes(case, thread, own_order, end), _at_least(thread.worst, worst), *_bound_options(case)]
     for number in kept:
         other = places.threads[number]
         speed = rate_hz(space, ("activation", number), view)
-        conditions.append(tuple(index for index, value in other.rates or () if value >= speed))
+        conditions.append(_no_later(other, speed, None if other.is_numbered else order_ns(space, number, view)))
         conditions.append(_at_least(other.worst, rivals[number].worst_ns))
-    return Reason(tuple(conditions), ((processor, (case.number, *sorted(kept))),))
+    above = tuple((number, case.number) for number in kept if thread.numbers or places.threads[number].numbers)
+    return Reason(tuple(conditions), ((processor, (case.number, *sorted(kept))),), above)
 
 
-def _goes_first(other: Thread, speed: Fraction, thread: Thread, rate: Fraction) -> bool:
-    """Whether another thread delays this one, at these rates and whenever that one's is higher and this one's lower."""
-    if other.priority is not None or thread.priority is not None:
-        return other.priority is not None and (thread.priority is None or other.priority >= thread.priority)
-    return speed > rate or (speed == rate and other.number < thread.number)
+def _rivals(case: _Case, thread: Thread, numbers: Iterable[int]) -> Iterator[tuple[int, Task]]:
+    """What delays the thread of a limit, as far as its jobs are counted by its rate."""
+    for number in numbers:
+        other = case.places.threads[number]
+        if number == case.number or other.is_odd or other.rates is None:
+            continue
+        speed = rate_hz(case.space, ("activation", number), case.view)
+        work = work_ns(case.space, number, case.view)
+        if speed and work and _goes_first(case, other, thread):
+            separation = -(-NS_PER_S * speed.denominator // speed.numerator)
+            yield number, Task("", work, (Stream(separation),))
+
+
+def _no_later(other: Thread, speed: Fraction, latest: Fraction | None) -> tuple[int, ...]:
+    """The literals of a thread's rates from `speed` on, where its turn is no later than it is."""
+    if latest is None:
+        return tuple(index for index, rate in other.rates or () if rate >= speed)
+    turns = other.turns or ()
+    return tuple(index for index, order, rate in turns if rate >= speed and order is not None and order <= latest)
+
+
+def _goes_first(case: _Case, other: Thread, thread: Thread) -> bool:
+    """Whether another thread delays this one; also with an earlier turn of that one, and a later one of this."""
+    numbers = [number_of(case.space.components[item.number], case.view) for item in (other, thread)]
+    if numbers != [None, None]:
+        return numbers[0] is not None and (numbers[1] is None or numbers[0] >= numbers[1])
+    if other.turns is None:
+        return False
+    orders = [order_ns(case.space, item.number, case.view) for item in (other, thread)]
+    if orders[0] is None or orders[1] is None:
+        return False
+    return (orders[0], other.number) < (orders[1], thread.number)
 
 
 def _at_least(table: Sequence[tuple[int, int]], value: int) -> tuple[int, ...]:
@@ -256,12 +278,13 @@ def _bound_options(case: _Case) -> list[tuple[int, ...]]:
     return [(case.places.chosen(decision, option),) for decision, option in watching.asked.items()]
 
 
-def _late_modes(case: _Case, thread: Thread, rate: Fraction, end: Exact | None) -> tuple[int, ...]:
-    """The modes of the thread, at this rate or a lower one, whose limit the end of the job breaks."""
+def _late_modes(case: _Case, thread: Thread, order: Fraction | None, end: Exact | None) -> tuple[int, ...]:
+    """The modes of the thread, of this turn or a later one, whose limit the end of the job breaks."""
     found = []
     is_period = _is_period(case)
-    for index, own in thread.modes:
-        if own is None or (own > rate and thread.priority is None):
+    modes = thread.timers or [(index, None, rate) for index, rate in thread.modes]
+    for index, turn, own in modes:
+        if own is None or (order is not None and (turn is None or turn < order)):
             continue
         late = True
         if is_period:

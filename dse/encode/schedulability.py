@@ -1,10 +1,11 @@
 """Fixed-priority schedulability of the cores of a processor as linear rows: the level form.
 
-Threads without a stated priority run rate-monotonically. Of those that share a rate r, a deadline D and a core, the
-last in the order of the file waits for all others of them, for every thread of a higher rate and for every thread with
-a stated priority. It ends in time only if some t up to D has room for all their jobs:
+Threads without a priority of their own are ordered by a time: that between their jobs, or their deadline. Of those
+that share this time, a deadline D and a core, the last in the order of the file waits for all others of them, for
+every thread of a shorter time and for every thread with a number. It ends in time only if some t up to D has room for
+all their jobs:
 
-    sum(ceil(t * rate) * worst over what is more urgent) + sum(worst over those with this rate and deadline) <= t
+    sum(ceil(t * rate) * worst over what is more urgent) + sum(worst over those with this time and deadline) <= t
 
 so that one row for each t serves all of them, and one clause says that some t does. For t it is enough to take the
 points of E. Bini and G. C. Buttazzo ("Schedulability analysis of periodic fixed priority systems", IEEE Transactions on
@@ -29,7 +30,7 @@ from ortools.sat.python import cp_model
 from dse.analysis.rates import NS_PER_S
 from dse.analysis.views import tabulate
 from dse.encode.linear import EXACT_LIMIT
-from dse.encode.places import Places, Thread
+from dse.encode.places import Places, Thread, Turn
 from dse.space.cores import rules_on_cores
 from dse.space.types import Space
 from dse.timelimit import look_at_the_clock
@@ -41,15 +42,17 @@ MOST_POINTS = 24
 """A level with more points than this has no rows: what it would refuse is found by the referee."""
 
 Rate: TypeAlias = Fraction
-Level: TypeAlias = tuple[Rate, int]
-"""A rate in Hz, and a time in ns by which a job must end."""
+Level: TypeAlias = tuple[Fraction, int]
+"""The time in ns that orders threads, and one by which a job must end."""
+Turns: TypeAlias = dict[tuple[Fraction | None, Rate], list[int]]
+"""Literals by the time that orders a thread while they are true, and its rate then."""
 
 
 @dataclass
 class _Owners:
     """Threads of a level on one core: for each a literal of its being there, and all that make the demand hold."""
 
-    members: dict[int, tuple[Thread, int]] = field(default_factory=dict)
+    members: dict[tuple[int, int], tuple[Thread, int]] = field(default_factory=dict)
     demanding: list[int] = field(default_factory=list)
 
 
@@ -91,20 +94,24 @@ class _Rows:
         """The highest rate of a timer that is not above a rate; 0 below all."""
         return max((item for item in self.steady if item <= rate), default=Fraction(0))
 
-    def here(self, thread: Thread, core: int) -> dict[Rate, list[int]]:
-        """For each rate of a thread the literals of its running at that rate on a core."""
-        found: dict[Rate, list[int]] = {}
-        for index, rate in self._rates(thread):
+    def here(self, thread: Thread, core: int) -> Turns:
+        """For each turn of a thread the literals of its having it on a core."""
+        found: Turns = {}
+        for index, order, rate in self._turns(thread):
             pair = self._pair(thread, core).get(index)
             if pair is not None:
-                found.setdefault(rate, []).append(pair)
+                found.setdefault((order, rate), []).append(pair)
         return found
 
-    def _rates(self, thread: Thread) -> list[tuple[int, Rate]]:
-        """The literals of a thread's rates, rounded down to steady ones; of unlisted rates those of its timer."""
+    def _turns(self, thread: Thread) -> list[Turn]:
+        """The turns of a thread, rates rounded down to steady ones; of unlisted rates those of its timer."""
+        if thread.turns is not None:
+            return [(index, order, self.steady_rate(rate)) for index, order, rate in thread.turns]
         if thread.rates is not None:
-            return [(index, self.steady_rate(rate)) for index, rate in thread.rates]
-        return [(index, Fraction(0) if rate is None else rate) for index, rate in thread.modes]
+            return [(index, None, self.steady_rate(rate)) for index, rate in thread.rates]
+        if thread.is_numbered:
+            return [(index, None, Fraction(0) if rate is None else rate) for index, rate in thread.modes]
+        return [(index, order, Fraction(0) if rate is None else rate) for index, order, rate in thread.timers]
 
     def _pair(self, thread: Thread, core: int) -> dict[int, int]:
         """For each rate literal of a thread a literal that is true with it while the thread is on the core."""
@@ -114,7 +121,7 @@ class _Rows:
 
     def _made_pairs(self, thread: Thread) -> list[dict[int, int]]:
         """y[rate, core], true where both are: sum over rates = the core's literal, sum over cores <= the rate's."""
-        rates = [index for index, _ in self._rates(thread)]
+        rates = [index for index, *_ in self._turns(thread)]
         cores = thread.cores[self.processor]
         true, never = self.places.true, -self.places.true - 1
         made: list[dict[int, int]] = []
@@ -145,35 +152,36 @@ class _Rows:
                 if core >= len(thread.cores[self.processor]):
                     continue
                 for item in items:
-                    for literal, rate, latest in self._demands(item, thread):
+                    for literal, order, latest in self._demands(item, thread):
                         pair = self._guarded(self._both(thread, core, literal), item.guard)
                         if pair is None:
                             continue
                         if thread.priority is not None:
                             alone.append((thread, pair, latest))
-                        elif rate is not None:
-                            owners = levels.setdefault((rate, latest), _Owners())
-                            owners.members.setdefault(thread.number, (thread, pair))
+                        elif order is not None:
+                            owners = levels.setdefault((order, latest), _Owners())
+                            owners.members.setdefault((thread.number, pair), (thread, pair))
                             owners.demanding.append(pair)
-            for (rate, latest), owners in levels.items():
+            for (order, latest), owners in levels.items():
                 look_at_the_clock()
-                self._add_level(core, rate, latest, owners)
+                self._add_level(core, order, latest, owners)
             for thread, pair, latest in alone:
                 self._add_alone(core, thread, pair, latest)
 
-    def _demands(self, item: Deadline, thread: Thread) -> Iterable[tuple[int, Rate | None, int]]:
-        """Literals with the rate (None: dispatched by events) and the time to end in where they hold."""
+    def _demands(self, item: Deadline, thread: Thread) -> Iterable[tuple[int, Fraction | None, int]]:
+        """Literals with the time that orders the thread (None: unknown) and the one to end by where they hold."""
         operator = item.limit.requirement.operator
+        timers = thread.timers or [(literal, None, rate) for literal, rate in thread.modes]
         values = {case.value for case in tabulate(self.space, item.limit.bound, 10_000) or []}
         if len(values) == 1:
             bound = values.pop()
             latest = bound.numerator // bound.denominator - int(operator == "<" and bound.denominator == 1)
-            return [(literal, rate, latest) for literal, rate in thread.modes]
+            return [(literal, order, latest) for literal, order, _ in timers]
         component = self.space.components[item.thread]
         if component.deadline_ns is None:  # the period is the deadline; without a timer there may be none
             strict = int(operator == "<")
             return [
-                (literal, rate, int(NS_PER_S / rate) - strict) for literal, rate in thread.modes if rate is not None
+                (literal, order, int(NS_PER_S / rate) - strict) for literal, order, rate in timers if rate is not None
             ]
         return []
 
@@ -205,15 +213,15 @@ class _Rows:
         self.model.add_implication(made, self.literal(guard))
         return made.index
 
-    def _add_level(self, core: int, rate: Rate, latest: int, owners: _Owners) -> None:
+    def _add_level(self, core: int, level: Fraction, latest: int, owners: _Owners) -> None:
         """What delays the last of the owners: each of them once, and whatever is more urgent."""
         urgent: list[tuple[int, Rate, Thread]] = []
         for thread in self.threads:
             if core >= len(thread.cores[self.processor]):
                 continue
-            for other, literals in self.here(thread, core).items():
-                if other > rate or thread.priority is not None:
-                    urgent += [(literal, other, thread) for literal in literals]
+            for (order, rate), literals in self.here(thread, core).items():
+                if thread.is_numbered or (order is not None and order < level):
+                    urgent += [(literal, rate, thread) for literal in literals]
         self._add_demand(latest, urgent, list(owners.members.values()), owners.demanding)
 
     def _add_alone(self, core: int, thread: Thread, pair: int, latest: int) -> None:
@@ -223,7 +231,7 @@ class _Rows:
             if other.number == thread.number or other.priority is None or core >= len(other.cores[self.processor]):
                 continue
             if thread.priority is not None and other.priority >= thread.priority:
-                for rate, literals in self.here(other, core).items():
+                for (_, rate), literals in self.here(other, core).items():
                     urgent += [(literal, rate, other) for literal in literals]
         self._add_demand(latest, urgent, [(thread, pair)], [pair])
 

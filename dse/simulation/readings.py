@@ -232,7 +232,7 @@ class _Reader:
 def _placed(
     space: Space, design: Design, components: Sequence[ComponentFigures], cores: Mapping[int, int]
 ) -> dict[int, tuple[tuple[int, int], int]]:
-    """Core and rank of each thread; ranked by priority and rate. Threads of one stated priority have one rank."""
+    """Core and rank of each thread; ranked by priority, else by the time that orders it. One priority is one rank."""
     queues: dict[tuple[int, int], list[int]] = {}
     for index, item in enumerate(space.components):
         processor = at(item.processor, design)
@@ -242,10 +242,18 @@ def _placed(
     for core, queue in queues.items():
         ranks = {index: _rank(space.components[index], components[index], design, index) for index in queue}
         order = sorted(set(ranks.values()))
-        result |= {index: (core, order.index(rank)) for index, rank in ranks.items()}
+        slot = space.processors[core[0]]
+        levels = at(slot.priority_levels, design) or len(order)
+        result |= {index: (core, min(order.index(rank), levels - 1)) for index, rank in ranks.items()}
     return result
 
 
 def _rank(component: Component, figures: ComponentFigures, design: Design, index: int) -> tuple[Any, ...]:
+    """Numbers first, a larger one before; then the times between jobs, or until their deadlines."""
     priority = at(component.priority, design)
-    return (0, -priority) if priority is not None else (1, -figures.rate_hz, index)
+    if isinstance(priority, int):
+        return (0, -priority)
+    times = [at(component.deadline_ns, design), figures.period_ns, figures.separation_ns]
+    if priority == "deadline_monotonic" and any(time is not None for time in times):
+        return (1, next(time for time in times if time is not None), index)
+    return (1, NS_PER_S / figures.rate_hz, index) if figures.rate_hz else (2, index)

@@ -7,6 +7,7 @@ from dataclasses import replace
 from typing import Any
 
 from dse.space.cores import check_core
+from dse.space.priorities import read_priority
 from dse.space.properties import FieldReader, Ledger, Owner, Path, by_machine, closest
 from dse.space.slots import carriers, decision_of, known_types, read_figures, read_named
 from dse.space.trees import Choice, PerProcessorType, Tree, graft, leaves
@@ -49,8 +50,7 @@ def build_component(ledger: Ledger, spec: Spec, processors: Sequence[Processor],
             processor = read_named(ledger, name, "processor", (*path, "processor"), given.processor, index)
         reader = FieldReader(ledger, _without_types(owner), "process", "process", str)
         process = reader.read(lambda model: model.process)
-        reader = FieldReader(ledger, _without_types(owner), "priority", "count", str)
-        priority = reader.read(lambda model: model.priority)
+        priority = read_priority(ledger, _without_types(owner))
         core = given.core[0] if given.core and len(given.core) == 1 and isinstance(given.core[0], int) else None
         check_core(ledger, processors, name, processor, given.core or ())
     machine = by_machine(ledger, processors, name, processor)

@@ -87,6 +87,7 @@ def build_processor(ledger: Ledger, spec: Spec, name: str) -> Processor:
     types = known_types(ledger, path, "processor type", given.type, spec.processor_types)
     (options, decision), owner = _slot(ledger, path, name, types or UNKNOWN, given.optional)
     cores = FieldReader(ledger, owner, "cores", "count", str).read(lambda model: stated(model, "cores"))
+    levels = FieldReader(ledger, owner, "priority_levels", "count", str).read(lambda model: model.priority_levels)
     figures = read_figures(ledger, owner, spec.totals)
     count = graft(cores, lambda found: found or 0)
     switch = FieldReader(ledger, owner, "context_switch", "duration", format_duration)
@@ -98,6 +99,7 @@ def build_processor(ledger: Ledger, spec: Spec, name: str) -> Processor:
         figures=figures,
         cores=count,
         overload=given.overload is not None,
+        priority_levels=levels,
         switch_ns=graft(switch.read(lambda model: model.context_switch), lambda found: 0 if found is None else found),
         interference=type_choice(decision, [_interference(model) for _, model in owner.types]),
     )

@@ -87,12 +87,14 @@ class Processor(Slot):
     """A processor slot; an empty one has 0 cores. `overload` tells whether more than all of a core may be used.
 
     Leaves of `switch_ns` say what a context switch takes, those of `interference` are tuples of `Interference`.
+    `priority_levels` has how many priorities its operating system has, None where nothing limits them.
     """
 
     cores: Tree
     overload: bool = False
     switch_ns: Tree = 0
     interference: Tree = ()
+    priority_levels: Tree = None
 
 
 @dataclass(frozen=True)
@@ -122,7 +124,8 @@ class Component:
     """A thread, device or abstract component. Leaves are None where the user gave nothing.
 
     `period_ns` is None in designs whose protocol has no period; `protocol` None where none is stated.
-    `priority`: a larger number is more urgent; `core` counts from 1.
+    `priority`: a number (a larger one is more urgent), or the rule that orders it; None is rate-monotonic. `core`
+    counts from 1.
     `section_ns`: the longest part of a job during which no other thread of its core gets the CPU.
     `triggers` are the connections that dispatch it when it is event-triggered; `incoming` all that end in it.
     """

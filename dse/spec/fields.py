@@ -101,6 +101,10 @@ CORE_RULES = ("any", "first_fit")
 """What may stand where a core does: the search decides, or first-fit by decreasing utilisation."""
 
 
+PRIORITY_RULES = ("rate_monotonic", "deadline_monotonic")
+"""What orders a thread that has no priority of its own: the time between its jobs, or its deadline."""
+
+
 def _count(least: int, most: int | None = None) -> Callable[[Any], int]:
     def read(value: Any) -> int:
         if not isinstance(value, int) or isinstance(value, bool) or value < least:
@@ -118,6 +122,15 @@ def _core(value: Any) -> int | str:
     if not isinstance(value, int) or isinstance(value, bool) or value < 1:
         hint = "a core from 1, a list of cores, any (the search decides) or first_fit"
         raise field_error(f"expected a core, got {describe(value)}", hint)
+    return value
+
+
+def _priority(value: Any) -> int | str:
+    if value in PRIORITY_RULES:
+        return str(value)
+    if not isinstance(value, int) or isinstance(value, bool) or value < 0:
+        hint = f"a number (a larger one is more urgent), a list of numbers, {' or '.join(PRIORITY_RULES)}"
+        raise field_error(f"expected a priority, got {describe(value)}", hint)
     return value
 
 
@@ -146,6 +159,11 @@ Core: TypeAlias = Annotated[
     int | str,
     PlainValidator(_core),
     WithJsonSchema({"anyOf": [{"type": "integer", "minimum": 1}, {"enum": list(CORE_RULES)}]}),
+]
+Priority: TypeAlias = Annotated[
+    int | str,
+    PlainValidator(_priority),
+    WithJsonSchema({"anyOf": [{"type": "integer", "minimum": 0}, {"enum": list(PRIORITY_RULES)}]}),
 ]
 QueueSize: TypeAlias = Annotated[int, PlainValidator(_count(0)), WithJsonSchema({"type": "integer", "minimum": 0})]
 Weight: TypeAlias = Annotated[

@@ -24,6 +24,7 @@ from dse.spec.fields import (
     Bandwidth,
     Core,
     Cores,
+    Count,
     DataRate,
     DataSize,
     Demand,
@@ -35,6 +36,7 @@ from dse.spec.fields import (
     Options,
     Period,
     Power,
+    Priority,
     QueueSize,
     Rate,
     Setting,
@@ -91,6 +93,7 @@ class ProcessorType(Priced):
     context_switch: Options[Demand] | None = None
     interrupts: dict[Name, Interrupt] = {}
     throttling: Throttling | None = None
+    priority_levels: Options[Count] | None = None
 
 
 INSTANTLY = units.TimeRange(0, 0)
@@ -197,7 +200,7 @@ class Thread(ThreadType):
     type: Options[Name] | None = None
     processor: Options[Name] | None = None
     process: Options[Name] | None = None
-    priority: Options[QueueSize] | None = None
+    priority: Options[Priority] | None = None
     core: Options[Core] | None = None
     dispatch_trigger: Items[Name] | None = None
 

@@ -93,8 +93,9 @@ class Figures:
 class Waits:
     """Waiting that no table holds: of `threads`, in units of 1 / `scale` ns, with what it follows from.
 
-    For each thread that is simple enough the diagrams of its execution time (ns), the rank of its rate, its separation
-    (in these units) and its place, its stated priority, and the time to end by where a limit says one.
+    For each thread that is simple enough the diagrams of its execution time (ns), its separation (in these units) and
+    its place, its priority where that is a number, else the rank of its turn (a higher one goes first), and the time to
+    end by where a limit says one.
     """
 
     space: Space
@@ -104,7 +105,7 @@ class Waits:
     ranks: Mapping[int, Diagram]
     separations: Mapping[int, Diagram]
     places: Mapping[int, Diagram]
-    priorities: Mapping[int, int | None]
+    priorities: Mapping[int, Diagram]
     latest: Mapping[int, Diagram]
 
     def separation_ns(self, number: int, view: View) -> Fraction | None:

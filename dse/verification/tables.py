@@ -12,6 +12,7 @@ from typing import Any
 from dse.analysis.evaluate import Evaluator
 from dse.analysis.limits import Limit, thread_loads
 from dse.analysis.measures import Term
+from dse.analysis.priorities import number_of, order_ns
 from dse.analysis.rates import NS_PER_S, rate_hz
 from dse.analysis.scheduling import UNBOUNDED_NS, work_ns
 from dse.analysis.validity import is_broken
@@ -277,7 +278,8 @@ class _Builder:
         """What the waiting of threads follows from."""
         simple = [number for number, item in enumerate(self.space.components) if _is_simple(item)]
         rates = {number: self._rates(number) for number in simple}
-        listed = sorted({leaf for diagram in rates.values() for leaf in leaves(diagram)})
+        orders = {number: self._orders(number) for number in simple if not _has_number(self.space.components[number])}
+        listed = sorted({leaf for diagram in orders.values() for leaf in leaves(diagram)}, reverse=True)
         scale = self.wait_scale
 
         def separation(rate: Any) -> int:
@@ -289,13 +291,10 @@ class _Builder:
             scale=scale,
             threads=tuple(sorted(self.waiting)),
             works={number: self._whole(partial(self._work, number), number) for number in simple},
-            ranks={
-                number: self.make.mapped(found, lambda rate: 0 if rate is NO_DESIGN else listed.index(rate))
-                for number, found in rates.items()
-            },
+            ranks={number: self.make.mapped(found, listed.index) for number, found in orders.items()},
             separations={number: self.make.mapped(found, separation) for number, found in rates.items()},
             places={number: places[number] for number in simple},
-            priorities={number: next(iter(tree_leaves(self.space.components[number].priority))) for number in simple},
+            priorities={number: self._number(number) for number in simple if number not in orders},
             latest={
                 limit.requirement.metric.index or 0: self._latest(limit)
                 for limit in self.late
@@ -305,6 +304,21 @@ class _Builder:
 
     def _rates(self, number: int) -> Diagram:
         return self.make.diagram(partial(self._rate, number), f"the rate of {self.space.components[number].name}")
+
+    def _orders(self, number: int) -> Diagram:
+        """The time that orders a thread in ns, the shorter first."""
+
+        def order(view: View) -> Fraction:
+            found = order_ns(self.space, number, view)
+            return Fraction(UNBOUNDED_NS) ** 2 if found is None else found
+
+        found = self.make.diagram(order, f"the turn of {self.space.components[number].name}")
+        return self.make.mapped(found, lambda leaf: Fraction(UNBOUNDED_NS) ** 2 if leaf is NO_DESIGN else leaf)
+
+    def _number(self, number: int) -> Diagram:
+        component = self.space.components[number]
+        found = self.make.diagram(partial(number_of, component), f"the priority of {component.name}")
+        return self.make.mapped(found, lambda leaf: leaf if isinstance(leaf, int) else 0)
 
     def _work(self, number: int, view: View) -> int:
         return work_ns(self.space, number, view)
@@ -366,7 +380,11 @@ def _least_of(term: Term, view: View) -> Fraction:
 
 
 def _is_simple(component: Component) -> bool:
-    """Whether it is a thread whose jobs can be counted: one kind of job, and one priority or none."""
+    """Whether it is a thread whose jobs can be counted: of one kind."""
     is_hybrid = "hybrid" in set(tree_leaves(component.protocol)) and component.callback_ns is not None
-    priorities = list(tree_leaves(component.priority))
-    return component.processor is not None and not is_hybrid and len(set(priorities)) == 1
+    return component.processor is not None and not is_hybrid
+
+
+def _has_number(component: Component) -> bool:
+    """Whether a number says when it has its turn, stated or decided."""
+    return any(isinstance(leaf, int) for leaf in tree_leaves(component.priority))

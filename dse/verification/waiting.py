@@ -39,6 +39,7 @@ class Waiting:
         self.work = {number: variable(item) for number, item in waits.works.items()}
         self.rank = {number: variable(item) for number, item in waits.ranks.items()}
         self.separation = {number: variable(item) for number, item in waits.separations.items()}
+        self.priority = {number: variable(item) for number, item in waits.priorities.items()}
         self.place = {number: variable(item) for number, item in waits.places.items()}
         most = UNBOUNDED_NS * self.scale
         self.variables = {number: model.new_int_var(0, most, "") for number in waits.threads}
@@ -52,11 +53,8 @@ class Waiting:
             model.add(self.scale * self.work[number] + self.variables[number] <= value(latest))
 
     def _may_wait(self, number: int, other: int) -> bool:
-        """Whether a thread may wait for another: not where stated priorities rule that out."""
-        own, theirs = self.waits.priorities[number], self.waits.priorities[other]
-        if own is None and theirs is None:
-            return True
-        return theirs is not None and (own is None or theirs >= own)
+        """Whether a thread may wait for another: not one with a number for one without."""
+        return number not in self.priority or other in self.priority
 
     def _share(self, number: int, other: int) -> Any:
         """The work of another thread that a thread waits for: at least its first job, where it does wait."""
@@ -64,9 +62,12 @@ class Waiting:
         waits, apart = model.new_bool_var(""), model.new_bool_var("")
         model.add(self.place[number] != self.place[other]).only_enforce_if(apart)
         ways = [waits, apart]
-        if self.waits.priorities[number] is None and self.waits.priorities[other] is None:
-            after = model.new_bool_var("")
+        after = model.new_bool_var("")
+        if number in self.rank and other in self.rank:
             model.add(self.rank[other] <= self.rank[number] - int(other < number)).only_enforce_if(after)
+            ways.append(after)
+        elif number in self.priority and other in self.priority:
+            model.add(self.priority[other] <= self.priority[number] - 1).only_enforce_if(after)
             ways.append(after)
         model.add_bool_or(ways)
         share = model.new_int_var(0, UNBOUNDED_NS, "")

@@ -33,7 +33,7 @@ worst_case: deadline
 cost_of_change: {p: {type: 2}}
 totals: {mass: g}
 processor_types:
-  c: {cores: 2, price: 1 EUR, power: 1 W, totals: {mass: 1 kg}, source: s, context_switch: 1 us,
+  c: {cores: 2, priority_levels: 2, price: 1 EUR, power: 1 W, totals: {mass: 1 kg}, source: s, context_switch: 1 us,
       interrupts: {i: {compute_execution_time: 1 us, period: 1 ms, source: s}},
       throttling: {budget: 950 ms, period: 1 s, source: s}}
 bus_types:
@@ -82,7 +82,8 @@ WORDS = frozenset(
         "changes", "contention", "core_by", "cpu_affinity", "g", "kg", "kB", "load", "osate", "pthread_setaffinity_np",
         "rounded", "taskset", "of", "jitter", "busy", "utilisation", "and", "or", "not", "implies", "requires",
         "require",
-        "forbid", "true", "false", "none", "any", "first_fit", "all", "execution_time", "ppm",
+        "forbid", "true", "false", "none", "any", "first_fit", "rate_monotonic",
+        "deadline_monotonic", "all", "execution_time", "ppm",
     }
 )  # fmt: skip
 """Words in code spans of the document that are no fields: metrics, rules, units, values, and what is not ours."""

@@ -1,0 +1,73 @@
+"""Which threads of a core go first: numbers, then a time that orders the others, within the levels that there are.
+
+A thread with a number goes before those without (a larger number is more urgent; the same number is the same level).
+The others are ordered by a time of their own, the shorter first: `rate_monotonic` by the mean time between two jobs
+(C. L. Liu and J. W. Layland, "Scheduling algorithms for multiprogramming in a hard-real-time environment", Journal of
+the ACM 20(1), 1973), `deadline_monotonic` by the deadline (J. Y.-T. Leung and J. Whitehead, "On the complexity of
+fixed-priority scheduling of periodic, real-time tasks", Performance Evaluation 2(4), 1982); the order of the file
+breaks ties. An operating system with fewer levels than that takes has the last one for all that is left.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from fractions import Fraction
+
+from dse.analysis.rates import NS_PER_S, rate_hz
+from dse.analysis.views import View
+from dse.space.trees import at
+from dse.space.types import Component, Space
+
+DEADLINE_MONOTONIC = "deadline_monotonic"
+
+
+def deadline_ns(component: Component, view: View) -> int | None:
+    """The stated deadline, else the period (or minimum separation), else None."""
+    stated = at(component.deadline_ns, view)
+    found: int | None = at(component.period_ns, view) if stated is None else stated
+    return found
+
+
+def number_of(component: Component, view: View) -> int | None:
+    """The stated or chosen priority; None where a rule orders the thread."""
+    found = at(component.priority, view)
+    return found if isinstance(found, int) else None
+
+
+def order_ns(space: Space, number: int, view: View) -> Fraction | None:
+    """The time that orders a thread without a priority of its own, the shorter first; None behind all others."""
+    component = space.components[number]
+    if at(component.priority, view) == DEADLINE_MONOTONIC:
+        deadline = deadline_ns(component, view)
+        if deadline is not None:
+            return Fraction(0) + deadline
+    rate = rate_hz(space, ("activation", number), view)
+    return NS_PER_S / rate if rate else None
+
+
+def levels_of(space: Space, numbers: Sequence[int], view: View) -> list[list[int]]:
+    """The threads of one core by level, the most urgent first; those of one level may all delay each other."""
+    stated = {
+        number: priority for number in numbers if (priority := number_of(space.components[number], view)) is not None
+    }
+    levels = [
+        [number for number in numbers if stated.get(number) == level]
+        for level in sorted(set(stated.values()), reverse=True)
+    ]
+    order = {number: order_ns(space, number, view) for number in numbers if number not in stated}
+    timed = [(time, number) for number, time in order.items() if time is not None]
+    levels += ([number] for _, number in sorted(timed))
+    levels += ([number] for number, time in order.items() if time is None)
+    most = most_levels(space, numbers, view)
+    if most is None or len(levels) <= most:
+        return levels
+    return [*levels[: most - 1], sorted(number for level in levels[most - 1 :] for number in level)]
+
+
+def most_levels(space: Space, numbers: Sequence[int], view: View) -> int | None:
+    """How many priorities the processor of these threads has; None where that is not stated."""
+    processor = at(space.components[numbers[0]].processor, view) if numbers else None
+    if processor is None:
+        return None
+    found: int | None = at(space.processors[processor].priority_levels, view)
+    return found
