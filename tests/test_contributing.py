@@ -31,9 +31,9 @@ threads:
     release_jitter: [1 ms, 3 ms]
 connections: {ab: {from: a, to: b}}
 flows: {f: {path: [a, b]}}
-requirements: [data age of f <= 90 ms]
+requirements: [output age of f <= 90 ms]
 rules: ["b.period == 40 ms implies b.release_jitter == 3 ms"]
-objectives: [minimise data age of f, minimise price, maximise min latency of f]
+objectives: [minimise output age of f, minimise price, maximise min latency of f]
 """
 
 
@@ -69,7 +69,7 @@ def test_what_the_steps_add_is_searched_and_proved_again(changed: Path) -> None:
     called(changed, "solve", "toy.yaml", "-q", "--json", "r.json")
     data = json.loads((changed / "r.json").read_text(encoding="utf-8"))
     found = {
-        point["decisions"]["p.type"]: (point["decisions"], point["objectives"]["data age of f"])
+        point["decisions"]["p.type"]: (point["decisions"], point["objectives"]["output age of f"])
         for point in data["front"]
     }
     best = {"b.period": "20 ms", "b.release_jitter": "1 ms"}
@@ -85,9 +85,9 @@ def test_what_the_steps_add_is_analysed_swept_and_in_the_schema(changed: Path) -
     design = [part for text in ("p.type=cpu", "b.period=40ms", "b.release_jitter=3ms") for part in ("--design", text)]
     called(changed, "analyse", "toy.yaml", *design, "--json", "a.json", code=4)
     data = json.loads((changed / "a.json").read_text(encoding="utf-8"))
-    assert data["metrics"]["data age of f"] == {"value": 91_000_000, "unit": "ns"} and not data["feasible"]
+    assert data["metrics"]["output age of f"] == {"value": 91_000_000, "unit": "ns"} and not data["feasible"]
     assert [row["max_ns"] for row in data["flows"]["f"]["rows"] if row["max_method"] == "released late"] == [3_000_000]
-    said = called(changed, "sweep", "toy.yaml", "--vary", "data age of f=40ms..60ms", "--no-store")
+    said = called(changed, "sweep", "toy.yaml", "--vary", "output age of f=40ms..60ms", "--no-store")
     assert "No design below 45 ms" in said
     swept = called(changed, "sweep", "toy.yaml", "--vary", "threads.b.release_jitter[0]=1ms,2ms", "--no-store")
     assert "46 ms" in swept

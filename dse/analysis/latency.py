@@ -10,8 +10,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from dse.analysis.binding import transmission_ns
+from dse.analysis.clocks import LET, LET_METHOD, METHOD, pair_of, spread_ns, wait_ns
 from dse.analysis.rates import is_event_triggered, is_periodic
-from dse.analysis.scheduling import UNBOUNDED_NS, Part, bounded_response_ns
+from dse.analysis.scheduling import UNBOUNDED_NS, Part, bounded_response_ns, deadline_ns
 from dse.analysis.views import View
 from dse.space.trees import at
 from dse.space.types import Component, Flow, Space, Step
@@ -52,20 +53,66 @@ def step_rows(space: Space, step: Step, view: View) -> tuple[Row, ...]:
     if step.kind == "connection":
         return (_connection_row(space, step.index, view),)
     component = space.components[step.index]
-    rows = []
-    if at(component.protocol, view) == "hybrid" and step.via is not None:
-        callback = at(component.callback_ns, view)
-        if callback is not None:
-            method = "processing time"
-            worst, worst_method = callback[1], method
-            if counts_responses(space) and at(component.processor, view) is not None:
-                worst, worst_method = _scheduled_ns(space, component, "callback", view)
-            rows.append(Row(component.category, component.name, callback[0], method, worst, worst_method))
+    rows = _callback_rows(space, step, component, view)
     for row in (_sampling_row(space, step, component, view), _queuing_row(space, step, component, view)):
         if row is not None:
             rows.append(row)
     rows.append(_processing_row(space, component, view))
     return tuple(rows)
+
+
+def _callback_rows(space: Space, step: Step, component: Component, view: View) -> list[Row]:
+    """What the callback of a hybrid component takes before its timer samples."""
+    callback = at(component.callback_ns, view) if step.via is not None else None
+    if callback is None or at(component.protocol, view) != "hybrid":
+        return []
+    method = "processing time"
+    worst, worst_method = callback[1], method
+    if counts_responses(space) and at(component.processor, view) is not None:
+        worst, worst_method = _scheduled_ns(space, component, "callback", view)
+    return [Row(component.category, component.name, callback[0], method, worst, worst_method)]
+
+
+def arrival_ns(space: Space, step: Step, view: View) -> tuple[Component, Exact, Exact] | None:
+    """The nearest component before a step that a timer releases, and how long after that data may be there.
+
+    None where a flow has no such component before it.
+    """
+    rows = _callback_rows(space, step, space.components[step.index], view)
+    for earlier in reversed(step.since):
+        if earlier.kind == "component" and is_periodic(space.components[earlier.index], view):
+            sender = space.components[earlier.index]
+            rows.append(_processing_row(space, sender, view))
+            return sender, sum(row.min_ns for row in rows), sum(row.max_ns for row in rows)
+        rows += step_rows(space, earlier, view)
+    return None
+
+
+def run_spread_ns(space: Space, step: Step, view: View) -> Exact | None:
+    """What sampling adds to the largest difference of latencies within one run (docs/semantics.md, section 3.6).
+
+    None where it is that of all runs: offsets are known, or the clocks drift.
+    """
+    receiver = space.components[step.index] if step.since else None
+    if receiver is None or space.profile != "dse" or not is_periodic(receiver, view):
+        return None
+    found = arrival_ns(space, step, view)
+    if found is None or pair_of(found[0], receiver, view) is not None:
+        return None
+    pair = pair_of(found[0], receiver, view, offsets=False)
+    return None if pair is None else spread_ns(pair, *found[1:])
+
+
+def _on_one_clock(space: Space, step: Step, component: Component, view: View) -> Row | None:
+    """Sampling of what comes from a timer of the same clock, where both offsets are known."""
+    if space.profile != "dse" or not step.since or at(component.offset_ns, view) is None:
+        return None
+    found = arrival_ns(space, step, view)
+    pair = None if found is None else pair_of(found[0], component, view)
+    if found is None or pair is None:
+        return None
+    least, most = wait_ns(pair, *found[1:])
+    return Row(component.category, component.name, least, METHOD, most, METHOD)
 
 
 def _connection_row(space: Space, number: int, view: View) -> Row:
@@ -90,6 +137,9 @@ def _sampling_row(space: Space, step: Step, component: Component, view: View) ->
     if periodic:
         if space.profile == "osate-2.19" and space.connections[step.via].port not in ("data", "feature"):
             return None
+        on_one_clock = _on_one_clock(space, step, component, view)
+        if on_one_clock is not None:
+            return on_one_clock
         period = at(component.period_ns, view)
         if space.profile == "osate-2.19":
             period = _harmonic_period(space, step, period, view)
@@ -138,7 +188,16 @@ def _queuing_row(space: Space, step: Step, component: Component, view: View) -> 
     return Row(component.category, component.name, 0, "queued", size * each, "queued")
 
 
+def is_logical(space: Space, component: Component, view: View) -> bool:
+    """Whether data pass at release and deadline: logical execution time, which OSATE does not look at."""
+    return space.profile == "dse" and at(component.communication, view) == LET
+
+
 def _processing_row(space: Space, component: Component, view: View) -> Row:
+    if is_logical(space, component, view):
+        logical = deadline_ns(component, view)
+        assert logical is not None, component.name
+        return Row(component.category, component.name, logical, LET_METHOD, logical, LET_METHOD)
     best, best_method = _best_ns(space, component, view)
     worst, worst_method = _worst_ns(space, component, view)
     return Row(component.category, component.name, best, best_method, worst, worst_method)

@@ -13,9 +13,12 @@ from math import lcm
 from typing import Literal
 
 from dse.analysis.binding import bus_stack, byte_times_ns
+from dse.analysis.chains import exact_range_ns
 from dse.analysis.changes import change_terms
-from dse.analysis.latency import counts_responses, step_rows
+from dse.analysis.clocks import LET
+from dse.analysis.latency import counts_responses, run_spread_ns, step_rows
 from dse.analysis.memo import Recall
+from dse.analysis.rates import is_periodic
 from dse.analysis.resources import (
     busy_scale,
     busy_terms,
@@ -28,7 +31,16 @@ from dse.analysis.resources import (
 from dse.analysis.scheduling import UNBOUNDED_NS, bounded_response_ns, longest_alone_ns
 from dse.analysis.terms import PPM, SCALE_LIMIT, ZERO, Extreme, Measure, Term, exact_sum, extreme_term, scaled_term
 from dse.analysis.views import View
-from dse.space.metrics import FLOW_METRICS, asks_for_changes, busy_obstacle, metric_dimension, total_unit
+from dse.space.clocks import is_always_timed
+from dse.space.metrics import (
+    CHAIN_METRICS,
+    FLOW_METRICS,
+    asks_for_changes,
+    busy_obstacle,
+    has_age,
+    metric_dimension,
+    total_unit,
+)
 from dse.space.trees import FROM_BANDWIDTH, PerProcessorType, Tree, at, leaves
 from dse.space.types import Bus, Component, Flow, Metric, Slot, Space, Step
 from dse.units import DATA, DATA_RATE, DIMENSIONLESS, FREQUENCY, LENGTH, MONEY, POWER, TIME, Dimension, Exact, Quantity
@@ -49,6 +61,7 @@ __all__ = [
     "utilisation_terms",
 ]
 
+EXACT_KINDS = {"exact latency": "latency", "exact min latency": "min latency", "exact jitter": "jitter"}
 TIME_SCALE_LIMIT = 1000
 """The finest unit of times, which are counted in ps at the finest: sums of hours of them are exact for the solver."""
 RESPONSE_SCALE_LIMIT = 10
@@ -72,9 +85,9 @@ def build_measure(space: Space, metric: Metric, *, counted: bool = True) -> Meas
     Unless it is to be `counted` in whole units, sums of shares and rates are spared the search for a common
     denominator: only exact values may be asked of them.
     """
-    if metric.kind in FLOW_METRICS:
+    if metric.kind in (*FLOW_METRICS, *CHAIN_METRICS):
         flow = space.flows[metric.index or 0]
-        return _scaled(metric, "ns", tuple(_latency_terms(space, flow, metric.kind)), *_latency_scale(space, flow))
+        return _scaled(metric, "ns", tuple(_flow_terms(space, flow, metric.kind)), *_latency_scale(space, flow))
     number = metric.index or 0
     if metric.kind == "utilisation":
         terms = utilisation_terms(space, number)
@@ -163,6 +176,39 @@ def _numbers(*trees: Tree) -> Iterator[Fraction]:
             yield from map(Fraction, leaf if isinstance(leaf, tuple) else (leaf,))
 
 
+def _flow_terms(space: Space, flow: Flow, kind: str) -> Iterator[Term]:
+    """The summands of a metric of a flow (docs/semantics.md, sections 3.1 and 3.6)."""
+    if kind in EXACT_KINDS:
+        yield _exact_term(space, flow, EXACT_KINDS[kind])
+        return
+    yield from _latency_terms(space, flow, "latency" if kind in ("reaction time", "data age") else kind)
+    if kind in ("reaction time", "data age"):
+        yield Term(f"first period of {flow.name}", lambda view: ZERO + first_period_ns(space, flow, view))
+    if kind == "data age":
+        yield Term(f"last period of {flow.name}", lambda view: ZERO - last_period_ns(space, flow, view))
+
+
+def _exact_term(space: Space, flow: Flow, kind: str) -> Term:
+    """The exact latency, minimum latency or jitter of a flow, from everything that is on it at once."""
+    name = space.components[flow.steps[-1].index].name if flow.steps[-1].kind == "component" else ""
+
+    def value(view: View) -> Fraction:
+        least, most, _ = exact_range_ns(space, flow, view)
+        return ZERO + _figure_of(kind, (least, most))
+
+    def ends(view: View) -> tuple[Fraction, Fraction]:
+        alone = replace(space, processing="execution_time")
+        least = sum((_step_range_ns(alone, step, view)[0] for step in flow.steps), ZERO)
+        most = sum((_step_range_ns(alone, step, view)[1] for step in flow.steps), ZERO)
+        jobs = sum(2 + _queue_size(space, step, view) for step in flow.steps if step.kind == "component")
+        waits = sum(at(space.components[step.index].period_ns, view) or 0 for step in flow.steps if step.since)
+        low = ZERO if kind == "jitter" else ZERO + least
+        return low, ZERO + most + waits + jobs * UNBOUNDED_NS
+
+    waits_for_cores = counts_responses(space) and kind != "min latency"
+    return Term(flow.name, value, component=name, ends=ends if waits_for_cores else None)
+
+
 def _latency_terms(space: Space, flow: Flow, kind: str) -> Iterator[Term]:
     """Sums over the rows of each element: maxima, minima, or maximum minus minimum (jitter)."""
     alone = replace(space, processing="execution_time")
@@ -171,14 +217,21 @@ def _latency_terms(space: Space, flow: Flow, kind: str) -> Iterator[Term]:
 
         def value(view: View, step: Step = step, space: Space = space) -> Fraction:
             figure: Fraction = ZERO + _figure_of(kind, _step_range_ns(space, step, view))
+            if kind == "run jitter":
+                figure += _run_excess_ns(space, step, view)
             return figure
 
         def ends(view: View, step: Step = step, value: Callable[..., Fraction] = value) -> tuple[Fraction, Fraction]:
             """Response times are no shorter than execution times; each counts for its job and for those queued."""
             least = value(view, step, alone)
-            return least, least + (2 + _queue_size(space, step, view)) * UNBOUNDED_NS
+            most = least + (2 + _queue_size(space, step, view)) * UNBOUNDED_NS
+            if not step.since:
+                return least, most
+            period = at(space.components[step.index].period_ns, view) or 0  # how far sampling on one clock may move
+            return least - period, most + period
 
         is_scheduled = step.kind == "component" and counts_responses(space) and kind != "min latency"
+        is_scheduled = is_scheduled and _may_wait(space, step)
         waits = (step.index, Fraction(1)) if is_scheduled and _counts_waiting(space, step.index) else None
         yield Term(
             names[step.index].name,
@@ -193,7 +246,21 @@ def _counts_waiting(space: Space, number: int) -> bool:
     """Whether the longest processing of a thread is its response time, whatever the design."""
     component = space.components[number]
     executes = all(leaf is not None for leaf in leaves(component.execution_ns))
-    return space.profile == "dse" and component.response_ns is None and executes
+    is_logical = LET in set(leaves(component.communication))
+    return space.profile == "dse" and component.response_ns is None and executes and not is_logical
+
+
+def _may_wait(space: Space, step: Step) -> bool:
+    """Whether what an element of a flow adds may hang on response times: its own, or those before it on its clock."""
+    here = space.components[step.index]
+    if space.profile != "dse" or here.callback_ns is not None:
+        return True
+    asked = [here]
+    for earlier in (space.components[item.index] for item in reversed(step.since) if item.kind == "component"):
+        asked.append(earlier)
+        if is_always_timed(earlier):
+            break
+    return any(set(leaves(item.communication)) != {LET} for item in asked)
 
 
 def _counts_waiting_once(space: Space, step: Step) -> bool:
@@ -203,6 +270,8 @@ def _counts_waiting_once(space: Space, step: Step) -> bool:
     if step.via is not None:
         sizes.append(space.connections[step.via].queue_size)
     is_hybrid = "hybrid" in set(leaves(component.protocol)) and component.callback_ns is not None
+    if step.since and component.offset_ns is not None:
+        return False
     return not is_hybrid and all(leaf is None for size in sizes for leaf in leaves(size))
 
 
@@ -249,6 +318,30 @@ def _step_range_ns(space: Space, step: Step, view: View) -> tuple[Exact, Exact]:
         found = (sum((row.min_ns for row in rows), ZERO), sum((row.max_ns for row in rows), ZERO))
         view.memo[key] = found
     return found
+
+
+def _run_excess_ns(space: Space, step: Step, view: View) -> Exact:
+    """How much less than the jitter over all runs an element of a flow adds to that of one run; not above 0."""
+    spread = run_spread_ns(space, step, view) if step.kind == "component" else None
+    return 0 if spread is None else spread - at(space.components[step.index].period_ns, view)
+
+
+def first_period_ns(space: Space, flow: Flow, view: View) -> Exact:
+    """The period of a flow's first component, 0 where no timer releases it: what is sensed waits for its release."""
+    first = flow.steps[0]
+    if first.kind != "component" or not is_periodic(space.components[first.index], view):
+        return 0
+    found: Exact = at(space.components[first.index].period_ns, view)
+    return found
+
+
+def last_period_ns(space: Space, flow: Flow, view: View) -> Exact:
+    """The period of the last component of a flow that a timer releases, at which its output is renewed."""
+    for step in reversed(flow.steps):
+        if step.kind == "component" and is_periodic(space.components[step.index], view):
+            found: Exact = at(space.components[step.index].period_ns, view)
+            return found
+    return 0
 
 
 def _response_term(space: Space, number: int) -> Term:
@@ -338,7 +431,9 @@ def all_metrics(space: Space) -> tuple[Metric, ...]:
     """Every metric that a result lists: flows, processors, buses, system totals, derived metrics, changes if asked."""
     metrics: list[Metric] = []
     for number, flow in enumerate(space.flows):
-        metrics += [Metric(f"{kind} of {flow.name}", kind, number) for kind in FLOW_METRICS]
+        kinds = (*FLOW_METRICS, *CHAIN_METRICS) if any(step.since for step in flow.steps) else FLOW_METRICS
+        aged = has_age(space, flow)
+        metrics += [Metric(f"{kind} of {flow.name}", kind, number) for kind in kinds if kind != "data age" or aged]
     metrics += [Metric(f"utilisation of {slot.name}", "utilisation", n) for n, slot in enumerate(space.processors)]
     metrics += [Metric(f"load of {bus.name}", "load", n) for n, bus in enumerate(space.buses)]
     metrics += [

@@ -13,6 +13,8 @@ from fractions import Fraction
 from functools import partial
 
 from dse.analysis.binding import bus_stack, carrying_ns, message_bytes
+from dse.analysis.chains import MOST_RELEASES, repeats_too_late
+from dse.analysis.clocks import METHOD
 from dse.analysis.latency import Row, step_rows
 from dse.analysis.measures import build_measure, reachable_buses
 from dse.analysis.rates import NS_PER_S
@@ -52,6 +54,11 @@ def design_remarks(space: Space, view: View) -> Iterator[str]:
     for flow in space.flows:
         reversed_rows = dict.fromkeys(_reversed(row) for step in flow.steps for row in step_rows(space, step, view))
         yield from _too_small(space, flow, [text for text in reversed_rows if text])
+        if repeats_too_late(space, flow, view):
+            yield (
+                f"{flow.name} repeats only after more than {MOST_RELEASES:,} releases: its bound stands for its exact "
+                "latency"
+            )
     yield from _bus_remarks(space, view)
 
 
@@ -105,8 +112,11 @@ def _reversed_row(space: Space, step: Step, view: View) -> str:
 
 
 def _reversed(row: Row) -> str:
-    """A contribution whose minimum is above its maximum, in words; "" for others."""
-    if row.min_ns <= row.max_ns:
+    """A contribution whose minimum is above its maximum, in words; "" for others.
+
+    What comes sooner may wait longer for the next release of a timer: that is no contradiction.
+    """
+    if row.min_ns <= row.max_ns or row.max_method == METHOD:
         return ""
     least, most = format_duration(row.min_ns), format_duration(row.max_ns)
     return f"{row.contributor} at least {least} ({row.min_method}), at most {most} ({row.max_method})"

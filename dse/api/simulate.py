@@ -11,9 +11,9 @@ from typing import Literal, TypeAlias, Unpack
 
 from dse.analysis.contention import cores_of
 from dse.analysis.evaluate import Evaluator
-from dse.analysis.latency import flow_rows
+from dse.analysis.latency import flow_rows, is_logical
 from dse.analysis.rates import is_event_triggered
-from dse.analysis.scheduling import processor_responses
+from dse.analysis.scheduling import bounded_response_ns, deadline_ns, longest_alone_ns, processor_responses
 from dse.analysis.views import View
 from dse.api.problem import Source, complete_design, load, read_choices, with_stated_cores
 from dse.api.question import Question
@@ -224,9 +224,10 @@ def _sample(
     if offsets == "zero" and setting.execution != "random" and not drift_ppm:
         count = 1
     for number in range(count):
-        drawn = {} if offsets == "zero" else random_offsets(plan, rng)
+        drawn = plan.aligned({}) if offsets == "zero" else random_offsets(plan, rng)
         least = 0 if late_only else -drift_ppm
-        drift = {name: rng.randint(least, drift_ppm) for name in plan.timers} if drift_ppm else {}
+        free = [name for name in plan.timers if name not in plan.phases]  # what keeps a phase does not drift
+        drift = {name: rng.randint(least, drift_ppm) for name in free} if drift_ppm else {}
         run = replace(setting, offsets_ns=drawn, drift_ppm=drift, seed=setting.seed + number)
         record.add(simulate_once(plan, run), run)
 
@@ -260,7 +261,7 @@ def _flows(
         bounds = _bounds(space, flow, view)
         scheduled = _bounds(scheduled_space, flow, View(view.design)) if contention else None
         counter = record.latencies[number]
-        found = [*excuses, *_gaps(space, flow, view)]
+        found = [*excuses, *_gaps(space, flow, view), *_late(space, flow, view, contention=contention)]
         if contention and plan.guessed:
             found.append("some threads are dispatched at no stated rate")
         if contention and space.profile == "osate-2.2":
@@ -310,6 +311,17 @@ def _gaps(space: Space, flow: Flow, view: View) -> Iterator[str]:
         queue = at(component.queue_size, view) if queue is None else queue
         if protocol == "sporadic" and queue:
             yield f"what waits for {component.name} waits for its minimum separation, which no bound counts"
+
+
+def _late(space: Space, flow: Flow, view: View, *, contention: bool) -> Iterator[str]:
+    """What may end after the deadline at which its data are said to pass."""
+    longest = bounded_response_ns if contention else longest_alone_ns
+    for number in dict.fromkeys(step.index for step in flow.steps if step.kind == "component"):
+        component = space.components[number]
+        if not is_logical(space, component, view):
+            continue
+        if longest(space, number, "thread", View(view.design)) > (deadline_ns(component, view) or 0):
+            yield f"{component.name} may end after its deadline, at which its data pass"
 
 
 def _tasks(space: Space, plan: Plan, record: Record, view: View) -> Iterator[TaskObservation]:

@@ -235,7 +235,7 @@ def dominants(analysis: Analysis) -> Iterator[Dominant]:
 
 def _dominant(table: FlowTable, of: str, parts: Sequence[Exact]) -> Iterator[Dominant]:
     most = max(parts, default=0)
-    if most > 0:
+    if 0 < most <= sum(parts):  # what makes one row longer may make another shorter: sampling on one clock
         rows = tuple(row for row, part in zip(table.rows, parts, strict=True) if part == most)
         yield Dominant(table.name, of, rows, most, sum(parts, Fraction(0)))
 

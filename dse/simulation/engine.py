@@ -3,7 +3,7 @@
 At one instant jobs end and separations run out first, then messages arrive, then timers dispatch: what arrives at the
 very moment of a timer's dispatch is read by it. A timer's job reads the latest value of everything at its dispatch; an
 arrival dispatches an event-triggered thread, or waits in its queue while there is room, or is lost. Output leaves when
-a job ends.
+a job ends; under logical execution time at the deadline, or when the job ends where that is later.
 
 *The latency of a datum* runs from the dispatch of the job that produces it in the first component of a flow (from its
 sending where a flow begins with a connection) to the first moment at which the last element of the flow has processed
@@ -126,7 +126,7 @@ class _Run:
         handlers = {
             "tick": self._tick, "send": self._send_timer, "end": self._end, "alone": self._complete,
             "yield": self._yield, "refill": self._refill,
-            "bus": self._on_bus, "arrive": self._arrive, "wake": self._serve,
+            "bus": self._on_bus, "arrive": self._arrive, "wake": self._serve, "publish": self._publish,
         }  # fmt: skip
         while self.heap and self.heap[0][0] <= self.setting.duration_ns:
             self.now, _, _, what = heappop(self.heap)
@@ -261,8 +261,18 @@ class _Run:
 
     def _complete(self, job: Job) -> None:
         task = job.task
-        component, part = task.key
         self.seen.responses[task.name] = max(self.seen.responses.get(task.name, 0), self.now - job.release)
+        if task.logical_ns is not None and job.release + task.logical_ns > self.now:
+            self.at(job.release + task.logical_ns, END, "publish", job)
+        else:
+            self._publish(job)
+        if task.period_ns is None:
+            self.entries[task.key].busy = False
+            self._serve(task)
+
+    def _publish(self, job: Job) -> None:
+        """Output leaves: at the end of a job, or at its release and its deadline under logical execution time."""
+        component, part = job.task.key
         if part == "callback":
             for key, births in job.births.items():
                 self._store(key, births)
@@ -277,9 +287,6 @@ class _Run:
                     if self.plan.exits.get((flow, position)) == number
                 }
                 self._send(number, carried)
-        if task.period_ns is None:
-            self.entries[task.key].busy = False
-            self._serve(task)
 
     def _arrived(self, flow: int, births: list[Exact]) -> None:
         counter = self.seen.latencies[flow]

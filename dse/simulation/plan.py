@@ -10,7 +10,7 @@ from dataclasses import dataclass, field
 from fractions import Fraction
 from typing import Any, Literal, TypeAlias
 
-from dse.simulation.readings import ComponentFigures, Figures, Range, read_figures
+from dse.simulation.readings import ComponentFigures, Figures, Phase, Range, read_figures
 from dse.space.types import Design, Space
 from dse.units import Exact
 
@@ -32,7 +32,8 @@ class Task:
 
     `period_ns` is that of its timer (None: each arrival dispatches it); `core` a core that it shares, or None;
     `urgency` its place there, 0 first (below -1: an interrupt); for `section_ns` of a job nothing preempts it. A job
-    of a `serial` task waits for the one before. `capacity` is how many arrivals may wait.
+    of a `serial` task waits for the one before. `capacity` is how many arrivals may wait. A timer with a `phase` keeps
+    it to the others of its clock; output leaves `logical_ns` after the release where that is set.
     """
 
     key: TaskKey
@@ -45,6 +46,8 @@ class Task:
     serial: bool
     capacity: int
     section_ns: int = 0
+    phase: Phase | None = None
+    logical_ns: int | None = None
 
 
 @dataclass(frozen=True)
@@ -104,6 +107,22 @@ class Plan:
         gaps = {gap.name: Fraction(gap.period_ns) for gap in self.gaps.values()}
         return tasks | {link.name: link.period_ns for link in self.links if link.period_ns is not None} | gaps
 
+    @property
+    def phases(self) -> dict[str, Phase]:
+        """The timers that keep their phase to others, with their clock and their offset on it."""
+        return {task.name: task.phase for task in self.tasks.values() if task.phase is not None}
+
+    def aligned(self, offsets_ns: Mapping[str, int], lead: str = "") -> dict[str, int]:
+        """Offsets with those of a clock as far apart as they are: each clock is where its `lead`, or first, puts it."""
+        found = dict(offsets_ns)
+        clocks: dict[tuple[str, str], int] = {}
+        phases = self.phases
+        for name in sorted(phases, key=lambda name: name != lead):
+            *clock, offset = phases[name]
+            start = clocks.setdefault((str(clock[0]), str(clock[1])), found.get(name, offset) - offset)
+            found[name] = (start + offset) % max(1, int(self.timers[name]))
+        return found
+
     def span_ns(self, flow: int, steps: Sequence[Any]) -> Exact:
         """A time in which data that are not lost pass the flow, if nothing is overloaded."""
         total: Exact = 0
@@ -118,6 +137,7 @@ class Plan:
                     total += (2 + min(task.capacity, MANY)) * task.cost_ns[1] + int(
                         task.period_ns or task.separation_ns or 0
                     )
+                    total += task.logical_ns or 0
         return total
 
 
@@ -238,7 +258,7 @@ def _tasks(space: Space, figures: Figures, *, contention: bool, endless: bool) -
         cost, section = _on_core(part, part.demand_ns if contention and at_core is not None else part.cost_ns, at_core)
         found[key] = Task(
             key, component.name, cost, period, part.separation_ns, at_core, 2 * urgency + 1, part.executes, capacity,
-            section,
+            section, part.phase, part.logical_ns,
         )  # fmt: skip
     return found
 

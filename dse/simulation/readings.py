@@ -13,6 +13,8 @@ from dse.units import Exact
 
 Range: TypeAlias = tuple[Exact, Exact]
 """Least and most, in ns; exact where messages and their bytes take less than 1 ns."""
+Phase: TypeAlias = tuple[str, str, int]
+"""A clock by its name (or the one member that it has), and the offset on it in ns."""
 NS_PER_S = 10**9
 PROBE_NS = 100_000_000
 """Period at which a flow is fed whose beginning nothing dispatches, in a problem without periods."""
@@ -25,6 +27,8 @@ class ComponentFigures:
     `cost_ns` is the time of a job that runs alone (a stated response time stands for contention), `demand_ns` its
     execution time; `executes` tells whether it is an execution time at all, or the latency of a data sheet, which
     occupies nothing. On a core each job takes `switching_ns` more, and for `section_ns` of it nothing preempts it.
+    `phase` is set where its timer keeps it, `logical_ns` where data pass so long after its releases and not when a job
+    ends.
     """
 
     period_ns: Fraction | None
@@ -38,6 +42,8 @@ class ComponentFigures:
     input_hz: Fraction
     switching_ns: int = 0
     section_ns: int = 0
+    phase: Phase | None = None
+    logical_ns: int | None = None
 
 
 @dataclass(frozen=True)
@@ -151,7 +157,23 @@ class _Reader:
             input_hz=self.input_rate(item),
             switching_ns=0 if slot is None else 2 * self.at(self.space.processors[slot].switch_ns),
             section_ns=self.at(item.section_ns) or 0,
+            phase=self.phase(item) if timed else None,
+            logical_ns=self.logical_ns(item, period) if timed else None,
         )
+
+    def phase(self, item: Component) -> Phase | None:
+        """The clock and the offset of a timer, where both are known and the profile counts them."""
+        offset, clock = self.at(item.offset_ns), self.at(item.clock)
+        if offset is None or clock is None or self.space.profile != "dse":
+            return None
+        return clock.name, "" if clock.name else clock.member, offset
+
+    def logical_ns(self, item: Component, period: int) -> int | None:
+        """The deadline, at which data pass under logical execution time."""
+        if self.at(item.communication) != "let" or self.space.profile != "dse":
+            return None
+        deadline: int | None = self.at(item.deadline_ns)
+        return period if deadline is None else deadline
 
     def rate(self, number: int) -> Fraction:
         """How often the component runs, in the long run and at most."""

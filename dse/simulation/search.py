@@ -54,8 +54,8 @@ def _is_further(value: Exact, other: Exact, goal: str) -> bool:
 
 
 def random_offsets(plan: Plan, rng: random.Random) -> dict[str, int]:
-    """An offset within its period for every timer."""
-    return {name: rng.randrange(max(1, int(period))) for name, period in plan.timers.items()}
+    """An offset within its period for every timer; those that keep their phase to others move together."""
+    return plan.aligned({name: rng.randrange(max(1, int(period))) for name, period in plan.timers.items()})
 
 
 def search_flow(plan: Plan, flow: int, item: Flow, setting: Setting, runs: int, record: Record) -> None:
@@ -85,7 +85,8 @@ def _climb(plan: Plan, flow: int, item: Flow, setting: Setting, goal: str, budge
         elif goal == "min":  # keep rivals away from the flow: release them right after it has read its input
             moment += 1
         period = max(1, int(plan.timers[name]))
-        moved = replace(setting, offsets_ns={**setting.offsets_ns, name: moment % period})
+        to = int(moment) if name in plan.phases else moment % period
+        moved = replace(setting, offsets_ns=plan.aligned({**setting.offsets_ns, name: to}, name))  # type: ignore[dict-item]
         found = _observe(plan, moved, record)
         used += 1
         value = _extreme(found, flow, goal)

@@ -8,6 +8,7 @@ from typing import Any
 
 from dse.errors import Diagnostic, ProblemError
 from dse.space.activation import check_activation, with_triggers
+from dse.space.clocks import check_clocks
 from dse.space.components import (
     build_component,
     build_connections,
@@ -44,6 +45,7 @@ def build_space(loaded: LoadedSpec) -> Space:
     check_bus_types(ledger, spec)
     check_overheads(ledger, spec)
     check_processor_types(ledger, spec)
+    check_clocks(ledger, spec)
     processors = tuple(build_processor(ledger, spec, name) for name in spec.processors)
     buses = build_buses(ledger, spec)
     components = tuple(

@@ -6,6 +6,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
+from dse.space.clocks import clock_of, read_communication, read_offset
 from dse.space.cores import check_core
 from dse.space.priorities import read_priority
 from dse.space.properties import FieldReader, Ledger, Owner, Path, by_machine, closest
@@ -63,6 +64,7 @@ def build_component(ledger: Ledger, spec: Spec, processors: Sequence[Processor],
     protocol = read("dispatch_protocol", "protocol", str)
     period = read("period", "duration", format_duration)
     period = _period_in_use(ledger, path, name, protocol, period)
+    clock = clock_of(ledger, spec, section, name, processor)
     categories = [given.category, *(model.category for _, model in owner.types)]
     category = next((item for item in categories if item), section[:-1])
     return Component(
@@ -83,6 +85,9 @@ def build_component(ledger: Ledger, spec: Spec, processors: Sequence[Processor],
         priority=priority,
         core=core,
         section_ns=read("non_preemptive", "duration", format_duration),
+        clock=clock,
+        offset_ns=read_offset(ledger, spec, owner, protocol, period, clock),
+        communication=read_communication(ledger, owner, protocol, period) if section == "threads" else None,
     )
 
 

@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import replace
 
-from dse.space.metrics import parts_of
+from dse.space.metrics import CHAIN_METRICS, FLOW_METRICS, parts_of
 from dse.space.properties import Ledger
 from dse.space.trees import Choice, Tree, graft, leaves
 from dse.space.types import (
@@ -136,7 +136,7 @@ def is_scheduled(space: Space, metric: Metric) -> bool:
     parts = parts_of(space, metric)
     if parts:
         return any(is_scheduled(space, inner) for _, inner in parts)
-    if metric.kind in ("latency", "jitter"):
+    if metric.kind in (*FLOW_METRICS, *CHAIN_METRICS) and not metric.kind.endswith("min latency"):
         return space.processing == "response_time"
     return metric.kind == "response time"
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 
+from dse.space.clocks import speaks_of_clocks, with_past
 from dse.space.properties import Ledger, Path
 from dse.space.slots import carriers
 from dse.space.trees import FROM_BANDWIDTH, PerProcessorType, Tree, leaves
@@ -18,8 +19,11 @@ def build_flows(
 ) -> tuple[Flow, ...]:
     """Every flow of the problem, connected."""
     result = []
+    clocked = speaks_of_clocks(spec, components)
     for name, given in spec.flows.items():
         steps = _Tracer(ledger, ("flows", name, "path"), components, connections).trace(given.path)
+        if clocked:
+            steps = with_past(steps)
         required = (given.latency.min_ns, given.latency.max_ns) if given.latency else None
         result.append(Flow(name, steps, required))
     return tuple(result)

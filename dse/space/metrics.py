@@ -9,10 +9,11 @@ from collections.abc import Iterator, Sequence
 from fractions import Fraction
 from typing import Literal
 
+from dse.space.clocks import is_always_timed
 from dse.space.properties import closest
 from dse.space.slots import carriers
 from dse.space.trees import Choice, Tree
-from dse.space.types import EMPTY, UNKNOWN_TYPE, Bus, Derived, Metric, Space
+from dse.space.types import EMPTY, UNKNOWN_TYPE, Bus, Derived, Flow, Metric, Space
 from dse.spec.expressions import DerivedExpr, ExtremeRef, MetricExpr, MetricRef
 from dse.spec.grammar import parse_derived
 from dse.units import (
@@ -31,7 +32,9 @@ from dse.units import (
 
 SYSTEM_METRICS = {"price": MONEY, "power": POWER}
 FLOW_METRICS = ("latency", "min latency", "jitter")
-BUILT_IN = (*FLOW_METRICS, "utilisation", "load", "busy", "response time", *SYSTEM_METRICS, "changes")
+CHAIN_METRICS = ("run jitter", "reaction time", "data age", "exact latency", "exact min latency", "exact jitter")
+"""Of flows, too: listed where a problem speaks of clocks, and wherever they are asked for."""
+BUILT_IN = (*FLOW_METRICS, *CHAIN_METRICS, "utilisation", "load", "busy", "response time", *SYSTEM_METRICS, "changes")
 RESERVED = (*BUILT_IN, "utilization", "max latency", "maximum latency", "minimum latency")
 EXAMPLES = {TIME: "20 ms", DATA_RATE: "5 KB/s", MONEY: "500 EUR", POWER: "10 W", DIMENSIONLESS: "70 %"}
 _MEANT = {
@@ -60,8 +63,8 @@ def resolve_metrics(space: Space, ref: MetricExpr) -> tuple[Metric, ...]:
     if isinstance(ref, ExtremeRef):
         return (_extreme(space, ref),)
     kind = ref.metric
-    if kind in FLOW_METRICS:
-        return _indexed(space, kind, ref.of, "flow")
+    if kind in (*FLOW_METRICS, *CHAIN_METRICS):
+        return _of_flow(space, kind, ref.of)
     if kind == "utilisation":
         return _indexed(space, kind, ref.of, "processor")
     if kind == "load":
@@ -124,6 +127,26 @@ def _indexed(space: Space, kind: str, of: str | None, what: str) -> tuple[Metric
     if other is not None:
         raise QuestionError(f"{shown(of)} is a {other}, {kind} is measured of a {what}", closest(of, names))
     raise QuestionError(f"no {what} is called {shown(of)}", closest(of, names))
+
+
+def _of_flow(space: Space, kind: str, of: str | None) -> tuple[Metric, ...]:
+    """A metric of a flow, or of every one; the age of data is that of a flow whose first component samples."""
+    found = _indexed(space, kind, of, "flow")
+    if kind != "data age":
+        return found
+    kept = tuple(metric for metric in found if has_age(space, space.flows[metric.index or 0]))
+    if not kept:
+        name = space.flows[found[0].index or 0].name
+        raise QuestionError(f"the data age of {shown(name)} is not known: its first component may not be periodic")
+    return kept
+
+
+def has_age(space: Space, flow: Flow) -> bool:
+    """Whether a flow begins with a component that a timer releases, whatever the design."""
+    first = flow.steps[0] if flow.steps else None
+    if first is None or first.kind != "component":
+        return False
+    return is_always_timed(space.components[first.index])
 
 
 def _busy(space: Space, of: str | None) -> tuple[Metric, ...]:

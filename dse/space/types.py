@@ -120,6 +120,18 @@ class Bus(Slot):
 
 
 @dataclass(frozen=True)
+class ClockReading:
+    """The clock of a processor or device, its `member`: a shared one by its name, or its own (""), and how exact it is.
+
+    `error_ns` is the most by which what two members show may differ at one moment.
+    """
+
+    name: str
+    member: str
+    error_ns: int
+
+
+@dataclass(frozen=True)
 class Component:
     """A thread, device or abstract component. Leaves are None where the user gave nothing.
 
@@ -127,6 +139,9 @@ class Component:
     `priority`: a number (a larger one is more urgent), or the rule that orders it; None is rate-monotonic. `core`
     counts from 1.
     `section_ns`: the longest part of a job during which no other thread of its core gets the CPU.
+    `clock` leaves are `ClockReading`; `offset_ns` is when on it the first release is, None where that is not known;
+    `communication` says when data pass: ``let`` at release and release + deadline, else (``implicit``) at release and
+    when the job ends.
     `triggers` are the connections that dispatch it when it is event-triggered; `incoming` all that end in it.
     """
 
@@ -147,6 +162,9 @@ class Component:
     priority: Tree = None
     core: Tree = None
     section_ns: Tree = None
+    clock: Tree = None
+    offset_ns: Tree = None
+    communication: Tree = None
     incoming: tuple[int, ...] = ()
     triggers: tuple[int, ...] = ()
 
@@ -172,12 +190,16 @@ class Connection:
 
 @dataclass(frozen=True)
 class Step:
-    """One element of a flow: a component reached over connection `via` (None for the first), or a connection."""
+    """One element of a flow: a component reached over connection `via` (None for the first), or a connection.
+
+    Where a problem speaks of clocks `since` are the elements before it, which may share its clock.
+    """
 
     kind: Literal["component", "connection"]
     index: int
     via: int | None = None
     sender: int | None = None
+    since: tuple[Step, ...] = ()
 
 
 @dataclass(frozen=True)

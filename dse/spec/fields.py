@@ -134,6 +134,26 @@ def _priority(value: Any) -> int | str:
     return value
 
 
+OFFSET_WORDS = ("any", "unknown")
+"""What may stand where an offset does: the search decides on the grid, or it is constant and nobody knows it."""
+
+
+def _offset(value: Any) -> int | str:
+    if value in OFFSET_WORDS:
+        return str(value)
+    hint = f"a duration such as {units.DURATION.example}, a list of them, any (the search decides) or unknown"
+    if not isinstance(value, str):
+        raise field_error(f"expected an offset, got {describe(value)}", hint)
+    try:
+        return units.parse_duration_ns(value, Rounding.EXACT)
+    except UnitError as error:
+        raise field_error(error.message, error.hint or hint) from None
+
+
+def _write_offset(value: int | str) -> str:
+    return value if isinstance(value, str) else units.format_duration(value)
+
+
 def _setting(value: Any) -> str | int:
     if isinstance(value, bool) or not isinstance(value, str | int):
         raise field_error(f"expected one option, got {describe(value)}")
@@ -245,6 +265,19 @@ Demand: TypeAlias = Annotated[
     _reader(units.DURATION, _demand_ns),
     _writer(units.format_duration),
     _describe_quantity(units.DURATION, "5 us", "250 us"),
+]
+Offset: TypeAlias = Annotated[
+    int | str,
+    PlainValidator(_offset),
+    _writer(_write_offset),
+    WithJsonSchema(
+        {
+            "type": "string",
+            "pattern": rf"^\s*{_NUMBER}\s*{_unit_pattern(units.DURATION)}\s*$|^({'|'.join(OFFSET_WORDS)})$",
+            "description": "When the first release is on its clock; the search decides (any), or nobody knows.",
+            "examples": ["3 ms", "any"],
+        }
+    ),
 ]
 Period: TypeAlias = Annotated[
     int,

@@ -33,6 +33,7 @@ from dse.spec.fields import (
     Line,
     Money,
     Name,
+    Offset,
     Options,
     Period,
     Power,
@@ -52,6 +53,7 @@ from dse.spec.fields import (
 
 Protocol: TypeAlias = Literal["periodic", "aperiodic", "sporadic", "hybrid"]
 Category: TypeAlias = Literal["thread", "device", "abstract"]
+Communication: TypeAlias = Literal["implicit", "let"]
 Port: TypeAlias = Literal["event_data", "event", "data", "feature"]
 
 
@@ -179,6 +181,7 @@ class DeviceType(Priced):
     deadline: Options[Duration] | None = None
     response_time: TimeRanges | None = None
     queue_size: Options[QueueSize] | None = None
+    offset: Options[Offset] | None = None
 
 
 class ThreadType(DeviceType):
@@ -186,12 +189,14 @@ class ThreadType(DeviceType):
 
     callback_execution_time: TimeRanges | None = None
     non_preemptive: Demands | None = None
+    communication: Options[Communication] | None = None
 
 
 class Device(DeviceType):
     """A device of the architecture."""
 
     type: Options[Name] | None = None
+    clock: Name | None = None
 
 
 class Thread(ThreadType):
@@ -205,8 +210,18 @@ class Thread(ThreadType):
     dispatch_trigger: Items[Name] | None = None
 
 
-class Processor(Model):
-    """A processor slot; `overload` lifts the limits that are implied."""
+class Clock(Model):
+    """A clock that processors and devices share.
+
+    `synchronisation_error` (ns) is the most by which what two of them show may differ at one moment.
+    """
+
+    synchronisation_error: Demand = 0
+    source: Line | None = None
+
+
+class Slot(Model):
+    """What a type fills; `overload` lifts the limits that are implied."""
 
     type: Options[Name]
     optional: bool = False
@@ -214,7 +229,13 @@ class Processor(Model):
     source: Line | None = None
 
 
-class Bus(Processor):
+class Processor(Slot):
+    """A processor slot."""
+
+    clock: Name | None = None
+
+
+class Bus(Slot):
     """A bus slot; `bus` is what carries a virtual bus."""
 
     bus: Options[Name] | None = None
@@ -325,6 +346,7 @@ class Catalogue(Model):
     device_types: dict[Name, DeviceType] = {}
     thread_types: dict[Name, ThreadType] = {}
     totals: dict[Name, Line] = {}
+    clocks: dict[Name, Clock] = {}
     processors: dict[Name, Processor] = {}
     buses: dict[Name, Bus] = {}
     devices: dict[Name, Device] = {}
@@ -345,6 +367,7 @@ class Spec(Catalogue):
     processing: Literal["execution_time", "response_time"] = "execution_time"
     deadlines: Deadlines | None = None
     overload: Literal["forbidden", "allowed"] = "forbidden"
+    offset_grid: Period | None = None
     requirements: Items[Line] = ()
     rules: Items[RuleText] = ()
     objectives: Items[Line] = ()

@@ -45,7 +45,7 @@ TOTAL = Kind("a figure", "90 g", DIMENSIONLESS)
 PRICED = {"price": PRICE, "power": POWER_DRAW}
 DEVICE = {
     **PRICED, "period": PERIOD, "compute_execution_time": TIME_RANGE, "latency": TIME_RANGE, "deadline": DURATION,
-    "response_time": TIME_RANGE, "queue_size": COUNT,
+    "response_time": TIME_RANGE, "queue_size": COUNT, "offset": DURATION,
 }  # fmt: skip
 THREAD = {**DEVICE, "callback_execution_time": TIME_RANGE, "non_preemptive": DURATION}
 FIELDS: Mapping[str, Mapping[str, Kind]] = {
@@ -58,6 +58,7 @@ FIELDS: Mapping[str, Mapping[str, Kind]] = {
     "connections": {
         "data_size": SIZE, "rate": RATE, "data_rate": RATE_OF_DATA, "queue_size": COUNT, "latency": TIME_RANGE,
     },
+    "clocks": {"synchronisation_error": DURATION},
     "flows": {"latency": TRANSMISSION},
 }  # fmt: skip
 PARTS = ("fixed", "per_byte")
@@ -169,6 +170,8 @@ def _transmission(path: str, times: TransmissionTime, make: Make) -> Transmissio
 def _field(path: str, given: Any, kind: Kind, make: Make) -> Any:
     if isinstance(given, dict):
         return {machine: _field(f"{path}.{machine}", item, kind, make) for machine, item in given.items()}
+    if isinstance(given, int):
+        return _value(path, given, kind, make)
     several = len(given) > 1
     return tuple(
         _value(f"{path}[{number}]" if several else path, item, kind, make) for number, item in enumerate(given)
@@ -180,6 +183,8 @@ def _value(path: str, given: Any, kind: Kind, make: Make) -> Any:
         where = f"{path}.{end}" if end else path
         return make(value, Figure(where, kind, Fraction(value), unit, end))
 
+    if isinstance(given, str):
+        return given
     if isinstance(given, Money):
         return Money(made(given.cents, "ct"), given.currency)
     if isinstance(given, Total):

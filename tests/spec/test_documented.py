@@ -29,6 +29,7 @@ profile: dse
 processing: execution_time
 deadlines: stated
 overload: forbidden
+offset_grid: 1 ms
 worst_case: deadline
 cost_of_change: {p: {type: 2}}
 totals: {mass: g}
@@ -42,21 +43,25 @@ bus_types:
   v: {virtual: true, transmission_time: from bandwidth, bandwidth: 1 Mbit/s}
 device_types:
   d: {period: 1 ms, category: device, dispatch_protocol: periodic, compute_execution_time: 1 us, latency: 1 us,
-      deadline: 1 ms, response_time: 1 us, queue_size: 1, price: 1 EUR, power: 1 W, totals: {mass: 1 g}, source: s}
+      deadline: 1 ms, response_time: 1 us, queue_size: 1, price: 1 EUR, power: 1 W, totals: {mass: 1 g}, source: s,
+      offset: 1 ms}
 thread_types:
   t: {period: 1 ms, category: thread, dispatch_protocol: periodic, compute_execution_time: 1 us,
       callback_execution_time: 1 us, latency: 1 us, deadline: 1 ms, response_time: 1 us, queue_size: 1, price: 1 EUR,
-      power: 1 W, totals: {mass: 1 g}, source: s, non_preemptive: 1 us}
-processors: {p: {type: c, optional: true, overload: allowed, source: s}}
+      power: 1 W, totals: {mass: 1 g}, source: s, offset: 1 ms, communication: let,
+      non_preemptive: 1 us}
+clocks: {k: {synchronisation_error: 1 us, source: s}}
+processors: {p: {type: c, optional: true, overload: allowed, clock: k, source: s}}
 buses: {x: {type: b, optional: true, overload: allowed, source: s}, y: {type: v, bus: x}}
 devices:
   e: {type: d, period: 1 ms, category: device, dispatch_protocol: periodic, compute_execution_time: 1 us, latency: 1 us,
-      deadline: 1 ms, response_time: 1 us, queue_size: 1, price: 1 EUR, power: 1 W, totals: {mass: 1 g}, source: s}
+      deadline: 1 ms, response_time: 1 us, queue_size: 1, price: 1 EUR, power: 1 W, totals: {mass: 1 g}, source: s,
+      clock: k, offset: 1 ms}
 threads:
   f: {type: t, processor: p, process: q, priority: 1, core: 1, period: 1 ms, category: thread,
       dispatch_protocol: periodic, dispatch_trigger: [w], compute_execution_time: 1 us, callback_execution_time: 1 us,
       latency: 1 us, deadline: 1 ms, response_time: 1 us, queue_size: 1, price: 1 EUR, power: 1 W, totals: {mass: 1 g},
-      source: s, non_preemptive: 1 us}
+      source: s, offset: 1 ms, communication: let, non_preemptive: 1 us}
 connections:
   w: {from: e, to: f, data_size: 1 B, bus: x, rate: 1 Hz, data_rate: 1 B/s, port: data, queue_size: 1, latency: 1 us,
       source: s}
@@ -72,8 +77,8 @@ uncertainty:
 """
 CLASSES = {
     "processor_types": "ProcessorType", "bus_types": "BusType", "device_types": "DeviceType",
-    "thread_types": "ThreadType", "processors": "Processor", "buses": "Bus", "devices": "Device", "threads": "Thread",
-    "connections": "Connection", "flows": "Flow", "uncertainty": "Uncertainty",
+    "thread_types": "ThreadType", "clocks": "Clock", "processors": "Processor", "buses": "Bus", "devices": "Device",
+    "threads": "Thread", "connections": "Connection", "flows": "Flow", "uncertainty": "Uncertainty",
 }  # fmt: skip
 LISTS = {"path", "dispatch_trigger", "samples", "include", "assumptions", "requirements", "rules", "objectives"}
 """Fields in which a list is no choice."""
@@ -84,6 +89,7 @@ WORDS = frozenset(
         "require",
         "forbid", "true", "false", "none", "any", "first_fit", "rate_monotonic",
         "deadline_monotonic", "all", "execution_time", "ppm",
+        "let", "unknown", "implicit",
     }
 )  # fmt: skip
 """Words in code spans of the document that are no fields: metrics, rules, units, values, and what is not ours."""

@@ -88,7 +88,7 @@ def test_schemas_are_told_apart_by_their_ids() -> None:
 
 
 def test_every_class_appears() -> None:
-    used = {"Priced", "Model", "Catalogue", "Spec"}
+    used = {"Priced", "Model", "Slot", "Catalogue", "Spec"}
     classes = {name for name, item in vars(model).items() if isinstance(item, type) and issubclass(item, model.Model)}
     assert classes - used == set(SCHEMA["$defs"])
 

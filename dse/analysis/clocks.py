@@ -1,0 +1,109 @@
+"""Sampling on a common clock: how long data wait between neighbours whose releases keep their phase.
+
+All of docs/semantics.md, section 3.6. A component with a timer is released at its offset and every period after it, as
+its clock shows; it reads at its release. What leaves the one before it on a flow, between `least` and `most` after that
+one's release (its deadline under logical execution time), is read at the first release from then on. The times from a
+release of the one to those of the other are the numbers that are congruent to the difference of their offsets modulo
+the greatest common divisor g of both periods, and every one of them occurs. So the read is no sooner than the first of
+them from `least` on, and no later than a period less g behind the first of them from `most` on.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from fractions import Fraction
+from math import gcd
+
+from dse.analysis.views import View
+from dse.space.trees import at
+from dse.space.types import Component
+from dse.units import Exact, is_unbounded
+
+LET = "let"
+LET_METHOD = "logical execution time"
+METHOD = "sampling on one clock"
+
+
+@dataclass(frozen=True, slots=True)
+class Pair:
+    """Neighbours with timers on one clock, and what the second may still differ by (ns) from what it should show."""
+
+    sender_ns: Exact
+    receiver_ns: Exact
+    shift_ns: Exact | None
+    error_ns: Exact
+
+    @property
+    def step_ns(self) -> Exact:
+        """The greatest common divisor of both periods."""
+        return common_step(self.sender_ns, self.receiver_ns)
+
+
+def pair_of(sender: Component, receiver: Component, view: View, *, offsets: bool = True) -> Pair | None:
+    """Two neighbours with timers, where they share a clock; None where they do not.
+
+    With `offsets` both must be known, too; else `shift_ns` is None.
+    """
+    shift = None
+    if offsets:
+        later = at(receiver.offset_ns, view)
+        earlier = None if later is None else at(sender.offset_ns, view)
+        if later is None or earlier is None:
+            return None
+        shift = later - earlier
+    one, other = at(sender.clock, view), at(receiver.clock, view)
+    if one is None or other is None:
+        return None
+    if one.member == other.member:
+        error = 0
+    elif one.name and one.name == other.name:
+        error = one.error_ns
+    else:
+        return None
+    return Pair(at(sender.period_ns, view), at(receiver.period_ns, view), shift, error)
+
+
+def wait_ns(pair: Pair, least: Exact, most: Exact) -> tuple[Exact, Exact]:
+    """The least and the greatest wait from when data are there, `least` to `most` after the sender's release.
+
+    Under logical execution time without transmission (`least` and `most` are the sender's deadline D) and exact
+    clocks: r and T - g + r, where r = (shift - D) mod g.
+
+    >>> wait_ns(Pair(10, 4, 3, 0), 10, 10)
+    (1, 3)
+    """
+    assert pair.shift_ns is not None
+    if is_unbounded(most):
+        return 0, pair.receiver_ns
+    error, step = pair.error_ns, pair.step_ns
+    soonest = (pair.shift_ns - least + error) % step - 2 * error
+    latest = pair.receiver_ns - step + (pair.shift_ns - most - error) % step + 2 * error
+    return max(0, soonest), min(pair.receiver_ns, latest)
+
+
+def spread_ns(pair: Pair, least: Exact, most: Exact) -> Exact:
+    """What sampling adds to the largest difference of latencies of one run, whatever the offsets, known or not.
+
+    Data whose time to arrive spreads over s reach a read within s rounded up to whole steps of g, and a period less g
+    behind it; s itself counts with what spreads it.
+
+    >>> spread_ns(Pair(10, 4, None, 0), 10, 10), spread_ns(Pair(10, 4, None, 0), 7, 10)
+    (2, 3)
+    """
+    if is_unbounded(most):
+        return pair.receiver_ns
+    step, spread = pair.step_ns, most - least + 2 * pair.error_ns
+    grown = -(-spread // step) * step
+    return min(pair.receiver_ns, pair.receiver_ns - step + grown + 2 * pair.error_ns - (most - least))
+
+
+def common_step(one: Exact, other: Exact) -> Exact:
+    """The greatest common divisor of two times, exact.
+
+    >>> common_step(20_000_000, 33_333_000), common_step(Fraction(1, 2), 3)
+    (1000, Fraction(1, 2))
+    """
+    if isinstance(one, int) and isinstance(other, int):
+        return gcd(one, other)
+    above = gcd(one.numerator * other.denominator, other.numerator * one.denominator)
+    return Fraction(above, one.denominator * other.denominator)

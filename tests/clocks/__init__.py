@@ -1,0 +1,1 @@
+"""Clocks, offsets and logical execution time."""
