@@ -11,8 +11,9 @@ from dataclasses import dataclass
 
 from dse.analysis.binding import transmission_ns
 from dse.analysis.clocks import LET, LET_METHOD, METHOD, pair_of, spread_ns, wait_ns
+from dse.analysis.priorities import deadline_ns
 from dse.analysis.rates import is_event_triggered, is_periodic
-from dse.analysis.scheduling import UNBOUNDED_NS, Part, bounded_response_ns, deadline_ns
+from dse.analysis.scheduling import UNBOUNDED_NS, Part, bounded_response_ns
 from dse.analysis.views import View
 from dse.space.trees import at
 from dse.space.types import Component, Flow, Space, Step

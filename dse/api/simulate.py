@@ -12,8 +12,9 @@ from typing import Literal, TypeAlias, Unpack
 from dse.analysis.contention import cores_of
 from dse.analysis.evaluate import Evaluator
 from dse.analysis.latency import flow_rows, is_logical
+from dse.analysis.priorities import deadline_ns
 from dse.analysis.rates import is_event_triggered
-from dse.analysis.scheduling import bounded_response_ns, deadline_ns, longest_alone_ns, processor_responses
+from dse.analysis.scheduling import bounded_response_ns, longest_alone_ns, processor_responses
 from dse.analysis.views import View
 from dse.api.problem import Source, complete_design, load, read_choices, with_stated_cores
 from dse.api.question import Question
