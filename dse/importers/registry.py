@@ -41,7 +41,7 @@ class Imported:
     places: Mapping[Key, Place] = field(default_factory=dict)
 
 
-Read: TypeAlias = Callable[[Path, Mapping[str, str]], Imported]
+Read: TypeAlias = Callable[[Path, Mapping[str, Any]], Imported]
 """A file (or folder) and the options given, by name. Raises `ProblemError` with located findings."""
 
 
@@ -68,7 +68,27 @@ class Importer:
         return found
 
 
-IMPORTERS: tuple[Importer, ...] = ()
+IMPORTERS: tuple[Importer, ...] = (
+    Importer(
+        "aadl",
+        (".aadl",),
+        "AADL models: an .aadl file with those around it that it needs, or a folder of them",
+        "dse.importers.aadl.reading",
+        {
+            "root": "the system implementation to instantiate, package::type.implementation.",
+            "mode": "the mode that it is in (components by their path: sw.m2; several with commas).",
+        },
+        is_problem=True,
+    ),
+)
+
+
+def is_model(path: Path) -> bool:
+    """Whether every command takes this file (or folder) where it takes a problem file."""
+    if path.is_dir():
+        return any(path.rglob("*.aadl"))
+    importer = importer_of(path)
+    return importer is not None and importer.is_problem
 
 
 def importer_of(path: Path, form: str | None = None) -> Importer | None:
@@ -80,7 +100,8 @@ def importer_of(path: Path, form: str | None = None) -> Importer | None:
         when there is no format of that name.
     """
     for importer in IMPORTERS:
-        if importer.name == form or (form is None and path.name.lower().endswith(importer.suffixes)):
+        is_its = path.name.lower().endswith(importer.suffixes) or (importer.name == "aadl" and path.is_dir())
+        if importer.name == form or (form is None and is_its):
             return importer
     if form is not None:
         raise UsageError(f"there is no format {form!r}: there are {', '.join(item.name for item in IMPORTERS)}")

@@ -1,0 +1,1 @@
+"""AADL models as problem files: text, syntax tree, instance, problem; see `dse.importers.aadl.reading`."""

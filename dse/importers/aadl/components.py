@@ -1,0 +1,216 @@
+"""Threads, devices and whatever else a flow leads through: their figures, and what they run on."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from fractions import Fraction
+from typing import Any
+
+from dse.importers.aadl.figures import Span, number_text, time_range, whole, word
+from dse.importers.aadl.flat import Flat
+from dse.importers.aadl.flowing import EndToEnd, Stop
+from dse.importers.aadl.hardware import HardwareWriter, Sheet
+from dse.importers.aadl.instance import Instance
+from dse.importers.aadl.lookup import Found, reference_in
+from dse.importers.aadl.model import Model
+from dse.importers.aadl.ours import OURS
+from dse.importers.registry import Key, Place
+
+EXECUTING = ("thread", "device", "subprogram", "abstract")
+"""Categories that OSATE reads execution times of."""
+PERIODIC = (*EXECUTING[:2], "abstract", "thread group", "process", "system", "virtual processor", "virtual bus")
+"""Categories that have a Period."""
+DISPATCHED = ("thread", "device", "abstract")
+"""Categories whose Dispatch_Protocol counts."""
+LATENT = ("bus", "virtual bus", "device", "processor", "virtual processor", "system", "memory", "abstract")
+"""Categories whose own Latency counts where a flow names no flow specification."""
+PROTOCOLS = {"periodic": "periodic", "sporadic": "sporadic", "aperiodic": "aperiodic", "timed": "aperiodic",
+             "hybrid": "hybrid"}  # fmt: skip
+
+
+class ComponentWriter:
+    """Writes devices and threads, and the types that a file beside the model offers for them."""
+
+    def __init__(
+        self,
+        model: Model,
+        places: dict[Key, Place],
+        choices: Mapping[str, Mapping[str, list[str]]],
+        hardware: HardwareWriter,
+    ) -> None:
+        self.model = model
+        self.places = places
+        self.choices = choices
+        self.hardware = hardware
+
+    def name(self, component: Instance) -> str:
+        """What the problem calls a component."""
+        return component.title
+
+    def sections(self, used: list[Instance], flows: list[EndToEnd]) -> dict[str, dict[str, Any]]:
+        """The sections ``device_types``, ``thread_types``, ``devices`` and ``threads``."""
+        found: dict[str, dict[str, Any]] = {name: {} for name in ("device_types", "thread_types", "devices", "threads")}
+        stops: dict[Instance, list[Stop]] = {}
+        for flow in flows:
+            for step in flow.steps:
+                if isinstance(step, Stop):
+                    stops.setdefault(step.component, []).append(step)
+        for component in used:
+            section = "devices" if component.category == "device" else "threads"
+            name = self.name(component)
+            self.places[section, name] = component.place
+            sheet = self._sheet((section, name), component, stops.get(component, []))
+            offered = self.choices.get(section, {}).get(name, [])
+            flats = {one: self.hardware.classifier(one, (component.category,)) for one in offered}
+            known = {one: flat for one, flat in flats.items() if flat is not None}
+            for one, flat in known.items():
+                entry = self._sheet((f"{section[:-1]}_types", one), self.hardware.standing(flat), [])
+                found[f"{section[:-1]}_types"].setdefault(one, _as_type(entry.result()))
+            if known:
+                for field, base in sheet.bases.items():
+                    if base is component:
+                        sheet.fields.pop(field, None)
+            found[section][name] = sheet.result()
+        return found
+
+    def _sheet(self, key: Key, component: Instance, stops: list[Stop]) -> Sheet:
+        sheet = Sheet(self.model, self.places, key)
+        category = component.category
+        if category != ("device" if key[0] in ("devices", "device_types") else "thread"):
+            sheet.fields["category"] = category
+        processor = self._processor(sheet, component) if category not in ("device",) else None
+        self._dispatch(sheet, component)
+        if category in EXECUTING:
+            self._executing(sheet, component, processor)
+        self._latency(sheet, component, stops)
+        deadline = self.model.properties.of(component, "Deadline")
+        span = self.model.read(deadline, time_range, "Deadline") if category in PERIODIC else None
+        if span is not None and span.high > 0:
+            sheet.put("deadline", deadline, span.text)
+        if category == "thread":
+            sheet.read("priority", self.model.properties.of(component, "Priority"), whole, "Priority")
+        self.hardware.priced(sheet, component)
+        return sheet
+
+    def _dispatch(self, sheet: Sheet, component: Instance) -> None:
+        """Period and dispatch protocol, as OSATE looks at them."""
+        properties, category = self.model.properties, component.category
+        found = properties.of(component, "Period") if category in PERIODIC else None
+        period = self.model.read(found, time_range, "Period")
+        has_period = period is not None and period.high > 0
+        stated = properties.of(component, "Dispatch_Protocol") if category in DISPATCHED else None
+        protocol = self.model.read(stated, word, "Dispatch_Protocol")
+        known = PROTOCOLS.get(protocol or "")
+        if protocol == "timed" and stated is not None:
+            self.model.library.remark("Timed is read as Aperiodic", stated.place)
+        if known in ("periodic", "hybrid", "sporadic") and not has_period and stated is not None:
+            text = f"{component.title or component.name} is {protocol} and has no Period"
+            self.model.library.remark(f"{text}: read as Aperiodic", stated.place)
+            known = "aperiodic" if known == "sporadic" else None
+        if protocol is not None and stated is not None and known is not None:
+            sheet.put("dispatch_protocol", stated, known)
+        if has_period and period is not None:
+            sheet.put("period", found, period.text)
+
+    def _processor(self, sheet: Sheet, component: Instance) -> Instance | None:
+        """The processor that it runs on; through a virtual one where it is bound to that."""
+        found = self.model.properties.of(component, "Actual_Processor_Binding")
+        bound = self.model.targets(found)
+        if not bound or found is None:
+            return None
+        if len(bound) > 1:
+            self.model.library.remark("bound to several processors: only the first is looked at", found.place)
+        processor = self.model.physical(bound[0])
+        if processor is None:
+            self.model.library.remark(f"{bound[0].title} runs on no processor", found.place)
+            return None
+        if processor is not bound[0]:
+            message = f"{bound[0].title} is a virtual processor: its window is not looked at"
+            self.model.library.remark(message, found.place)
+        sheet.put("processor", found, processor.title)
+        return processor
+
+    def _executing(self, sheet: Sheet, component: Instance, processor: Instance | None) -> None:
+        """Execution and response times; by processor type where they differ."""
+        properties = self.model.properties
+        for field, name, group in (
+            ("compute_execution_time", "Compute_Execution_Time", ""),
+            ("response_time", "Response_Time", "SEI"),
+            ("callback_execution_time", "Callback_Execution_Time", OURS),
+        ):
+            found = properties.of(component, name, group)
+            span = self.model.read(found, time_range, name)
+            by_type = self._by_type(component, name, group, processor)
+            if len(set(by_type.values())) > 1 and len(self.hardware.types["processor_types"]) > 1:
+                first = next(iter(self._stated(component, name, group)), found)
+                sheet.put(field, first, by_type)
+            elif by_type and processor is not None:
+                mine = by_type.get(self._type_name(processor)) or next(iter(by_type.values()))
+                sheet.put(field, next(iter(self._stated(component, name, group)), found), mine)
+            elif span is not None and span.high > 0:
+                sheet.put(field, found, span.text)
+
+    def _stated(self, component: Instance, name: str, group: str) -> list[Found]:
+        """The values on the processor types of the problem."""
+        flats = self.hardware.type_flats.values()
+        found = [self.model.properties.of(component, name, group, flat) for flat in flats]
+        return [item for item in found if item is not None]
+
+    def _type_name(self, processor: Instance) -> str:
+        name: str = self.hardware.slots["processors"][processor.title]["type"]
+        return name
+
+    def _by_type(self, component: Instance, name: str, group: str, processor: Instance | None) -> dict[str, str]:
+        """A time on each processor type: stated ``in binding``, or scaled from the reference processor's speed."""
+        if processor is None:
+            return {}
+        found: dict[str, str] = {}
+        for type_name in self.hardware.types["processor_types"]:
+            flat = self.hardware.type_flats.get(type_name)
+            value = self.model.properties.of(component, name, group, flat)
+            span = self.model.read(value, time_range, name)
+            if span is None or span.high <= 0:
+                continue
+            found[type_name] = self._scaled(span, component, type_name, flat)
+        return found
+
+    def _scaled(self, span: Span, component: Instance, type_name: str, flat: Flat | None) -> str:
+        """By (MIPS of the reference processor) / (MIPS of the type), in whole ns, pessimistically rounded."""
+        reference = self.model.properties.of(component, "Reference_Processor")
+        named = reference_in(reference.value) if reference is not None else None
+        classifier = self.model.library.find(named, reference.package) if named is not None and reference else None
+        if classifier is None:
+            return span.text
+        own = self.hardware.speed(self.hardware.standing(self.model.flattener.flat(classifier)))
+        there = self.hardware.mips(type_name)
+        if not own or not there or own == there:
+            return span.text
+        factor = Fraction(own) / Fraction(there)
+        low, high = span.low * factor // 1, -(-span.high * factor // 1)
+        return f"{number_text(Fraction(low))} ns .. {number_text(Fraction(high))} ns"
+
+    def _latency(self, sheet: Sheet, component: Instance, stops: list[Stop]) -> None:
+        """The specified latency: of the flow specifications that lead through it, else its own."""
+        properties = self.model.properties
+        found: list[tuple[Found, Span]] = []
+        for stop in stops:
+            value = None
+            if stop.spec is not None:
+                value = properties.of_member(component, stop.spec, "Latency")
+            elif component.category in LATENT:
+                value = properties.of(component, "Latency")
+            span = self.model.read(value, time_range, "Latency")
+            if value is not None and span is not None and span.high > 0:
+                found.append((value, span))
+        if not found:
+            return
+        texts = {span.text for _, span in found}
+        if len(texts) > 1 or len(found) < len(stops):
+            message = f"flows through {component.title} have different latencies: the first is taken for all"
+            self.model.library.remark(message, found[0][0].place)
+        sheet.put("latency", found[0][0], found[0][1].text)
+
+
+def _as_type(entry: dict[str, Any]) -> dict[str, Any]:
+    """The fields that a type may have."""
+    return {key: value for key, value in entry.items() if key not in ("processor", "priority")}

@@ -1,0 +1,171 @@
+"""Connections of a problem: their ends, sizes and rates, and the bus that carries them."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from dse.importers.aadl.figures import (
+    data_rate,
+    message_rate,
+    number_text,
+    shown_place,
+    text_of,
+    time_range,
+    whole,
+    word,
+)
+from dse.importers.aadl.flowing import EndToEnd
+from dse.importers.aadl.hardware import CARRIERS, HardwareWriter, Sheet
+from dse.importers.aadl.instance import Instance
+from dse.importers.aadl.lookup import Found
+from dse.importers.aadl.model import Model
+from dse.importers.aadl.ours import OURS
+from dse.importers.aadl.syntax import Path
+from dse.importers.aadl.wiring import ConnectionInstance
+from dse.importers.registry import Key, Place
+
+PORTS = {"event data port": "event_data", "event port": "event", "data port": "data", "feature": "feature",
+         "feature group": "feature"}  # fmt: skip
+LINKS = ("port", "feature group", "feature")
+
+
+class ConnectionWriter:
+    """Writes the section ``connections``."""
+
+    def __init__(self, model: Model, places: dict[Key, Place], hardware: HardwareWriter) -> None:
+        self.model = model
+        self.places = places
+        self.hardware = hardware
+        self._names: dict[ConnectionInstance, str] = {}
+
+    def relevant(self, flows: list[EndToEnd]) -> list[ConnectionInstance]:
+        """The connections that count: between ports, and whatever a flow runs over."""
+        on_flows = {step for flow in flows for step in flow.steps if isinstance(step, ConnectionInstance)}
+        return [
+            item
+            for item in self.model.wiring.instances
+            if item in on_flows
+            or (item.wires[0].member.item.kind in LINKS and not (item.source is None and item.target is None))
+        ]
+
+    def name(self, item: ConnectionInstance) -> str:
+        """What the problem calls a connection: by the feature that it leaves."""
+        return self._names[item]
+
+    def section(self, used: list[Instance], flows: list[EndToEnd]) -> dict[str, Any]:
+        """The entries."""
+        items = self.relevant(flows)
+        leaving: dict[str, int] = {}
+        for item in items:
+            start = self._spelled(item.source, item.source_path)
+            leaving[start] = leaving.get(start, 0) + 1
+        found: dict[str, Any] = {}
+        taken = {component.title for component in (*used, *self.model.root.below())}
+        for item in items:
+            start, end = self._spelled(item.source, item.source_path), self._spelled(item.target, item.target_path)
+            name = start if leaving[start] == 1 and start not in taken else f"{start} -> {end}"
+            again = 2
+            while name in found or name in taken:
+                name, again = f"{start} -> {end} ({again})", again + 1
+            self._names[item] = name
+            found[name] = self._entry(name, item)
+        return found
+
+    def _spelled(self, component: Instance | None, path: Path) -> str:
+        """A feature in text, with the capitals of its declaration."""
+        owner = component if component is not None else self.model.root
+        names = list(path)
+        leaf = self.model.features.leaf(owner, path)
+        if leaf is not None and names:
+            names[-1] = leaf.member.item.name
+            if len(names) > 1 and owner.flat is not None and names[0] in owner.flat.features:
+                names[0] = owner.flat.features[names[0]].item.name
+        return ".".join([*owner.path, *names])
+
+    def _entry(self, name: str, item: ConnectionInstance) -> dict[str, Any]:
+        sheet = Sheet(self.model, self.places, ("connections", name))
+        self.places["connections", name] = item.wires[0].member.item.place
+        sheet.sources.append(" ".join(f"{wire.member.item.name} {shown_place(wire.member.item.place)}"
+                                      for wire in item.wires[:1]))  # fmt: skip
+        if item.source is not None:
+            sheet.fields["from"] = item.source.title
+        if item.target is not None:
+            sheet.fields["to"] = item.target.title
+        bus = self._bus(sheet, item)
+        size = self.model.feature_size(item.source, item.source_path)
+        self._port(sheet, item)
+        self._rate(sheet, item)
+        sheet.read("latency", self._property(item, "Latency"), time_range, "Latency")
+        if size is not None:
+            sheet.fields["data_size"] = f"{size} B"
+        elif bus is not None:
+            sheet.fields["data_size"] = "0 B"
+            message = f"{name} has no Data_Size: its messages count as 0 bytes on {bus.title}"
+            self.model.library.remark(message, item.wires[0].member.item.place)
+        timing = self._property(item, "Timing")
+        kind = self.model.read(timing, word, "Timing")
+        if timing is not None and kind not in (None, "sampled"):
+            self.model.library.remark(f"Timing => {kind} is not looked at: read as sampled", timing.place)
+        return sheet.result()
+
+    def _property(self, item: ConnectionInstance, name: str, group: str = "") -> Found | None:
+        """A property of any of the declared connections that it is made of; else of what they are declared in."""
+        for wire in sorted(item.wires, key=lambda wire: len(wire.context.path)):
+            found = self.model.properties.of_member(wire.context, wire.member, name, group)
+            if found is not None:
+                return found
+        return None
+
+    def _bus(self, sheet: Sheet, item: ConnectionInstance) -> Instance | None:
+        """What carries it; the topmost of what it is bound to, where each carries the other."""
+        found = self._property(item, "Actual_Connection_Binding")
+        bound = [one for one in self.model.targets(found) if one.category in CARRIERS]
+        if not bound or found is None:
+            others = self.model.targets(found)
+            if others and found is not None:
+                names = ", ".join(one.title for one in others)
+                self.model.library.remark(f"bound to {names}, which is no bus: not looked at", found.place)
+            return None
+        below = {carrier for one in bound for carrier in self.hardware.carriers(one)}
+        top = [one for one in bound if one not in below] or bound
+        if len(top) > 1:
+            names = ", ".join(one.title for one in top)
+            message = f"bound to several buses at once ({names}): only the first is looked at"
+            self.model.library.remark(message, found.place)
+        sheet.put("bus", found, top[0].title)
+        return top[0]
+
+    def _port(self, sheet: Sheet, item: ConnectionInstance) -> None:
+        """The kind of the receiving feature, and its queue where one is stated."""
+        target = item.target if item.target is not None else self.model.root
+        leaf = self.model.features.leaf(target, item.target_path)
+        kind = leaf.member.item.kind if leaf is not None else "data port"
+        port = PORTS.get(kind, "data")
+        if port != "event_data":
+            sheet.fields["port"] = port
+        if port in ("event", "event_data"):
+            queue = self.model.properties.of_feature(target, item.target_path, "Queue_Size")
+            if queue is None and leaf is not None and len(item.target_path) > 1:
+                queue = self.model.properties.of_classifier(leaf.member.properties, target, "Queue_Size")
+            sheet.read("queue_size", queue, whole, "Queue_Size")
+
+    def _rate(self, sheet: Sheet, item: ConnectionInstance) -> None:
+        """A stated rate: a data rate, or messages in a second or for each dispatch."""
+        source = item.source if item.source is not None else self.model.root
+        properties = self.model.properties
+
+        def of(name: str, group: str = "") -> Found | None:
+            return self._property(item, name, group) or properties.of_feature(source, item.source_path, name, group)
+
+        ours = of("Data_Rate", OURS)
+        data = of("Data_Rate", "SEI")
+        if ours is not None:
+            sheet.read("data_rate", ours, text_of, "Data_Rate")
+        elif data is not None:
+            span = self.model.read(data, data_rate, "Data_Rate")
+            sheet.put("data_rate", data, span.text if span and span.low > 0 else None)
+        elif (stated := of("Rate", OURS)) is not None:
+            sheet.read("rate", stated, text_of, "Rate")
+        elif (messages := of("Message_Rate", "SEI")) is not None:
+            rate = self.model.read(messages, message_rate, "Message_Rate")
+            sheet.put("rate", messages, f"{number_text(rate)} Hz" if rate else None)

@@ -1,0 +1,175 @@
+"""End-to-end flows: flattened to the components that work and the connections between them."""
+
+from __future__ import annotations
+
+from collections import defaultdict
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+from dse.importers.aadl.flat import Member
+from dse.importers.aadl.instance import Instance, is_active
+from dse.importers.aadl.library import Library
+from dse.importers.aadl.syntax import Flow, FlowSpec, Path
+from dse.importers.aadl.wiring import ConnectionInstance, Wire, Wiring
+from dse.importers.registry import Place
+
+MAX_DEPTH = 60
+
+
+@dataclass(frozen=True, eq=False)
+class Stop:
+    """A component on a flow; `spec` is its flow specification, None where the flow names the component alone."""
+
+    component: Instance
+    spec: Member[FlowSpec] | None
+    place: Place
+
+
+@dataclass(frozen=True, eq=False)
+class EndToEnd:
+    """An end-to-end flow: components and connections in turn; `context` declares it."""
+
+    name: str
+    context: Instance
+    member: Member[Flow]
+    steps: tuple[Stop | ConnectionInstance, ...]
+
+
+class _Broken(Exception):
+    """The flow cannot be followed; why is told already."""
+
+
+class Flows:
+    """Follows the end-to-end flows of a tree."""
+
+    def __init__(self, library: Library, wiring: Wiring) -> None:
+        self.library = library
+        self._by_source: dict[Instance | None, list[ConnectionInstance]] = defaultdict(list)
+        for item in wiring.instances:
+            self._by_source[item.source].append(item)
+
+    def of(self, root: Instance) -> Iterator[EndToEnd]:
+        """All flows of a tree; what cannot be followed is told and left out."""
+        for context in (root, *root.below()):
+            for member in context.flat.flows.values() if context.flat else ():
+                if member.item.kind != "end to end" or not is_active(member.item.modes, context.mode):
+                    continue
+                try:
+                    steps = self._joined(list(self._elements(context, member, 0)), member)
+                except _Broken:
+                    continue
+                yield EndToEnd(".".join((*context.path, member.item.name)), context, member, tuple(steps))
+
+    def _tell(self, message: str, place: Place) -> _Broken:
+        self.library.remark(f"{message}: the flow is left out", place)
+        return _Broken()
+
+    # --- elements: components that work, and declared connections --------------------------------------------------
+
+    def _elements(self, context: Instance, member: Member[Flow], depth: int) -> Iterator[Stop | Wire]:
+        if depth > MAX_DEPTH or context.flat is None:
+            raise self._tell(f"the flow {member.item.name} leads through itself", member.item.place)
+        for number, path in enumerate(member.item.elements):
+            key = tuple(name.lower() for name in path)
+            is_end = number in (0, len(member.item.elements) - 1)
+            if len(key) == 1 and key[0] in context.flat.connections:
+                yield Wire(context, context.flat.connections[key[0]])
+            elif context.named(key[0]):
+                yield from self._component(context, path, member, depth)
+            elif len(key) == 1 and key[0] in context.flat.flows and member.item.kind == "end to end":
+                yield from self._elements(context, context.flat.flows[key[0]], depth + 1)
+            elif key[0] in context.flat.subcomponents:
+                raise self._tell(f"{path[0]} is not there in this mode", member.item.place)
+            elif not (is_end and key[0] in context.flat.features):
+                raise self._tell(f"there is no {'.'.join(path)}", member.item.place)
+
+    def _component(self, context: Instance, path: Path, member: Member[Flow], depth: int) -> Iterator[Stop | Wire]:
+        component, rest = context.descend(path)[0]
+        if not rest:
+            yield Stop(component, None, member.item.place)
+            return
+        key, flat = rest[0].lower(), component.flat
+        if flat is not None and len(rest) == 1:
+            inner = flat.flows.get(key)
+            if (
+                inner is not None
+                and is_active(inner.item.modes, component.mode)
+                and self._leads_inside(component, inner)
+            ):
+                yield from self._elements(component, inner, depth + 1)
+                return
+            if key in flat.specs:
+                yield Stop(component, flat.specs[key], member.item.place)
+                return
+        if flat is not None and key in flat.features:
+            yield Stop(component, None, member.item.place)
+            return
+        raise self._tell(f"{component.title} has no flow {'.'.join(rest)}", member.item.place)
+
+    def _leads_inside(self, component: Instance, flow: Member[Flow]) -> bool:
+        """Whether a flow implementation names subcomponents."""
+        return any(component.named(path[0].lower()) for path in flow.item.elements)
+
+    # --- the connections between them ------------------------------------------------------------------------------
+
+    def _joined(self, elements: list[Stop | Wire], member: Member[Flow]) -> Iterator[Stop | ConnectionInstance]:
+        previous: Stop | None = None
+        wires: list[Wire] = []
+        for element in elements:
+            if isinstance(element, Wire):
+                wires.append(element)
+                continue
+            if previous is not None:
+                yield self._connection(previous, element, wires, member)
+            elif wires:
+                yield self._from_outside(element, wires, member)
+            yield element
+            previous, wires = element, []
+        if previous is not None and wires:
+            leaving = [item for item in self._from(previous) if item.target is None and _runs(item, wires)]
+            if not leaving:
+                raise self._tell(f"the connection {wires[0].member.item.name} leads nowhere", member.item.place)
+            yield leaving[0]
+        if previous is None:
+            raise self._tell("it names no component", member.item.place)
+
+    def _from(self, stop: Stop) -> list[ConnectionInstance]:
+        """The connections that leave a component, or one within it."""
+        found = list(self._by_source.get(stop.component, ()))
+        for inner in stop.component.below():
+            found += self._by_source.get(inner, ())
+        return found
+
+    def _connection(self, one: Stop, other: Stop, wires: list[Wire], member: Member[Flow]) -> ConnectionInstance:
+        candidates = [
+            item
+            for item in self._from(one)
+            if item.target is not None
+            and (item.target is other.component or other.component in item.target.around())
+            and _runs(item, wires)
+        ]
+        fitting = [item for item in candidates if _fits(item, one, other)] or candidates
+        if not fitting:
+            names = " and ".join(wire.member.item.name for wire in wires) or "any connection"
+            message = f"{names} does not lead from {one.component.title} to {other.component.title}"
+            raise self._tell(message, member.item.place)
+        return fitting[0]
+
+    def _from_outside(self, stop: Stop, wires: list[Wire], member: Member[Flow]) -> ConnectionInstance:
+        for item in self._by_source.get(None, ()):
+            if item.target is stop.component and _runs(item, wires):
+                return item
+        raise self._tell(f"{wires[0].member.item.name} does not lead to {stop.component.title}", member.item.place)
+
+
+def _runs(item: ConnectionInstance, wires: list[Wire]) -> bool:
+    """Whether a connection runs over all of some declared ones."""
+    return all(wire in item.wires for wire in wires)
+
+
+def _fits(item: ConnectionInstance, one: Stop, other: Stop) -> bool:
+    """Whether it leaves and enters by the features that the flow specifications name."""
+    leaving = one.spec.item.exit if one.spec else ()
+    entry = other.spec.item.entry if other.spec else ()
+    pairs = ((leaving, item.source_path), (entry, item.target_path))
+    return all(tuple(name.lower() for name in path) == there[: len(path)] for path, there in pairs)

@@ -1,0 +1,250 @@
+"""Processors, buses and virtual buses of a model, and the types that they have or may have."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from typing import Any
+
+from dse.importers.aadl.figures import (
+    Span,
+    data_rate,
+    is_true,
+    power_text,
+    size_of,
+    speed_mips,
+    text_of,
+    time_range,
+    told,
+    whole,
+)
+from dse.importers.aadl.flat import Flat
+from dse.importers.aadl.instance import Instance
+from dse.importers.aadl.lookup import Found
+from dse.importers.aadl.model import Model
+from dse.importers.aadl.ours import OURS
+from dse.importers.aadl.syntax import Record, Reference
+from dse.importers.registry import Key, Place
+
+CARRIERS = ("bus", "virtual bus")
+UNHEEDED = {
+    "processor": (("Module_Major_Frame", "ARINC653"), ("Module_Schedule", "ARINC653"), ("Reference_Time", "")),
+    "virtual processor": (("Period", ""), ("Execution_Time", "")),
+    "bus": (("Period", ""), ("Required_Virtual_Bus_Class", "")),
+    "virtual bus": (("Period", ""), ("Required_Virtual_Bus_Class", "")),
+    "device": (("Reference_Time", ""),),
+}
+"""What OSATE looks at and we do not, by category, with the set that it is named with."""
+
+
+class Sheet:
+    """The fields of one entry as they are found, with where each is from."""
+
+    def __init__(self, model: Model, places: dict[Key, Place], key: Key) -> None:
+        self.model = model
+        self.places = places
+        self.key = key
+        self.fields: dict[str, Any] = {}
+        self.sources: list[str] = []
+        self.bases: dict[str, Instance] = {}
+
+    def put(self, name: str, found: Found | None, value: Any) -> None:
+        """A field, where there is a value."""
+        if found is None or value is None:
+            return
+        self.fields[name] = value
+        self.places[*self.key, name] = found.place
+        self.sources.append(f"{name} {told(found)}")
+        self.bases[name] = found.base
+
+    def read(self, name: str, found: Found | None, reader: Callable[[Any], Any], what: str) -> Any:
+        """A field by its reader; a `Span` gives its text."""
+        value = self.model.read(found, reader, what)
+        self.put(name, found, value.text if isinstance(value, Span) else value)
+        return value
+
+    def result(self) -> dict[str, Any]:
+        """The fields, and ``source``."""
+        return {**self.fields, "source": ", ".join(self.sources)} if self.sources else dict(self.fields)
+
+
+class HardwareWriter:
+    """Writes processor types, bus types, processors and buses."""
+
+    def __init__(self, model: Model, places: dict[Key, Place], choices: Mapping[str, Mapping[str, list[str]]]) -> None:
+        self.model = model
+        self.places = places
+        self.choices = choices
+        self.types: dict[str, dict[str, dict[str, Any]]] = {"processor_types": {}, "bus_types": {}}
+        self.type_flats: dict[str, Flat | None] = {}
+        self.slots: dict[str, dict[str, dict[str, Any]]] = {"processors": {}, "buses": {}}
+        for item in model.root.below():
+            if item.category == "processor":
+                self._slot("processors", item)
+            elif item.category in CARRIERS:
+                self._slot("buses", item)
+            for name, group in UNHEEDED.get(item.category, ()):
+                self._tell_unheeded(item, name, group)
+
+    def sections(self) -> dict[str, dict[str, Any]]:
+        """The sections of the document."""
+        return {**self.types, **self.slots}
+
+    def mips(self, type_name: str) -> Any:
+        """The speed of a processor type in MIPS, or None."""
+        flat = self.type_flats.get(type_name)
+        return None if flat is None else self.speed(self.standing(flat))
+
+    def speed(self, component: Instance) -> Any:
+        """The speed of a processor in MIPS, or None."""
+        for name, group in (("MIPSCapacity", "SEI"), ("Processor_Capacity", "")):
+            found = self.model.properties.of(component, name, group)
+            value = self.model.read(found, speed_mips, name)
+            if value:
+                return value
+        return None
+
+    def standing(self, flat: Flat) -> Instance:
+        """A component of a classifier that stands by itself: for what the classifier alone says."""
+        item = flat.classifier
+        return Instance(item.name, item.category, flat, None, None, item.place)
+
+    def classifier(self, name: str, categories: tuple[str, ...]) -> Flat | None:
+        """The classifier that a file beside the model names; None where there is none of these categories."""
+        package, _, own = name.rpartition("::")
+        place = self.model.root.place
+        packages = [package] if package else [item.name for item in self.model.library.packages.values()]
+        found = [
+            item for one in packages
+            if (item := self.model.library.find(Reference(one, own, place), one)) is not None
+            and item.category in categories
+        ]  # fmt: skip
+        unique = list(dict.fromkeys(found))
+        return self.model.flattener.flat(unique[0]) if len(unique) == 1 else None
+
+    def _slot(self, section: str, component: Instance) -> None:
+        name = component.title
+        key = (section, name)
+        self.places[key] = component.place
+        wanted = self.choices.get(section, {}).get(name)
+        types = [self._type_of(section, component)]
+        for one in wanted or ():
+            flat = self.classifier(one, (component.category, "abstract"))
+            if flat is not None:
+                self._type(section, one, self.standing(flat), flat)
+        sheet: dict[str, Any] = {"type": types[0]}
+        if component.category == "virtual bus":
+            carriers = self.carriers(component)
+            if carriers:
+                sheet["bus"] = carriers[0].title
+            if len(carriers) > 1:
+                self._tell_several(component, carriers)
+        self.slots[section][name] = sheet
+
+    def carriers(self, component: Instance) -> list[Instance]:
+        """What a virtual bus is bound to, or is within."""
+        bound = self.model.targets(self.model.properties.of(component, "Actual_Connection_Binding"))
+        found = [item for item in bound if item.category in CARRIERS and item is not component]
+        around = component.parent
+        if not found and around is not None and around.category in CARRIERS:
+            found = [around]
+        return found
+
+    def _tell_several(self, component: Instance, carriers: list[Instance]) -> None:
+        names = ", ".join(item.title for item in carriers)
+        message = f"{component.title} is carried by several at once ({names}): only the first is looked at"
+        self.model.library.remark(message, component.place)
+
+    def _type_of(self, section: str, component: Instance) -> str:
+        """The name of the type of a component: its classifier's, or its own where its figures are its own."""
+        flat = component.flat
+        own = component.title
+        wanted = flat.classifier.name if flat is not None else own
+        for name in dict.fromkeys((wanted, flat.title if flat is not None else own, f"{own} type")):
+            if self._type(section, name, component, flat):
+                return name
+        raise AssertionError("a type named by its component is its own")
+
+    def _type(self, section: str, name: str, component: Instance, flat: Flat | None) -> bool:
+        """Note a type; whether there is none of that name with other figures."""
+        catalogue = "processor_types" if section == "processors" else "bus_types"
+        entry = self._processor_type(component, name) if section == "processors" else self._bus_type(component, name)
+        there = self.types[catalogue].setdefault(name, entry)
+        if there is entry:
+            self.type_flats[name] = flat
+            self.places.setdefault((catalogue, name), flat.classifier.place if flat else component.place)
+        return {**there, "source": ""} == {**entry, "source": ""}
+
+    def _processor_type(self, component: Instance, name: str) -> dict[str, Any]:
+        sheet = Sheet(self.model, self.places, ("processor_types", name))
+        self.priced(sheet, component)
+        sheet.read("cores", self.model.properties.of(component, "Cores", OURS), whole, "Cores")
+        return sheet.result()
+
+    def priced(self, sheet: Sheet, component: Instance) -> None:
+        """Price and power: ours, or SEI's budget."""
+        properties = self.model.properties
+        sheet.read("price", properties.of(component, "Price", OURS), text_of, "Price")
+        power = properties.of(component, "Power", OURS)
+        if power is not None:
+            sheet.read("power", power, text_of, "Power")
+        else:
+            sheet.read("power", properties.of(component, "PowerBudget", "SEI"), power_text, "PowerBudget")
+
+    def _bus_type(self, component: Instance, name: str) -> dict[str, Any]:
+        sheet = Sheet(self.model, self.places, ("bus_types", name))
+        properties = self.model.properties
+        if component.category == "virtual bus":
+            sheet.fields["virtual"] = True
+        bandwidth = properties.of(component, "BandWidthCapacity", "SEI")
+        span = self.model.read(bandwidth, data_rate, "BandWidthCapacity")
+        if span is not None and span.low > 0:
+            sheet.put("bandwidth", bandwidth, span.text)
+        transmission = properties.of(component, "Transmission_Time")
+        self._transmission(sheet, transmission)
+        sheet.read("latency", properties.of(component, "Latency"), time_range, "Latency")
+        overhead = properties.of(component, "Data_Size") or properties.of(component, "Source_Data_Size")
+        sheet.read("overhead", overhead, size_of, "Data_Size")
+        sheet.read("exclusive", properties.of(component, "Exclusive", OURS), is_true, "Exclusive")
+        self.priced(sheet, component)
+        return sheet.result()
+
+    def _transmission(self, sheet: Sheet, found: Found | None) -> None:
+        """``[Fixed => …; PerByte => …;]``; a time of 0 or less is none for OSATE."""
+        if found is None:
+            return
+        if not isinstance(found.value, Record):
+            self.model.library.fail("Transmission_Time: expected [Fixed => …; PerByte => …;]", found.place)
+            return
+        parts = {}
+        for name, field in (("fixed", "fixed"), ("per_byte", "perbyte")):
+            value = found.value.get(field)
+            if value is None:
+                continue
+            inner = Found(value, found.place, found.base, found.package, found.via)
+            span = self.model.read(inner, time_range, f"Transmission_Time, {field}")
+            if span is None:
+                continue
+            if span.low < 0:
+                self.model.library.remark("a negative transmission time is read as 0", found.place)
+                continue
+            if span.high > 0:
+                parts[name] = span.text
+        if parts:
+            sheet.put("transmission_time", found, parts)
+
+    def _tell_unheeded(self, component: Instance, name: str, group: str) -> None:
+        found = self.model.properties.of(component, name, group)
+        if found is not None:
+            message = f"{name} of the {component.category} {component.title} is not looked at"
+            self.model.library.remark(message, found.place)
+
+    def budgets(self) -> list[str]:
+        """A requirement for each bus whose bandwidth has a budget."""
+        found = []
+        for item in self.model.root.below():
+            if item.category in CARRIERS:
+                budget = self.model.properties.of(item, "BandWidthBudget", "SEI")
+                span = self.model.read(budget, data_rate, "BandWidthBudget")
+                if span is not None and span.low > 0:
+                    found.append(f'load of "{item.title}" <= {span.text}')
+        return found

@@ -1,0 +1,102 @@
+"""A model's instance as the document of a problem: components, connections and flows with their figures.
+
+Each figure is what the property look-up gives (`dse.importers.aadl.lookup`), and the component's ``source`` says where
+it stands. Rows, rules and names are OSATE's; what it looks at and we do not is a remark, never silence.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from pathlib import Path as FilePath
+from typing import Any
+
+from dse.importers.aadl.components import ComponentWriter
+from dse.importers.aadl.connecting import ConnectionWriter
+from dse.importers.aadl.figures import shown_place, time_range
+from dse.importers.aadl.flowing import EndToEnd, Stop
+from dse.importers.aadl.hardware import HardwareWriter
+from dse.importers.aadl.instance import Instance
+from dse.importers.aadl.model import Model
+from dse.importers.registry import Key, Place
+
+PROFILE = "osate-2.19"
+WORKING = ("thread", "device")
+
+
+class Writer:
+    """Makes the document of one model; `places` tell where its values stand."""
+
+    def __init__(self, model: Model, path: FilePath, options: Mapping[str, Any]) -> None:
+        self.model = model
+        self.path = path
+        self.options = options
+        self.places: dict[Key, Place] = {}
+        choices: Mapping[str, Mapping[str, list[str]]] = options.get("choices", {})
+        self.hardware = HardwareWriter(model, self.places, choices)
+        self.components = ComponentWriter(model, self.places, choices, self.hardware)
+        self.connections = ConnectionWriter(model, self.places, self.hardware)
+
+    def document(self) -> dict[str, Any]:
+        """The whole problem."""
+        root = self.model.root
+        title = f"{root.flat.title}" if root.flat else root.name
+        imported = {"from": self.path.name, "root": title}
+        if self.options.get("mode"):
+            imported["mode"] = self.options["mode"]
+        found: dict[str, Any] = {
+            "dse": 1,
+            "name": title,
+            "source": f"{self.path.name}, {title}",
+            "profile": PROFILE,
+            "imported": imported,
+        }
+        used = self._used()
+        sections = self.components.sections(used, self.model.flows)
+        wires = self.connections.section(used, self.model.flows)
+        flows = {item.name: self._flow(item) for item in self.model.flows}
+        requirements = self.hardware.budgets()
+        found |= {name: entries for name, entries in self.hardware.sections().items() if entries}
+        found |= {name: entries for name, entries in sections.items() if entries}
+        found |= {name: entries for name, entries in (("connections", wires), ("flows", flows)) if entries}
+        if requirements:
+            found["requirements"] = requirements
+        return found
+
+    def _used(self) -> list[Instance]:
+        """The components that work: threads, devices, and whatever a flow or a connection begins or ends at."""
+        on_flows = {step.component for flow in self.model.flows for step in flow.steps if isinstance(step, Stop)}
+        ends = {
+            end
+            for wire in self.connections.relevant(self.model.flows)
+            for end in (wire.source, wire.target)
+            if end is not None
+        }
+        return [
+            item
+            for item in self.model.root.below()
+            if item.category in WORKING or item in on_flows or item in ends
+            or (item.category == "abstract" and not item.children)
+        ]  # fmt: skip
+
+    def _flow(self, flow: EndToEnd) -> dict[str, Any]:
+        """A flow: its path, its required latency."""
+        names = [
+            self.components.name(step.component) if isinstance(step, Stop) else self.connections.name(step)
+            for step in flow.steps
+        ]
+        found: dict[str, Any] = {"path": names}
+        self.places["flows", flow.name] = flow.member.item.place
+        latency = self.model.properties.of_member(flow.context, flow.member, "Latency")
+        span = self.model.read(latency, time_range, "Latency")
+        sources = [f"path {shown_place(flow.member.item.place)}"]
+        if latency is not None and span is not None:
+            found["latency"] = span.text if " .. " in span.text else f"0 ms .. {span.text}"
+            self.places["flows", flow.name, "latency"] = latency.place
+            sources.append(f"latency {shown_place(latency.place)}")
+        found["source"] = ", ".join(sources)
+        return found
+
+
+def unique(wanted: str, taken: Iterable[str], longer: str) -> str:
+    """A name, or the longer one where it is taken."""
+    return longer if wanted in taken else wanted
