@@ -1,4 +1,4 @@
-"""The examples in docstrings work on the README's problem, `pump.yaml`, and `delays.csv`, in a folder of their own."""
+"""Docstrings with files work in a folder of their own, where the README's `pump.yaml` and `delays.csv` are."""
 
 from __future__ import annotations
 
@@ -14,7 +14,8 @@ PUMP = Path(__file__).parent / "tests" / "fuzz" / "pump.yaml"
 def _pump(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -> None:
     """Docstrings that name the problem find it."""
     if isinstance(request.node, pytest.DoctestItem) and any(
-        "pump" in item.source or "delays.csv" in item.source for item in request.node.dtest.examples
+        "pump" in item.source or ".aadl" in item.source or "delays.csv" in item.source
+        for item in request.node.dtest.examples
     ):
         folder: Path = request.getfixturevalue("tmp_path")
         (folder / "delays.csv").write_text(DELAYS, encoding="utf-8")

@@ -20,6 +20,9 @@ if TYPE_CHECKING:
     from dse.api.export import export as export
     from dse.api.fit import fit as fit
     from dse.api.further import with_further_designs as with_further_designs
+    from dse.api.importing import ImportedFile as ImportedFile
+    from dse.api.importing import import_file as import_file
+    from dse.api.problem import Model as Model
     from dse.api.problem import Problem as Problem
     from dse.api.problem import load as load
     from dse.api.problem import loads as loads
@@ -59,6 +62,9 @@ _HOMES = {
     "explain": "dse.api.explain",
     "export": "dse.api.export",
     "fit": "dse.api.fit",
+    "import_file": "dse.api.importing",
+    "ImportedFile": "dse.api.importing",
+    "Model": "dse.api.problem",
     "Problem": "dse.api.problem",
     "load": "dse.api.problem",
     "loads": "dse.api.problem",

@@ -21,6 +21,7 @@ DESIGN = {"computer.type": "small", "can0.type": "can_500k", "filter.dispatch_pr
 CHOSEN = [part for name, option in DESIGN.items() for part in ("--design", f"{name} = {option}")]
 ASKED: dict[str, Any] = {"max_jitter": "20 ms", "require": "price <= 900 EUR", "fix": "can0.type = can_500k"}
 OPTIONS = ["--max-jitter", "20 ms", "--require", "price <= 900 EUR", "--fix", "can0.type = can_500k"]
+LAMP = "package p public system s end s; system implementation s.i end s.i; end p;"
 VARY = "jitter of sensor_to_valve=1ms..40ms"
 
 
@@ -86,6 +87,10 @@ def fit() -> Any:
     return dse.fit("delays.csv", method="envelope", name="ipc").to_dict()
 
 
+def import_() -> Any:
+    return dse.import_file("lamp.aadl", root="p::s.i").text
+
+
 def new() -> Any:
     return dse.random_problem(8, seed=3)
 
@@ -107,6 +112,7 @@ JOBS: dict[str, tuple[list[str], Callable[[], Any]]] = {
     "explain": (["pump.yaml", "--max-jitter", "5 ms", "--json", "out.json"], explain),
     "verify": (["r.json", "--json", "out.json"], verify),
     "fit": (["delays.csv", "--method", "envelope", "--name", "ipc", "--json", "out.json"], fit),
+    "import": (["lamp.aadl", "--root", "p::s.i", "-o", "out.json"], import_),
     "new": (["out.json", "--random", "--threads", "8", "--seed", "3"], new),
     "schema": (["--of", "sweep", "-o", "out.json"], schema),
 }
@@ -123,6 +129,7 @@ def test_a_commands_job_is_done_with_what_dse_exports(
     monkeypatch.chdir(tmp_path)
     Path("pump.yaml").write_text(PUMP.read_text(encoding="utf-8"), encoding="utf-8")
     Path("delays.csv").write_text("size_bytes,min_us,max_us\n0,10,20\n100,12,24\n300,20,29\n", encoding="utf-8")
+    Path("lamp.aadl").write_text(LAMP, encoding="utf-8")
     Path("r.json").write_text(dse.solve("pump.yaml").to_json(), encoding="utf-8")
     options, job = JOBS[name]
     assert run([name, *options]) in (0, 4)

@@ -9,9 +9,11 @@ from itertools import islice
 from pathlib import Path
 from typing import Any
 
-from dse.api.problem import Problem, load, load_carried
+from dse.api.problem import Model, Problem, load, load_carried
 from dse.errors import ProblemError, UsageError
+from dse.importers.registry import is_model
 from dse.spec.document import differences
+from dse.spec.load import parse_spec
 
 MOST_DIFFERENCES = 3
 NO_TEXT = "its text is another, and the result carries none to compare with"
@@ -62,7 +64,7 @@ def belonging(data: Mapping[str, Any], path: str | Path, given: Problem | str | 
     stated = data.get("problem")
     if not isinstance(stated, dict) or not isinstance(stated.get("file"), str) or "\0" in stated["file"]:
         raise UsageError(f"{path}: is not a whole result: it does not name its problem file")
-    candidates, mistakes = _candidates(Path(stated["file"]), Path(path).parent, given)
+    candidates, mistakes = _candidates(Path(stated["file"]), Path(path).parent, given, data)
     for item in candidates:
         if _is_same_text(item, data):
             return Belonging(item)
@@ -117,27 +119,40 @@ def _digest(text: str) -> str:
 
 
 def _candidates(
-    named: Path, folder: Path, given: Problem | str | Path | None
+    named: Path, folder: Path, given: Problem | str | Path | None, data: Mapping[str, Any]
 ) -> tuple[list[Problem], list[ProblemError]]:
     """The problems that may be meant, and what is wrong with files that may be."""
     if isinstance(given, Problem):
         return [given], []
     if given is not None:
-        return [load(given)], []
+        return [load(_as_model(Path(given), data))], []
     found: list[Problem] = []
     mistakes: list[ProblemError] = []
     for path in dict.fromkeys((named, folder / named, folder / named.name)):
         if _is_file(path):
             try:
-                found.append(load(path))
+                found.append(load(_as_model(path, data)))
             except ProblemError as error:
                 mistakes.append(error)
     return found, mistakes
 
 
+def _as_model(path: Path, data: Mapping[str, Any]) -> Path | Model:
+    """The path, with the root and the mode that the result was made with where it is that of a model."""
+    if not is_model(path):
+        return path
+    texts = data.get("files")
+    text = texts.get(path.name) if isinstance(texts, dict) else None
+    try:
+        imported = parse_spec(text, path.name).spec.imported if isinstance(text, str) else None
+    except ProblemError:
+        imported = None
+    return path if imported is None else Model(path, imported.root, imported.mode)
+
+
 def _is_file(path: Path) -> bool:
     try:
-        return path.is_file()
+        return path.is_file() or (path.is_dir() and is_model(path))
     except (OSError, ValueError):
         return False
 

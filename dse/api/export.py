@@ -11,13 +11,13 @@ from dse.analysis.evaluate import Evaluator
 from dse.analysis.views import View
 from dse.api.problem import complete_design, load, load_carried
 from dse.errors import ProblemError, UsageError
-from dse.results.editing import block_text
 from dse.results.export import fixed_problem, without
 from dse.results.export_formats import graphml, graphviz, ros2_parameters
 from dse.results.points import FurtherDesign, Point
 from dse.results.solve import Result
 from dse.space.metrics import counts_changes
 from dse.space.types import Design, Space
+from dse.spec.writing import block_text
 
 Format = Literal["problem", "ros2", "dot", "graphml"]
 TRIALS = 5

@@ -7,12 +7,18 @@ from pathlib import Path
 
 from dse.errors import Diagnostic
 from dse.importers.registry import read_foreign
-from dse.results.editing import block_text
+from dse.spec.writing import block_text
 
 
 @dataclass(frozen=True)
 class ImportedFile:
-    """The text of a problem file (or of a file to include), and what was left out or not understood on the way."""
+    """The text of a problem file (or of a file to include), and what was left out or not understood on the way.
+
+    Examples
+    --------
+    >>> ImportedFile("dse: 1").remarks
+    ()
+    """
 
     text: str
     remarks: tuple[Diagnostic, ...] = ()
@@ -36,6 +42,14 @@ def import_file(path: str | Path, form: str | None = None, **options: str | None
         when no importer reads such files, or it has no such option.
     ProblemError
         when the file is wrong, with every finding.
+
+    Examples
+    --------
+    >>> import pathlib
+    >>> text = "package p public system s end s; system implementation s.i end s.i; end p;"
+    >>> written = pathlib.Path("idle.aadl").write_text(text, encoding="utf-8")
+    >>> print(import_file("idle.aadl").text.splitlines()[1])
+    name: "p::s.i"
     """
     given = {name: value for name, value in options.items() if value is not None}
     found = read_foreign(Path(path), form, given)

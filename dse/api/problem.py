@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import re
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
@@ -82,8 +83,48 @@ class Problem:
         return f"<Problem {self.name!r}: {sum(item.is_open for item in self.space.decisions)} open decisions>"
 
 
-Source: TypeAlias = Problem | str | Path | Mapping[str, Any]
-"""What every verb takes: a loaded problem, the path of a problem file, or its content as text or as a mapping."""
+@dataclass(frozen=True)
+class Model(os.PathLike[str]):
+    """An AADL model: its path, and what of it is meant; every verb takes it where it takes a problem file.
+
+    Parameters
+    ----------
+    path
+        an ``.aadl`` file or a folder of them.
+    root
+        the system implementation, ``package::type.implementation``; may be left out where only one is used by no other.
+    mode
+        the mode that it is in; the initial one where it is left out.
+
+    Examples
+    --------
+    >>> import dse
+    >>> text = "package p public system s end s; system implementation s.i end s.i; end p;"
+    >>> written = Path("lamp.aadl").write_text(text, encoding="utf-8")
+    >>> dse.load(dse.Model("lamp.aadl", root="p::s.i")).name
+    'p::s.i'
+    """
+
+    path: str | Path
+    root: str | None = None
+    mode: str | None = None
+
+    def __fspath__(self) -> str:
+        """The path alone."""
+        return os.fspath(self.path)
+
+    def __str__(self) -> str:
+        """The path alone."""
+        return os.fspath(self.path)
+
+    @property
+    def options(self) -> dict[str, str]:
+        """What is stated, by name."""
+        return {name: text for name, text in (("root", self.root), ("mode", self.mode)) if text is not None}
+
+
+Source: TypeAlias = Problem | str | Path | Model | Mapping[str, Any]
+"""What every verb takes: a loaded problem, the path of a problem file or model, or its content as text or mapping."""
 
 
 def load(source: Source) -> Problem:
@@ -92,8 +133,9 @@ def load(source: Source) -> Problem:
     Parameters
     ----------
     source
-        the path of a YAML file; or its content, as text of several lines or as a mapping (then nothing is included). A
-        problem that is loaded already is given back.
+        the path of a YAML file or of a model (`Model` says which root of it is meant); or the content of a problem
+        file, as text of several lines or as a mapping (then nothing is included). A problem that is loaded already is
+        given back.
 
     Raises
     ------
@@ -113,7 +155,8 @@ def load(source: Source) -> Problem:
         return loads(yaml.safe_dump(dict(source), sort_keys=False, allow_unicode=True), "<mapping>")
     if isinstance(source, str) and "\n" in source:
         return loads(source)
-    return _problem(lambda: load_spec(Path(source)))
+    options = source.options if isinstance(source, Model) else None
+    return _problem(lambda: load_spec(Path(source), None, options))
 
 
 def load_carried(name: str | Path, texts: Mapping[str, str]) -> Problem:

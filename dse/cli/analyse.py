@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
@@ -12,6 +11,7 @@ from dse.cli.common import (
     console,
     in_time,
     json_option,
+    load_told,
     problem_argument,
     question_of,
     question_options,
@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 
 
 @click.command("analyse")
-@problem_argument
+@problem_argument()
 @click.option(
     "--design",
     multiple=True,
@@ -43,9 +43,8 @@ def command(file: str, design: tuple[str, ...], response_times: bool, json_path:
     """
     check_writable(json_path)
     from dse.api.analyse import analyse
-    from dse.api.problem import load
 
-    found = named(design, load(Path(file)).ask(**question_of(options)))
+    found = named(design, load_told(file).ask(**question_of(options)))
     analysis = analyse(found.problem, found.texts, response_times=response_times)
     if json_path != "-":
         from dse.report.terminal import print_analysis

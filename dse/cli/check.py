@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-from pathlib import Path
 from typing import Any
 
 import click
@@ -13,6 +12,7 @@ from dse.cli.common import (
     console,
     in_time,
     json_option,
+    load_told,
     problem_argument,
     question_of,
     question_options,
@@ -21,7 +21,7 @@ from dse.cli.common import (
 
 
 @click.command("check")
-@problem_argument
+@problem_argument()
 @question_options
 @json_option
 @in_time
@@ -33,7 +33,7 @@ def command(file: str, json_path: str | None, **options: Any) -> int:
     check_writable(json_path)
     from dse.api.check import check
 
-    description = check(Path(file), **question_of(options))
+    description = check(load_told(file), **question_of(options))
     if json_path != "-":
         from dse.report.check import print_description
 

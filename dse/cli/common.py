@@ -16,11 +16,13 @@ from dse.errors import UsageError
 from dse.extras import how_to_install, is_installed
 from dse.files import writing as files
 from dse.files.guard import PathLike, claim
+from dse.importers.registry import is_model
 from dse.timelimit import TimeLimit, until
 
 if TYPE_CHECKING:
     from rich.console import Console
 
+    from dse.api.problem import Problem
     from dse.api.question import Question
 
 F = TypeVar("F", bound=Callable[..., Any])
@@ -37,9 +39,48 @@ class Words(click.Choice[str]):
         return super().convert(str(value).replace("_", "-"), param, ctx).replace("-", "_")
 
 
-def problem_argument(command: F) -> F:
-    """The problem file."""
-    return click.argument("file", type=click.Path(exists=True, dir_okay=False))(command)
+class ProblemPath(click.Path):
+    """A problem file, a model, or a folder that holds one."""
+
+    def __init__(self) -> None:
+        super().__init__(exists=True)
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
+        """The path as it is."""
+        path = super().convert(value, param, ctx)
+        if Path(str(path)).is_dir() and not is_model(Path(str(path))):
+            self.fail(f"File {str(path)!r} is a directory.", param, ctx)
+        return path
+
+
+def problem_argument(*, required: bool = True) -> Callable[[F], F]:
+    """The problem file, or a model with ``--root`` and ``--mode``: then the command is given a `dse.Model`."""
+
+    def decorate(command: F) -> F:
+        @wraps(command)
+        def asked(*arguments: Any, root: str | None, mode: str | None, **options: Any) -> Any:
+            if (root or mode) and options["file"] is not None:
+                from dse.api.problem import Model
+
+                options["file"] = Model(options["file"], root, mode)
+            return command(*arguments, **options)
+
+        found = click.argument("file", type=ProblemPath(), required=required)(cast(F, asked))
+        found = click.option("--mode", metavar="MODE", help="Of an AADL model: the mode it is in, or PATH.MODE.")(found)
+        text = "Of an AADL model: the system implementation, package::type.implementation."
+        return click.option("--root", metavar="NAME", help=text)(found)
+
+    return decorate
+
+
+def load_told(file: str | os.PathLike[str]) -> Problem:
+    """The problem of a file or model; standard error says what the import of a model has left out."""
+    from dse.api.problem import Model, load
+
+    problem = load(file if isinstance(file, Model) else Path(file))
+    for item in problem.loaded.told:
+        click.echo(str(item), err=True)
+    return problem
 
 
 def question_options(command: F) -> F:

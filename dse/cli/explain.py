@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from pathlib import Path
 from typing import Any, TypeVar
 
 import click
@@ -13,6 +12,7 @@ from dse.cli.common import (
     check_writable,
     console,
     json_option,
+    load_told,
     objective_options,
     objectives_of,
     problem_argument,
@@ -51,7 +51,7 @@ def _refuse(ctx: click.Context, param: click.Parameter, value: object) -> None:
 
 
 @click.command("explain", cls=OrderedCommand)
-@problem_argument
+@problem_argument()
 @question_options
 @objective_options(hidden=True)
 @click.option("--all", "every", is_flag=True, help="List all minimal conflicts.")
@@ -92,10 +92,9 @@ def command(
         raise click.UsageError("only one of --json and --csv can go to standard output")
     check_writable(json_path, csv_path)
     from dse.api.explain import Wishes, explain_asked
-    from dse.api.problem import load
 
     with until(time_limit):
-        asked = load(Path(file)).ask(**question_of(options, objectives_of(minimise, maximise)))
+        asked = load_told(file).ask(**question_of(options, objectives_of(minimise, maximise)))
     found = explain_asked(asked, Wishes(every, limit, offer, time_limit.rest_s, seed))
     failure = save((json_path, found.to_json), (csv_path, found.to_csv))
     if not quiet and "-" not in (json_path, csv_path):

@@ -28,6 +28,7 @@ COMMANDS = {
     "explain": "Why a problem is infeasible, and the smallest changes that mend it.",
     "verify": "Re-check a result without trusting the solver that made it.",
     "fit": "Measurements as the figures of a problem file: transmission and execution times.",
+    "import": "A model of another format (AADL) as a problem file.",
     "new": "Write a problem file to start from.",
     "schema": "Print the JSON Schema of problem files, and of what commands write.",
 }

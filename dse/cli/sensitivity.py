@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import sys
-from pathlib import Path
 from typing import Any
 
 import click
@@ -14,6 +13,7 @@ from dse.cli.common import (
     check_writable,
     console,
     json_option,
+    load_told,
     objective_options,
     objectives_of,
     problem_argument,
@@ -45,7 +45,7 @@ class Share(click.ParamType[Any]):
 
 
 @click.command("sensitivity", cls=OrderedCommand)
-@problem_argument
+@problem_argument()
 @click.option(
     "--design",
     multiple=True,
@@ -109,7 +109,6 @@ def command(
         raise click.UsageError("only one of --json and --csv can go to standard output")
     check_writable(json_path, csv_path)
     target = folder_of(report, folder)
-    from dse.api.problem import load
     from dse.study.sensitivity import Settings, sensitivity_asked
 
     live = sys.stderr.isatty()
@@ -120,7 +119,7 @@ def command(
 
     settings = Settings(swing, samples, seed, front)
     with until(time_limit):
-        problem = load(Path(file)).ask(**question_of(options, objectives_of(minimise, maximise)))
+        problem = load_told(file).ask(**question_of(options, objectives_of(minimise, maximise)))
         claim_study(target, problem.name, "sensitivity")
         found = named(design, problem)
         result = sensitivity_asked(found.problem, found.texts, settings, say)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from pathlib import Path
 from typing import Any
 
 import click
@@ -12,6 +11,7 @@ from dse.cli.common import (
     check_writable,
     console,
     json_option,
+    load_told,
     problem_argument,
     question_of,
     question_options,
@@ -22,7 +22,7 @@ from dse.timelimit import TimeLimit, until
 
 
 @click.command("simulate")
-@problem_argument
+@problem_argument()
 @click.option(
     "--design",
     multiple=True,
@@ -84,11 +84,10 @@ def command(
     Exit code 4 when an observation contradicts the analysis.
     """
     check_writable(json_path)
-    from dse.api.problem import load
     from dse.api.simulate import simulate
 
     with until(time_limit):
-        found = named(design, load(Path(file)).ask(**question_of(options)))
+        found = named(design, load_told(file).ask(**question_of(options)))
     simulation = simulate(
         found.problem,
         found.texts,

@@ -16,8 +16,10 @@ from dse.cli.common import (
     check_writable,
     console,
     json_option,
+    load_told,
     objective_options,
     objectives_of,
+    problem_argument,
     question_of,
     question_options,
     ranking_options,
@@ -43,7 +45,7 @@ REPORT_S = 2.0
 
 
 @click.command("solve", cls=OrderedCommand)
-@click.argument("file", type=click.Path(exists=True, dir_okay=False), required=False)
+@problem_argument(required=False)
 @question_options
 @objective_options()
 @time_limit_option("with the front so far")
@@ -169,7 +171,6 @@ def command(
 
 def _question(file: str | None, resume: str | None, question: Question) -> tuple[Problem, FrontSearch | None]:
     """The problem as it is asked, and the search to go on with."""
-    from dse.api.problem import load
     from dse.api.question import changes_of
     from dse.api.resume import read_search
 
@@ -181,7 +182,7 @@ def _question(file: str | None, resume: str | None, question: Question) -> tuple
         return asked, earlier
     if file is None:
         raise click.UsageError("missing argument FILE")
-    return load(Path(file)).ask(**question), None
+    return load_told(file).ask(**question), None
 
 
 def _checkpoint(json_path: str | None) -> Callable[[Result | RobustResult], None] | None:

@@ -16,6 +16,7 @@ from dse.cli.common import (
     check_writable,
     console,
     json_option,
+    load_told,
     objective_options,
     objectives_of,
     problem_argument,
@@ -36,7 +37,7 @@ PLAIN_STEP_S = 5.0
 
 
 @click.command("sweep", cls=OrderedCommand)
-@problem_argument
+@problem_argument()
 @click.option(
     "--vary",
     multiple=True,
@@ -104,12 +105,11 @@ def command(
         raise click.UsageError("either --store or --no-store")
     check_writable(json_path, csv_path)
     target = folder_of(report, folder)
-    from dse.api.problem import load
     from dse.study.sweep import Means, sweep_asked
     from dse.study.workers import usable_cores
 
     with until(time_limit):
-        problem = load(Path(file)).ask(**question_of(options, objectives_of(minimise, maximise)))
+        problem = load_told(file).ask(**question_of(options, objectives_of(minimise, maximise)))
     claim_study(target, problem.name, "sweep")
     path = None if no_store else Path(store) if store is not None else _beside(file, (json_path, csv_path), target)
     if path is not None:

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from dse.fitting.fit import Execution, Fit, Transport, executions_by_name
-from dse.results.editing import block_text
+from dse.spec.writing import block_text
 from dse.units import TimeRange, format_duration, format_time_range
 from dse.units.parse import whole
 

@@ -83,6 +83,10 @@ IMPORTERS: tuple[Importer, ...] = (
 )
 
 
+CHOICES = "choices"
+"""The option of importers of whole problems that names what may be chosen: for each section, types by component."""
+
+
 def is_model(path: Path) -> bool:
     """Whether every command takes this file (or folder) where it takes a problem file."""
     if path.is_dir():
@@ -108,7 +112,7 @@ def importer_of(path: Path, form: str | None = None) -> Importer | None:
     return None
 
 
-def read_foreign(path: Path, form: str | None = None, options: Mapping[str, str] | None = None) -> Imported:
+def read_foreign(path: Path, form: str | None = None, options: Mapping[str, Any] | None = None) -> Imported:
     """What a file of another format says, as a document.
 
     Raises
@@ -124,7 +128,7 @@ def read_foreign(path: Path, form: str | None = None, options: Mapping[str, str]
         raise UsageError(f"{path}: which format this is cannot be told by its name; name it with --format: {known}")
     given = dict(options or {})
     for name in given:
-        if name not in importer.options:
+        if name not in importer.options and name != CHOICES:
             what = ", ".join(f"--{item}" for item in importer.options) or "none"
             raise UsageError(f"--{name}: {importer.name} has no such option; it has {what}")
     if not path.is_dir() and (missing := obstacle(path)) is not None:

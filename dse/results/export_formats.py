@@ -10,10 +10,10 @@ from dse.analysis.contention import core_by, cores_of
 from dse.analysis.rates import rate_hz
 from dse.analysis.views import View
 from dse.extras import needed_for
-from dse.results.editing import yaml_text
 from dse.results.graph import architecture_graph
 from dse.space.trees import at
 from dse.space.types import Design, Space
+from dse.spec.writing import yaml_text
 
 
 def ros2_parameters(space: Space, design: Design, title: str) -> str:

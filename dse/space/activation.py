@@ -85,6 +85,8 @@ def check_activation(ledger: Ledger, space: Space) -> None:
     _check_cycles(ledger, space)
     if not ledger.loaded.remains.is_whole:  # what was taken out may have told a rate
         return
+    if space.profile != "dse":  # OSATE analyses what is there: what nothing starts runs at a rate of 0
+        return
     needed = _needed_rates(space)
     _check_sources(ledger, space, needed)
     for connection in space.connections:

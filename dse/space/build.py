@@ -93,12 +93,12 @@ def every_mistake(error: UnreadableError) -> ProblemError:
     """The mistakes of a file that cannot be read, with those that names and structure hold in the rest of it."""
     found: list[Diagnostic] = [*error.diagnostics]
     if error.rest is not None:
-        order = [source.file for source in error.rest.sources]
+        order = {source.file: number for number, source in enumerate(error.rest.sources)}
         try:
             build_space(error.rest)
         except ProblemError as further:
             found += further.diagnostics
-        found.sort(key=lambda item: (order.index(item.file), item.line, item.column))
+        found.sort(key=lambda item: (order.get(item.file, len(order)), item.file, item.line, item.column))
     return ProblemError(found)
 
 

@@ -96,7 +96,7 @@ class Ledger:
     def sorted_diagnostics(self) -> list[Diagnostic]:
         """Every mistake noted, by file in the order of inclusion, line and column."""
         order = {source.file: number for number, source in enumerate(self.loaded.sources)}
-        return sorted(self.diagnostics, key=lambda item: (order[item.file], item.line, item.column))
+        return sorted(self.diagnostics, key=lambda item: (order.get(item.file, len(order)), item.file, item.line, item.column))
 
     def doubt(self, *names: str) -> None:
         """Remember what a mistake leaves open, so that nothing is reported that merely follows from it.

@@ -17,7 +17,7 @@ from dse.spec.reader import Node
 from dse.spec.samples import SampleError, Samples
 
 SECTIONS = tuple(name for name, info in Catalogue.model_fields.items() if str(info.annotation).startswith("dict["))
-WORDS = ("description", "source", "assumptions")
+WORDS = ("description", "source", "assumptions", "imported")
 """Keys that say something to readers only."""
 
 

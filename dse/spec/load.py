@@ -15,8 +15,10 @@ from pydantic import ValidationError
 from pydantic_core import ErrorDetails
 
 from dse.errors import Diagnostic, ProblemError
+from dse.importers.registry import IMPORTERS, is_model, read_foreign
 from dse.spec.document import SECTIONS, identity_of, merged_document
 from dse.spec.fields import describe
+from dse.spec.foreign import offered, overlaid, strangers, tree_of
 from dse.spec.model import Catalogue, Model, Spec, TransmissionTime
 from dse.spec.reader import MAX_BYTES, Node, PathPart, RepeatedKeysError, decode_text, dotted, read_yaml
 from dse.spec.salvage import WHOLE, Place, Remains, remains, salvaged
@@ -24,6 +26,7 @@ from dse.spec.samples import Samples, read_samples
 from dse.spec.sources import Carried, Files, OnDisk, name_from, read_source
 from dse.spec.totals import in_declared_units
 from dse.spec.uncertainty import Stated, UncertaintyError, read_stated
+from dse.spec.writing import block_text
 
 MAX_FILES = 200
 
@@ -45,8 +48,9 @@ class Source:
         at_key: bool = False,
     ) -> Diagnostic:
         """A finding about a place in this file."""
-        line, column = self.node.locate(path, at_key=at_key)
-        return Diagnostic(message, dotted(self.node.known(path)), self.file, line, column, hint, severity)
+        place = self.node.place(path, at_key=at_key)
+        file = place.file or self.file
+        return Diagnostic(message, dotted(self.node.known(path)), file, place.line, place.column, hint, severity)
 
     def text_at(self, path: Sequence[PathPart]) -> str:
         """The text at a place in this file, or of the last part that exists; "" for anything but text."""
@@ -61,7 +65,7 @@ class LoadedSpec:
     `sha256` is that of the main file; `includes` has each included file, as found from the main file's folder, and its
     hash. `texts` are those of all its files, the main one's under its own name; `samples` what stated uncertainties
     take from files. `is_carried`: it was not read from the disk, but from such texts. `remains` tells what was
-    taken out of a problem with mistakes.
+    taken out of a problem with mistakes. `told` is what the import of a model has left out or not understood.
     """
 
     spec: Spec
@@ -73,6 +77,7 @@ class LoadedSpec:
     texts: Mapping[str, str] = field(default_factory=dict, repr=False, compare=False)
     samples: Samples = field(default_factory=dict, repr=False, compare=False)
     is_carried: bool = False
+    told: tuple[Diagnostic, ...] = ()
 
     @cached_property
     def document(self) -> Mapping[str, Any]:
@@ -123,16 +128,23 @@ class UnreadableError(ProblemError):
         self.rest = rest
 
 
-def load_spec(path: Path, texts: Mapping[str, str] | None = None) -> LoadedSpec:
+def load_spec(
+    path: Path, texts: Mapping[str, str] | None = None, options: Mapping[str, str] | None = None
+) -> LoadedSpec:
     """Read a problem file with everything it includes; from `texts`, as `LoadedSpec` has them, where they are given.
+
+    `path` may be a model (`dse.importers`), which is imported with `options`.
 
     Raises
     ------
     UnreadableError
         All findings in all files, main file first, then in the order of inclusion, by line. Names are not looked up.
     """
-    loader = _Loader(path, OnDisk() if texts is None else Carried(path, texts))
-    loader.read(path, str(path), Spec, ())
+    loader = _Loader(path, OnDisk() if texts is None else Carried(path, texts), options or {})
+    if texts is None and is_model(path):
+        loader.take_model(path)
+    else:
+        loader.read(path, str(path), Spec, ())
     return loader.result()
 
 
@@ -145,6 +157,7 @@ def parse_spec(text: str, file: str = "<text>") -> LoadedSpec:
         All findings, by line.
     """
     loader = _Loader(Path(file))
+    loader.is_text = True
     loader.take(text, file, Spec, text.encode("utf-8", "replace"))
     if loader.parts and loader.parts[0].source.node.known(["include"]):
         loader.miss(loader.parts[0].source.diagnostic(["include"], "a text cannot include files"))
@@ -165,8 +178,12 @@ class _Part:
 class _Loader:
     """Collects the files of one problem and the findings about them."""
 
-    def __init__(self, main: Path, files: Files | None = None) -> None:
+    def __init__(self, main: Path, files: Files | None = None, options: Mapping[str, str] | None = None) -> None:
         self.main = main
+        self.options = dict(options or {})
+        self.models: dict[str, str] = {}
+        self.told: list[Diagnostic] = []
+        self.is_text = False
         self.files: Files = OnDisk() if files is None else files
         self.parts: list[_Part] = []
         self.findings: list[Diagnostic] = []
@@ -206,6 +223,8 @@ class _Loader:
             self._is_complete = False
             self.findings += error.diagnostics
             return None
+        if model is Spec and isinstance(source.node.value, dict) and source.text_at(["of"]):
+            source = self._with_model(source)
         valid: Catalogue | None = None
         try:
             valid = model.model_validate(source.node.to_data())
@@ -215,6 +234,62 @@ class _Loader:
                 valid, lost = rest[0], (*lost, *rest[1])
         self.parts.append(_Part(source, hashlib.sha256(data).hexdigest(), valid, data.decode(errors="replace"), lost))
         return source
+
+    def take_model(self, path: Path) -> None:
+        """The problem that a model states by itself."""
+        try:
+            imported = read_foreign(path, None, self.options)
+        except ProblemError as error:
+            self._is_complete = False
+            self.findings += error.diagnostics
+            return
+        self.told += imported.remarks
+        self._files += dict.fromkeys(place.file for place in imported.places.values())
+        source = Source(str(path), tree_of(imported, str(path)))
+        text = block_text(imported.document)
+        try:
+            valid: Catalogue | None = Spec.model_validate(source.node.to_data())
+        except ValidationError as error:
+            self._note(error, source, Spec)
+            valid = None
+        digest = hashlib.sha256(text.encode()).hexdigest()
+        self.parts.append(_Part(source, digest, valid, text))
+
+    def _with_model(self, source: Source) -> Source:
+        """A file that decides over a model, laid over what that states."""
+        try:
+            found = self.models_of(source)
+        except ProblemError as error:
+            self._is_complete = False
+            self.findings += error.diagnostics
+            return source
+        wrong = list(strangers(source.node, found, source.file))
+        self.findings += wrong
+        self._is_complete &= not wrong
+        return Source(source.file, overlaid(source.node, found))
+
+    def models_of(self, source: Source) -> Node:
+        """The tree of the model that a file decides over."""
+        name = source.text_at(["of"])
+        target = self.main.parent / name
+        if isinstance(self.files, Carried):
+            text = decode_text(read_source(self.files, target, name, MAX_BYTES, "a model"), name)
+            self.models[name] = text
+            return read_yaml(text, name)
+        if not is_model(target):
+            hint = f"one of the formats {', '.join(item.name for item in IMPORTERS if item.is_problem)}"
+            raise ProblemError([source.diagnostic(["of"], "expected the path of a model", hint)])
+        if (missing := None if target.is_dir() else self.files.obstacle(target)) is not None:
+            hint = "the path is relative to this file"
+            raise ProblemError([source.diagnostic(["of"], f"{missing}: {str(target)!r}"[:300], hint)])
+        if self.is_text:
+            raise ProblemError([source.diagnostic(["of"], "a text cannot decide over a model, which is a file")])
+        options: dict[str, Any] = {key: source.text_at([key]) for key in ("root", "mode") if source.text_at([key])}
+        imported = read_foreign(target, None, {**options, **self.options, "choices": offered(source.node)})
+        self.told += imported.remarks
+        self._files += dict.fromkeys(place.file for place in imported.places.values())
+        self.models[name] = block_text(imported.document)
+        return tree_of(imported, str(target))
 
     def _note(self, error: ValidationError, source: Source, model: type[Catalogue]) -> None:
         self.findings += [_translate(item, source, model) for item in error.errors(include_url=False)]
@@ -241,7 +316,7 @@ class _Loader:
         self._check_repeated_names()
         if self.findings:
             order = {file: at for at, file in enumerate(self._files)}
-            found = sorted(self.findings, key=lambda item: (order[item.file], item.line, item.column))
+            found = sorted(self.findings, key=lambda item: (order.get(item.file, len(order)), item.file, item.line, item.column))
             raise UnreadableError(found, self._rest())
         return self._merge()
 
@@ -259,15 +334,18 @@ class _Loader:
         names = [name_from(part.source.file, self.main) for part in others]
         samples, texts = read_samples(spec, self.main, self.files)
         texts |= dict(zip((self.main.name, *names), (part.text for part in self.parts), strict=True))
+        texts |= self.models
+        models = tuple((name, hashlib.sha256(text.encode()).hexdigest()) for name, text in self.models.items())
         return LoadedSpec(
             spec,
             self.main,
             main.sha256,
-            includes=tuple(zip(names, (part.sha256 for part in others), strict=True)),
+            includes=(*models, *zip(names, (part.sha256 for part in others), strict=True)),
             sources=tuple(part.source for part in self.parts),
             texts=texts,
             samples=samples,
             is_carried=isinstance(self.files, Carried),
+            told=tuple(self.told),
         )
 
     def _merged(self) -> dict[str, Any]:

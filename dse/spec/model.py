@@ -357,11 +357,23 @@ class Catalogue(Model):
     uncertainty: dict[Name, Uncertainty] = {}
 
 
+class Imported(Model):
+    """Where a problem file was imported from: the model, its root, and the mode that it is in."""
+
+    from_: Line = Field(alias="from")
+    root: Line
+    mode: Line | None = None
+
+
 class Spec(Catalogue):
     """A whole problem file."""
 
     dse: Version
     name: Line
+    of: Line | None = None
+    root: Line | None = None
+    mode: Line | None = None
+    imported: Imported | None = None
     profile: Literal["dse", "osate-2.2", "osate-2.19"] = "dse"
     worst_case: Literal["execution_time", "deadline"] = "execution_time"
     processing: Literal["execution_time", "response_time"] = "execution_time"

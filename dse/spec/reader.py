@@ -53,15 +53,17 @@ class Entry:
     line: int
     column: int
     node: Node
+    file: str = ""
 
 
 @dataclass(frozen=True, slots=True)
 class Node:
-    """A value of the file and its place, counted from 1."""
+    """A value of the file and its place, counted from 1; `file` where it is from another file than its root."""
 
     line: int
     column: int
     value: Scalar | tuple[Node, ...] | dict[str, Entry]
+    file: str = ""
 
     def to_data(self) -> Any:
         """Plain data: dict, list, str, int, float, bool, None."""
@@ -77,11 +79,14 @@ class Node:
 
     def locate(self, path: Sequence[PathPart], *, at_key: bool = False) -> tuple[int, int]:
         """Line and column of the value at the path, or of its key; of the last part that exists."""
+        place = self.place(path, at_key=at_key)
+        return place.line, place.column
+
+    def place(self, path: Sequence[PathPart], *, at_key: bool = False) -> Node | Entry:
+        """The value at the path, or its key; or the last part of it that exists."""
         places: list[Node | Entry] = [self, *(place for _, place in self._walk(path))]
         place = places[-1]
-        if isinstance(place, Entry) and not at_key:
-            place = place.node
-        return place.line, place.column
+        return place.node if isinstance(place, Entry) and not at_key else place
 
     def at(self, path: Sequence[PathPart]) -> Node:
         """The value at the path, or at the last part of it that exists."""

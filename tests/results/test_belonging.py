@@ -16,8 +16,8 @@ from dse.api.belonging import belonging
 from dse.cli.main import run
 from dse.errors import ProblemError, UsageError
 from dse.examples import example_files
-from dse.results.editing import block_text
 from dse.spec.load import load_spec, parse_spec
+from dse.spec.writing import block_text
 
 MAIN = """\
 dse: 1

@@ -29,6 +29,11 @@ PORTS = {"event data port": "event_data", "event port": "event", "data port": "d
 LINKS = ("port", "feature group", "feature")
 
 
+def connections_of(flows: list[EndToEnd]) -> set[ConnectionInstance]:
+    """The connections that flows run over."""
+    return {step for flow in flows for step in flow.steps if isinstance(step, ConnectionInstance)}
+
+
 class ConnectionWriter:
     """Writes the section ``connections``."""
 
@@ -36,11 +41,12 @@ class ConnectionWriter:
         self.model = model
         self.places = places
         self.hardware = hardware
+        self._on_flows: set[ConnectionInstance] = set()
         self._names: dict[ConnectionInstance, str] = {}
 
     def relevant(self, flows: list[EndToEnd]) -> list[ConnectionInstance]:
         """The connections that count: between ports, and whatever a flow runs over."""
-        on_flows = {step for flow in flows for step in flow.steps if isinstance(step, ConnectionInstance)}
+        on_flows = connections_of(flows)
         return [
             item
             for item in self.model.wiring.instances
@@ -55,6 +61,7 @@ class ConnectionWriter:
     def section(self, used: list[Instance], flows: list[EndToEnd]) -> dict[str, Any]:
         """The entries."""
         items = self.relevant(flows)
+        self._on_flows = connections_of(flows)
         leaving: dict[str, int] = {}
         for item in items:
             start = self._spelled(item.source, item.source_path)
@@ -98,7 +105,7 @@ class ConnectionWriter:
         sheet.read("latency", self._property(item, "Latency"), time_range, "Latency")
         if size is not None:
             sheet.fields["data_size"] = f"{size} B"
-        elif bus is not None:
+        elif bus is not None and ("data_rate" not in sheet.fields or item in self._on_flows):
             sheet.fields["data_size"] = "0 B"
             message = f"{name} has no Data_Size: its messages count as 0 bytes on {bus.title}"
             self.model.library.remark(message, item.wires[0].member.item.place)

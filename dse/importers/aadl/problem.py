@@ -10,6 +10,7 @@ from collections.abc import Iterable, Mapping
 from pathlib import Path as FilePath
 from typing import Any
 
+from dse.importers.aadl.circles import NO_DATA, broken_circles
 from dse.importers.aadl.components import ComponentWriter
 from dse.importers.aadl.connecting import ConnectionWriter
 from dse.importers.aadl.figures import shown_place, time_range
@@ -55,6 +56,10 @@ class Writer:
         wires = self.connections.section(used, self.model.flows)
         flows = {item.name: self._flow(item) for item in self.model.flows}
         requirements = self.hardware.budgets()
+        for name in list(broken_circles({**sections, "connections": wires})):
+            wires[name]["data_rate"] = NO_DATA
+            message = f"{name} closes a circle of components without a Period: it counts as sending nothing"
+            self.model.library.remark(message, self.places["connections", name])
         found |= {name: entries for name, entries in self.hardware.sections().items() if entries}
         found |= {name: entries for name, entries in sections.items() if entries}
         found |= {name: entries for name, entries in (("connections", wires), ("flows", flows)) if entries}
