@@ -57,6 +57,12 @@ class Diagnostic:
         return f"{text} ({self.hint})" if self.hint else text
 
 
+def in_order(findings: Sequence[Diagnostic], files: Sequence[str]) -> list[Diagnostic]:
+    """Findings by file, in the order given, other files behind them; then by line and column."""
+    order = {file: number for number, file in enumerate(files)}
+    return sorted(findings, key=lambda item: (order.get(item.file, len(order)), item.file, item.line, item.column))
+
+
 class DseError(Exception):
     """Base of all errors that are the user's to mend; `exit_code` is the process's answer.
 

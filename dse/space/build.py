@@ -6,7 +6,7 @@ from collections import Counter
 from collections.abc import Iterable
 from typing import Any
 
-from dse.errors import Diagnostic, ProblemError
+from dse.errors import Diagnostic, ProblemError, in_order
 from dse.space.activation import check_activation, with_triggers
 from dse.space.clocks import check_clocks
 from dse.space.components import (
@@ -93,12 +93,11 @@ def every_mistake(error: UnreadableError) -> ProblemError:
     """The mistakes of a file that cannot be read, with those that names and structure hold in the rest of it."""
     found: list[Diagnostic] = [*error.diagnostics]
     if error.rest is not None:
-        order = {source.file: number for number, source in enumerate(error.rest.sources)}
         try:
             build_space(error.rest)
         except ProblemError as further:
             found += further.diagnostics
-        found.sort(key=lambda item: (order.get(item.file, len(order)), item.file, item.line, item.column))
+        found = in_order(found, [source.file for source in error.rest.sources])
     return ProblemError(found)
 
 

@@ -10,7 +10,7 @@ from typing import Any, TypeAlias
 
 from pydantic import BaseModel
 
-from dse.errors import Diagnostic
+from dse.errors import Diagnostic, in_order
 from dse.space.trees import NOT_OFFERED, Choice, PerProcessorType, Tree, graft
 from dse.space.types import EMPTY, UNKNOWN_TYPE, Decision, Processor, Reference
 from dse.spec.load import LoadedSpec
@@ -95,8 +95,7 @@ class Ledger:
 
     def sorted_diagnostics(self) -> list[Diagnostic]:
         """Every mistake noted, by file in the order of inclusion, line and column."""
-        order = {source.file: number for number, source in enumerate(self.loaded.sources)}
-        return sorted(self.diagnostics, key=lambda item: (order.get(item.file, len(order)), item.file, item.line, item.column))
+        return in_order(self.diagnostics, [source.file for source in self.loaded.sources])
 
     def doubt(self, *names: str) -> None:
         """Remember what a mistake leaves open, so that nothing is reported that merely follows from it.

@@ -14,7 +14,7 @@ from typing import Any, Literal, get_args
 from pydantic import ValidationError
 from pydantic_core import ErrorDetails
 
-from dse.errors import Diagnostic, ProblemError
+from dse.errors import Diagnostic, ProblemError, in_order
 from dse.importers.registry import IMPORTERS, is_model, read_foreign
 from dse.spec.document import SECTIONS, identity_of, merged_document
 from dse.spec.fields import describe
@@ -315,9 +315,7 @@ class _Loader:
         """The merged problem; raises when there are findings."""
         self._check_repeated_names()
         if self.findings:
-            order = {file: at for at, file in enumerate(self._files)}
-            found = sorted(self.findings, key=lambda item: (order.get(item.file, len(order)), item.file, item.line, item.column))
-            raise UnreadableError(found, self._rest())
+            raise UnreadableError(in_order(self.findings, self._files), self._rest())
         return self._merge()
 
     def _rest(self) -> LoadedSpec | None:

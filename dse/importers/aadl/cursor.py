@@ -66,7 +66,7 @@ class Cursor:
 
     def name(self, what: str = "a name") -> str:
         """A name, as written."""
-        if self.token.kind != "name":
+        if self.token.kind != "name" or self.token.key == "end":
             self.fail(what)
         return self.take().text
 
