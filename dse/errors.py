@@ -5,7 +5,7 @@ Every exception knows the exit code that the command line answers with.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import Literal
@@ -57,7 +57,7 @@ class Diagnostic:
         return f"{text} ({self.hint})" if self.hint else text
 
 
-def in_order(findings: Sequence[Diagnostic], files: Sequence[str]) -> list[Diagnostic]:
+def in_order(findings: Iterable[Diagnostic], files: Sequence[str]) -> list[Diagnostic]:
     """Findings by file, in the order given, other files behind them; then by line and column."""
     order = {file: number for number, file in enumerate(files)}
     return sorted(findings, key=lambda item: (order.get(item.file, len(order)), item.file, item.line, item.column))
