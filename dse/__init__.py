@@ -48,6 +48,7 @@ if TYPE_CHECKING:
     from dse.results.solve import Result as Result
     from dse.results.sweep import SweepResult as SweepResult
     from dse.results.verify import Verification as Verification
+    from dse.study.insist import insist as insist
     from dse.study.resume import resume as resume
     from dse.study.robust import solve_robust as solve_robust
     from dse.study.sensitivity import sensitivity as sensitivity
@@ -70,6 +71,7 @@ _HOMES = {
     "loads": "dse.api.problem",
     "reopen": "dse.api.reopen",
     "with_further_designs": "dse.api.further",
+    "insist": "dse.study.insist",
     "resume": "dse.study.resume",
     "simulate": "dse.api.simulate",
     "solve": "dse.api.solve",

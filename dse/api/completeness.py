@@ -95,9 +95,14 @@ class _Refining:
         """How it knows."""
         return self.prover.words
 
-    def in_region(self, below: Sequence[int | None], from_on: Sequence[int | None] | None = None) -> Reply:
+    def in_region(
+        self,
+        below: Sequence[int | None],
+        from_on: Sequence[int | None] | None = None,
+        given: tuple[int, int] | None = None,
+    ) -> Reply:
         """See `Prover`."""
-        return self._true(lambda: self.prover.in_region(below, from_on))
+        return self._true(lambda: self.prover.in_region(below, from_on, given))
 
     def earlier_design(self, vector: Sequence[int], design: Design) -> Reply:
         """See `Prover`."""

@@ -10,6 +10,7 @@ from typing import Any
 
 from dse.analysis.evaluate import Evaluator
 from dse.api.contention import stated_verdicts
+from dse.api.insisting import stated_insisting
 from dse.api.origins import origin_of
 from dse.api.points import Bench, check_ranks
 from dse.api.problem import Problem, baseline_design
@@ -17,6 +18,7 @@ from dse.api.resume import search_of
 from dse.api.stated import named_design
 from dse.errors import UsageError, about
 from dse.results.display import figures_of
+from dse.results.insisting import InsistedPoint
 from dse.results.points import (
     Clash,
     Conflict,
@@ -98,6 +100,8 @@ def _reopened(path: str | Path, problem: str | Path | None) -> Result:
         others=tuple(_others(evaluator, item, infos, path) for item in data["others"]),
         others_asked=_others_asked(data.get("others_asked")),
     )
+    if data.get("insisting") is not None:
+        found = replace(found, insisting=stated_insisting(data["insisting"], _insisted(evaluator, data, infos, path)))
     return replace(found, contended=stated_verdicts(found, data, path))
 
 
@@ -161,6 +165,18 @@ def _others(
             FurtherDesign(id=found["id"], dominated_by=dominated, different=found["different_decisions"], **checked)
         )
     return FurtherDesigns(item["of"], Fraction(item["within"]), tuple(designs), item["more"])
+
+
+def _insisted(
+    evaluator: Evaluator, data: Mapping[str, Any], infos: tuple[ObjectiveInfo, ...], path: str | Path
+) -> list[InsistedPoint]:
+    """The points that only fronts with an option have."""
+    return [
+        InsistedPoint(
+            id=item["id"], **_checked(evaluator, item, named_design(evaluator.space, item["decisions"]), infos, path)
+        )
+        for item in data["insisting"]["points"]
+    ]
 
 
 def _others_asked(item: Mapping[str, Any] | None) -> FurtherAsked | None:

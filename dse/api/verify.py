@@ -12,6 +12,7 @@ from dse.api.belonging import Belonging, belonging, carried_digests, carried_pro
 from dse.api.completeness import check_claims
 from dse.api.conflicts import check_conflicts
 from dse.api.contention import check_contention
+from dse.api.insisting import check_insisting
 from dse.api.nearby import check_others
 from dse.api.origins import origin_of
 from dse.api.points import MOST_FINDINGS, Bench, Witness, check_front, check_statements
@@ -83,6 +84,7 @@ def _checked(data: Mapping[str, Any], found: Belonging, name: str, means: Means)
         "whether it is robust": lambda: _check_robust(bench, means),
         "the points": lambda: check_front(bench),
         "other designs": lambda: check_others(bench, method, limit.deadline),
+        "the fronts with one option each": lambda: check_insisting(bench, method, limit.deadline),
         "contention": lambda: check_contention(bench, limit.deadline),
         "what robustness costs": lambda: _check_costs(bench, means),
         "that nothing is missing": lambda: check_claims(bench, method, limit.deadline),

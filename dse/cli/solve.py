@@ -88,6 +88,15 @@ REPORT_S = 2.0
     metavar="SHARE",
     help="Also designs with every objective at most so much worse, e.g. 5%; what dominates them is said.",
 )
+@click.option(
+    "--insist",
+    is_flag=True,
+    help="Also the price of insisting: for each option of each open decision the front with it fixed, on --workers "
+    "cores or on --scheduler.",
+)
+@click.option(
+    "--scheduler", metavar="ADDRESS", help="Where --insist searches: a Dask cluster, such as tcp://host:8786."
+)
 @click.option("--report", is_flag=True, help="Also write a report: HTML, Markdown, CSV and JSON.")
 @click.option("-o", "--output", "folder", default="reports", show_default=True, metavar="DIR", help="Where reports go.")
 @json_option
@@ -110,6 +119,8 @@ def command(
     folder: str,
     json_path: str | None,
     csv_path: str | None,
+    insist: bool,
+    scheduler: str | None,
     quiet: bool,
     **options: Any,
 ) -> int:
@@ -141,9 +152,11 @@ def command(
         raise click.UsageError(
             f"{resume}: its search is not robust, and --resume goes on with the question of the result"
         )
+    if scheduler is not None and not insist:
+        raise click.UsageError("--scheduler is for --insist")
     if robust or asked.robust:
-        if further is not None or within is not None:
-            raise click.UsageError("--robust shows one design for each point: no --further, no --within")
+        if further is not None or within is not None or insist:
+            raise click.UsageError("--robust shows one design for each point: no --further, --within or --insist")
         from dse.cli.robust import show_robust, solve_robustly
 
         with _Reporter(quiet=quiet) as progress:
@@ -158,6 +171,8 @@ def command(
         result = with_further_designs(
             result, further or DEFAULT_COUNT, within, top, seed=seed, time_limit_s=time_limit.rest_s
         )
+    if insist and not result.interrupted:
+        result = _insisted(result, workers, scheduler, time_limit, quiet=quiet)
     failure = save((json_path, result.to_json), (csv_path, result.to_csv))
     if not quiet and "-" not in (json_path, csv_path):
         from dse.report.terminal import print_result
@@ -166,7 +181,24 @@ def command(
     in_time = target is None or _write_report(result, target, whole, quiet=quiet)
     if failure is not None:
         raise failure
-    return result.exit_code if in_time else EXIT_INCOMPLETE
+    is_whole = result.insisting is None or result.insisting.is_complete
+    return result.exit_code if in_time and is_whole else EXIT_INCOMPLETE
+
+
+def _insisted(result: Result, workers: int, scheduler: str | None, limit: TimeLimit, *, quiet: bool) -> Result:
+    """The result with the price of insisting; on a terminal it is told how far that is."""
+    from dse.study.insist import Machines, insisted
+
+    live = sys.stderr.isatty() and not quiet
+
+    def tell(done: int, whole: int) -> None:
+        if live:
+            click.echo(f"\r\033[K{done} of {whole} options", err=True, nl=False)
+
+    found = insisted(result, Machines(workers, scheduler), limit, tell)
+    if live:
+        click.echo("\r\033[K", err=True, nl=False)
+    return found
 
 
 def _question(file: str | None, resume: str | None, question: Question) -> tuple[Problem, FrontSearch | None]:

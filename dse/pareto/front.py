@@ -166,13 +166,15 @@ def search_front(
     watch: Watch | None = None,
     earlier: FrontSearch | None = None,
     start: Design | None = None,
+    encoded: EncodedSpace | None = None,
 ) -> FrontSearch:
     """All non-dominated points of the evaluator's space, each with its canonical design.
 
     Ctrl-C and the time limit end the search early: the points found so far are non-dominated all the same, and the open
     regions say where more may lie. `earlier` is the outcome of a stopped search of the same space, which is continued.
     `start` is a design to start from, such as today's. Where the search is stopped before its first point, the best
-    design that it has come across is all there is: in an open region, and not proved to be non-dominated.
+    design that it has come across is all there is: in an open region, and not proved to be non-dominated. `encoded` is
+    the model of the space, where there is one already.
 
     Raises
     ------
@@ -189,7 +191,7 @@ def search_front(
         if earlier is not None:
             earlier = _checked(evaluator, earlier)
         try:
-            encoded = encode(evaluator)
+            encoded = encoded if encoded is not None else encode(evaluator)
         except OutOfTime:
             known = earlier or FrontSearch({}, (tuple(ANYTHING for _ in evaluator.objectives),), (), 0, 0.0)
             return replace(known, elapsed_s=time.monotonic() - started)

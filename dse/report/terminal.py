@@ -17,6 +17,7 @@ from dse.report.contention import (
     processing_words,
 )
 from dse.report.explain import print_conflicts
+from dse.report.insisting import print_insisting
 from dse.report.missing import TITLE, missing_words
 from dse.report.plain import basis_words, print_hanging
 from dse.report.plain import plain as _plain
@@ -77,6 +78,8 @@ def print_result(console: Console, result: Result, top: int | None = TOP) -> Non
         _print_common(console, result)
         _print_reasons(console, result, shown)
         _print_others(console, result, shown)
+    if result.insisting is not None:
+        print_insisting(console, result, top)
     console.print(proof_words(result), markup=False, style="bold")
     missing = missing_words(result)
     if missing:

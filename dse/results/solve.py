@@ -16,6 +16,7 @@ from dse.errors import EXIT_COMPLETE, EXIT_INCOMPLETE, EXIT_NO
 from dse.results.contention import Contended, contention_dict
 from dse.results.display import figures_of, in_table, titled
 from dse.results.frames import unit_frame
+from dse.results.insisting import Insisting
 from dse.results.points import Clash, Conflict, FurtherAsked, FurtherDesigns, ObjectiveInfo, Origin, Point, Search
 from dse.results.ranking import METHOD, competition_ranks, ideal_distances
 from dse.results.variants import find_variants
@@ -43,7 +44,8 @@ class Result:
     up, to the unit in which they count. Regions are exclusive bounds by objective; `potential` is the best value of
     each objective that may still be unexplored. `interrupted` says that Ctrl-C ended the search: nothing is added then.
     `contended` says by id what each design keeps when response times count, where the question leaves them out
-    (`dse.analysis.contention`); designs that are missing there were not checked.
+    (`dse.analysis.contention`); designs that are missing there were not checked. `insisting` has the front with each
+    option fixed, where that was asked for.
 
     Examples
     --------
@@ -73,6 +75,7 @@ class Result:
     rounded: tuple[str, ...] = ()
     interrupted: bool = False
     contended: Mapping[str, Contended] = field(default_factory=dict)
+    insisting: Insisting | None = None
 
     @property
     def exit_code(self) -> int:
@@ -137,6 +140,7 @@ class Result:
             **({"give_up": [clash.to_dict() for clash in self.give_up]} if self.give_up else {}),
             "others": [self._others_dict(item) for item in self.others],
             **({"others_asked": self.others_asked.to_dict()} if self.others_asked is not None else {}),
+            **({"insisting": self.insisting.to_dict()} if self.insisting is not None else {}),
             "search": vars(self.search),
             "files": dict(self.problem.texts),
         }

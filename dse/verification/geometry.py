@@ -18,6 +18,11 @@ def uncovered(points: Sequence[Bound], regions: Sequence[Bound], outer: Bound) -
     still open; a part within a region is dropped at once. The part returned is that below the bound, and its far
     corner is surely not covered.
     """
+    return min(open_parts(points, regions, outer), default=None)
+
+
+def open_parts(points: Sequence[Bound], regions: Sequence[Bound], outer: Bound) -> list[Bound]:
+    """The maximal parts of everything below `outer` that lie in no region and that no point covers."""
     parts = [] if _within(outer, regions) else [outer]
     for point in points:
         look_at_the_clock()
@@ -33,7 +38,7 @@ def uncovered(points: Sequence[Bound], regions: Sequence[Bound], outer: Bound) -
             if not _within(part, kept) and not any(part != other and _below(part, other) for other in fresh)
         ]
         parts = kept
-    return min(parts, default=None)
+    return parts
 
 
 def inside(point: Bound, region: Bound) -> bool:

@@ -134,8 +134,16 @@ class SecondModel:
         self.model.add_element(self._value(met), [INACTIVE, self.chosen[index]], shown)
         return shown
 
-    def in_region(self, below: Sequence[int | None], from_on: Sequence[int | None] | None = None) -> Reply:
-        """A design whose objectives are below `below` and not below `from_on` (None: no bound)."""
+    def in_region(
+        self,
+        below: Sequence[int | None],
+        from_on: Sequence[int | None] | None = None,
+        given: tuple[int, int] | None = None,
+    ) -> Reply:
+        """A design whose objectives are below `below` and not below `from_on` (None: no bound).
+
+        `given` is a decision and the option that the design has, unless it has no use for the decision.
+        """
         for axis, bound in enumerate(from_on or ()):
             if bound is not None and self.tables.objectives[axis][0].is_open:
                 raise TooLarge("how long response times may get at most depends on too much to tabulate")
@@ -147,6 +155,10 @@ class SecondModel:
             for axis, bound in enumerate(from_on or ()):
                 if bound is not None:
                     model.add(self._in(model, self.objectives[axis]) >= bound)
+            if given is not None:
+                decision, option = given
+                domain = cp_model.Domain.from_values([INACTIVE, option])
+                model.add_linear_expression_in_domain(self._in(model, self.option[decision]), domain)
 
         return self._ask(ask)
 

@@ -8,7 +8,7 @@ from typing import Literal, Protocol, TypeAlias
 import numpy as np
 
 from dse.analysis.evaluate import Evaluator
-from dse.space.types import Design
+from dse.space.types import INACTIVE, Design
 from dse.verification.exhaustion import Exhaustion, TooMany, exhaust
 from dse.verification.model import Reply, SecondModel
 from dse.verification.tables import Tables, build_tables
@@ -28,8 +28,16 @@ class Prover(Protocol):
         """How it knows."""
         ...
 
-    def in_region(self, below: Sequence[int | None], from_on: Sequence[int | None] | None = None) -> Reply:
-        """A design whose objectives are below `below` and not below `from_on` (None: no bound)."""
+    def in_region(
+        self,
+        below: Sequence[int | None],
+        from_on: Sequence[int | None] | None = None,
+        given: tuple[int, int] | None = None,
+    ) -> Reply:
+        """A design whose objectives are below `below` and not below `from_on` (None: no bound).
+
+        `given` is a decision and the option that the design has, unless it has no use for the decision.
+        """
         ...
 
     def earlier_design(self, vector: Sequence[int], design: Design) -> Reply:
@@ -53,7 +61,12 @@ class AllDesigns:
         feasible = len(self.found.vectors)
         return f"every design looked at: {self.found.looked_at} that are possible, {feasible} of them feasible"
 
-    def in_region(self, below: Sequence[int | None], from_on: Sequence[int | None] | None = None) -> Reply:
+    def in_region(
+        self,
+        below: Sequence[int | None],
+        from_on: Sequence[int | None] | None = None,
+        given: tuple[int, int] | None = None,
+    ) -> Reply:
         """See `Prover`."""
         mask = np.ones(len(self.found.vectors), dtype=bool)
         for axis, bound in enumerate(below):
@@ -62,6 +75,8 @@ class AllDesigns:
         for axis, bound in enumerate(from_on or ()):
             if bound is not None:
                 mask &= self.found.vectors[:, axis] >= bound
+        if given is not None:
+            mask &= np.isin(self.found.designs[:, given[0]], (INACTIVE, given[1]))
         return self._first(mask)
 
     def earlier_design(self, vector: Sequence[int], design: Design) -> Reply:

@@ -205,6 +205,31 @@ class Robust(Form):
     unjudged: list[int] = field("Points of the nominal front that the time was too short to judge.", default=[])
 
 
+class InsistedPoint(ListedDesign):
+    """A design on the front with some option fixed that is not on the whole front."""
+
+    id: int = field("Its number, after those of the points of `front`.")
+
+
+class InsistedOption(Form):
+    """The front with an option of a decision fixed."""
+
+    decision: str = field("The decision.")
+    option: str = field("The option that is insisted on.")
+    status: Literal["complete", "incomplete", "infeasible"] = field(
+        "`complete`: the front is proved; `incomplete`: stopped, these points are on it, others may be; `infeasible`: "
+        "proved that no design has the option."
+    )
+    front: list[int] = field("The points, by their ids in `front` and in `insisting.points`.")
+
+
+class Insisting(Form):
+    """The price of insisting: for each option of each open decision the front with that option fixed."""
+
+    points: list[InsistedPoint] = field("The designs that only these fronts have.")
+    options: list[InsistedOption] = field("Every option of every open decision, in the order of the problem.")
+
+
 class ResultForm(Form):
     """The outcome of `dse solve`: the front, its proof, and the question that was asked."""
 
@@ -231,6 +256,7 @@ class ResultForm(Form):
     )
     others: list[FurtherDesigns] = field("Further designs at or near points, where they were asked for.")
     others_asked: FurtherAsked = field("Which further designs were asked for.", default=None)
+    insisting: Insisting = field("What each option costs, where that was asked for.", default=None)
     search: Search = field("What the search did.")
     files: dict[str, str] = field(
         "The text of the problem file and of what it includes, by name, so that the result can be worked with where "

@@ -1,0 +1,108 @@
+"""The price of insisting on an option, in words and figures."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from rich.console import Console
+
+from dse.report.plain import plain, plain_table, print_hanging
+from dse.results.display import counted
+from dse.results.insisting import InsistedOption
+from dse.results.points import ObjectiveInfo
+from dse.results.solve import Result
+from dse.units import is_unbounded
+
+TOP = 10
+
+
+@dataclass(frozen=True)
+class Price:
+    """What an option costs: how many points of the whole front have it, and what is lost at the best of each objective.
+
+    `kept` counts points of the whole front; `best` and `lost` are by objective, empty where no design is known.
+    """
+
+    item: InsistedOption
+    kept: int
+    best: tuple[int, ...]
+    lost: tuple[int, ...]
+
+    @property
+    def state(self) -> str:
+        """``impossible``, ``unknown`` where the search was stopped, else how many points it keeps."""
+        if self.item.status == "infeasible":
+            return "impossible"
+        return "unknown" if self.item.status == "incomplete" else str(self.kept)
+
+
+def prices(result: Result) -> list[Price]:
+    """The price of each option, in the order of the problem."""
+    assert result.insisting is not None
+    vectors = {point.id: point.objectives for point in result.front}
+    vectors |= {point.id: point.objectives for point in result.insisting.points}
+    whole = {point.id for point in result.front}
+
+    def best(info: ObjectiveInfo, ids: tuple[int, ...]) -> int:
+        values = [vectors[number][info.name] for number in ids]
+        return min(values) if info.sense == "minimise" else max(values)
+
+    found = []
+    for item in result.insisting.options:
+        reached = tuple(best(info, item.front) for info in result.objectives) if item.front else ()
+        most = [best(info, tuple(whole)) for info in result.objectives] if reached else []
+        lost = tuple(abs(value - ideal) for value, ideal in zip(reached, most, strict=True))
+        found.append(Price(item, len(whole & set(item.front)), reached, lost))
+    return found
+
+
+def summary_words(result: Result) -> str:
+    """How many options keep the whole front, part of it or nothing, are impossible or unknown."""
+    every = prices(result)
+    size = len(result.front)
+    done = [price for price in every if price.item.status == "complete"]
+    counts = [
+        (sum(price.kept == size for price in done), "keep every alternative"),
+        (sum(0 < price.kept < size for price in done), "keep some"),
+        (sum(price.kept == 0 for price in done), "keep none"),
+        (sum(price.item.status == "infeasible" for price in every), "are impossible"),
+        (sum(price.item.status == "incomplete" for price in every), "are unknown: the search was stopped"),
+    ]
+    told = ", ".join(f"{count} {words}" for count, words in counts if count)
+    return f"Of {len(every)} options that one may insist on {told}."
+
+
+def costly(result: Result) -> list[Price]:
+    """The options that no alternative of the front has, in the order of the problem."""
+    return [price for price in prices(result) if not price.kept]
+
+
+def cost_words(result: Result, price: Price) -> list[str]:
+    """For each objective the best value with an option, and what that is worse than without insisting."""
+    texts = []
+    for info, value, lost in zip(result.objectives, price.best, price.lost, strict=False):
+        text = counted(value, info.unit, result.space.currency)
+        if lost and not is_unbounded(value):
+            text += f" ({'+' if info.sense == 'minimise' else '-'}{counted(lost, info.unit, result.space.currency)})"
+        texts.append(text)
+    return texts
+
+
+def print_insisting(console: Console, result: Result, top: int | None) -> None:
+    """What the options cost that no alternative has; how many others there are."""
+    console.print(f"The price of insisting: {summary_words(result)}", markup=False)
+    listed = costly(result)
+    shown = listed if top is None else listed[: max(top, TOP)]
+    if shown:
+        table = plain_table(console)
+        for title in ("insisting on", "alternatives kept", *(f"best {info.name}" for info in result.objectives)):
+            table.add_column(plain(title), justify="left" if title == "insisting on" else "right")
+        for price in shown:
+            cells = cost_words(result, price) or ["-"] * len(result.objectives)
+            named = plain(f"{price.item.decision} {price.item.option}")
+            table.add_row(named, price.state, *map(plain, cells))
+        console.print(table)
+    if len(shown) < len(listed):
+        print_hanging(
+            console, f"{len(listed) - len(shown)} more such options: --top {len(listed)}, --json or --report."
+        )

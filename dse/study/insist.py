@@ -1,0 +1,191 @@
+"""`dse.insist`: the price of insisting on each option, computed side by side from a result."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, replace
+from functools import lru_cache
+from typing import Literal, TypeAlias
+
+from dse.analysis.evaluate import Evaluator
+from dse.api.insisting import open_options
+from dse.api.resume import search_of
+from dse.pareto.front import Budget, FrontSearch
+from dse.pareto.insist import Insistence
+from dse.results.insisting import InsistedOption, InsistedPoint, Insisting
+from dse.results.solve import Result, decisions_of
+from dse.space.types import Design
+from dse.study.cluster import run_on_cluster
+from dse.study.workers import check_workers, run_all
+from dse.timelimit import OutOfTime, TimeLimit, in_force
+
+Status: TypeAlias = Literal["complete", "incomplete", "infeasible"]
+Fronts: TypeAlias = "dict[tuple[int, int], tuple[Status, list[InsistedPoint]]]"
+
+
+@dataclass(frozen=True)
+class Machines:
+    """Where options are searched: on so many cores of this machine, or on the cluster of a Dask scheduler."""
+
+    workers: int = 1
+    scheduler: str | None = None
+
+
+def insist(
+    result: Result,
+    *,
+    workers: int = 1,
+    scheduler: str | None = None,
+    time_limit_s: float | None = None,
+    progress: Callable[[int, int], None] | None = None,
+) -> Result:
+    """The result with the price of insisting: for each option of each open decision the front with that option fixed.
+
+    The same fronts as `dse.solve` finds with `fix`, but from one model and from what the whole front's search has
+    proved.
+
+    Parameters
+    ----------
+    result
+        what `dse.solve` or `dse.reopen` returned.
+    workers
+        on how many cores of this machine; what is found does not depend on it.
+    scheduler
+        the address of a Dask scheduler, to search on its workers instead.
+    time_limit_s
+        seconds for all of it; options that are not done by then are ``incomplete``.
+    progress
+        called with the number of options that are done, and of all.
+
+    Returns
+    -------
+    Result
+        with `insisting`, whose options are in the order of the problem.
+
+    Raises
+    ------
+    UsageError
+        when the result is of a problem without objectives, or there is no such cluster.
+
+    Examples
+    --------
+    >>> import dse
+    >>> result = dse.insist(dse.solve("pump.yaml"))
+    >>> [(item.option, item.status, item.front) for item in result.insisting.options if item.decision == "can0.type"]
+    [('can_250k', 'complete', (1, 4)), ('can_500k', 'complete', (2, 3))]
+    """
+    check_workers(workers)
+    limit = TimeLimit.after(time_limit_s)
+    return insisted(result, Machines(workers, scheduler), limit, progress or (lambda done, whole: None))
+
+
+def insisted(
+    result: Result, machines: Machines, limit: TimeLimit, tell: Callable[[int, int], None] = lambda done, whole: None
+) -> Result:
+    """`insist` until a limit of time, or Ctrl-C."""
+    space = result.space
+    wanted = open_options(space)
+    found: Fronts = {}
+    if result.status == "infeasible":
+        found = {one: ("infeasible", []) for one in wanted}
+    else:
+        _search(result, [one for one in wanted if one not in found], machines, limit, found, tell)
+    return replace(result, insisting=_gathered(result, wanted, found))
+
+
+def _search(
+    result: Result,
+    wanted: Sequence[tuple[int, int]],
+    machines: Machines,
+    limit: TimeLimit,
+    found: Fronts,
+    tell: Callable[[int, int], None],
+) -> None:
+    """Fill `found` as far as there is time."""
+    shared = json.dumps({**result.to_dict(), "insisting": None, "others": []}, ensure_ascii=False)
+    payloads = [
+        json.dumps({"result": shared, "decision": decision, "option": option, "seed": result.search.seed})
+        for decision, option in wanted
+    ]
+    try:
+        for done, (number, outcome) in enumerate(_outcomes(payloads, machines, limit), start=1):
+            data = json.loads(outcome)
+            points = [
+                InsistedPoint(0, item["objectives"], item["metrics"], {}, tuple(item["design"]))
+                for item in data["front"]
+            ]
+            found[wanted[number]] = data["status"], points
+            tell(done, len(wanted))
+    except (OutOfTime, KeyboardInterrupt):
+        return  # what is missing is incomplete
+    finally:
+        _prepared.cache_clear()
+
+
+def _outcomes(payloads: Sequence[str], machines: Machines, limit: TimeLimit) -> Iterator[tuple[int, str]]:
+    if machines.scheduler is not None:
+        return run_on_cluster(search_payload, payloads, machines.scheduler, limit)
+    return run_all(search_payload, payloads, machines.workers, limit)
+
+
+def search_payload(payload: str) -> str:
+    """The front with an option, as text: the status and the designs."""
+    content = json.loads(payload)
+    insistence = _prepared(content["result"])
+    search = insistence.front(content["decision"], content["option"], Budget(in_force(), content["seed"]))
+    names = [measure.metric.name for measure in insistence.evaluator.objectives]
+    front = [
+        {
+            "design": design,
+            "objectives": dict(zip(names, vector, strict=True)),
+            "metrics": insistence.evaluator.metric_values(design),
+        }
+        for vector, design in sorted(_certain(search, insistence.senses))
+    ]
+    return json.dumps({"status": _status(search), "front": front})
+
+
+@lru_cache(maxsize=1)
+def _prepared(result: str) -> Insistence:
+    """What all options share, made once in each process."""
+    data = json.loads(result)
+    del data["insisting"]
+    asked, search = search_of(data, data["problem"]["file"], None)
+    return Insistence(Evaluator(asked.space), search)
+
+
+def _certain(search: FrontSearch, senses: Sequence[str]) -> list[tuple[tuple[int, ...], Design]]:
+    """The points that are on the front, whatever else is: none in a region that is still open."""
+    found = []
+    for vector, design in search.points.items():
+        signed = [-value if sense == "maximise" else value for value, sense in zip(vector, senses, strict=True)]
+        if not any(
+            all(value < bound for value, bound in zip(signed, region, strict=True)) for region in search.unexplored
+        ):
+            found.append((vector, design))
+    return found
+
+
+def _status(search: FrontSearch) -> Status:
+    if not search.is_complete:
+        return "incomplete"
+    return "complete" if search.points else "infeasible"
+
+
+def _gathered(result: Result, wanted: Sequence[tuple[int, int]], found: Fronts) -> Insisting:
+    """Ids for all points: those of the front have theirs."""
+    space = result.space
+    ids = {point.design: point.id for point in result.front}
+    points: list[InsistedPoint] = []
+    options = []
+    for decision, option in wanted:
+        status, front = found.get((decision, option), ("incomplete", []))
+        for point in front:
+            if point.design not in ids:
+                ids[point.design] = len(ids) + 1
+                points.append(replace(point, id=ids[point.design], decisions=decisions_of(space, point.design)))
+        item = space.decisions[decision]
+        numbers = tuple(sorted(ids[point.design] for point in front))
+        options.append(InsistedOption(item.name, item.options[option], status, numbers))
+    return Insisting(tuple(points), tuple(options))
