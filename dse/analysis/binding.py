@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from fractions import Fraction
+from math import floor
 from typing import Any
 
 from dse.analysis.views import View
@@ -19,6 +20,15 @@ def bus_stack(space: Space, connection: Connection, view: View) -> tuple[int, ..
         stack.append(bus)
         bus = at(space.buses[bus].carrier, view)
     return tuple(stack)
+
+
+def own_core(space: Space, number: int, view: View, count: Exact) -> int | None:
+    """The core, from 1, that a thread has whatever the others do; None where it has none.
+
+    Where a study moves the number of cores, a core that is not there is the last one.
+    """
+    core = at(space.components[number].core, view) if count > 1 else 1
+    return None if core is None else min(int(core), max(1, floor(count)))
 
 
 def machine_type(space: Space, connection: Connection, view: View) -> str:

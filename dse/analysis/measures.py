@@ -32,13 +32,16 @@ from dse.analysis.scheduling import UNBOUNDED_NS, bounded_response_ns, longest_a
 from dse.analysis.terms import PPM, SCALE_LIMIT, ZERO, Extreme, Measure, Term, exact_sum, extreme_term, scaled_term
 from dse.analysis.views import View
 from dse.space.clocks import is_always_timed
+from dse.space.cores import tells_cores_apart
 from dse.space.metrics import (
     CHAIN_METRICS,
     FLOW_METRICS,
     asks_for_changes,
     busy_obstacle,
+    core_metric,
     has_age,
     metric_dimension,
+    most_cores,
     total_unit,
 )
 from dse.space.trees import FROM_BANDWIDTH, PerProcessorType, Tree, at, leaves
@@ -89,8 +92,8 @@ def build_measure(space: Space, metric: Metric, *, counted: bool = True) -> Meas
         flow = space.flows[metric.index or 0]
         return _scaled(metric, "ns", tuple(_flow_terms(space, flow, metric.kind)), *_latency_scale(space, flow))
     number = metric.index or 0
-    if metric.kind == "utilisation":
-        terms = utilisation_terms(space, number)
+    if metric.kind in ("utilisation", "core utilisation"):
+        terms = utilisation_terms(space, number, int(metric.key) if metric.key else None)
         return _scaled(metric, "ppm", terms, utilisation_scale(space, terms) if counted else 1)
     if metric.kind == "load":
         terms = load_terms(space, number)
@@ -435,6 +438,7 @@ def all_metrics(space: Space) -> tuple[Metric, ...]:
         aged = has_age(space, flow)
         metrics += [Metric(f"{kind} of {flow.name}", kind, number) for kind in kinds if kind != "data age" or aged]
     metrics += [Metric(f"utilisation of {slot.name}", "utilisation", n) for n, slot in enumerate(space.processors)]
+    metrics += _core_metrics(space)
     metrics += [Metric(f"load of {bus.name}", "load", n) for n, bus in enumerate(space.buses)]
     metrics += [
         Metric(f"busy of {bus.name}", "busy", n) for n, bus in enumerate(space.buses) if not busy_obstacle(space, n)
@@ -445,3 +449,16 @@ def all_metrics(space: Space) -> tuple[Metric, ...]:
     if asks_for_changes(space):
         metrics.append(Metric("changes", "changes"))
     return tuple(metrics)
+
+
+def _core_metrics(space: Space) -> Iterator[Metric]:
+    """The utilisation of each core of processors with several where the core of every thread there is stated.
+
+    Or chosen, where something tells cores apart; else equal cores may change places, and their figures with them.
+    """
+    apart = tells_cores_apart(space)
+    for number in range(len(space.processors)):
+        here = [item for item in space.components if item.processor is not None and number in leaves(item.processor)]
+        is_told = all(isinstance(item.core, int) or (apart and item.core is not None) for item in here)
+        if here and is_told and most_cores(space, number) > 1:
+            yield from (core_metric(space, number, core) for core in range(1, most_cores(space, number) + 1))

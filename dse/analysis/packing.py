@@ -42,12 +42,13 @@ def placed(space: Space, design: Design, waiting: Sequence[int]) -> Design:
     """
     open_ = [item for item in space.open_cores if item.index in set(waiting)]
     limits = core_limits(space)
+    beside = [build_limit(space, item) for item in space.requirements if item.metric.kind == "core utilisation"]
     first = first_fit(space, design, open_)
     known = [] if first is None else [first]
     for found in chain(known, placements(space, design, open_, limits)):
         first = first if first is not None else found
         view = View(found)
-        if all(judge(limit, view).holds for limit in limits):
+        if all(judge(limit, view).holds for limit in (*limits, *beside)):
             return found
     return first if first is not None else design
 

@@ -14,6 +14,7 @@ from functools import partial
 from math import ceil, floor, lcm
 from typing import Any, Literal, TypeAlias, cast
 
+from dse.analysis.binding import own_core
 from dse.analysis.views import View
 from dse.space.trees import at
 from dse.space.types import Space
@@ -220,7 +221,7 @@ def _given(
     count = operator.index(given) if given.denominator == 1 else floor(given)
     taken, waiting = [Fraction(0)] * count, []
     for number, share in used.items():
-        core = _own_core(space, number, view, count)
+        core = own_core(space, number, view, count)
         if core is None:
             waiting.append(number)
         else:
@@ -231,17 +232,11 @@ def _given(
     return taken, waiting, {number: listed.get(number, range(count)) for number in waiting}
 
 
-def _own_core(space: Space, number: int, view: View, count: int) -> int | None:
-    """The core, from 1, that a thread has whatever the others do; None where it has none."""
-    core = at(space.components[number].core, view) if count > 1 else 1
-    return None if core is None else min(int(core), count)
-
-
 def _as_spread(
     space: Space, used: Mapping[int, Fraction], view: View, waiting: Sequence[int], found: Partition
 ) -> Spread:
     chosen = dict(zip(waiting, (core + 1 for core in found.cores), strict=True))
-    own = {number: _own_core(space, number, view, len(found.loads)) for number in used}
+    own = {number: own_core(space, number, view, len(found.loads)) for number in used}
     return Spread(
         found.status,
         {number: chosen[number] if core is None else core for number, core in own.items()},

@@ -6,7 +6,7 @@ from collections.abc import Callable, Sequence
 from fractions import Fraction
 from math import lcm
 
-from dse.analysis.binding import bus_stack, byte_times_ns, carrying_ns, message_bytes
+from dse.analysis.binding import bus_stack, byte_times_ns, carrying_ns, message_bytes, own_core
 from dse.analysis.rates import RateKey, source_rates_hz
 from dse.analysis.terms import ZERO, Term, product_term
 from dse.analysis.views import View
@@ -15,23 +15,24 @@ from dse.space.trees import at, leaves
 from dse.space.types import Connection, Space
 
 
-def utilisation_terms(space: Space, processor: int) -> tuple[Term, ...]:
+def utilisation_terms(space: Space, processor: int, core: int | None = None) -> tuple[Term, ...]:
     """Utilisation of a processor in ppm of one core: worst execution time on its type * activation rate, per thread.
 
-    A hybrid thread's callback works at its input rate, its timer at 1 / period (docs/semantics.md, section 4.1).
+    Of one `core`, from 1, alone: by the threads whose core that is. A hybrid thread's callback works at its input rate,
+    its timer at 1 / period (docs/semantics.md, section 4.1).
     """
     terms = []
     for number, component in enumerate(space.components):
         if component.processor is None or processor not in set(leaves(component.processor)):
             continue
         if component.execution_ns is not None:
-            terms.append(_work_term(space, processor, number, "activation"))
+            terms.append(_work_term(space, processor, core, number, "activation"))
         if component.callback_ns is not None and "hybrid" in set(leaves(component.protocol)):
-            terms.append(_work_term(space, processor, number, "input"))
+            terms.append(_work_term(space, processor, core, number, "input"))
     return tuple(terms)
 
 
-def _work_term(space: Space, processor: int, number: int, kind: str) -> Term:
+def _work_term(space: Space, processor: int, core: int | None, number: int, kind: str) -> Term:
     component = space.components[number]
     key: RateKey = ("input", number) if kind == "input" else ("activation", number)
     tree = component.callback_ns if kind == "input" else component.execution_ns
@@ -42,11 +43,20 @@ def _work_term(space: Space, processor: int, number: int, kind: str) -> Term:
             return Fraction(0)
         if kind == "input" and at(component.protocol, view) != "hybrid":
             return Fraction(0)
+        if core is not None and _core(space, processor, number, view) != core:
+            return Fraction(0)
         worst = at(tree, view)
         return (ZERO + worst[1]) / 1000 if worst is not None else ZERO
 
     label = component.name if kind == "activation" else f"{component.name} (callback)"
     return product_term(space, label, coefficient, key, component.name)
+
+
+def _core(space: Space, processor: int, number: int, view: View) -> int:
+    """The core of a thread that runs on a processor, stated or chosen (see `dse.space.metrics.core_metrics`)."""
+    found = own_core(space, number, view, max(1, at(space.processors[processor].cores, view)))
+    assert found is not None, "a thread has no core"
+    return found
 
 
 def load_terms(space: Space, bus: int) -> tuple[Term, ...]:

@@ -28,7 +28,7 @@ from dse.encode.rates import RateVariables
 from dse.encode.reasons import Reason, reason_of, reason_of_value
 from dse.encode.schedulability import add_rows, number_cores
 from dse.encode.waiting import Waiting
-from dse.space.cores import is_scheduled, rules_on_cores
+from dse.space.cores import is_scheduled, tells_cores_apart
 from dse.space.metrics import parts_of
 from dse.space.types import Design, Metric, OpenCore, Space
 
@@ -64,7 +64,7 @@ class Contention:
     ) -> None:
         self.space, self.model, self.places, self.deadlines = space, model, places, deadlines
         self.core_limits = core_limits
-        self.movable = movable and not rules_on_cores(space)
+        self.movable = movable and not tells_cores_apart(space)
         self.known: set[int] = set()
         self.is_first = True
         self.is_upward = False
@@ -124,7 +124,7 @@ class Contention:
 
     def number_cores(self) -> None:
         """Number the equal cores of processors that have no rows yet."""
-        if rules_on_cores(self.space):
+        if tells_cores_apart(self.space):
             return
         for processor in range(len(self.space.processors)):
             if processor not in self.known:

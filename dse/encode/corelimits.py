@@ -7,7 +7,10 @@ thread; where one proves to have none, the model gets rows for the processor:
     x[t, k]: thread t runs on core k        sum over k of x[t, k] = 1
     w[t] >= use of t                        for each case of its table
     y[t, k] >= w[t] - most[t] * (1 - x[t, k])
+    sum over k of y[t, k] >= w[t]
     sum over t of y[t, k] <= limit          for each core k
+    x[t, k] = 0                             for each thread t but the first k - 1, where all may have any core:
+                                            equal cores are numbered as their first threads stand in the file
 
 The use is rounded down where it has no common unit, so that no design is lost; what the referee refuses then is
 excluded by the options that it looked at.
@@ -111,6 +114,13 @@ class _Rows:
         self.limit, self.guard = item.limit, item.guard
         self.count = max([1, *leaves(self.space.processors[self.processor].cores)])
         self.scale = item.limit.measure.scale
+        self.free = 0
+        every = set(range(1, self.count + 1))
+        picky = {item.component for item in self.space.open_cores if not every <= set(item.decision.values)}
+        here = [
+            number for number, item in enumerate(self.space.components) if self.processor in set(leaves(item.processor))
+        ]
+        self.is_alike = all(self.space.components[number].core is None and number not in picky for number in here)
 
     def add(self) -> None:
         """Every core's sum is within the limit; a thread with too many cases is left out, which loses no design."""
@@ -147,6 +157,7 @@ class _Rows:
             share = self.model.new_int_var(0, most, "")
             self.model.add(share >= whole - most * (1 - place))
             shares.append(share)
+        self.model.add(sum(shares) >= whole)
         return shares
 
     def _all(self, conditions: Sequence[tuple[int, int]]) -> list[Any]:
@@ -164,6 +175,9 @@ class _Rows:
             return [self.owner._literal(chosen[core]) if core in chosen else 0 for core in range(1, self.count + 1)]
         places = [self.model.new_bool_var("") for _ in range(self.count)]
         self.model.add_exactly_one(places)
+        self.free += 1
+        for place in places[self.free :] if self.is_alike else ():
+            self.model.add(place == 0)
         for core, place in enumerate(places, start=1):
             if core not in values:
                 self.model.add(place == 0)

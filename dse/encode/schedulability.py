@@ -31,7 +31,7 @@ from dse.analysis.rates import NS_PER_S
 from dse.analysis.views import tabulate
 from dse.encode.linear import EXACT_LIMIT
 from dse.encode.places import Places, Thread, Turn
-from dse.space.cores import rules_on_cores
+from dse.space.cores import tells_cores_apart
 from dse.space.types import Space
 from dse.timelimit import look_at_the_clock
 
@@ -68,7 +68,7 @@ def add_rows(
             wanted.setdefault(item.thread, []).append(item)
     rows.add_levels(wanted)
     rows.add_utilisation(wanted)
-    if len(threads) == len(places.on(processor)) and not rules_on_cores(space):
+    if len(threads) == len(places.on(processor)) and not tells_cores_apart(space):
         number_cores(space, model, places, processor)
 
 

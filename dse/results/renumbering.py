@@ -6,7 +6,7 @@ from collections import Counter
 
 from dse.analysis.views import View
 from dse.results.assignment import best_assignment
-from dse.space.cores import rules_on_cores
+from dse.space.cores import tells_cores_apart
 from dse.space.trees import at
 from dse.space.types import Design, Space
 
@@ -26,7 +26,7 @@ def numbered_like(space: Space, design: Design, other: Design) -> Design:
     (0, 1, 1, 0)
     """
     first = space.open_cores[0].index if space.open_cores else len(space.decisions)
-    told_apart = any(index >= first for index in (*space.fixed, *space.baseline)) or rules_on_cores(space)
+    told_apart = any(index >= first for index in (*space.fixed, *space.baseline)) or tells_cores_apart(space)
     if len(space.decisions) <= first or told_apart:
         return design
     result, views = list(design), (View(design), View(other))

@@ -123,12 +123,13 @@ def _with_cores(space: Space, wanted: bool) -> Space:
 def depends_on_cores(space: Space) -> bool:
     """Whether a requirement, an objective, a rule or a fixed decision of the space depends on who shares a core."""
     first = space.open_cores[0].index if space.open_cores else len(space.decisions)
-    asked = [item.metric for item in space.requirements] + [item.metric for item in space.objectives]
-    if any(index >= first for index in space.fixed):
+    if any(index >= first for index in space.fixed) or tells_cores_apart(space):
         return True
-    if any(_looks_at(rule.condition, lambda index: index >= first) for rule in space.rules):
-        return True
-    return any(is_scheduled(space, metric) for metric in asked)
+    return any(is_scheduled(space, metric) for metric in _asked(space))
+
+
+def _asked(space: Space) -> list[Metric]:
+    return [item.metric for item in space.requirements] + [item.metric for item in space.objectives]
 
 
 def is_scheduled(space: Space, metric: Metric) -> bool:
@@ -141,10 +142,18 @@ def is_scheduled(space: Space, metric: Metric) -> bool:
     return metric.kind == "response time"
 
 
-def rules_on_cores(space: Space) -> bool:
-    """Whether rules tell cores apart."""
+def tells_cores_apart(space: Space) -> bool:
+    """Whether rules, or figures of single cores, tell cores apart: a derived metric is looked at wherever it stands."""
     first = space.open_cores[0].index if space.open_cores else len(space.decisions)
-    return any(_looks_at(rule.condition, lambda index: index >= first) for rule in space.rules)
+    if any(_looks_at(rule.condition, lambda index: index >= first) for rule in space.rules):
+        return True
+    derived = [Metric(item.name, "derived", number) for number, item in enumerate(space.derived)]
+    return any(_is_of_cores(space, metric) for metric in (*_asked(space), *derived))
+
+
+def _is_of_cores(space: Space, metric: Metric) -> bool:
+    parts = parts_of(space, metric)
+    return metric.kind == "core utilisation" or any(_is_of_cores(space, inner) for _, inner in parts)
 
 
 def _looks_at(condition: ResolvedCondition, wanted: Callable[[int], bool]) -> bool:

@@ -5,6 +5,7 @@ The same functions serve the problem file (mistakes become diagnostics) and the 
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator, Sequence
 from fractions import Fraction
 from typing import Literal
@@ -12,8 +13,8 @@ from typing import Literal
 from dse.space.clocks import is_always_timed
 from dse.space.properties import closest
 from dse.space.slots import carriers
-from dse.space.trees import Choice, Tree
-from dse.space.types import EMPTY, UNKNOWN_TYPE, Bus, Derived, Flow, Metric, Space
+from dse.space.trees import Choice, Tree, leaves
+from dse.space.types import EMPTY, UNKNOWN_TYPE, Bus, Component, Derived, Flow, Metric, Space
 from dse.spec.expressions import DerivedExpr, ExtremeRef, MetricExpr, MetricRef
 from dse.spec.grammar import parse_derived
 from dse.units import (
@@ -35,8 +36,10 @@ FLOW_METRICS = ("latency", "min latency", "jitter")
 CHAIN_METRICS = ("run jitter", "reaction time", "data age", "exact latency", "exact min latency", "exact jitter")
 """Of flows, too: listed where a problem speaks of clocks, and wherever they are asked for."""
 BUILT_IN = (*FLOW_METRICS, *CHAIN_METRICS, "utilisation", "load", "busy", "response time", *SYSTEM_METRICS, "changes")
+SHARES = ("utilisation", "core utilisation", "busy")
 RESERVED = (*BUILT_IN, "utilization", "max latency", "maximum latency", "minimum latency")
 EXAMPLES = {TIME: "20 ms", DATA_RATE: "5 KB/s", MONEY: "500 EUR", POWER: "10 W", DIMENSIONLESS: "70 %"}
+_CORE = re.compile(r"(?:core\s+(?P<core>[0-9]{1,9})|each\s+core)\s+of\s+(?P<processor>.+)", re.DOTALL)
 _MEANT = {
     "cost": "price", "delay": "latency", "cpu": "utilisation", "cpu load": "utilisation",
     "cpu usage": "utilisation", "usage": "utilisation", "bandwidth": "load", "energy": "power", "variation": "jitter",
@@ -66,7 +69,7 @@ def resolve_metrics(space: Space, ref: MetricExpr) -> tuple[Metric, ...]:
     if kind in (*FLOW_METRICS, *CHAIN_METRICS):
         return _of_flow(space, kind, ref.of)
     if kind == "utilisation":
-        return _indexed(space, kind, ref.of, "processor")
+        return core_metrics(space, ref.of) or _indexed(space, kind, ref.of, "processor")
     if kind == "load":
         return _indexed(space, kind, ref.of, "bus")
     if kind == "busy":
@@ -149,6 +152,54 @@ def has_age(space: Space, flow: Flow) -> bool:
     return is_always_timed(space.components[first.index])
 
 
+def core_metrics(space: Space, of: str | None) -> tuple[Metric, ...]:
+    """The utilisation of ``core N of P``, or of ``each core of P``; nothing where `of` says no such thing.
+
+    A core is used by the threads whose core is stated or chosen: asking for it makes open cores decisions.
+
+    Raises
+    ------
+    QuestionError
+        for a processor or core that is not there, or where first-fit puts a thread on some core.
+    """
+    names = [item.name for item in space.processors]
+    found = _CORE.fullmatch(of) if of is not None and of not in names else None
+    if found is None:
+        return ()
+    wanted, name = found["core"], found["processor"]
+    if name not in names:
+        raise QuestionError(f"no processor is called {shown(name)}", closest(name, names))
+    processor = names.index(name)
+    count = most_cores(space, processor)
+    if wanted is not None and not 1 <= int(wanted) <= count:
+        raise QuestionError(f"core {wanted} of {shown(name)} does not exist: there are {count} at most")
+    for item in by_first_fit(space, processor):
+        hint = "state its core, or leave it open with `core: any`"
+        raise QuestionError(f"on which core of {shown(name)} {shown(item.name)} runs is first-fit's to say", hint)
+    cores = range(1, count + 1) if wanted is None else (int(wanted),)
+    return tuple(core_metric(space, processor, core) for core in cores)
+
+
+def core_metric(space: Space, processor: int, core: int) -> Metric:
+    """The utilisation of a core, from 1."""
+    name = f"utilisation of core {core} of {space.processors[processor].name}"
+    return Metric(name, "core utilisation", processor, str(core))
+
+
+def most_cores(space: Space, processor: int) -> int:
+    """The most cores that a processor may have."""
+    return max([1, *map(int, leaves(space.processors[processor].cores))])
+
+
+def by_first_fit(space: Space, processor: int) -> Iterator[Component]:
+    """The threads that may run on a processor of several cores, and whose core is neither stated nor open."""
+    is_open = {item.component for item in space.open_cores}
+    for number, item in enumerate(space.components) if most_cores(space, processor) > 1 else ():
+        may_run = item.processor is not None and processor in set(leaves(item.processor))
+        if may_run and item.core is None and number not in is_open:
+            yield item
+
+
 def _busy(space: Space, of: str | None) -> tuple[Metric, ...]:
     """The busy time of a bus, or of every one where it can be computed."""
     found = _indexed(space, "busy", of, "bus")
@@ -202,7 +253,7 @@ def metric_dimension(space: Space, metric: Metric) -> Dimension | None:
         return coefficient.dimension.times(inner_dimension)
     if metric.kind in ("total", "changes"):
         return None
-    known = {"utilisation": DIMENSIONLESS, "busy": DIMENSIONLESS, "load": DATA_RATE, **SYSTEM_METRICS}
+    known = {**dict.fromkeys(SHARES, DIMENSIONLESS), "load": DATA_RATE, **SYSTEM_METRICS}
     return known.get(metric.kind, TIME)
 
 
@@ -307,7 +358,7 @@ def own_limit(space: Space, metric: Metric, limit: Quantity) -> Quantity:
             raise QuestionError(f"expected {wanted_unit} for {metric.name}, got {got}")
         return Quantity(as_written(limit).value * ratio, None, unit)
     of_bandwidth = is_share(metric, limit)
-    if limit.unit == "" and (wanted != DIMENSIONLESS or metric.kind in ("utilisation", "busy")):
+    if limit.unit == "" and (wanted != DIMENSIONLESS or metric.kind in SHARES):
         hint = f"such as {EXAMPLES[wanted]}" if wanted in EXAMPLES else _units(space, wanted)
         raise QuestionError(f"expected a limit with its unit for {metric.name}, got a bare number", hint)
     if limit.dimension != wanted and not of_bandwidth:

@@ -215,10 +215,11 @@ class Flow:
 class Metric:
     """A resolved metric: `kind` and the index (or component name) it is of.
 
-    `kind` is ``latency``, ``min latency``, ``jitter`` (of a flow), ``utilisation`` (of a processor), ``load`` and
-    ``busy`` (of a bus), ``response time`` (of a thread; `key` is ``deadline`` where its own is the limit), ``price``,
-    ``power``, ``total`` (`key` names it; `of` a component, or all), ``changes``, ``derived``, or an extreme: ``max``
-    and ``min`` are the greatest and the least of `operands`, each a sum of metrics times constants.
+    `kind` is ``latency``, ``min latency``, ``jitter`` (of a flow), ``utilisation`` (of a processor), ``core
+    utilisation`` (of the core of a processor that `key` states, from 1), ``load`` and ``busy`` (of a bus), ``response
+    time`` (of a thread; `key` is ``deadline`` where its own is the limit), ``price``, ``power``, ``total`` (`key` names
+    it; `of` a component, or all), ``changes``, ``derived``, or an extreme: ``max`` and ``min`` are the greatest and
+    the least of `operands`, each a sum of metrics times constants.
     """
 
     name: str
