@@ -17,6 +17,7 @@ from dse.space.trees import Choice, Tree, leaves
 from dse.space.types import EMPTY, UNKNOWN_TYPE, Bus, Component, Derived, Flow, Metric, Space
 from dse.spec.expressions import DerivedExpr, ExtremeRef, MetricExpr, MetricRef
 from dse.spec.grammar import parse_derived
+from dse.spec.scan import unquoted
 from dse.units import (
     DATA_RATE,
     DIMENSIONLESS,
@@ -166,7 +167,7 @@ def core_metrics(space: Space, of: str | None) -> tuple[Metric, ...]:
     found = _CORE.fullmatch(of) if of is not None and of not in names else None
     if found is None:
         return ()
-    wanted, name = found["core"], found["processor"]
+    wanted, name = found["core"], unquoted(found["processor"])
     if name not in names:
         raise QuestionError(f"no processor is called {shown(name)}", closest(name, names))
     processor = names.index(name)

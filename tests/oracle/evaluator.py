@@ -157,7 +157,7 @@ def _decision_order(problem: Problem) -> list[tuple[str, str, str]]:
             return (3, problem.virtual_slots.index(name))
         if field == "type":
             return (4, 0)
-        return (5, 0) if field == "dispatch_protocol" else (6, 0)
+        return (5, 0) if field == "dispatch_protocol" else (7, 0) if field == "core" else (6, 0)
 
     split = [(*problem.owner(decision), decision) for decision in problem.decisions]
     return sorted(split, key=lambda item: stage(item[0], item[1]))
@@ -217,6 +217,7 @@ def _figures(problem: Problem, reading: Reading) -> dict[str, Any]:
     figures["shares"] = reading.shares()
     figures["utilisation"] = {slot: sum(parts.values(), Fraction(0)) for slot, parts in figures["shares"].items()}
     figures["peak"] = {slot: reading.peak(slot, shares) for slot, shares in figures["shares"].items()}
+    figures["core use"] = {slot: reading.core_use(slot, shares) for slot, shares in figures["shares"].items()}
     figures["cores"] = {slot: int(reading.get(slot, "cores") or 1) for slot in problem.sections["processors"]}
     figures["rates"] = {
         name: reading.rate(name) for section in ("devices", "threads") for name in problem.sections[section]
@@ -275,6 +276,8 @@ def _metric(problem: Problem, figures: Mapping[str, Any], name: str, of: str | N
     if name == "changes":
         return Fraction(figures["changes"]), CHANGES
     of = of if of is not None else _only(problem, name)
+    if name == "utilisation" and (named := grammar.core_of(of)) is not None and named[0] is not None:
+        return figures["core use"][named[1]][named[0] - 1], RATIO
     if name == "utilisation":
         return figures["utilisation"][of], RATIO
     if name == "load":
@@ -325,6 +328,10 @@ def _worst(problem: Problem, objective: grammar.Objective) -> grammar.Metric | g
 def _each(problem: Problem, operand: grammar.Sum) -> list[grammar.Sum]:
     """A metric that stands alone without a name is about each flow, processor or bus."""
     ((sign, metric, constants), *others) = operand
+    core = None if isinstance(metric, grammar.Extreme) else grammar.core_of(metric.of)
+    if not others and core is not None and core[0] is None:
+        subjects = [f"core {number + 1} of {core[1]}" for number in range(problem.most_cores(core[1]))]
+        return [((sign, grammar.Metric(metric.name, subject), constants),) for subject in subjects]
     named = isinstance(metric, grammar.Extreme) or metric.of is not None or metric.name in problem.metrics
     if others or named or metric.name in ("price", "power", "changes", *problem.totals):
         return [operand]
@@ -380,6 +387,8 @@ def is_met(problem: Problem, figures: Mapping[str, Any], text: str) -> bool:
     name, of = requirement.metric.name, requirement.metric.of
     whole = name not in ("latency", "min latency", "jitter", "utilisation", "load", "busy")
     subjects = [of] if of is not None or whole else _subjects(problem, name)
+    if (core := grammar.core_of(of)) is not None and core[0] is None:
+        subjects = [f"core {number + 1} of {core[1]}" for number in range(problem.most_cores(core[1]))]
     return all(_satisfied(problem, figures, requirement, subject) for subject in subjects)
 
 
@@ -397,7 +406,7 @@ def needed_limit(problem: Problem, figures: Mapping[str, Any], text: str) -> Fra
         of = _only(problem, metric)
     if metric == "load" and requirement.limit.endswith(("%", "ppm")):
         return figures["load_share"][of] or Fraction(0)
-    if metric != "utilisation":
+    if metric != "utilisation" or grammar.core_of(of) is not None:
         return quantities.per_second(*_value(problem, figures, requirement.metric))
     needed = figures["utilisation"][of] / figures["cores"][of]
     return max(needed, figures["peak"][of].exact) if requirement.operator in ("<=", "<") else needed
@@ -422,7 +431,7 @@ def _satisfied(
     value, dimension = _value(problem, figures, requirement.metric if extreme else grammar.Metric(metric, subject))
     if dimension != limit.dimension:
         raise ValueError(f"{requirement.text!r} compares different dimensions")
-    if metric != "utilisation":
+    if metric != "utilisation" or grammar.core_of(subject) is not None:
         return compare(value, limit.value)
     whole = compare(value, limit.value * figures["cores"][subject])
     return whole and (requirement.operator not in ("<=", "<") or figures["peak"][subject].keeps(compare, limit.value))

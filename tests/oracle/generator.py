@@ -23,7 +23,7 @@ from .architecture import Architecture, state_cores, state_overload
 from .coverage import features
 from .evaluator import designs
 from .problem import Problem, as_list
-from .question import add_question, add_rules
+from .question import add_question, add_rules, allow_what_is_needed
 
 __all__ = ["features", "random_problem"]
 
@@ -41,6 +41,7 @@ def random_problem(seed: int, size: str = "small") -> str:
     state_overload(random.Random(f"overload {size} {seed}"), document)
     add_rules(rng, document)
     add_question(rng, document)
+    allow_what_is_needed(random.Random(f"allowed {size} {seed}"), document)
     return to_yaml(document)
 
 

@@ -98,6 +98,19 @@ def metric(tokens: list[str]) -> Metric:
     return Metric(" ".join(map(unquote, tokens)), None)
 
 
+def core_of(of: str | None) -> tuple[int | None, str] | None:
+    """The core (None: each) and the processor that ``core N of P`` and ``each core of P`` name."""
+    found = re.fullmatch(r"(?:core (\d+)|each core) of (.+)", of or "")
+    return None if found is None else (int(found[1]) if found[1] else None, unquote(found[2]))
+
+
+def inner(metric: Metric | Extreme) -> list[Metric]:
+    """A metric, or all that an extreme is made of."""
+    if isinstance(metric, Metric):
+        return [metric]
+    return [item for operand in metric.operands for _, one, _ in operand for item in inner(one)]
+
+
 @cache
 def requirement(text: str) -> Requirement:
     """Reads ``METRIC [of NAME] OP QUANTITY``."""

@@ -74,12 +74,36 @@ class Problem:
         self.rules = [grammar.rule(text) for text in document.get("rules") or []]
         self.metrics = {name: grammar.derived(text) for name, text in (document.get("metrics") or {}).items()}
 
+    @cached_property
+    def asks_of_cores(self) -> bool:
+        """Whether something that is asked, or a derived metric, is about single cores: then open ones are decisions."""
+        asked = [item.metric for item in (*self.requirements, *self.objectives)]
+        asked += [metric for terms in self.metrics.values() for _, metric, _ in terms]
+        return any(
+            item.name == "utilisation" and grammar.core_of(item.of) is not None
+            for metric in asked
+            for item in grammar.inner(metric)
+        )
+
+    def most_cores(self, slot: str) -> int:
+        """The most cores that a processor may have."""
+        own = self.component(slot).get("cores")
+        given = [own] if own is not None else [self.stated(slot, "cores", kind) for kind in self.types(slot)]
+        return max((int(core) for counts in given for core in as_list(counts or "1")), default=1)
+
+    def cores(self, thread: str) -> list[str]:
+        """The cores that a thread may have: those that are stated, else all of the processors where it may run."""
+        body = self.component(thread)
+        slots = as_list(body.get("processor"))
+        most = max(map(self.most_cores, slots), default=0)
+        return as_list(body.get("core")) or [str(core) for core in range(1, most + 1)]
+
     def owner(self, decision: str) -> tuple[str, str]:
         """Component and field of a decision: ``("canbus0", "transmission_time.fixed")``."""
         return next(
             (name, decision.removeprefix(f"{name}."))
             for name, section in self.section_of.items()
-            for field in FIELDS[section]
+            for field in (*FIELDS[section], "core")
             if decision == f"{name}.{field}"
         )
 
@@ -189,6 +213,9 @@ class Problem:
                     options = self._options(name, field)
                     if len(options) > 1:
                         found[f"{name}.{field}"] = options
+        for thread in self.sections["threads"] if self.asks_of_cores else ():
+            if len(self.cores(thread)) > 1:
+                found[f"{thread}.core"] = self.cores(thread)
         return found
 
     def _options(self, name: str, field: str) -> list[str]:
@@ -252,6 +279,7 @@ _READERS: dict[str, Callable[[str], Any]] = {
     "deadline": quantities.duration,
     "queue_size": int,
     "cores": int,
+    "core": int,
     **dict.fromkeys(
         (
             "compute_execution_time",

@@ -5,14 +5,18 @@ from __future__ import annotations
 import random
 import re
 from fractions import Fraction
+from itertools import islice
 from math import ceil, floor
 from typing import Any
 
-from .evaluator import designs, evaluate, non_dominated, violations
+from .evaluator import designs, evaluate, evaluated, non_dominated, violations
 from .problem import NONE, Problem, as_list
 
 SAMPLE = 120
 """Designs that are looked at when limits are chosen."""
+MOST_LOOKED_AT = 300
+"""Designs that are looked at when a limit on a core is chosen, or an overload is allowed."""
+OVERLOADS = ("core of ", "load_share of ", "exclusive of ")
 UNORDERED = (
     "type",
     "bus",
@@ -168,6 +172,51 @@ def add_question(rng: random.Random, document: dict[str, Any]) -> None:
     if rng.random() < 0.2:
         _add_baseline(rng, document)
     _ask_for_changes(random.Random(rng.getstate()[1][2]), document)
+    _ask_for_single_cores(random.Random(rng.getstate()[1][3]), document)
+
+
+def _ask_for_single_cores(rng: random.Random, document: dict[str, Any]) -> None:
+    """Sometimes what one core carries, or each; of the threads there at most two have several to choose from."""
+    problem = Problem(document)
+    slots = [slot for slot in problem.sections["processors"] if problem.most_cores(slot) > 1]
+    if not slots or rng.random() < 0.7:
+        return
+    slot = rng.choice(slots)
+    most = problem.most_cores(slot)
+    for name in [name for name in document["threads"] if len(problem.cores(name)) > 1][2:]:
+        document["threads"][name]["core"] = str(rng.randint(1, 2) if rng.random() < 0.5 else 1)
+    core = rng.randint(1, most)
+    of = rng.choice([f"core {core} of {_quote(slot)}", f"each core of {_quote(slot)}"])
+    if rng.random() < 0.6 and len(document["objectives"]) < 4:
+        document["objectives"] = [
+            *document["objectives"],
+            f"{rng.choice(['minimise', 'maximise'])} utilisation of {of}",
+        ]
+        return
+    asking = Problem({**document, "objectives": [f"minimise utilisation of {of}"]})
+    values = sorted(
+        figures["objectives"][0] * 10**6
+        for _, figures in islice(evaluated(asking), MOST_LOOKED_AT)
+        if not figures["violations"]
+    )
+    value = rng.choice(values) if values else Fraction(0)
+    sign = rng.choice(["<=", "<=", "<", ">="]) if "each" not in of else "<="
+    limit = floor(value) if sign == ">=" else ceil(value) + (sign == "<")
+    document["requirements"] = [*document.get("requirements", []), f"utilisation of {of} {sign} {limit} ppm"]
+
+
+def allow_what_is_needed(rng: random.Random, document: dict[str, Any]) -> None:
+    """Where no design keeps every implied limit, mostly that of a design that keeps all else is lifted."""
+    found = [figures["violations"] for _, figures in islice(evaluated(Problem(document)), MOST_LOOKED_AT)]
+    if not found or [] in found or rng.random() < 0.1:
+        return
+    slots = {**document["processors"], **document.get("buses", {})}
+    needed = [[text.partition(" of ")[2] for text in texts if text.startswith(OVERLOADS)] for texts in found]
+    others = [len(texts) - len(names) for texts, names in zip(found, needed, strict=True)]
+    _, names = min(zip(others, needed, strict=True), key=lambda item: (item[0], len(item[1])))
+    for name in names:
+        if name in slots:
+            slots[name]["overload"] = "allowed"
 
 
 def _ask_for_cores(rng: random.Random, sample: _Sample) -> None:

@@ -48,6 +48,8 @@ class Reading:
 
     def offered(self, name: str, field: str) -> list[Any]:
         """The options of a field under the chosen type and processor; empty where it is not stated."""
+        if field == "core":
+            return self.problem.cores(name)
         fixed = self.problem.fixed.get((name, field))
         if fixed is not None:
             return fixed
@@ -88,6 +90,9 @@ class Reading:
         section = self.problem.section_of[name]
         if field == "type":
             return bool(self.problem.types(name))
+        if field == "core":
+            slot = self.processor_of(name)
+            return slot is not None and int(self.get(slot, "cores") or 1) > 1
         if field == "bus":
             if section == "buses":
                 return "bus" in self.problem.component(name) and self.type_of(name) != NONE
@@ -311,7 +316,7 @@ class Reading:
         count = int(self.get(slot, "cores") or 1)
         taken, ways = [Fraction(0)] * count, []
         for thread, share in shares.items():
-            cores = [int(core) for core in as_list(self.problem.component(thread).get("core"))] or range(1, count + 1)
+            cores = self._may_have(thread) or range(1, count + 1)
             if count == 1:
                 taken[0] += share
             elif len(cores) == 1:
@@ -319,6 +324,22 @@ class Reading:
             else:
                 ways.append([(core - 1, share) for core in cores if core <= count])
         return Peak(tuple(taken), tuple(sorted(map(tuple, ways), key=lambda way: -way[0][1])))
+
+    def core_use(self, slot: str, shares: dict[str, Fraction]) -> list[Fraction] | None:
+        """What each core of a processor carries; None where the core of a thread is open."""
+        count = int(self.get(slot, "cores") or 1)
+        used = [Fraction(0)] * self.problem.most_cores(slot)
+        for thread, share in shares.items():
+            cores = self._may_have(thread) if count > 1 else [1]
+            if len(cores) != 1:
+                return None
+            used[cores[0] - 1] += share
+        return used
+
+    def _may_have(self, thread: str) -> list[int]:
+        """The core that is chosen, else those that are stated, else none."""
+        chosen = self.design.get(f"{thread}.core")
+        return [int(core) for core in as_list(chosen or self.problem.component(thread).get("core"))]
 
     @staticmethod
     def _worst(text: str | None) -> int:
@@ -399,6 +420,7 @@ class Reading:
         """A stated core is one that the processor has."""
         for thread, body in self.problem.sections["threads"].items():
             cores, slot = as_list(body.get("core")), self.processor_of(thread)
+            cores = as_list(self.design.get(f"{thread}.core")) or cores
             count = int(self.get(slot, "cores") or 0) if slot is not None and cores else 0
             if slot is not None and cores and min(map(int, cores)) > count and (len(cores) == 1 or count > 1):
                 raise InvalidDesign(f"{slot} has no core for {thread}")

@@ -14,7 +14,7 @@ from dse.analysis.evaluate import Evaluator
 from dse.analysis.measures import Measure
 from dse.space.types import INACTIVE, Design
 from tests.oracle import evaluator as oracle
-from tests.oracle.problem import option_value
+from tests.oracle.problem import as_list, option_value
 
 PER_UNIT = {"ppm": 10**6}
 """How many of the product's units make one of the oracle's, where they differ: a core is a million ppm."""
@@ -121,6 +121,9 @@ class Pair:
                 f"jitter of {flow}": row["jitter"],
             }
         found |= {f"utilisation of {slot}": value for slot, value in figures["utilisation"].items()}
+        for slot, used in figures["core use"].items():
+            if self._has_cores(slot):
+                found |= {f"utilisation of core {core} of {slot}": value for core, value in enumerate(used, start=1)}
         found |= {f"load of {bus}": value for bus, value in figures["load"].items()}
         found |= {f"busy of {bus}": value for bus, value in figures["busy"].items()}
         found |= {"price": figures["price"]["system"], "power": figures["power"]["system"]}
@@ -128,6 +131,13 @@ class Pair:
         if any("changes" in text for text in self._asked()):
             found["changes"] = Fraction(figures["changes"])
         return found | figures["metrics"]
+
+    def _has_cores(self, slot: str) -> bool:
+        """Whether cores of a processor are listed: the core of every thread that may run there is stated or chosen."""
+        threads = self.oracle.sections["threads"]
+        here = [name for name, body in threads.items() if slot in as_list(body.get("processor"))]
+        told = all("core" in threads[name] and len(self.oracle.cores(name)) == 1 for name in here)
+        return bool(here) and self.oracle.most_cores(slot) > 1 and (told or self.oracle.asks_of_cores)
 
     def _asked(self) -> list[str]:
         """The metrics, objectives and requirements of the problem, as texts."""
