@@ -16,6 +16,8 @@ SAMPLE = 120
 """Designs that are looked at when limits are chosen."""
 MOST_LOOKED_AT = 300
 """Designs that are looked at when a limit on a core is chosen, or an overload is allowed."""
+FEW = 200
+"""Designs of a problem that leaves cores open."""
 OVERLOADS = ("core of ", "load_share of ", "exclusive of ")
 UNORDERED = (
     "type",
@@ -176,14 +178,16 @@ def add_question(rng: random.Random, document: dict[str, Any]) -> None:
 
 
 def _ask_for_single_cores(rng: random.Random, document: dict[str, Any]) -> None:
-    """Sometimes what one core carries, or each; of the threads there at most two have several to choose from."""
+    """Sometimes what one core carries, or each; at most two threads have several to choose from."""
     problem = Problem(document)
     slots = [slot for slot in problem.sections["processors"] if problem.most_cores(slot) > 1]
     if not slots or rng.random() < 0.7:
         return
     slot = rng.choice(slots)
     most = problem.most_cores(slot)
-    for name in [name for name in document["threads"] if len(problem.cores(name)) > 1][2:]:
+    count, wide = sum(1 for _ in islice(designs(problem), FEW)), max(map(problem.most_cores, slots))
+    left = sum(count * wide**number <= FEW for number in (1, 2))
+    for name in [name for name in document["threads"] if len(problem.cores(name)) > 1][left:]:
         document["threads"][name]["core"] = str(rng.randint(1, 2) if rng.random() < 0.5 else 1)
     core = rng.randint(1, most)
     of = rng.choice([f"core {core} of {_quote(slot)}", f"each core of {_quote(slot)}"])
@@ -207,8 +211,12 @@ def _ask_for_single_cores(rng: random.Random, document: dict[str, Any]) -> None:
 
 def allow_what_is_needed(rng: random.Random, document: dict[str, Any]) -> None:
     """Where no design keeps every implied limit, mostly that of a design that keeps all else is lifted."""
-    found = [figures["violations"] for _, figures in islice(evaluated(Problem(document)), MOST_LOOKED_AT)]
-    if not found or [] in found or rng.random() < 0.1:
+    found = []
+    for _, figures in islice(evaluated(Problem(document)), MOST_LOOKED_AT):
+        found.append(figures["violations"])
+        if not found[-1]:
+            return
+    if not found or rng.random() < 0.1:
         return
     slots = {**document["processors"], **document.get("buses", {})}
     needed = [[text.partition(" of ")[2] for text in texts if text.startswith(OVERLOADS)] for texts in found]
