@@ -8,8 +8,9 @@ from pathlib import Path
 from textwrap import dedent
 from typing import Any
 
-from dse.analysis.latency import Row, flow_rows
+from dse.analysis.latency import flow_rows
 from dse.analysis.measures import build_measure
+from dse.analysis.rows import Row
 from dse.analysis.views import View
 from dse.examples import example_path
 from dse.space.build import build_space

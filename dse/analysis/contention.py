@@ -10,9 +10,9 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 from dse.analysis.evaluate import Evaluator
-from dse.analysis.latency import counts_responses
 from dse.analysis.limits import Verdict
 from dse.analysis.memo import Recall
+from dse.analysis.rows import counts_responses
 from dse.analysis.scheduling import core_of_each
 from dse.analysis.unbounded import unbounded_in
 from dse.analysis.views import View

@@ -16,8 +16,9 @@ from dse.analysis.binding import bus_stack, byte_times_ns
 from dse.analysis.chains import exact_range_ns
 from dse.analysis.changes import change_terms
 from dse.analysis.clocks import LET
-from dse.analysis.latency import counts_responses, run_spread_ns, step_rows
+from dse.analysis.latency import element_rows, elements_of, run_spread_ns
 from dse.analysis.memo import Recall
+from dse.analysis.osate import Place, place_rows, place_step, rivals, waiting_for_ns
 from dse.analysis.rates import is_periodic
 from dse.analysis.resources import (
     busy_scale,
@@ -28,6 +29,7 @@ from dse.analysis.resources import (
     utilisation_scale,
     utilisation_terms,
 )
+from dse.analysis.rows import counts_responses
 from dse.analysis.scheduling import UNBOUNDED_NS, bounded_response_ns, longest_alone_ns
 from dse.analysis.terms import PPM, SCALE_LIMIT, ZERO, Extreme, Measure, Term, exact_sum, extreme_term, scaled_term
 from dse.analysis.views import View
@@ -127,6 +129,8 @@ def _latency_scale(space: Space, flow: Flow) -> tuple[int, int]:
     """
     if space.processing == "response_time":
         return _whole_time_scale(space), RESPONSE_SCALE_LIMIT
+    if space.profile != "dse":  # what waits, and what rounds up, consults others
+        return _whole_time_scale(space), TIME_SCALE_LIMIT
     numbers = {kind: [step.index for step in flow.steps if step.kind == kind] for kind in ("component", "connection")}
     return _time_scale(space, numbers["component"], numbers["connection"]), TIME_SCALE_LIMIT
 
@@ -153,11 +157,13 @@ def _time_scale(space: Space, components: Iterable[int], connections: Iterable[i
     for component in (space.components[number] for number in components):
         times = (
             component.period_ns, component.execution_ns, component.callback_ns, component.latency_ns,
-            component.deadline_ns, component.response_ns,
+            component.deadline_ns, component.response_ns, component.stated_period_ns,
         )  # fmt: skip
         found = lcm(found, _denominator(*times) * _denominator(component.queue_size))
     for connection in (space.connections[number] for number in connections):
-        buses = [space.buses[number] for number in reachable_buses(space, connection)]
+        anywhere = replace(connection, bus=connection.stated_bus)
+        carried = reachable_buses(space, connection) | reachable_buses(space, anywhere)
+        buses = [space.buses[number] for number in carried]
         times = (connection.latency_ns, *(tree for bus in buses for tree in (bus.fixed_ns, bus.latency_ns)))
         sizes = set(_numbers(connection.size_bytes, *(bus.overhead_bytes for bus in buses)))
         each = set(_numbers(*(bus.per_byte_ns for bus in buses))).union(*map(byte_times_ns, buses))
@@ -201,8 +207,8 @@ def _exact_term(space: Space, flow: Flow, kind: str) -> Term:
 
     def ends(view: View) -> tuple[Fraction, Fraction]:
         alone = replace(space, processing="execution_time")
-        least = sum((_step_range_ns(alone, step, view)[0] for step in flow.steps), ZERO)
-        most = sum((_step_range_ns(alone, step, view)[1] for step in flow.steps), ZERO)
+        ranges = [_element_range_ns(alone, element, view) for element in elements_of(space, flow)]
+        least, most = (sum((found[end] for found in ranges), ZERO) for end in (0, 1))
         jobs = sum(2 + _queue_size(space, step, view) for step in flow.steps if step.kind == "component")
         waits = sum(at(space.components[step.index].period_ns, view) or 0 for step in flow.steps if step.since)
         low = ZERO if kind == "jitter" else ZERO + least
@@ -215,11 +221,15 @@ def _exact_term(space: Space, flow: Flow, kind: str) -> Term:
 def _latency_terms(space: Space, flow: Flow, kind: str) -> Iterator[Term]:
     """Sums over the rows of each element: maxima, minima, or maximum minus minimum (jitter)."""
     alone = replace(space, processing="execution_time")
-    for step in flow.steps:
+    for element, step in zip(elements_of(space, flow), flow.steps, strict=True):
         names = space.components if step.kind == "component" else space.connections
+        name = names[step.index].name
+        if isinstance(element, Place):
+            yield from _placed_terms(space, element, name, kind)
+            continue
 
         def value(view: View, step: Step = step, space: Space = space) -> Fraction:
-            figure: Fraction = ZERO + _figure_of(kind, _step_range_ns(space, step, view))
+            figure: Fraction = ZERO + _figure_of(kind, _element_range_ns(space, step, view))
             if kind == "run jitter":
                 figure += _run_excess_ns(space, step, view)
             return figure
@@ -237,12 +247,32 @@ def _latency_terms(space: Space, flow: Flow, kind: str) -> Iterator[Term]:
         is_scheduled = is_scheduled and _may_wait(space, step)
         waits = (step.index, Fraction(1)) if is_scheduled and _counts_waiting(space, step.index) else None
         yield Term(
-            names[step.index].name,
+            name,
             value,
             ends=ends if is_scheduled else None,
             waits=waits,
             only_waits=waits is not None and _counts_waiting_once(space, step),
         )
+
+
+def _placed_terms(space: Space, place: Place, name: str, kind: str) -> Iterator[Term]:
+    """The rows of an element in its place in a flow; what its message waits for each other connection is apart."""
+
+    def value(view: View) -> Fraction:
+        rows = place_rows(space, place, view, queues=False)
+        sums = sum((row.min_ns for row in rows), ZERO), sum((row.max_ns for row in rows), ZERO)
+        figure: Fraction = ZERO + _figure_of(kind, sums)
+        return figure
+
+    yield Term(name, value)
+    if kind == "min latency" or place_step(space, place).kind == "component":
+        return
+    for other in rivals(space, place):
+
+        def waiting(view: View, other: int = other) -> Fraction:
+            return ZERO + waiting_for_ns(space, place, other, view)
+
+        yield Term(name, waiting)
 
 
 def _counts_waiting(space: Space, number: int) -> bool:
@@ -299,7 +329,7 @@ def flow_figure_ns(space: Space, metric: Metric, view: View) -> int | Fraction |
     key = ("flow", metric.index)
     found: tuple[int | Fraction, int | Fraction] | None = view.memo.get(key)
     if found is None:
-        ranges = [_RANGES.recall(space, step, view, _step_range_ns) for step in flow.steps]
+        ranges = [_RANGES.recall(space, item, view, _element_range_ns) for item in elements_of(space, flow)]
         found = view.memo[key] = (sum(least for least, _ in ranges), sum(most for _, most in ranges))
     return _figure_of(metric.kind, found)
 
@@ -312,12 +342,12 @@ def _queue_size(space: Space, step: Step, view: View) -> int:
     return max(1, *(int(size or 0) for size in sizes))
 
 
-def _step_range_ns(space: Space, step: Step, view: View) -> tuple[Exact, Exact]:
+def _element_range_ns(space: Space, element: Step | Place, view: View) -> tuple[Exact, Exact]:
     """The least and most that an element of a flow adds; many flows and metrics ask for the same one."""
-    key = ("step", step, space.processing)
+    key = ("element", element, space.processing)
     found: tuple[Exact, Exact] | None = view.memo.get(key)
     if found is None:
-        rows = step_rows(space, step, view)
+        rows = element_rows(space, element, view)
         found = (sum((row.min_ns for row in rows), ZERO), sum((row.max_ns for row in rows), ZERO))
         view.memo[key] = found
     return found

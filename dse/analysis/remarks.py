@@ -15,10 +15,12 @@ from functools import partial
 from dse.analysis.binding import bus_stack, carrying_ns, message_bytes
 from dse.analysis.chains import MOST_RELEASES, repeats_too_late
 from dse.analysis.clocks import METHOD
-from dse.analysis.latency import Row, step_rows
+from dse.analysis.latency import element_rows, elements_of, flow_rows
 from dse.analysis.measures import build_measure, reachable_buses
+from dse.analysis.osate import Place
 from dse.analysis.rates import NS_PER_S
 from dse.analysis.resources import busy_terms
+from dse.analysis.rows import Row
 from dse.analysis.terms import PPM
 from dse.analysis.views import View, tabulate
 from dse.space.metrics import busy_obstacle
@@ -52,7 +54,7 @@ class _Transfer:
 def design_remarks(space: Space, view: View) -> Iterator[str]:
     """Everything to remark of a design."""
     for flow in space.flows:
-        reversed_rows = dict.fromkeys(_reversed(row) for step in flow.steps for row in step_rows(space, step, view))
+        reversed_rows = dict.fromkeys(_reversed(row) for row in flow_rows(space, flow, view))
         yield from _too_small(space, flow, [text for text in reversed_rows if text])
         if repeats_too_late(space, flow, view):
             yield (
@@ -90,8 +92,8 @@ def problem_remarks(space: Space) -> Iterator[str]:
     alone = replace(space, processing="execution_time")  # a response time is never below an execution time
     for flow in space.flows:
         found: dict[str, None] = {}
-        for step in flow.steps:
-            rows = tabulate(space, partial(_reversed_row, alone, step), MANY_CASES)
+        for element in elements_of(space, flow):
+            rows = tabulate(space, partial(_reversed_row, alone, element), MANY_CASES)
             found |= dict.fromkeys(case.value for case in rows or () if case.value)
         yield from _too_small(space, flow, list(found))
     for number, bus in enumerate(space.buses):
@@ -107,8 +109,8 @@ def problem_remarks(space: Space) -> Iterator[str]:
             yield f"{bus.name} is busy for at least {_percent(least)} of the time, whatever the design"
 
 
-def _reversed_row(space: Space, step: Step, view: View) -> str:
-    return next((text for row in step_rows(space, step, view) if (text := _reversed(row))), "")
+def _reversed_row(space: Space, element: Step | Place, view: View) -> str:
+    return next((text for row in element_rows(space, element, view) if (text := _reversed(row))), "")
 
 
 def _reversed(row: Row) -> str:

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dse.analysis.latency import UNBOUNDED_METHOD, flow_rows
+from dse.analysis.latency import flow_rows
+from dse.analysis.rows import UNBOUNDED_METHOD
 from dse.analysis.scheduling import UNBOUNDED_NS, bounded_response_ns
 from dse.analysis.views import View
 from dse.space.types import Metric, Space

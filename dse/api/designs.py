@@ -80,7 +80,8 @@ def _remarks(problem: Problem, asked: Problem, effective: Mapping[str, Any], pat
     """Where the question of the result is another than that of the file, and the caller's another than both."""
     own = origin_of(problem.base).effective
     settings = settings_of(asked.space)
-    taken = [f"{_words(name)} {effective[name]}" for name in SETTINGS if own[name] != effective[name] == settings[name]]
+    theirs = {name: effective.get(name, own[name]) for name in SETTINGS}
+    taken = [f"{_words(name)} {value}" for name, value in theirs.items() if own[name] != value == settings[name]]
     stated = {item.text for item in asked.space.requirements} | {item.text for item in asked.space.rules}
     for kind in ("requirements", "rules"):
         taken += [text for text in effective[kind] if text not in own[kind] and text in stated]
@@ -88,8 +89,8 @@ def _remarks(problem: Problem, asked: Problem, effective: Mapping[str, Any], pat
     if taken:
         yield f"as in {path}, beyond what the problem file asks: {'; '.join(taken)}"
     for name in SETTINGS:
-        if settings[name] != effective[name]:
-            yield f"{_words(name)} is {settings[name]}, as asked here; in {path} it is {effective[name]}"
+        if settings[name] != theirs[name]:
+            yield f"{_words(name)} is {settings[name]}, as asked here; in {path} it is {theirs[name]}"
 
 
 def _words(setting: str) -> str:

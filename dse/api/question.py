@@ -39,6 +39,9 @@ class Question(TypedDict, total=False):
     fix: Texts
     profile: str | None
     worst_case: str | None
+    system: str | None
+    best_case: str | None
+    bus_queuing: str | None
     processing: str | None
     deadlines: str | None
     overload: str | None
@@ -50,7 +53,7 @@ class Changes:
 
     `limits` are (metric, text) pairs such as ("jitter", "20 ms") or ("jitter", "my_flow=20 ms"); `require` holds
     requirements and rules; `objectives`, where given, replace those of the file; `fix` holds ``decision = option``
-    texts. The next four are settings, each with the values that the problem file has for it. `result` is the
+    texts. The next ones are settings, each with the values that the problem file has for it. `result` is the
     ``effective`` block of a result whose question takes the place of the file's, under all other changes. `cores`
     makes every open core a decision, whatever is asked: for designs that state cores.
     """
@@ -61,6 +64,9 @@ class Changes:
     fix: Sequence[str] = ()
     profile: str | None = None
     worst_case: str | None = None
+    system: str | None = None
+    best_case: str | None = None
+    bus_queuing: str | None = None
     processing: str | None = None
     deadlines: str | None = None
     result: Mapping[str, Any] | None = None

@@ -14,7 +14,7 @@ from dse.space.implied import with_implied
 from dse.space.metrics import QuestionError, own_limit
 from dse.space.questions import read_objective, read_requirements
 from dse.space.rules import read_rule
-from dse.space.settings import SETTINGS
+from dse.space.settings import OSATE_SETTINGS, SETTINGS
 from dse.space.types import Design, Objective, Requirement, Rule, Space
 from dse.spec.grammar import ExpressionError, parse_requirement
 
@@ -49,6 +49,8 @@ def _settings(effective: Mapping[str, Any]) -> dict[str, str]:
     """All settings of a result; one that does not state them all is of an older meaning."""
     found = {}
     for name, allowed in SETTINGS.items():
+        if name not in effective and name in OSATE_SETTINGS and effective.get("profile") == "dse":
+            continue  # what was written before there was this setting did not look at it
         if name not in effective:
             raise UsageError(
                 f"the result does not state {name!r}: a version of dse wrote it that answered another question "

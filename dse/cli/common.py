@@ -83,6 +83,24 @@ def load_told(file: str | os.PathLike[str]) -> Problem:
     return problem
 
 
+OTHERS = {
+    "system": ["asynchronous", "synchronous"],
+    "best_case": ["empty-queue", "full-queue"],
+    "bus_queuing": ["counted", "not-counted"],
+}
+"""OSATE's further settings have options as every setting has; ``--settings`` is the short way to them."""
+
+
+def _osate_settings(context: click.Context, option: click.Parameter, text: str | None) -> dict[str, str]:
+    """The settings that OSATE's abbreviations ask for."""
+    from dse.space.settings import osate_settings
+
+    try:
+        return osate_settings(text) if text is not None else {}
+    except ValueError as error:
+        raise click.BadParameter(str(error), context, option) from error
+
+
 def question_options(command: F) -> F:
     """Options that change the question: limits, requirements, rules, fixed decisions, settings."""
     for metric, (example, of, called, whose) in reversed(list(LIMITED.items())):
@@ -105,6 +123,16 @@ def question_options(command: F) -> F:
             "--worst-case",
             type=Words(["execution-time", "deadline"]),
             help="OSATE's worst-case setting (ET or DL); the dse profile does not look at it.",
+        ),
+        click.option(
+            "--settings",
+            callback=_osate_settings,
+            metavar="AS-ET-EQ-EQL",
+            help="OSATE's settings by its abbreviations, some or all; the dse profile does not look at them.",
+        ),
+        *(
+            click.option(f"--{name.replace('_', '-')}", type=Words(values), hidden=True)
+            for name, values in OTHERS.items()
         ),
         click.option(
             "--processing",
@@ -267,7 +295,8 @@ def question_of(options: dict[str, Any], objectives: tuple[str, ...] = ()) -> Qu
 
     asked: Question = {"objectives": objectives, "require": options["require"], "fix": options["fix"]}
     for name in (*(f"max_{metric}" for metric in LIMITED), *SETTINGS):
-        asked[name] = options[name]  # type: ignore[literal-required]  # every one is a key of Question
+        value = options.get(name) or options["settings"].get(name)
+        asked[name] = value  # type: ignore[literal-required]  # every one is a key of Question
     return asked
 
 

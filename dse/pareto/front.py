@@ -14,7 +14,7 @@ from dataclasses import dataclass, field, replace
 from functools import cached_property, partial
 
 from dse.analysis.evaluate import Evaluator
-from dse.analysis.latency import counts_responses
+from dse.analysis.rows import counts_responses
 from dse.encode.model import EncodedSpace, encode
 from dse.errors import UsageError
 from dse.pareto.answer import Answer, Found, NoSuchDesign, Unfinished

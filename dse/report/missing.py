@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import cast
 
-from dse.analysis.latency import counts_responses
+from dse.analysis.rows import counts_responses
 from dse.analysis.scheduling import UNBOUNDED_NS
 from dse.report.amounts import amount_words, listed
 from dse.results.display import counted

@@ -10,7 +10,7 @@ from rich import box
 from rich.console import Console
 from rich.table import Table
 
-from dse.space.settings import default_deadlines
+from dse.space.settings import OSATE_SETTINGS, SETTINGS, default_deadlines
 
 
 def plain_table(console: Console, title: str = "") -> Table:
@@ -29,6 +29,9 @@ def basis_words(settings: Mapping[str, Any]) -> str:
     found = [f"profile {settings['profile']}"]
     if settings["profile"] != "dse":
         found.append(f"worst case by {settings['worst_case'].replace('_', ' ')}")
+        others = [name for name in OSATE_SETTINGS if name != "worst_case"]
+        unusual = [name for name in others if settings.get(name, SETTINGS[name][0]) != SETTINGS[name][0]]
+        found += [f"{name.replace('_', ' ')}: {settings[name].replace('_', ' ')}" for name in unusual]
     found.append(f"processing by {settings['processing'].replace('_', ' ')}")
     if settings["deadlines"] != default_deadlines(settings["profile"]):
         found.append(f"deadlines: {settings['deadlines']}")

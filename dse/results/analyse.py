@@ -8,9 +8,9 @@ from dataclasses import dataclass, field
 from fractions import Fraction
 from typing import TYPE_CHECKING, Any
 
-from dse.analysis.latency import Row
 from dse.analysis.limits import Verdict
 from dse.analysis.overheads import stated_overheads
+from dse.analysis.rows import Row
 from dse.analysis.scheduling import Response
 from dse.results.contention import Contended
 from dse.results.display import exact

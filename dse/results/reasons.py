@@ -10,8 +10,8 @@ from dataclasses import dataclass, replace
 from fractions import Fraction
 
 from dse.analysis.evaluate import Evaluator
-from dse.analysis.latency import Row
 from dse.analysis.limits import Limit, comparisons
+from dse.analysis.rows import Row
 from dse.analysis.views import View
 from dse.results.analyse import Analysis, FlowTable
 from dse.results.changes import Change, Delta, changes_between, counted_changes, deltas

@@ -47,8 +47,12 @@ def build_component(ledger: Ledger, spec: Spec, processors: Sequence[Processor],
     core: Tree = None
     if section == "threads":
         index = {slot.name: number for number, slot in enumerate(processors)}
-        if given.processor:
-            processor = read_named(ledger, name, "processor", (*path, "processor"), given.processor, index)
+        if given.processor and given.figures_of:
+            ledger.error((*path, "figures_of"), "give `processor` or `figures_of`, not both")
+        key = "processor" if given.processor else "figures_of"
+        named = getattr(given, key)
+        if named:
+            processor = read_named(ledger, name, "processor", (*path, key), named, index)
         reader = FieldReader(ledger, _without_types(owner), "process", "process", str)
         process = reader.read(lambda model: model.process)
         priority = read_priority(ledger, _without_types(owner))
@@ -62,8 +66,8 @@ def build_component(ledger: Ledger, spec: Spec, processors: Sequence[Processor],
         return reader.read(lambda model: getattr(model, field_name, None))
 
     protocol = read("dispatch_protocol", "protocol", str)
-    period = read("period", "duration", format_duration)
-    period = _period_in_use(ledger, path, name, protocol, period)
+    stated_period = read("period", "duration", format_duration)
+    period = _period_in_use(ledger, path, name, protocol, stated_period)
     clock = clock_of(ledger, spec, section, name, processor)
     categories = [given.category, *(model.category for _, model in owner.types)]
     category = next((item for item in categories if item), section[:-1])
@@ -88,7 +92,23 @@ def build_component(ledger: Ledger, spec: Spec, processors: Sequence[Processor],
         clock=clock,
         offset_ns=read_offset(ledger, spec, owner, protocol, period, clock),
         communication=read_communication(ledger, owner, protocol, period) if section == "threads" else None,
+        stated_period_ns=_even_where_unused(ledger, f"{name}.period", stated_period, period),
+        bound=section != "threads" or not given.figures_of,
     )
+
+
+def _even_where_unused(ledger: Ledger, decision: str, stated: Tree, used: Tree) -> Tree:
+    """A figure that a design does not use where it is stated, as far as nothing is to be decided about it."""
+    number = decision_of(ledger, decision)
+
+    def plain(tree: Tree) -> Tree:
+        if not isinstance(tree, Choice):
+            return tree
+        if tree.decision == number:
+            return None
+        return Choice(tree.decision, tuple(plain(branch) for branch in tree.branches))
+
+    return graft(used, lambda leaf: plain(stated) if leaf is None else leaf)
 
 
 def _without_types(owner: Owner) -> Owner:
@@ -159,7 +179,7 @@ def _build_connection(
         return FieldReader(ledger, owner, field_name, kind, write).read(lambda model: getattr(model, field_name))
 
     size = read("data_size", "data size", format_size)
-    bus = _connection_bus(ledger, spec, name, wires)
+    bus = stated_bus = _connection_bus(ledger, spec, name, wires)
     if bus is not None and given.data_size is None and given.data_rate is None:
         ledger.error(path, "a connection over a bus needs `data_size` or `data_rate`")
     bus = _unless_local(bus, [components[end].process if end is not None else None for end in ends])
@@ -178,6 +198,8 @@ def _build_connection(
         port=given.port,
         queue_size=read("queue_size", "count", str),
         latency_ns=read("latency", "time range", format_time_range),
+        timing=given.timing,
+        stated_bus=_even_where_unused(ledger, f"{name}.bus", stated_bus, bus),
     )
 
 

@@ -18,11 +18,23 @@ from dse.units import TIME, Quantity
 SETTINGS: Mapping[str, tuple[str, ...]] = {
     "profile": ("dse", "osate-2.2", "osate-2.19"),
     "worst_case": ("execution_time", "deadline"),
+    "system": ("asynchronous", "synchronous"),
+    "best_case": ("empty_queue", "full_queue"),
+    "bus_queuing": ("counted", "not_counted"),
     "processing": ("execution_time", "response_time"),
     "deadlines": ("stated", "all", "none"),
     "overload": ("forbidden", "allowed"),
 }
 """Every setting with its values: they change the answer, so that results state all of them."""
+OSATE_WORDS = {
+    "AS": ("system", "asynchronous"), "SS": ("system", "synchronous"),
+    "ET": ("worst_case", "execution_time"), "DL": ("worst_case", "deadline"),
+    "EQ": ("best_case", "empty_queue"), "FQ": ("best_case", "full_queue"),
+    "EQL": ("bus_queuing", "counted"), "DQL": ("bus_queuing", "not_counted"),
+}  # fmt: skip
+"""OSATE's abbreviations, of which the names of its reports are made; MF and PE, about partitions, say nothing here."""
+OSATE_SETTINGS = tuple(dict.fromkeys(name for name, _ in OSATE_WORDS.values()))
+"""The settings that the profile `dse` does not look at."""
 REQUIRED = ("all",)
 """The values of `deadlines` whose deadlines the search requires; others are told of each design, not searched for."""
 ORIGIN = "command line"
@@ -31,6 +43,29 @@ ORIGIN = "command line"
 def default_deadlines(profile: str) -> str:
     """Which deadlines count where the file does not say: for OSATE a deadline is an input of latency, no limit."""
     return "stated" if profile == "dse" else "none"
+
+
+def osate_settings(text: str) -> dict[str, str]:
+    """The settings that a text of OSATE's abbreviations asks for; those that it leaves out stay as they are.
+
+    Raises
+    ------
+    ValueError
+        for a word that is none of them, or two of one kind.
+
+    Examples
+    --------
+    >>> osate_settings("SS-DL")
+    {'system': 'synchronous', 'worst_case': 'deadline'}
+    """
+    found: dict[str, str] = {}
+    for word in text.upper().split("-"):
+        name, value = OSATE_WORDS.get(word, ("", ""))
+        if not name or name in found:
+            known = ", ".join(OSATE_WORDS)
+            raise ValueError(f"expected OSATE's settings such as AS-DL-EQ-EQL, got {text!r}: one each of {known}")
+        found[name] = value
+    return found
 
 
 def settings_of(space: Space) -> dict[str, str]:

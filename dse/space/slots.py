@@ -195,6 +195,7 @@ def _bus(ledger: Ledger, spec: Spec, name: str, index: Mapping[str, int]) -> Bus
         direct=given is None,
         exclusive=type_choice(decision, [bool(model.exclusive) for _, model in owner.types]),
         overload=given is not None and given.overload is not None,
+        period_ns=read("period", "duration", format_duration, lambda model: model.period),
     )
 
 

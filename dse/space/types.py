@@ -104,7 +104,8 @@ class Bus(Slot):
     Both parts of the transmission time are None where there is none, `FROM_BANDWIDTH` where it follows from that;
     `carrier` leaves are bus indices or None. `direct` is a virtual bus type used without an entry: it is there, and
     costs, where something is bound to it. Leaves of `exclusive` say whether the chosen type carries one message at a
-    time; `overload` tells whether the bus may be used beyond its bandwidth and its time.
+    time; `overload` tells whether the bus may be used beyond its bandwidth and its time. `period_ns` is the interval at
+    which it carries messages, for OSATE alone.
     """
 
     virtual: bool
@@ -117,6 +118,7 @@ class Bus(Slot):
     direct: bool = False
     exclusive: Tree = False
     overload: bool = False
+    period_ns: Tree = None
 
 
 @dataclass(frozen=True)
@@ -143,6 +145,8 @@ class Component:
     `communication` says when data pass: ``let`` at release and release + deadline, else (``implicit``) at release and
     when the job ends.
     `triggers` are the connections that dispatch it when it is event-triggered; `incoming` all that end in it.
+    `stated_period_ns` is the period also where the protocol has none (unless it was to be decided), and `bound` whether
+    the thread is bound to its processor or only has figures of it, both for OSATE alone.
     """
 
     name: str
@@ -167,13 +171,16 @@ class Component:
     communication: Tree = None
     incoming: tuple[int, ...] = ()
     triggers: tuple[int, ...] = ()
+    stated_period_ns: Tree = None
+    bound: bool = True
 
 
 @dataclass(frozen=True)
 class Connection:
     """A connection; `source` and `target` index components (None: system boundary).
 
-    `bus` leaves are bus indices, or None where the connection is unbound or inside one process.
+    `bus` leaves are bus indices, or None where the connection is unbound or inside one process; `stated_bus` is the
+    same wherever its ends are (unless it was to be decided), and `timing` AADL's, both for OSATE alone.
     """
 
     name: str
@@ -186,6 +193,8 @@ class Connection:
     port: str
     queue_size: Tree
     latency_ns: Tree
+    timing: str = "sampled"
+    stated_bus: Tree = None
 
 
 @dataclass(frozen=True)
@@ -373,6 +382,12 @@ class Space:
     """Whether the file states a baseline, be it of fixed fields alone, which `baseline` leaves out."""
     cost_of_change: Mapping[int, int] = field(default_factory=dict)
     """What changing a decision of the baseline counts, by decision; 1 where none is stated."""
+    system: str = "asynchronous"
+    """OSATE's setting for ends of which it is not known whether they share a clock: or ``synchronous``."""
+    best_case: str = "empty_queue"
+    """OSATE's setting for queues at best: or ``full_queue``."""
+    bus_queuing: str = "counted"
+    """OSATE's setting for waiting on buses: or ``not_counted``."""
     overload: str = "forbidden"
     """Whether cores and buses may be used beyond all of them: ``forbidden`` or ``allowed`` (`dse.space.implied`)."""
 

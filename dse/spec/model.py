@@ -52,8 +52,12 @@ from dse.spec.fields import (
 )
 
 Protocol: TypeAlias = Literal["periodic", "aperiodic", "sporadic", "hybrid"]
-Category: TypeAlias = Literal["thread", "device", "abstract"]
 Communication: TypeAlias = Literal["implicit", "let"]
+Category: TypeAlias = Literal[
+    "thread", "device", "abstract", "process", "system", "thread_group", "processor", "virtual_processor", "memory",
+    "bus", "virtual_bus",
+]  # fmt: skip
+Timing: TypeAlias = Literal["sampled", "immediate", "delayed"]
 Port: TypeAlias = Literal["event_data", "event", "data", "feature"]
 
 
@@ -168,6 +172,7 @@ class BusType(Priced):
     transmission_time: TransmissionTimes | None = None
     latency: TimeRanges | None = None
     overhead: Options[DataSize] = (0,)
+    period: Options[Period] | None = None
 
 
 class DeviceType(Priced):
@@ -200,10 +205,14 @@ class Device(DeviceType):
 
 
 class Thread(ThreadType):
-    """A thread (or abstract component) of the architecture."""
+    """A thread (or abstract component) of the architecture.
+
+    `figures_of` names a processor as `processor` does, without binding the thread to it for OSATE.
+    """
 
     type: Options[Name] | None = None
     processor: Options[Name] | None = None
+    figures_of: Options[Name] | None = None
     process: Options[Name] | None = None
     priority: Options[Priority] | None = None
     core: Options[Core] | None = None
@@ -251,6 +260,7 @@ class Connection(Model):
     rate: Options[Rate] | None = None
     data_rate: Options[DataRate] | None = None
     port: Port = "event_data"
+    timing: Timing = "sampled"
     queue_size: Options[QueueSize] | None = None
     latency: Options[TimeRange] | None = None
     source: Line | None = None
@@ -376,6 +386,9 @@ class Spec(Catalogue):
     imported: Imported | None = None
     profile: Literal["dse", "osate-2.2", "osate-2.19"] = "dse"
     worst_case: Literal["execution_time", "deadline"] = "execution_time"
+    system: Literal["asynchronous", "synchronous"] = "asynchronous"
+    best_case: Literal["empty_queue", "full_queue"] = "empty_queue"
+    bus_queuing: Literal["counted", "not_counted"] = "counted"
     processing: Literal["execution_time", "response_time"] = "execution_time"
     deadlines: Deadlines | None = None
     overload: Literal["forbidden", "allowed"] = "forbidden"

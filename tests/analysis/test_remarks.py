@@ -15,7 +15,7 @@ processor_types: {c: {}}
 processors: {p: {type: c}}
 threads:
   a: {processor: p, period: 20 ms, compute_execution_time: [5 ms .. 8 ms, 1 ms], deadline: 3 ms}
-  b: {processor: p, period: 20 ms, compute_execution_time: 5 ms .. 8 ms}
+  b: {figures_of: p, period: 20 ms, compute_execution_time: 5 ms .. 8 ms}
 connections: {w: {from: a, to: b}}
 flows: {f: {path: [a, b]}}
 """

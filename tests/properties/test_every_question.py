@@ -18,10 +18,12 @@ from typing import Any
 import pytest
 from effort import cases
 from oracle.generator import random_problem
+from oracle.osate import Model
 from support import counted_down
 
 import dse
 from dse.analysis.evaluate import Evaluator
+from dse.analysis.measures import build_measure
 from dse.analysis.validity import canonical
 from dse.analysis.views import View
 from dse.api.problem import Problem, changed, load, loads
@@ -34,13 +36,14 @@ from dse.pareto.subproblem import Solver
 from dse.results.robust import RobustResult
 from dse.results.solve import Result
 from dse.space.settings import SETTINGS
-from dse.space.types import Design
+from dse.space.types import Design, Metric, Space
 from dse.study.functions import InputSpace
 from dse.study.robust import robust_asked
 from dse.study.uncertainty import read_uncertainties
 from dse.study.worst_place import Box
 
 MOST_DESIGNS = 4000
+OSATE = ("osate-2.19", "osate-2.19", "osate-2.2")
 LIMITED = ("latency", "jitter", "utilisation", "load", "response time", "price", "power")
 
 
@@ -57,10 +60,12 @@ class Asked:
         return changed(load(self.path), self.changes)
 
 
-def question(seed: int, folder: Path) -> Asked | None:
+def question(seed: int, folder: Path, *, osate: bool = False) -> Asked | None:
     """A random question; None where the drawn texts make no problem or too large a one."""
-    rng = random.Random(f"question {seed}")
+    rng = random.Random(f"question {seed}{' as OSATE' if osate else ''}")
     text = with_deadlines(random_problem(seed, "tiny"), rng)
+    if osate:
+        text = with_osates_words(text, rng)
     try:
         problem = loads(text)
     except DseError:
@@ -71,6 +76,8 @@ def question(seed: int, folder: Path) -> Asked | None:
     try:
         problem = load(path)
         changes = settings(rng)
+        if osate:
+            changes = replace(changes, profile=rng.choice(OSATE))
         asked = changed(problem, changes)
         changes = replace(
             changes, objectives=objectives(asked, rng), require=demands(asked, rng), fix=fixed(asked, rng)
@@ -92,6 +99,28 @@ def with_deadlines(text: str, rng: random.Random) -> str:
             break
         if rng.random() < 0.4 and lines[number].endswith("}") and "deadline" not in lines[number]:
             lines[number] = f"{lines[number][:-1]}, deadline: {rng.choice([2, 5, 20, 100])} ms}}"
+    return "\n".join(lines) + "\n"
+
+
+def with_osates_words(text: str, rng: random.Random) -> str:
+    """Ports, timing, periods of buses and of what events dispatch, threads that only have figures of a processor."""
+    lines, section = text.splitlines(), ""
+    for number, line in enumerate(lines):
+        if not line.startswith(" "):
+            section = line.rstrip(":")
+            continue
+        words = []
+        if section == "connections" and "port" not in line:
+            words += [f"port: {rng.choice(['data', 'data', 'feature', 'event_data'])}"]
+            words += [f"timing: {rng.choice(['immediate', 'delayed'])}"] * (rng.random() < 0.4)
+        if section == "bus_types" and rng.random() < 0.3:
+            words += [f"period: {rng.choice(['2 ms', '[1 ms, 5 ms]'])}"]
+        if section == "threads" and "aperiodic" in line and "period:" not in line and rng.random() < 0.5:
+            words += ["period: 5 ms"]
+        if section == "threads" and rng.random() < 0.2:
+            lines[number] = line.replace("processor: computer", "figures_of: computer")
+        if words and line.endswith("}") and not line.endswith("{}"):
+            lines[number] = f"{lines[number][:-1]}, {', '.join(words)}}}"
     return "\n".join(lines) + "\n"
 
 
@@ -202,6 +231,36 @@ def comparable(result: Result | RobustResult) -> dict[str, Any]:
     return {name: value for name, value in data.items() if name not in ("search", "conflicts", "give_up")}
 
 
+@pytest.mark.parametrize("seed", cases(12))
+def test_osates_rules_are_answered_as_by_looking_at_every_design(
+    seed: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, record_property: Any
+) -> None:
+    """And every latency of every design is that of an own writing of these rules."""
+    asked = question(seed, tmp_path, osate=True)
+    if asked is None:
+        pytest.skip("no problem")
+    try:
+        whole = solved(asked)
+    except UsageError as error:
+        pytest.skip(f"refused: {error}")
+    space = asked.problem.space
+    if space.processing == "execution_time" or space.profile == "osate-2.2":
+        held_to_osate(space, random.Random(f"designs {seed}"))
+    held_to_exhaustion(whole, asked, seed)
+
+
+def held_to_osate(space: Space, rng: random.Random) -> None:
+    for _ in range(40):
+        design = tuple(rng.randrange(len(item.options)) for item in space.decisions)
+        if Evaluator(space).invalid(design):
+            continue
+        design, view = canonical(space, design), View(canonical(space, design))
+        for number, flow in enumerate(space.flows):
+            least, most = (Model(space, design).total(flow, end) for end in (0, 1))
+            for kind, value in (("latency", most), ("min latency", least), ("jitter", most - least)):
+                assert build_measure(space, Metric("", kind, number)).value(view) == value, (flow.name, kind, design)
+
+
 @pytest.mark.parametrize("seed", cases(16))
 def test_any_question_is_answered_as_by_looking_at_every_design(
     seed: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, record_property: Any
@@ -213,14 +272,8 @@ def test_any_question_is_answered_as_by_looking_at_every_design(
         whole = solved(asked)
     except UsageError as error:
         pytest.skip(f"refused: {error}")
-    expected = exhausted(asked)
-    space, found = asked.problem.space, front_of(whole)
-    assert {tuple(point.objectives.values()) for point in found.front} == set(expected)
-    assert found.status == ("complete" if expected else "infeasible")
-    for point in found.front:
-        if point.is_first:
-            assert point.design == expected[tuple(point.objectives.values())]
-    check(whole, asked, seed)
+    expected = held_to_exhaustion(whole, asked, seed)
+    space = asked.problem.space
     kind = Counter(robust=asked.robust, points=len(expected), stops=0)
     rng, out = random.Random(f"stops {seed}"), tmp_path / "r.json"
     for _ in range(2):
@@ -238,6 +291,17 @@ def test_any_question_is_answered_as_by_looking_at_every_design(
         assert comparable(stopped) == comparable(whole)
     record_property("kind", dict(kind))
     assert space.decisions is not None
+
+
+def held_to_exhaustion(whole: Result | RobustResult, asked: Asked, seed: int) -> dict[tuple[int, ...], Design]:
+    expected, found = exhausted(asked), front_of(whole)
+    assert {tuple(point.objectives.values()) for point in found.front} == set(expected)
+    assert found.status == ("complete" if expected else "infeasible")
+    for point in found.front:
+        if point.is_first:
+            assert point.design == expected[tuple(point.objectives.values())]
+    check(whole, asked, seed)
+    return expected
 
 
 def check(result: Result | RobustResult, asked: Asked, seed: int) -> None:

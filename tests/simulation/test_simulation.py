@@ -82,7 +82,7 @@ def test_contention_exceeds_execution_times_and_response_times_hold() -> None:
 def test_a_wrong_analysis_is_contradicted(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     """Faults injected into the analysis: half the sampling, and a response time without interference."""
     from dse.analysis import latency
-    from dse.analysis.latency import Row
+    from dse.analysis.rows import Row
 
     original = latency._sampling_row
 

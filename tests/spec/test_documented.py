@@ -32,6 +32,9 @@ deadlines: stated
 overload: forbidden
 offset_grid: 1 ms
 worst_case: deadline
+system: synchronous
+best_case: full_queue
+bus_queuing: not_counted
 cost_of_change: {p: {type: 2}}
 totals: {mass: g}
 processor_types:
@@ -40,7 +43,7 @@ processor_types:
       throttling: {budget: 950 ms, period: 1 s, source: s}}
 bus_types:
   b: {bandwidth: 1 Mbit/s, transmission_time: {fixed: 1 us, per_byte: 1 ns}, latency: 1 ms, overhead: 1 B,
-      virtual: false, exclusive: true, price: 1 EUR, power: 1 W, totals: {mass: 1 g}, source: s}
+      virtual: false, exclusive: true, period: 1 ms, price: 1 EUR, power: 1 W, totals: {mass: 1 g}, source: s}
   v: {virtual: true, transmission_time: from bandwidth, bandwidth: 1 Mbit/s}
 device_types:
   d: {period: 1 ms, category: device, dispatch_protocol: periodic, compute_execution_time: 1 us, latency: 1 us,
@@ -59,13 +62,13 @@ devices:
       deadline: 1 ms, response_time: 1 us, queue_size: 1, price: 1 EUR, power: 1 W, totals: {mass: 1 g}, source: s,
       clock: k, offset: 1 ms}
 threads:
-  f: {type: t, processor: p, process: q, priority: 1, core: 1, period: 1 ms, category: thread,
+  f: {type: t, processor: p, figures_of: p, process: q, priority: 1, core: 1, period: 1 ms, category: thread,
       dispatch_protocol: periodic, dispatch_trigger: [w], compute_execution_time: 1 us, callback_execution_time: 1 us,
       latency: 1 us, deadline: 1 ms, response_time: 1 us, queue_size: 1, price: 1 EUR, power: 1 W, totals: {mass: 1 g},
       source: s, offset: 1 ms, communication: let, non_preemptive: 1 us}
 connections:
-  w: {from: e, to: f, data_size: 1 B, bus: x, rate: 1 Hz, data_rate: 1 B/s, port: data, queue_size: 1, latency: 1 us,
-      source: s}
+  w: {from: e, to: f, data_size: 1 B, bus: x, rate: 1 Hz, data_rate: 1 B/s, port: data, timing: delayed, queue_size: 1,
+      latency: 1 us, source: s}
 flows: {g: {path: [e, f], latency: 1 us .. 1 s, source: s}}
 metrics: {m: latency of g * 2}
 requirements: [price <= 1 EUR]

@@ -28,6 +28,9 @@ description: |
 assumptions: [prices are ours]
 profile: osate-2.2
 worst_case: deadline
+system: synchronous
+best_case: full_queue
+bus_queuing: not_counted
 processing: response_time
 deadlines: true
 overload: allowed

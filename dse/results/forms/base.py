@@ -61,6 +61,11 @@ class Settings(Form):
 
     profile: Literal["dse", "osate-2.2", "osate-2.19"] = field("The latency rules that were applied.")
     worst_case: Literal["execution_time", "deadline"] = field("OSATE's worst-case setting.")
+    system: Literal["asynchronous", "synchronous"] = field(
+        "OSATE's setting for ends that may or may not share a clock.", default="asynchronous"
+    )
+    best_case: Literal["empty_queue", "full_queue"] = field("OSATE's setting for queues.", default="empty_queue")
+    bus_queuing: Literal["counted", "not_counted"] = field("OSATE's setting for buses.", default="counted")
     processing: Literal["execution_time", "response_time"] = field("What a flow counts for a thread.")
     deadlines: Literal["stated", "all", "none"] = field("Which deadlines count.")
     overload: Literal["forbidden", "allowed"] = field("Whether cores and buses may be used beyond all of them.")

@@ -1,0 +1,393 @@
+"""End-to-end flow latency as OSATE computes it: the contributor table of the profiles `osate-2.2` and `osate-2.19`.
+
+The rules are those of docs/semantics.md, section 3.7. What an element adds may depend on what came before it: where
+both ends of a connection run by one clock, its receiver waits until the time since the last sampling is a multiple of
+its period. An element is therefore looked at in its place in the flow. Looking back ends at the last row that samples.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from typing import Literal
+
+from dse.analysis.binding import bus_figure
+from dse.analysis.rows import NO_LATENCY, Row, computed_ns, first_given, scheduled_ns
+from dse.analysis.views import View
+from dse.space.trees import FROM_BANDWIDTH, at
+from dse.space.types import Bus, Component, Connection, Flow, Space, Step
+from dse.units import Exact
+
+EXECUTING = ("thread", "device", "abstract")
+"""The categories whose execution times and dispatch protocols OSATE reads."""
+OLD = "osate-2.2"
+Kind = Literal["min", "max"]
+
+
+@dataclass(frozen=True, slots=True)
+class Place:
+    """The element at `position` of a flow (by index)."""
+
+    flow: int
+    position: int
+
+
+@dataclass(frozen=True, slots=True)
+class Sums:
+    """What passed since the last row that sampled, in ns: the least and the most."""
+
+    min_ns: Exact = 0
+    max_ns: Exact = 0
+
+    def with_rows(self, rows: Sequence[Row]) -> Sums:
+        """The sums with those of further rows."""
+        return Sums(
+            self.min_ns + sum(row.min_ns for row in rows), self.max_ns + sum(row.max_ns for row in rows)
+        )  # fmt: skip
+
+
+def places_of(space: Space, flow: Flow) -> tuple[Place, ...]:
+    """The places of a flow's elements, in order."""
+    number = space.flows.index(flow)
+    return tuple(Place(number, position) for position in range(len(flow.steps)))
+
+
+def place_step(space: Space, place: Place) -> Step:
+    """The element at a place."""
+    return space.flows[place.flow].steps[place.position]
+
+
+def place_rows(space: Space, place: Place, view: View, *, queues: bool = True) -> tuple[Row, ...]:
+    """The rows of the element at a place; without what waits on buses where `queues` is false."""
+    step = place_step(space, place)
+    if step.kind == "connection":
+        return _connection_rows(space, place, view, queues=queues)
+    component = space.components[step.index]
+    sampling = _sampling_row(space, place, component, view)
+    return tuple(row for row in (sampling, *_later_rows(space, step, component, view)) if row is not None)
+
+
+def rounds(space: Space, place: Place) -> bool:
+    """Whether an element may have a row whose value depends on what came before it, in some design."""
+    step = place_step(space, place)
+    return step.kind == "component" and step.via is not None
+
+
+# --- components ---------------------------------------------------------------------------------------------------
+
+
+def _later_rows(space: Space, step: Step, component: Component, view: View) -> Iterator[Row]:
+    """The rows of a component after its sampling: callback of a hybrid one, queue, processing."""
+    callback = _callback_row(space, step, component, view)
+    if callback is not None:
+        yield callback
+    queue = _queue_row(space, step, component, view)
+    if queue is not None:
+        yield queue
+    best, best_method = _best_ns(space, component, view)
+    worst, worst_method = _worst_ns(space, component, view)
+    yield Row(component.category, component.name, best, best_method, worst, worst_method)
+
+
+def _callback_row(space: Space, step: Step, component: Component, view: View) -> Row | None:
+    """The callback of a hybrid component, which AADL has no word for: counted before its timer samples."""
+    callback = at(component.callback_ns, view) if at(component.protocol, view) == "hybrid" else None
+    if callback is None or step.via is None:
+        return None
+    worst, method = callback[1], "processing time"
+    if computed_ns(space, component, view):
+        worst, method = scheduled_ns(space, component, "callback", view)
+    return Row(component.category, component.name, callback[0], "processing time", worst, method)
+
+
+def _period_ns(component: Component, view: View) -> Exact:
+    """AADL's Period, which counts whatever the dispatch protocol; 0 where none is given."""
+    return at(component.stated_period_ns, view) or 0
+
+
+def _is_sampling(space: Space, component: Component, view: View) -> bool:
+    """Whether a component has a Period and is not dispatched by events, as far as OSATE looks at that."""
+    if not _period_ns(component, view):
+        return False
+    protocol = at(component.protocol, view)
+    if space.profile == OLD:
+        return not (component.category in ("thread", "device") and protocol == "sporadic")
+    return not (component.category in EXECUTING and protocol in ("sporadic", "aperiodic"))
+
+
+def _sampling_row(space: Space, place: Place, component: Component, view: View) -> Row | None:
+    step = place_step(space, place)
+    periodic = _is_sampling(space, component, view)
+    # OSATE 2.2 prints the row for every device and abstract component, periodic or not: a slip of its source
+    printed = space.profile == OLD and component.category in ("device", "abstract")
+    name = (component.category, component.name)
+    if step.via is None:
+        return Row(*name, 0, "first sampling", 0, "first sampling") if periodic or printed else None
+    wire = space.connections[step.via]
+    if not periodic:
+        return Row(*name, 0, "sampling", 0, "sampling") if printed else None
+    if space.profile != OLD and wire.port not in ("data", "feature"):
+        return None
+    if wire.timing == "immediate":
+        return Row(*name, 0, "immediate", 0, "immediate")
+    period = _sampling_period_ns(space, step, wire, component, view)
+    since = since_sampling(space, place, view) if is_synchronous(space, wire, view) else None
+    if wire.timing == "delayed":
+        least, most = (period, period) if since is None else _round_ups(since, period)
+        return Row(*name, least, "delayed sampling", most, "delayed sampling")
+    least, most = (0, period) if since is None else _round_ups(since, period)
+    if space.profile != OLD:
+        least = 0
+    return Row(*name, least, "sampling", most, "sampling")
+
+
+def _sampling_period_ns(space: Space, step: Step, wire: Connection, component: Component, view: View) -> Exact:
+    """The receiver's period; today the sender's where that divides it and the connection is sampled."""
+    period = _period_ns(component, view)
+    if space.profile == OLD or wire.timing != "sampled" or step.sender is None:
+        return period
+    sending = _period_ns(space.components[step.sender], view)
+    return sending if sending and period % sending == 0 else period
+
+
+def _round_ups(since: Sums, period: Exact) -> tuple[Exact, Exact]:
+    return round_up(since.min_ns, period), round_up(since.max_ns, period)
+
+
+def round_up(passed: Exact, period: Exact) -> Exact:
+    """What is missing to the next multiple of a period; a whole period where nothing passed.
+
+    >>> [round_up(passed, 10) for passed in (0, 3, 10, 12)]
+    [10, 7, 0, 8]
+    """
+    return -passed % period if passed else period
+
+
+def is_synchronous(space: Space, wire: Connection, view: View) -> bool:
+    """Whether both ends of a connection run by one clock (AADL's Reference_Time, as `clock`).
+
+    Those on one device or processor do. Where both state a clock, that it is the same one decides; else the setting of
+    the system does.
+    """
+    ends = [_hardware(space, end, view) for end in (wire.source, wire.target)]
+    if ends[0] is not None and ends[0] == ends[1]:
+        return True
+    clocks = [_stated_clock(space, end, view) for end in (wire.source, wire.target)]
+    if clocks[0] and clocks[1]:
+        return clocks[0] == clocks[1]
+    return space.system == "synchronous"
+
+
+def _stated_clock(space: Space, end: int | None, view: View) -> str:
+    """The clock that the hardware of a component states; "" without one."""
+    if end is None or not space.components[end].bound:
+        return ""
+    reading = at(space.components[end].clock, view)
+    return reading.name if reading is not None else ""
+
+
+def _hardware(space: Space, end: int | None, view: View) -> tuple[str, int] | None:
+    """What a component runs on: a device on itself."""
+    if end is None:
+        return None
+    component = space.components[end]
+    if component.category == "device":
+        return "device", end
+    processor = at(component.processor, view) if component.bound else None
+    return None if processor is None else ("processor", processor)
+
+
+def since_sampling(space: Space, place: Place, view: View) -> Sums | None:
+    """What passed between the last row that sampled and an element of a flow; None where none did.
+
+    Immediate rows and those of buses do not count as sampling.
+    """
+    found = Sums()
+    for position in range(place.position - 1, -1, -1):
+        before = Place(place.flow, position)
+        step = place_step(space, before)
+        if step.kind == "connection":
+            found = found.with_rows(_connection_rows(space, before, view))
+            continue
+        component = space.components[step.index]
+        found = found.with_rows(tuple(_later_rows(space, step, component, view)))
+        if _samples(space, step, component, view):
+            return found
+    return None
+
+
+def _samples(space: Space, step: Step, component: Component, view: View) -> bool:
+    """Whether a component has a row that samples, whatever its value is."""
+    if not _is_sampling(space, component, view):
+        return space.profile == OLD and component.category in ("device", "abstract")
+    if step.via is None:
+        return True
+    wire = space.connections[step.via]
+    return wire.timing != "immediate" and (space.profile == OLD or wire.port in ("data", "feature"))
+
+
+def _queue_row(space: Space, step: Step, component: Component, view: View) -> Row | None:
+    """0 (or as much, where queues are full at best) .. queue size * delay of each queued item."""
+    if step.via is None:
+        return None
+    wire = space.connections[step.via]
+    size = at(wire.queue_size, view)
+    if size is None:
+        size = at(component.queue_size, view)
+    explicit = at(component.protocol, view)
+    by_period = explicit in ("periodic", "sporadic")
+    if space.profile == OLD:
+        if wire.port not in ("event", "event_data") or component.category not in ("thread", "device"):
+            return None
+        size = 1 if size is None else size
+        size = max(size - 1, 0) if by_period else size
+    else:
+        if size is None:
+            passive = component.category in EXECUTING and explicit in ("aperiodic", "sporadic")
+            size = 1 if wire.port == "data" and passive else 0
+        if size == 0:
+            return None
+    most = size * (_period_ns(component, view) if by_period else _worst_ns(space, component, view)[0])
+    least: Exact = 0
+    if space.best_case == "full_queue":
+        least = size * (_period_ns(component, view) if by_period else _best_ns(space, component, view)[0])
+    return Row(component.category, component.name, least, "queued", most, "queued")
+
+
+def _ranges(component: Component, view: View) -> list[tuple[Exact, Exact] | None]:
+    """Response time, execution time and specified latency, as far as OSATE reads them of its category."""
+    executes = component.category in EXECUTING
+    trees = (component.response_ns, component.execution_ns, component.latency_ns)
+    return [at(tree, view) if executes or tree is component.latency_ns else None for tree in trees]
+
+
+METHODS = ("response time", "processing time", "specified")
+
+
+def _best_ns(space: Space, component: Component, view: View) -> tuple[Exact, str]:
+    """Shortest processing: response time (not in 2014), execution time, specified."""
+    given = list(zip(_ranges(component, view), METHODS, strict=True))[1 if space.profile == OLD else 0 :]
+    return first_given(space, [(found and found[0], method) for found, method in given])
+
+
+def _worst_ns(space: Space, component: Component, view: View) -> tuple[Exact, str]:
+    """Longest processing, by profile and by the worst-case setting; a deadline of 0 is not assigned."""
+    by_deadline = space.worst_case == "deadline"
+    deadline = (at(component.deadline_ns, view), "deadline")
+    response, execution, latency = (
+        (found and found[1], method) for found, method in zip(_ranges(component, view), METHODS, strict=True)
+    )
+    if space.profile == OLD:
+        return first_given(space, [deadline, latency] if by_deadline else [execution, deadline, latency])
+    if computed_ns(space, component, view) and response[0] is None and execution[0] is not None:
+        response = scheduled_ns(space, component, "thread", view)
+    if by_deadline and deadline[0]:
+        return first_given(space, [response, deadline])
+    period = (_period_ns(component, view), "deadline")
+    return first_given(space, [response, execution, latency, deadline, period])
+
+
+# --- connections --------------------------------------------------------------------------------------------------
+
+
+def _connection_rows(space: Space, place: Place, view: View, *, queues: bool = True) -> tuple[Row, ...]:
+    """Transmission over each medium, its sampling, and waiting there; the connection's own latency without any."""
+    wire = space.connections[place_step(space, place).index]
+    name = ("connection", wire.name)
+    nothing = NO_LATENCY[space.profile]
+    stack = media(space, wire, view)
+    rows = [
+        Row(*name, least, "transmission time", most, "transmission time")
+        for least, most in (_carrying_ns(space, wire, stack, depth, view) for depth in range(len(stack)))
+        if most
+    ]
+    period = max((at(space.buses[bus].period_ns, view) or 0 for bus in stack), default=0)
+    if space.profile == OLD:
+        rows = [Row(*name, sum(r.min_ns for r in rows), nothing, sum(r.max_ns for r in rows), nothing)]
+    elif not rows and not period:
+        own = at(wire.latency_ns, view)
+        if own is not None and own[1]:
+            rows = [Row(*name, own[0], "specified", own[1], "specified")]
+    if period:
+        least = period if _rounds_to_bus(space, place, view) else 0
+        rows.append(Row(*name, least, "sampling protocol", period, "sampling protocol"))
+    waiting = _waiting_ns(space, place, view) if queues else 0
+    if waiting:
+        rows.append(Row(*name, 0, "queued", waiting, "queued"))
+    return tuple(rows) or (Row(*name, 0, nothing, 0, nothing),)
+
+
+def media(space: Space, wire: Connection, view: View) -> tuple[int, ...]:
+    """The buses that a connection is bound to, and whatever carries these; also inside one process."""
+    stack = []
+    bus = at(wire.stated_bus, view)
+    while bus is not None:
+        stack.append(bus)
+        bus = at(space.buses[bus].carrier, view)
+    return tuple(stack)
+
+
+def _carrying_ns(space: Space, wire: Connection, stack: Sequence[int], depth: int, view: View) -> tuple[Exact, Exact]:
+    """What one medium takes for a message with the overheads so far; its latency where that is no time, at each end."""
+    bus = space.buses[stack[depth]]
+    size: int = at(wire.size_bytes, view) or 0
+    if space.profile != OLD:
+        size += sum(at(space.buses[number].overhead_bytes, view) for number in stack[: depth + 1])
+    times = _transmission_ns(space, bus, wire, size, view)
+    latency = bus_figure(space, bus.latency_ns, wire, view) or (0, 0)
+    if space.profile == OLD:
+        return latency if times is None else times
+    least, most = times or (0, 0)
+    return (least if least > 0 else latency[0]), (most if most > 0 else latency[1])
+
+
+def _transmission_ns(space: Space, bus: Bus, wire: Connection, size: int, view: View) -> tuple[Exact, Exact] | None:
+    """Transmission_Time: fixed + per byte * size; None where the bus states none that OSATE knows."""
+    fixed = bus_figure(space, bus.fixed_ns, wire, view)
+    if fixed is None or fixed is FROM_BANDWIDTH:
+        return None
+    each = bus_figure(space, bus.per_byte_ns, wire, view)
+    return fixed[0] + each[0] * size, fixed[1] + each[1] * size
+
+
+def _rounds_to_bus(space: Space, place: Place, view: View) -> bool:
+    """OSATE in a synchronous system rounds up nothing to a bus's period where something sampled before: a whole one."""
+    return space.system == "synchronous" and since_sampling(space, place, view) is not None
+
+
+def _waiting_ns(space: Space, place: Place, view: View) -> Exact:
+    """What a message waits for the other connections of flows that its media carry, each for once."""
+    return sum(waiting_for_ns(space, place, other, view) for other in rivals(space, place))
+
+
+def rivals(space: Space, place: Place) -> tuple[int, ...]:
+    """The connections of flows that one may wait for on a bus, where its waiting is counted.
+
+    OSATE prints it in the last of the flows alone that have the connection.
+    """
+    number = place_step(space, place).index
+    if space.profile == OLD or space.bus_queuing == "not_counted" or _last_flow(space, number) != place.flow:
+        return ()
+    used = {step.index for flow in space.flows for step in flow.steps if step.kind == "connection"}
+    return tuple(other for other in sorted(used) if other != number)
+
+
+def _last_flow(space: Space, number: int) -> int:
+    step = Step("connection", number)
+    return max(index for index, flow in enumerate(space.flows) if step in flow.steps)
+
+
+def waiting_for_ns(space: Space, place: Place, other: int, view: View) -> Exact:
+    """What a message waits for one other connection: its longest transmission on each medium that both share.
+
+    A medium with a period of its own makes nobody wait.
+    """
+    mine = media(space, space.connections[place_step(space, place).index], view)
+    if not mine:
+        return 0
+    rival = space.connections[other]
+    stack = media(space, rival, view)
+    shared = [
+        depth for depth, bus in enumerate(stack) if bus in mine and not at(space.buses[bus].period_ns, view)
+    ]  # fmt: skip
+    return sum(_carrying_ns(space, rival, stack, depth, view)[1] for depth in shared)

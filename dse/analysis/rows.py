@@ -1,0 +1,53 @@
+"""What a contribution to a flow's latency is: one row of its contributor table (docs/semantics.md, section 3.1)."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from dse.analysis.scheduling import UNBOUNDED_NS, Part, bounded_response_ns
+from dse.analysis.views import View
+from dse.space.trees import at
+from dse.space.types import Component, Space
+from dse.units import Exact
+
+NO_LATENCY = {"dse": "no latency", "osate-2.2": "no latency", "osate-2.19": "no sampling/queuing latency"}
+UNBOUNDED_METHOD = "response time (unbounded)"
+"""Of a row whose maximum stands for a response time without a bound."""
+
+
+@dataclass(frozen=True, slots=True)
+class Row:
+    """One contribution to a flow's latency, in ns, exact; `category` and `contributor` as OSATE prints them."""
+
+    category: str
+    contributor: str
+    min_ns: Exact
+    min_method: str
+    max_ns: Exact
+    max_method: str
+
+
+def counts_responses(space: Space) -> bool:
+    """Whether latencies count response times; OSATE of 2014 looks at none."""
+    return space.processing == "response_time" and space.profile != "osate-2.2"
+
+
+def scheduled_ns(space: Space, component: Component, part: Part, view: View) -> tuple[Exact, str]:
+    """The response time that follows from what shares the core (``processing: response_time``), with its method."""
+    number = next(number for number, item in enumerate(space.components) if item is component)
+    worst = bounded_response_ns(space, number, part, view)
+    return worst, "response time" if worst < UNBOUNDED_NS else UNBOUNDED_METHOD
+
+
+def computed_ns(space: Space, component: Component, view: View) -> bool:
+    """Whether a component's response time is computed: where these count, of a thread on a processor."""
+    return counts_responses(space) and at(component.processor, view) is not None
+
+
+def first_given(space: Space, candidates: Sequence[tuple[Exact | None, str]]) -> tuple[Exact, str]:
+    """The first value that is given, with its method; for OSATE a time of 0 is none."""
+    for value, method in candidates:
+        if value or (value is not None and space.profile == "dse"):
+            return value, method
+    return 0, NO_LATENCY[space.profile]

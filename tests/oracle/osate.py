@@ -1,0 +1,255 @@
+"""OSATE's latency analysis as OSATE goes about it: contributors in a list, then one pass for minima and one for maxima.
+
+Written from OSATE's rules (docs/semantics.md, section 3.7) and not from `dse.analysis.osate`, which looks back from
+each element instead: nothing of that is used here. Times in ns, of one design of a space.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from fractions import Fraction
+from typing import Any
+
+from dse.space.trees import FROM_BANDWIDTH, Choice, PerProcessorType
+from dse.space.types import Component, Connection, Design, Flow, Space
+
+Times = tuple[Fraction, Fraction]
+NOTHING: Times = (Fraction(0), Fraction(0))
+
+
+@dataclass
+class Contributor:
+    """One row: a fixed value, or how it samples."""
+
+    value: Times = NOTHING
+    kind: str = ""
+    period: Fraction = Fraction(0)
+    synchronous: bool = False
+    is_connection: bool = False
+    media: list[Contributor] = field(default_factory=list)
+
+
+@dataclass
+class Model:
+    space: Space
+    design: Design
+
+    def at(self, tree: Any) -> Any:
+        while isinstance(tree, Choice):
+            tree = tree.branches[self.design[tree.decision]]
+        return tree
+
+    @property
+    def is_old(self) -> bool:
+        return self.space.profile == "osate-2.2"
+
+    def times(self, tree: Any) -> Times | None:
+        found = self.at(tree)
+        return None if found is None else (Fraction(found[0]), Fraction(found[1]))
+
+    def period(self, component: Component) -> Fraction:
+        return Fraction(self.at(component.stated_period_ns) or 0)
+
+    def protocol(self, component: Component) -> str | None:
+        found: str | None = self.at(component.protocol)
+        return found
+
+    # --- components ---
+
+    def is_periodic(self, item: Component) -> bool:
+        if self.is_old:
+            excepted = item.category in ("thread", "device") and self.protocol(item) == "sporadic"
+        else:
+            events = self.protocol(item) in ("sporadic", "aperiodic")
+            excepted = item.category in ("thread", "device", "abstract") and events
+        return self.period(item) > 0 and not excepted
+
+    def processing(self, item: Component) -> Times:
+        runs = item.category in ("thread", "device", "abstract")
+        response = self.times(item.response_ns) if runs and not self.is_old else None
+        execution = self.times(item.execution_ns) if runs else None
+        specified = self.times(item.latency_ns)
+        deadline = Fraction(self.at(item.deadline_ns) or 0)
+        by_deadline = self.space.worst_case == "deadline"
+        worst = response[1] if response else Fraction(0)
+        if not worst and execution and (not by_deadline or (not deadline and not self.is_old)):
+            worst = execution[1]
+        if not worst and deadline and (by_deadline or self.is_old):
+            worst = deadline
+        if not worst and specified:
+            worst = specified[1]
+        if not worst and not self.is_old:
+            worst = deadline or self.period(item)
+        best = response[0] if response else Fraction(0)
+        for found in (execution, specified):
+            if not best and found:
+                best = found[0]
+        return best, worst
+
+    def component(self, item: Component, wire: Connection | None, sender: Component | None) -> list[Contributor]:
+        rows = []
+        sampled = wire is None or self.is_old or wire.port in ("data", "feature")
+        if self.is_periodic(item) and sampled:
+            if wire is None:
+                rows.append(Contributor(kind="first"))
+            elif wire.timing != "immediate":
+                period = self.period(item)
+                if wire.timing == "sampled" and sender is not None and not self.is_old:
+                    other = self.period(sender)
+                    if other and (period / other).denominator == 1:
+                        period = other
+                rows.append(Contributor(kind=wire.timing, period=period))
+        elif self.is_old and item.category in ("device", "abstract"):
+            rows.append(Contributor(kind="first"))
+        callback = self.times(item.callback_ns) if self.protocol(item) == "hybrid" and wire is not None else None
+        if callback is not None:
+            rows.append(Contributor(callback))
+        if wire is not None:
+            rows += self.queue(item, wire)
+        return [*rows, Contributor(self.processing(item))]
+
+    def queue(self, item: Component, wire: Connection) -> list[Contributor]:
+        size = self.at(wire.queue_size)
+        if size is None:
+            size = self.at(item.queue_size)
+        fixed = self.protocol(item) in ("periodic", "sporadic")
+        if self.is_old:
+            if wire.port not in ("event", "event_data") or item.category not in ("thread", "device"):
+                return []
+            size = 1 if size is None else size
+            size = max(0, size - 1) if fixed else size
+        elif size is None:
+            waits = item.category in ("thread", "device", "abstract") and wire.port == "data"
+            size = 1 if waits and self.protocol(item) in ("sporadic", "aperiodic") else 0
+        best, worst = (self.period(item),) * 2 if fixed else self.processing(item)
+        full = self.space.best_case == "full_queue"
+        return [Contributor((size * best if full else Fraction(0), size * worst))] if size else []
+
+    # --- connections ---
+
+    def stack(self, wire: Connection) -> list[int]:
+        found, bus = [], self.at(wire.stated_bus)
+        while bus is not None:
+            found.append(bus)
+            bus = self.at(self.space.buses[bus].carrier)
+        return found
+
+    def machine(self, wire: Connection) -> str:
+        for end in (wire.source, wire.target):
+            if end is not None and self.at(self.space.components[end].processor) is not None:
+                slot = self.space.processors[self.at(self.space.components[end].processor)]
+                return slot.types[self.design[slot.type_decision]]
+        raise AssertionError
+
+    def medium(self, wire: Connection, number: int) -> Times:
+        stack = self.stack(wire)
+        bus = self.space.buses[number]
+        carried = 0 if self.is_old else stack.index(number) + 1
+        size = (self.at(wire.size_bytes) or 0) + sum(
+            self.at(self.space.buses[k].overhead_bytes) for k in stack[:carried]
+        )
+
+        def figure(tree: Any) -> Any:
+            found = self.at(tree)
+            return self.at(found.by_type[self.machine(wire)]) if isinstance(found, PerProcessorType) else found
+
+        fixed, each, latency = figure(bus.fixed_ns), None, figure(bus.latency_ns)
+        found = NOTHING
+        if fixed is not None and fixed is not FROM_BANDWIDTH:
+            each = figure(bus.per_byte_ns)
+            found = (Fraction(fixed[0] + each[0] * size), Fraction(fixed[1] + each[1] * size))
+            if self.is_old:
+                return found
+        if latency is None:
+            return found
+        return found[0] or Fraction(latency[0]), found[1] or Fraction(latency[1])
+
+    def connection(self, number: int, flow: Flow) -> Contributor:
+        wire = self.space.connections[number]
+        row = Contributor(is_connection=True, synchronous=self.synchronous(wire))
+        stack = self.stack(wire)
+        times = [self.medium(wire, bus) for bus in stack]
+        times = [item for item in times if item[1]]
+        row.value = (sum((item[0] for item in times), Fraction(0)), sum((item[1] for item in times), Fraction(0)))
+        periods = [Fraction(self.at(self.space.buses[bus].period_ns) or 0) for bus in stack]
+        row.period = max(periods, default=Fraction(0))
+        own = self.times(wire.latency_ns)
+        if not times and not row.period and own and own[1] and not self.is_old:
+            row.value = own
+        last = [
+            item for item in self.space.flows if any(s.kind == "connection" and s.index == number for s in item.steps)
+        ]
+        if not self.is_old and self.space.bus_queuing == "counted" and last[-1] is flow:
+            row.value = row.value[0], row.value[1] + self.waiting(number, stack)
+        return row
+
+    def waiting(self, number: int, stack: list[int]) -> Fraction:
+        total = Fraction(0)
+        used = {s.index for flow in self.space.flows for s in flow.steps if s.kind == "connection"}
+        for bus in stack:
+            if self.at(self.space.buses[bus].period_ns):
+                continue
+            for other in used - {number}:
+                if bus in self.stack(self.space.connections[other]):
+                    total += self.medium(self.space.connections[other], bus)[1]
+        return total
+
+    def synchronous(self, wire: Connection) -> bool:
+        where = []
+        for end in (wire.source, wire.target):
+            item = self.space.components[end] if end is not None else None
+            processor = self.at(item.processor) if item is not None and item.bound else None
+            where.append(
+                end
+                if item is not None and item.category == "device"
+                else (None if processor is None else f"p{processor}")
+            )
+        if where[0] is not None and where[0] == where[1]:
+            return True
+        ends = [self.space.components[end] for end in (wire.source, wire.target) if end is not None]
+        readings = [self.at(item.clock) for item in ends if item.bound]
+        named = {reading.name for reading in readings if reading is not None and reading.name}
+        if len([reading for reading in readings if reading is not None and reading.name]) == 2:
+            return len(named) == 1
+        return self.space.system == "synchronous"
+
+    # --- the two passes ---
+
+    def contributors(self, flow: Flow) -> list[Contributor]:
+        rows: list[Contributor] = []
+        for step in flow.steps:
+            if step.kind == "connection":
+                rows.append(self.connection(step.index, flow))
+                continue
+            wire = self.space.connections[step.via] if step.via is not None else None
+            sender = self.space.components[step.sender] if step.sender is not None else None
+            found = self.component(self.space.components[step.index], wire, sender)
+            if wire is not None:
+                found[0].synchronous = self.synchronous(wire)
+            rows += found
+        return rows
+
+    def total(self, flow: Flow, end: int) -> Fraction:
+        """The sum of one pass: `end` 0 for the minimum, 1 for the maximum."""
+        result, since = Fraction(0), None
+        for row in self.contributors(flow):
+            value = row.value[end]
+            if row.is_connection and row.period:
+                rounds = self.space.system == "synchronous" and since is not None
+                value += row.period if end or rounds else 0
+            elif row.kind in ("sampled", "delayed"):
+                value = self.sampled(row, since, end)
+            result += value
+            if row.kind in ("first", "sampled", "delayed"):
+                since = Fraction(0)
+            elif since is not None:
+                since += value
+        return result
+
+    def sampled(self, row: Contributor, since: Fraction | None, end: int) -> Fraction:
+        if row.synchronous and since is not None:
+            if not end and row.kind == "sampled" and not self.is_old:
+                return Fraction(0)
+            missing = row.period - since % row.period
+            return Fraction(0) if since and missing == row.period else missing
+        return row.period if end or row.kind == "delayed" else Fraction(0)
