@@ -43,7 +43,7 @@ class ProblemPath(click.Path):
     """A problem file, a model, or a folder that holds one."""
 
     def __init__(self) -> None:
-        super().__init__(exists=True)
+        super().__init__(exists=True, allow_dash=True)
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
         """The path as it is."""

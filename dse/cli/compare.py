@@ -13,7 +13,10 @@ from dse.cli.common import check_writable, console, in_time, json_option, tell_c
 @click.argument("one", metavar="A")
 @click.argument("other", metavar="B")
 @click.option(
-    "--problem", type=click.Path(exists=True, dir_okay=False), metavar="FILE", help="The problem file, if it has moved."
+    "--problem",
+    type=click.Path(exists=True, dir_okay=False, allow_dash=True),
+    metavar="FILE",
+    help="The problem file, if it has moved.",
 )
 @json_option
 @in_time

@@ -17,7 +17,7 @@ FORMATS: tuple[Format, ...] = ("problem", "ros2", "dot", "graphml")
 
 
 @click.command("export")
-@click.argument("result", type=click.Path(exists=True, dir_okay=False))
+@click.argument("result", type=click.Path(exists=True, dir_okay=False, allow_dash=True))
 @click.option(
     "--alternative", required=True, metavar="ID", help="The alternative's id, or that of another design (3.1)."
 )
@@ -26,7 +26,10 @@ FORMATS: tuple[Format, ...] = ("problem", "ros2", "dot", "graphml")
 )
 @click.option("-o", "--output", default="-", metavar="PATH", help="The file to write; standard output if left out.")
 @click.option(
-    "--problem", type=click.Path(exists=True, dir_okay=False), metavar="FILE", help="The problem file, if it has moved."
+    "--problem",
+    type=click.Path(exists=True, dir_okay=False, allow_dash=True),
+    metavar="FILE",
+    help="The problem file, if it has moved.",
 )
 @in_time
 def command(result: str, alternative: str, form: Format, output: str, problem: str | None) -> int:

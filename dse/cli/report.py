@@ -14,7 +14,7 @@ from dse.files.writing import write_files
 
 
 @click.command("report")
-@click.argument("result", type=click.Path(exists=True, dir_okay=False))
+@click.argument("result", type=click.Path(exists=True, dir_okay=False, allow_dash=True))
 @click.option(
     "-o",
     "--output",
@@ -25,7 +25,10 @@ from dse.files.writing import write_files
     help="The folder to write to; it is made.",
 )
 @click.option(
-    "--problem", type=click.Path(exists=True, dir_okay=False), metavar="FILE", help="The problem file, if it has moved."
+    "--problem",
+    type=click.Path(exists=True, dir_okay=False, allow_dash=True),
+    metavar="FILE",
+    help="The problem file, if it has moved.",
 )
 @click.option(
     "--alternative", type=int, metavar="ID", help="The alternative that the report opens with, and that figures show."
@@ -34,7 +37,7 @@ from dse.files.writing import write_files
     "--study",
     "studies",
     multiple=True,
-    type=click.Path(exists=True, dir_okay=False),
+    type=click.Path(exists=True, dir_okay=False, allow_dash=True),
     metavar="JSON",
     help="Also show what `dse sweep --json` or `dse sensitivity --json` wrote, as a section of the report.",
 )

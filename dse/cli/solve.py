@@ -31,6 +31,7 @@ from dse.cli.common import (
 from dse.errors import EXIT_INCOMPLETE, about
 from dse.files.writing import is_stream, write_files
 from dse.timelimit import OutOfTime, TimeLimit, until
+from dse.units.text import count_words
 
 if TYPE_CHECKING:
     from dse.api.problem import Problem
@@ -65,7 +66,7 @@ REPORT_S = 2.0
 )
 @click.option(
     "--resume",
-    type=click.Path(exists=True, dir_okay=False),
+    type=click.Path(exists=True, dir_okay=False, allow_dash=True),
     metavar="RESULT",
     help="Go on with the stopped search of a result file; the question is that of the result, robust or not.",
 )
@@ -277,5 +278,8 @@ class _Reporter:
         if self.quiet or now - self.said < (0.1 if self.live else PLAIN_STEP_S):
             return
         self.said = now
-        text = f"{progress.points} points, {progress.open_regions} regions open, {progress.elapsed_s:.1f} s"
+        text = (
+            f"{count_words(progress.points, 'point')}, {count_words(progress.open_regions, 'region')} open, "
+            f"{progress.elapsed_s:.1f} s"
+        )
         self.write(f"\r\033[K{text}" if self.live else text)

@@ -9,10 +9,10 @@ from dse.timelimit import TimeLimit
 
 
 @click.command("verify")
-@click.argument("result", type=click.Path(exists=True, dir_okay=False))
+@click.argument("result", type=click.Path(exists=True, dir_okay=False, allow_dash=True))
 @click.option(
     "--problem",
-    type=click.Path(exists=True, dir_okay=False),
+    type=click.Path(exists=True, dir_okay=False, allow_dash=True),
     metavar="FILE",
     help="The problem file, where it is no longer where the result says.",
 )

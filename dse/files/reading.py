@@ -5,11 +5,13 @@ from __future__ import annotations
 import errno
 import os
 import stat
+import sys
 from pathlib import Path
 
 from dse.errors import UsageError
 from dse.files.guard import PathLike, current
 
+STANDARD_INPUT = "-"
 MOST_BYTES = 256_000_000
 """The largest result, study or store entry that is read."""
 _KINDS = (
@@ -36,7 +38,8 @@ class UnreadableFileError(UsageError):
 def read_bytes(path: PathLike, most: int = MOST_BYTES, what: str = "a file") -> bytes:
     """The content of a regular file of at most `most` bytes; `what` it is, for a message that it is not overwritten.
 
-    Pipes and devices have no end that one could wait for, so they are refused, without being opened for long.
+    ``-`` is standard input, whatever that is. Other pipes and devices have no end that one could wait for, so they are
+    refused, without being opened for long.
 
     Raises
     ------
@@ -45,6 +48,8 @@ def read_bytes(path: PathLike, most: int = MOST_BYTES, what: str = "a file") -> 
     UsageError
         when an output of the same run is to take its place.
     """
+    if os.fspath(path) == STANDARD_INPUT:
+        return _standard_input(most)
     try:
         handle = os.open(path, os.O_RDONLY | getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_BINARY", 0))
     except (OSError, ValueError) as error:
@@ -63,6 +68,22 @@ def read_bytes(path: PathLike, most: int = MOST_BYTES, what: str = "a file") -> 
             raise UnreadableFileError(path, _why(path, error)) from None
     if data is None or len(data) > most:
         raise UnreadableFileError(path, f"the file is larger than {_size(most)}")
+    return data
+
+
+def _standard_input(most: int) -> bytes:
+    """All of it; within one run it can be read again."""
+    guard = current()
+    data = guard.standard_input if guard is not None else None
+    if data is None:
+        try:
+            data = sys.stdin.buffer.read(most + 1)
+        except (OSError, ValueError) as error:
+            raise UnreadableFileError(STANDARD_INPUT, f"standard input cannot be read: {error}") from None
+        if guard is not None:
+            guard.standard_input = data
+    if len(data) > most:
+        raise UnreadableFileError(STANDARD_INPUT, f"standard input is larger than {_size(most)}")
     return data
 
 
