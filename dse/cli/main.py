@@ -66,7 +66,7 @@ class LazyGroup(click.Group):
 
             near = get_close_matches(args[0], COMMANDS, n=1) if args[0] not in COMMANDS else []
             if near:
-                error.message = f"{error.message.rstrip('.')}. (Did you mean '{near[0]}'?)"
+                raise click.UsageError(f"{error.message.rstrip('.')}. (Did you mean '{near[0]}'?)", ctx) from None
             raise
 
     def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
