@@ -13,6 +13,7 @@ from typing import Literal, TypeAlias
 
 import numpy as np
 
+from dse.extras import needed_for
 from dse.fitting.lines import Floats
 
 FEWEST = 400
@@ -56,7 +57,8 @@ def tails(samples_ns: Floats, one_in: int) -> list[Tail]:
 
     What cannot be fitted (a handful of distinct values) is left out.
     """
-    from scipy import stats
+    with needed_for("--extremes", "sensitivity"):
+        from scipy import stats
 
     if len(samples_ns) < FEWEST or samples_ns.min() == samples_ns.max():
         return []

@@ -72,11 +72,9 @@ def goodness(points: Points, line: Line, *, upper: bool) -> Goodness:
 def bend(points: Points, line: Line) -> int | None:
     """The size at which a line with one bend fits much better than a straight one; None where none does.
 
-    Much better: significantly (F test, one per cent) with a quarter of the squared residuals, and where the straight
+    Much better: significantly (F test of two parameters, one per cent) with a quarter of the squared residuals, and where the straight
     line is off by a tenth of a time somewhere.
     """
-    from scipy.stats import f as f_distribution
-
     if len(points) < FEWEST_FOR_BEND:
         return None
     off = max(abs(float(time - line.at(size))) / max(float(time), 1.0) for size, time in points)
@@ -91,7 +89,7 @@ def bend(points: Points, line: Line) -> int | None:
     )
     freedom = len(points) - 4
     ratio = (straight - best) / 2 / max(best / freedom, straight * 1e-12)
-    is_significant = float(f_distribution.sf(ratio, 2, freedom)) < SIGNIFICANT / (len(points) - 2)
+    is_significant = (1 + 2 * ratio / freedom) ** (-freedom / 2) < SIGNIFICANT / (len(points) - 2)
     return int(at) if is_significant and best < straight / 4 else None
 
 
@@ -112,15 +110,13 @@ def spreads(summaries: Sequence[Summary]) -> list[float]:
 def anomalies(summaries: Sequence[Summary]) -> list[tuple[int, int]]:
     """Ranges of sizes (positions of first and last) in which the spread jumps, against a robust line of all sizes.
 
-    The line is Siegel's repeated medians, which half of the sizes may be off: a spread that grows evenly is none.
+    A spread that grows evenly with the size is none.
     """
-    from scipy.stats import siegelslopes
-
     if len(summaries) < FEWEST_FOR_SPREAD:
         return []
     values = np.array(spreads(summaries))
     sizes = np.array([float(item.size_bytes or 0) for item in summaries])
-    slope, intercept = siegelslopes(values, sizes)
+    slope, intercept = repeated_medians(sizes, values)
     expected = np.maximum(intercept + max(slope, 0.0) * sizes, np.median(values) / 2)
     if expected.min() <= 0:
         return []
@@ -135,6 +131,14 @@ def anomalies(summaries: Sequence[Summary]) -> list[tuple[int, int]]:
         if (first, last) not in found:
             found.append((first, last))
     return found
+
+
+def repeated_medians(x: Floats, y: Floats) -> tuple[float, float]:
+    """Slope and intercept of a line that half of the points may be far from: Siegel, Biometrika 69 (1982)."""
+    with np.errstate(divide="ignore", invalid="ignore"):
+        slopes = (y[:, None] - y) / (x[:, None] - x)  # NaN of each point with itself
+    slope = float(np.median(np.nanmedian(slopes, axis=1)))
+    return slope, float(np.median(y - slope * x))
 
 
 def spread_remarks(summaries: Sequence[Summary]) -> list[Remark]:

@@ -16,6 +16,8 @@ from typing import Literal, TypeAlias
 import numpy as np
 import numpy.typing as npt
 
+from dse.extras import needed_for
+
 Method: TypeAlias = Literal["ols", "envelope", "quantile"]
 Points: TypeAlias = Sequence[tuple[int, Fraction]]
 """Sizes in bytes and times in ns; sizes ascend, and each is there once."""
@@ -103,7 +105,8 @@ def quantile_line(samples: Iterable[tuple[int, Floats]], share: Fraction) -> Lin
     share
         from 0 to 1.
     """
-    from scipy.optimize import linprog
+    with needed_for("--method quantile", "sensitivity"):
+        from scipy.optimize import linprog
 
     sizes, times, weights = _weighted(samples)
     scale_size, scale_time = max(sizes.max(), 1.0), max(times.max(), 1.0)

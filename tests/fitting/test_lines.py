@@ -10,9 +10,12 @@ import numpy as np
 import pytest
 from effort import cases
 from scipy.optimize import linprog, nnls
+from scipy.stats import f as f_distribution
+from scipy.stats import siegelslopes
 from small import GOLDEN
 
 import dse
+from dse.fitting.judging import repeated_medians
 from dse.fitting.lines import Line, envelope, least_squares, quantile_line
 
 PRINTED = {"RT101": (87, 529, 95, 1115), "Spectra": (7, 113, 10, 295)}
@@ -100,3 +103,10 @@ def test_the_envelope_of_the_report_covers_every_cell_also_when_rounded(tmp_path
         for one in item.summaries:
             assert item.fixed_ns[0] + item.per_byte_ns[0] * one.size_bytes <= one.min_ns
             assert item.fixed_ns[1] + item.per_byte_ns[1] * one.size_bytes >= one.max_ns
+
+
+def test_the_robust_line_and_the_tail_of_f_are_those_of_scipy() -> None:
+    source = np.random.default_rng(1)
+    x, y = np.arange(9.0), source.normal(0, 1, 9)
+    assert repeated_medians(x, y) == pytest.approx(tuple(siegelslopes(y, x))[:2])
+    assert pytest.approx(f_distribution.sf(7.5, 2, 9)) == (1 + 2 * 7.5 / 9) ** (-9 / 2)
