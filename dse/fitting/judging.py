@@ -72,8 +72,8 @@ def goodness(points: Points, line: Line, *, upper: bool) -> Goodness:
 def bend(points: Points, line: Line) -> int | None:
     """The size at which a line with one bend fits much better than a straight one; None where none does.
 
-    Much better: significantly (F test of two parameters, one per cent) with a quarter of the squared residuals, and where the straight
-    line is off by a tenth of a time somewhere.
+    Much better: significantly (F test of two parameters, one per cent) with a quarter of the squared residuals, and
+    where the straight line is off by a tenth of a time somewhere.
     """
     if len(points) < FEWEST_FOR_BEND:
         return None
