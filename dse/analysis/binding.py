@@ -7,6 +7,7 @@ from math import floor
 from typing import Any
 
 from dse.analysis.views import View
+from dse.space.frames import Frame, bit_units, wire_ns
 from dse.space.trees import FROM_BANDWIDTH, NotOffered, PerProcessorType, Tree, at, graft, leaves
 from dse.space.types import EMPTY, Bus, Connection, Space
 from dse.units import NS_PER_S, Exact
@@ -72,16 +73,23 @@ def carrying_ns(
 ) -> tuple[Exact, Exact] | None:
     """Least and most time that one carrier takes for a message: fixed + per byte * size; None where it states none.
 
-    Where the bus asks for that, size / bandwidth.
+    Where the bus asks for that, size / bandwidth; where it has frames, what they take (`dse.space.frames`).
     """
     fixed = bus_figure(space, bus.fixed_ns, connection, view)
     if fixed is None:
         return None
+    if isinstance(fixed, Frame):
+        return wire_ns(fixed, size_bytes, at(bus.bandwidth_bps, view))
     if fixed is FROM_BANDWIDTH:
         time: Exact = 8 * NS_PER_S * Fraction(1) * size_bytes / at(bus.bandwidth_bps, view)
         return time, time
     per_byte = bus_figure(space, bus.per_byte_ns, connection, view)
     return fixed[0] + per_byte[0] * size_bytes, fixed[1] + per_byte[1] * size_bytes
+
+
+def bit_times_ns(bus: Bus) -> set[Fraction]:
+    """Of what all transmission times of a bus with frames are multiples; nothing for others."""
+    return {unit * NS_PER_S / bandwidth for unit, bandwidth in bit_units(bus.fixed_ns, bus.bandwidth_bps)}
 
 
 def byte_times_ns(bus: Bus) -> set[Fraction]:

@@ -12,7 +12,7 @@ from fractions import Fraction
 from math import lcm
 from typing import Literal
 
-from dse.analysis.binding import bus_stack, byte_times_ns
+from dse.analysis.binding import bit_times_ns, bus_stack, byte_times_ns
 from dse.analysis.chains import exact_range_ns
 from dse.analysis.changes import change_terms
 from dse.analysis.clocks import LET
@@ -35,6 +35,7 @@ from dse.analysis.terms import PPM, SCALE_LIMIT, ZERO, Extreme, Measure, Term, e
 from dse.analysis.views import View
 from dse.space.clocks import is_always_timed
 from dse.space.cores import tells_cores_apart
+from dse.space.frames import Frame
 from dse.space.metrics import (
     CHAIN_METRICS,
     FLOW_METRICS,
@@ -99,7 +100,7 @@ def build_measure(space: Space, metric: Metric, *, counted: bool = True) -> Meas
         return _scaled(metric, "ppm", terms, utilisation_scale(space, terms) if counted else 1)
     if metric.kind == "load":
         terms = load_terms(space, number)
-        return _scaled(metric, "B/s", terms, load_scale(space, terms) if counted else 1)
+        return _scaled(metric, "B/s", terms, load_scale(space, metric.index or 0, terms) if counted else 1)
     if metric.kind == "busy":
         terms = busy_terms(space, number)
         return _scaled(metric, "ppm", terms, busy_scale(space, number, terms) if counted else 1)
@@ -168,6 +169,7 @@ def _time_scale(space: Space, components: Iterable[int], connections: Iterable[i
         sizes = set(_numbers(connection.size_bytes, *(bus.overhead_bytes for bus in buses)))
         each = set(_numbers(*(bus.per_byte_ns for bus in buses))).union(*map(byte_times_ns, buses))
         found = lcm(found, _denominator(*times), *((one * size).denominator for one in each for size in sizes))
+        found = lcm(found, *(unit.denominator for bus in buses for unit in bit_times_ns(bus)))
     return found
 
 
@@ -181,7 +183,7 @@ def _numbers(*trees: Tree) -> Iterator[Fraction]:
     for leaf in (leaf for tree in trees for leaf in leaves(tree)):
         if isinstance(leaf, PerProcessorType):
             yield from _numbers(*leaf.by_type.values())
-        elif leaf is not None and leaf is not FROM_BANDWIDTH:
+        elif leaf is not None and leaf is not FROM_BANDWIDTH and not isinstance(leaf, Frame):
             yield from map(Fraction, leaf if isinstance(leaf, tuple) else (leaf,))
 
 

@@ -23,6 +23,7 @@ from dse.analysis.resources import busy_terms
 from dse.analysis.rows import Row
 from dse.analysis.terms import PPM
 from dse.analysis.views import View, tabulate
+from dse.space.frames import frame_at
 from dse.space.metrics import busy_obstacle
 from dse.space.trees import at
 from dse.space.types import EMPTY, Bus, Connection, Flow, Metric, Space, Step
@@ -167,9 +168,9 @@ def _slow(space: Space, number: int, users: list[Connection]) -> Iterator[str]:
 
 
 def _transfer(space: Space, number: int, item: Connection, view: View) -> _Transfer | None:
-    """What a connection sends over a bus, where both its time and the bandwidth are stated."""
+    """What a connection sends over a bus, where both its time and the bandwidth are stated; loads count frames."""
     stack, bus = bus_stack(space, item, view), space.buses[number]
-    if number not in stack or at(item.size_bytes, view) is None:
+    if number not in stack or at(item.size_bytes, view) is None or frame_at(bus.fixed_ns, view) is not None:
         return None
     size, bandwidth_bps = message_bytes(space, item, stack, view), at(bus.bandwidth_bps, view)
     times = carrying_ns(space, bus, item, size, view)

@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from fractions import Fraction
 from math import lcm
 
-from dse.analysis.binding import bus_stack, byte_times_ns, carrying_ns, message_bytes, own_core
+from dse.analysis.binding import bit_times_ns, bus_stack, byte_times_ns, carrying_ns, message_bytes, own_core
 from dse.analysis.rates import RateKey, source_rates_hz
 from dse.analysis.terms import ZERO, Term, product_term
 from dse.analysis.views import View
+from dse.space.frames import bit_units, frame_at, wire_bytes
 from dse.space.slots import carriers
 from dse.space.trees import at, leaves
 from dse.space.types import Connection, Space
@@ -60,7 +62,10 @@ def _core(space: Space, processor: int, number: int, view: View) -> int:
 
 
 def load_terms(space: Space, bus: int) -> tuple[Term, ...]:
-    """Load of a bus in B/s: (size + overhead bytes) * rate, or the stated data rate, per connection (section 5)."""
+    """Load of a bus in B/s: (size + overhead bytes) * rate, or the stated data rate, per connection (section 5).
+
+    With frames it is that of the wire: the most bits of a message / 8 * rate (docs/semantics.md, section 5.3).
+    """
     terms = []
     for number, connection in enumerate(space.connections):
         if bus not in reachable_buses(space, connection):
@@ -78,16 +83,36 @@ def _load_term(space: Space, bus: int, number: int, connection: Connection) -> T
     if connection.data_rate is not None:
 
         def stated(view: View) -> Fraction:
-            carried = bus in bus_stack(space, connection, view)
-            return ZERO + at(connection.data_rate, view) if carried else ZERO
+            stack = bus_stack(space, connection, view)
+            if bus not in stack:
+                return ZERO
+            rate: Fraction = ZERO + at(connection.data_rate, view)
+            if frame_at(space.buses[bus].fixed_ns, view) is None:
+                return rate
+            each: Fraction = _carried_bytes(space, bus, connection, stack, view) / at(connection.size_bytes, view)
+            return rate * each
 
         return Term(connection.name, stated, component=connection.name)
 
     def coefficient(view: View) -> Fraction:
         stack = bus_stack(space, connection, view)
-        return ZERO + (message_bytes(space, connection, stack, view) if bus in stack else 0)
+        return _carried_bytes(space, bus, connection, stack, view) if bus in stack else ZERO
 
     return product_term(space, connection.name, coefficient, ("delivery", number), connection.name)
+
+
+def _carried_bytes(space: Space, bus: int, connection: Connection, stack: tuple[int, ...], view: View) -> Fraction:
+    """What a bus carries for one message: its bytes with all overheads, or with frames the most that it takes."""
+    size = message_bytes(space, connection, stack, view)
+    slot = space.buses[bus]
+    frame = frame_at(slot.fixed_ns, view)
+    return ZERO + (size if frame is None else wire_bytes(frame, size, at(slot.bandwidth_bps, view)))
+
+
+def payload_terms(space: Space, bus: int) -> tuple[Term, ...]:
+    """The load of a bus without its frames, in B/s: what OSATE counts."""
+    slot = replace(space.buses[bus], fixed_ns=None)
+    return load_terms(replace(space, buses=(*space.buses[:bus], slot, *space.buses[bus + 1 :])), bus)
 
 
 def busy_terms(space: Space, bus: int) -> tuple[Term, ...]:
@@ -127,17 +152,24 @@ def utilisation_scale(space: Space, terms: Sequence[Term]) -> int:
     return _scale(space, terms, work)
 
 
-def load_scale(space: Space, terms: Sequence[Term]) -> int:
+def load_scale(space: Space, bus: int, terms: Sequence[Term]) -> int:
     """The common denominator of all loads, in B/s, that the terms can sum to."""
 
     def sizes(term: Term) -> set[Fraction]:
-        connection = _connection(space, term)
+        return plain_sizes(_connection(space, term)) | wire
+
+    wire = {unit / 8 for unit, _ in bit_units(space.buses[bus].fixed_ns, space.buses[bus].bandwidth_bps)}
+
+    def plain_sizes(connection: Connection) -> set[Fraction]:
         if _overheads(space, connection):
             return {Fraction(1)}
         return {Fraction(leaf) for leaf in leaves(connection.size_bytes) if leaf is not None}
 
-    stated = (_connection(space, term).data_rate for term in terms if term.rate is None)
-    whole = lcm(1, *(Fraction(leaf).denominator for tree in stated for leaf in leaves(tree)))
+    whole = 1
+    for connection in (_connection(space, term) for term in terms if term.rate is None):
+        each = [unit / size for unit in wire for size in leaves(connection.size_bytes) if size]
+        rates = [Fraction(leaf) for leaf in leaves(connection.data_rate)]
+        whole = lcm(whole, *((rate * part).denominator for rate in rates for part in (1, *each)))
     return lcm(whole, _scale(space, [term for term in terms if term.rate is not None], sizes))
 
 
@@ -154,7 +186,7 @@ def busy_scale(space: Space, bus: int, terms: Sequence[Term]) -> int:
             for tree in (slot.fixed_ns, slot.per_byte_ns)
         )
         each = per_byte | byte_times_ns(slot)
-        return {part / 1000 for part in fixed | {one * size for one in each for size in sizes}}
+        return {part / 1000 for part in fixed | bit_times_ns(slot) | {one * size for one in each for size in sizes}}
 
     return _scale(space, terms, times)
 

@@ -389,7 +389,11 @@ def _usage_table(usage: Usage, processor: bool) -> Table:
         busy = [usage.busy.get(who, Fraction(0)) for who in usage.shares]
         rows = [(*row, readable(time, "ppm")) for row, time in zip(rows, [*busy, usage.busy_total], strict=True)]
         headings = (*headings, "busy")
-    return Table(caption, headings, tuple(rows), (1, 2, 3)[: len(headings) - 1], total=True)
+    if usage.payload is not None:
+        plain = [usage.payload[who] for who in usage.shares]
+        rows = [(*row, readable(each, unit)) for row, each in zip(rows, [*plain, sum(plain)], strict=True)]
+        headings = (*headings, "payload, without frames")
+    return Table(caption, headings, tuple(rows), (1, 2, 3, 4)[: len(headings) - 1], total=True)
 
 
 def _core(usage: Usage, who: str) -> tuple[str, ...]:

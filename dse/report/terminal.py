@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 
 from rich.console import Console
 from rich.table import Table
@@ -300,20 +300,29 @@ def _bus_table(console: Console, usage: Usage) -> Table:
     """Load and, where it is computable, busy time of each connection."""
     table = _table(console, _plain(f"Bus {usage.name} ({usage.type})"))
     table.add_column("connection")
-    table.add_column("load", justify="right")
+    if usage.payload is not None:
+        table.add_column("payload", justify="right")
+    table.add_column("load" if usage.payload is None else "on the wire", justify="right")
     busy = usage.busy
     if busy is not None:
         table.add_column("busy", justify="right")
     for name, share in usage.shares.items():
         time = [] if busy is None else [readable(busy.get(name, 0), "ppm")]
-        table.add_row(_plain(name), readable(share, "B/s"), *time)
+        table.add_row(_plain(name), *_payload(usage, [name]), readable(share, "B/s"), *time)
     table.add_section()
     total = readable(usage.total, "B/s")
     if usage.capacity:
         part = readable(usage.total / usage.capacity * 10**6, "ppm")
         total += f" of {readable(usage.capacity, 'B/s')} ({part})"
-    table.add_row("total", total, *([] if usage.busy_total is None else [readable(usage.busy_total, "ppm")]))
+    times = [] if usage.busy_total is None else [readable(usage.busy_total, "ppm")]
+    table.add_row("total", *_payload(usage, usage.shares), total, *times)
     return table
+
+
+def _payload(usage: Usage, names: Iterable[str]) -> list[str]:
+    """The cell of what some connections carry without frames, where there is such a column."""
+    payload = usage.payload
+    return [] if payload is None else [readable(sum(payload[name] for name in names), "B/s")]
 
 
 def _print_metrics(console: Console, analysis: Analysis) -> None:

@@ -53,7 +53,8 @@ class Usage:
 
     `busy` has the busy time of a physical bus by connection, in ppm; None where it is not computable, which
     `no_busy` explains, and for what has none.
-    `cores` has the core, from 1, of each of those who use a processor with several.
+    `cores` has the core, from 1, of each of those who use a processor with several. `payload` has what each connection
+    carries over a bus with frames without these, in B/s (what OSATE counts), where `shares` are those of the wire.
     """
 
     name: str
@@ -63,6 +64,7 @@ class Usage:
     busy: Mapping[str, Fraction] | None = None
     no_busy: str = ""
     cores: Mapping[str, int] = field(default_factory=dict)
+    payload: Mapping[str, Fraction] | None = None
 
     @property
     def total(self) -> Fraction:
@@ -212,6 +214,7 @@ def _usage(usage: Usage, unit: str) -> dict[str, Any]:
         "total": exact(usage.total),
         "capacity": None if usage.capacity is None else exact(usage.capacity),
         **({"cores": dict(usage.cores)} if usage.cores else {}),
+        **({} if usage.payload is None else {"payload": {name: exact(value) for name, value in usage.payload.items()}}),
     }
 
 

@@ -10,12 +10,13 @@ from dse.analysis.contention import cores_of
 from dse.analysis.evaluate import Evaluator
 from dse.analysis.latency import flow_rows
 from dse.analysis.remarks import design_remarks
-from dse.analysis.resources import busy_terms, load_terms, utilisation_terms
+from dse.analysis.resources import busy_terms, load_terms, payload_terms, utilisation_terms
 from dse.analysis.scheduling import Response, processor_responses
 from dse.analysis.terms import PPM, Term
 from dse.analysis.views import View
 from dse.results.analyse import Analysis, FlowTable, Usage
 from dse.results.solve import decisions_of
+from dse.space.frames import frame_at
 from dse.space.metrics import busy_obstacle
 from dse.space.trees import at
 from dse.space.types import EMPTY, Design, Slot, Space
@@ -83,6 +84,9 @@ def _bus_usage(space: Space, number: int, view: View) -> Usage:
     """Load and busy time of a bus by connection."""
     bus = space.buses[number]
     usage = _usage(bus, load_terms(space, number), view, _bytes_per_s(at(bus.bandwidth_bps, view)))
+    if usage.type != EMPTY and frame_at(bus.fixed_ns, view) is not None:
+        plain = {term.label: term.value(view) for term in payload_terms(space, number)}
+        usage = replace(usage, payload={label: plain[label] for label in usage.shares})
     obstacle = busy_obstacle(space, number)
     if obstacle or usage.type == EMPTY:
         return replace(usage, no_busy=obstacle)

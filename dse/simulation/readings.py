@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from fractions import Fraction
 from typing import Any, TypeAlias
 
+from dse.space.frames import Frame, wire_ns
 from dse.space.trees import FROM_BANDWIDTH, PerProcessorType, at
 from dse.space.types import Component, Connection, Design, Interference, Space
 from dse.units import Exact
@@ -226,6 +227,8 @@ class _Reader:
         """What one carrier takes for the message: its transmission time, or its latency without one."""
         bus = self.space.buses[number]
         fixed = self.carried(bus.fixed_ns, item)
+        if isinstance(fixed, Frame):
+            return wire_ns(fixed, size, self.at(bus.bandwidth_bps))
         if fixed is FROM_BANDWIDTH and self.space.profile == "dse":
             time = Fraction(size * 8 * NS_PER_S) / self.at(bus.bandwidth_bps)
             return time, time

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 from dse.space.clocks import speaks_of_clocks, with_past
+from dse.space.frames import Frame, is_framed
 from dse.space.properties import Ledger, Path
 from dse.space.slots import carriers
 from dse.space.trees import FROM_BANDWIDTH, PerProcessorType, Tree, leaves
@@ -121,7 +122,19 @@ class _Tracer:
 
 
 def check_flow_sizes(ledger: Ledger, space: Space) -> None:
-    """A connection of a flow whose transmission takes time per byte must tell how many bytes there are."""
+    """A connection of a flow whose transmission takes time per byte must tell how many bytes there are.
+
+    So must one with a data rate on a bus with frames, whether a flow has it or not.
+    """
+    for connection in space.connections:
+        framed = [bus for bus in carriers(space.buses, connection) if is_framed(space.buses[bus].fixed_ns)]
+        sizes = [0] if connection.size_bytes is None else leaves(connection.size_bytes)
+        is_known = ledger.is_doubtful(f"{connection.name}.data_size") or all(sizes)
+        if connection.data_rate is not None and framed and not is_known:
+            ledger.doubt(f"{connection.name}.data_size")
+            names = " and ".join(shown(space.buses[bus].name) for bus in sorted(framed))
+            message = f"needs a `data_size` above 0: {names} has frames, a data rate does not say how many they are"
+            ledger.error(("connections", connection.name), message)
     for flow in space.flows:
         for step in flow.steps:
             if step.kind != "connection":
@@ -139,7 +152,7 @@ def check_flow_sizes(ledger: Ledger, space: Space) -> None:
 
 def _takes_time_per_byte(per_byte_ns: Tree) -> bool:
     for leaf in leaves(per_byte_ns):
-        if leaf is FROM_BANDWIDTH:
+        if leaf is FROM_BANDWIDTH or isinstance(leaf, Frame):
             return True
         subtrees = leaf.by_type.values() if isinstance(leaf, PerProcessorType) else (leaf,)
         if any(value and value[1] for tree in subtrees for value in leaves(tree)):

@@ -2,16 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from fractions import Fraction
 from typing import Any
 
+from dse.space.frames import LEAST_MTU, MOST_MTU, frame_of
 from dse.space.properties import FieldReader, Ledger, Owner, Path, per_processor_type, stated, type_choice
 from dse.space.trees import FROM_BANDWIDTH, Choice, Tree, graft, leaves
 from dse.space.types import EMPTY, UNKNOWN_TYPE, Bus, Connection, Figures, Interference, Processor
+from dse.spec.frames import CanFdFrame, EthernetFrame, FrameModel
 from dse.spec.model import FROM_BANDWIDTH as IN_WORDS
-from dse.spec.model import Spec
+from dse.spec.model import BusType, Spec
 from dse.units import (
     format_bandwidth,
     format_duration,
@@ -229,8 +231,15 @@ def _transmission_part(ledger: Ledger, owner: Owner, part: str, virtual: bool) -
     known = zip(owner.types, branches, strict=True)
     return type_choice(
         owner.type_decision,
-        [FROM_BANDWIDTH if model.transmission_time == IN_WORDS else branch for (_, model), branch in known],
+        [branch if _in_words(model) is None else _in_words(model) for (_, model), branch in known],
     )
+
+
+def _in_words(model: BusType) -> Any:
+    """Of a transmission time that is not stated in figures, what stands for it in both of its parts; else None."""
+    if model.frame is not None:
+        return frame_of(model.frame)
+    return FROM_BANDWIDTH if model.transmission_time == IN_WORDS else None
 
 
 def check_bus_types(ledger: Ledger, spec: Spec) -> None:
@@ -244,6 +253,9 @@ def check_bus_types(ledger: Ledger, spec: Spec) -> None:
             ledger.error(("bus_types", type_name, "exclusive"), message)
         if type_name in used and model.transmission_time == IN_WORDS and model.bandwidth is None:
             ledger.error(("bus_types", type_name, "transmission_time"), f'"{IN_WORDS}" needs a `bandwidth`')
+        if type_name in used and model.frame is not None:
+            for field, message in _frame_mistakes(model, model.frame):
+                ledger.error(("bus_types", type_name, field), message)
         for field_name in ("transmission_time", "latency"):
             given = getattr(model, field_name)
             if type_name not in used or not isinstance(given, Mapping):
@@ -307,3 +319,17 @@ def read_named(
         ledger.settle(decision, tree)
     ledger.refer(f"{owner}.{field_name}", what, tree, texts)
     return tree
+
+
+def _frame_mistakes(model: BusType, frame: FrameModel) -> Iterator[tuple[str, str]]:
+    """What does not go with a frame, and what it needs: field and message."""
+    if model.virtual:
+        yield "frame", "only a physical bus has frames: middleware is not a wire"
+    if model.transmission_time is not None:
+        yield "transmission_time", "follows from `frame`: state one of the two"
+    if model.bandwidth is None:
+        yield "frame", "needs a `bandwidth`"
+    elif isinstance(frame, CanFdFrame) and frame.data_bandwidth < max(model.bandwidth):
+        yield "frame", "the `data_bandwidth` of CAN FD is not below the `bandwidth`"
+    if isinstance(frame, EthernetFrame) and not LEAST_MTU <= frame.mtu <= MOST_MTU:
+        yield "frame", f"an `mtu` is from {LEAST_MTU} B to {MOST_MTU} B"

@@ -11,7 +11,7 @@ from functools import cached_property
 from pathlib import Path
 from typing import Any, Literal, get_args
 
-from pydantic import ValidationError
+from pydantic import BaseModel, ValidationError
 from pydantic_core import ErrorDetails
 
 from dse.errors import Diagnostic, ProblemError, in_order
@@ -19,6 +19,7 @@ from dse.importers.registry import IMPORTERS, is_model, read_foreign
 from dse.spec.document import SECTIONS, identity_of, merged_document
 from dse.spec.fields import describe
 from dse.spec.foreign import offered, overlaid, strangers, tree_of
+from dse.spec.frames import MODELS as FRAMES
 from dse.spec.model import Catalogue, Model, Spec, TransmissionTime
 from dse.spec.reader import MAX_BYTES, Node, PathPart, RepeatedKeysError, decode_text, dotted, read_yaml
 from dse.spec.salvage import WHOLE, Place, Remains, remains, salvaged
@@ -439,10 +440,12 @@ def _unknown_key(path: Sequence[PathPart], root: type[Model]) -> tuple[str, str]
     return "unknown key", suggestion(key, allowed) or f"allowed: {', '.join(allowed)}"
 
 
-def _model_at(path: Sequence[PathPart], root: type[Model]) -> type[Model]:
+def _model_at(path: Sequence[PathPart], root: type[Model]) -> type[BaseModel]:
     """The class of the mapping at a place."""
     if not path:
         return root
+    if path[-1] in FRAMES:
+        return FRAMES[str(path[-1])]
     if len(path) > 2:
         return TransmissionTime
     model = get_args(Catalogue.model_fields[str(path[0])].annotation)[1]

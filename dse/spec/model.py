@@ -50,6 +50,11 @@ from dse.spec.fields import (
     describe,
     field_error,
 )
+from dse.spec.frames import CanFdFrame as CanFdFrame
+from dse.spec.frames import CanFrame as CanFrame
+from dse.spec.frames import EthernetFrame as EthernetFrame
+from dse.spec.frames import FrameType
+from dse.spec.frames import SerialFrame as SerialFrame
 
 Protocol: TypeAlias = Literal["periodic", "aperiodic", "sporadic", "hybrid"]
 Communication: TypeAlias = Literal["implicit", "let"]
@@ -163,13 +168,14 @@ Demands: TypeAlias = Annotated[
 class BusType(Priced):
     """A bus or virtual bus; `overhead` is in bytes per message, `bandwidth` in bit/s.
 
-    An `exclusive` bus carries one message at a time.
+    An `exclusive` bus carries one message at a time. With a `frame`, load and time are those of the wire.
     """
 
     virtual: bool = False
     exclusive: bool = False
     bandwidth: Options[Bandwidth] | None = None
     transmission_time: TransmissionTimes | None = None
+    frame: FrameType | None = None
     latency: TimeRanges | None = None
     overhead: Options[DataSize] = (0,)
     period: Options[Period] | None = None

@@ -162,6 +162,8 @@ def _remarks(asked: Problem, axes: Sequence[Axis]) -> Iterator[str]:
         types = asked.loaded.spec.bus_types if isinstance(axis, InputAxis) and section == "bus_types" else {}
         for name, model in types.items():
             if path.startswith(f"{name}.bandwidth"):
+                if model.frame is not None:
+                    continue
                 if model.transmission_time != FROM_BANDWIDTH:
                     yield (
                         f"{axis.name} moves no latency: what a transfer takes is stated apart from it, or not at all "

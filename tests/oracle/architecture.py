@@ -13,6 +13,19 @@ SIZES = ("1 B", "8 B", "30 B", "64 B", "125 bit", "333 B", "1 KB", "1.5 KB")
 RATES = ("3 Hz", "7.5 Hz", "20 Hz", "33.3 Hz", "0.1 kHz")
 DATA_RATES = ("100 B/s", "1234 B/s", "1.5 KB/s", "9.6 kbit/s", "1001 bit/s")
 BANDWIDTHS = ("125 kbit/s", "20.5 KBytesps", "11520 B/s", "1 Mbit/s", "250 Kbitsps", "115200 bit/s")
+FRAMES = (
+    {"protocol": "can"},
+    {"protocol": "can", "identifier_bits": "29"},
+    {"protocol": "can_fd", "data_bandwidth": "1500 kbit/s"},
+    {"protocol": "can_fd", "identifier_bits": "29", "data_bandwidth": "2 Mbit/s"},
+    {"protocol": "serial"},
+    {"protocol": "serial", "data_bits": "7", "parity": "odd", "stop_bits": "1.5"},
+    {"protocol": "ethernet"},
+    {"protocol": "ethernet", "transport": "udp", "mtu": "576 B"},
+    {"protocol": "ethernet", "transport": "udp", "network": "ipv6", "mtu": "400 B"},
+    {"protocol": "ethernet", "transport": "tcp", "vlan": "true"},
+    {"protocol": "ethernet", "transport": "tcp_timestamps", "network": "ipv6", "mtu": "0.3 KB"},
+)
 PROTOCOLS = ("periodic", "aperiodic", "sporadic", "hybrid")
 ALWAYS_TIMED = ("periodic", "hybrid")
 THEMES = (
@@ -146,6 +159,7 @@ class Architecture:
             self._add_bus_figures(types[name], virtual=False)
             if random.Random(self.rng.getstate()[1][0]).random() < 0.15:  # drawn apart from all else
                 types[name]["transmission_time"] = "from bandwidth"
+            self._add_frame(types[name], random.Random(repr(self.rng.getstate()[1][1])))
             self.add_costs(types[name])
         for name in ("ros_ipc", "dds", "udp_stack")[: self.rng.randint(1, 3)]:
             types[name] = {"virtual": "true"}
@@ -155,6 +169,15 @@ class Architecture:
             if self.chance(0.3):
                 types[name] |= {"price": self.rng.choice(["3 EUR", "49.5 EUR"]), "power": "250 mW"}
         self.document["bus_types"] = types
+
+    @staticmethod
+    def _add_frame(body: dict[str, Any], drawn: random.Random) -> None:
+        """Frames in place of a transmission time, drawn apart from all else."""
+        if drawn.random() < 0.25:
+            body.pop("transmission_time", None)
+            body["frame"] = dict(drawn.choice(FRAMES))
+            if len(body["frame"]) == 1 and body["frame"]["protocol"] != "can_fd" and drawn.random() < 0.5:
+                body["frame"] = body["frame"]["protocol"]
 
     def _add_bus_figures(self, body: dict[str, Any], virtual: bool) -> None:
         per_type = virtual and self.chance(0.7)
@@ -396,6 +419,8 @@ class Architecture:
             del body["data_size"]
         if self.on("connection_latency", 0.5) or ("bus" not in body and self.chance(0.4)):
             body["latency"] = self.time_ranges("connection_latency", 10, 2000)
+        if "data_rate" in body and any("frame" in item for item in self.document["bus_types"].values()):
+            body.setdefault("data_size", "20 B")  # a data rate alone says nothing of frames
         self.connections[name] = body
         return name
 

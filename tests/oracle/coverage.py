@@ -56,8 +56,15 @@ def _component_features(problem: Problem) -> Iterator[str]:
                 yield f"{kind} {field}{' per processor type' if per_type else ''}"
         if "overhead" in body:
             yield f"{kind} overhead"
+    yield from _frame_features(problem)
     yield from _task_features(problem)
     yield from _connection_features(problem)
+
+
+def _frame_features(problem: Problem) -> Iterator[str]:
+    for body in problem.sections["bus_types"].values():
+        if "frame" in body:
+            yield f"frame {body['frame'] if isinstance(body['frame'], str) else body['frame']['protocol']}"
 
 
 def _task_features(problem: Problem) -> Iterator[str]:

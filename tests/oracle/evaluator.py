@@ -47,7 +47,9 @@ Where the documents leave something open, this is how they are read here:
     Utilisation counts as it is listed, of one core.
 21. ``changes`` counts the decisions with two or more options that the baseline states, that are active in the design,
     and for which it has another option, each as often as ``cost_of_change`` says, else once.
-22. Lists inside a ``totals`` mapping, and inside a map of a virtual bus per processor type, are not supported here.
+22. A bus type with a ``frame`` has the times that its messages take on the wire (`wire`), and their load there: the
+    longest of them as bytes, times the rate of the messages.
+23. Lists inside a ``totals`` mapping, and inside a map of a virtual bus per processor type, are not supported here.
 """
 
 from __future__ import annotations

@@ -57,6 +57,8 @@ class Unstated(str):
 DEFAULTS = {"cores": Unstated("1"), "overhead": Unstated("0 B")}
 """What a processor or bus type has that does not state it."""
 NONE = "none"
+FOLLOWS = ("from bandwidth", "frame")
+"""In the place of both parts of a transmission time that follows from the bandwidth, or from frames."""
 
 
 class Problem:
@@ -184,7 +186,7 @@ class Problem:
         found = []
         for bus, body in self.sections["buses"].items():
             types = [self.sections["bus_types"][name] for name in as_list(body["type"])]
-            if all("virtual" not in item and "transmission_time" in item for item in types) and all(
+            if all("virtual" not in item and {"transmission_time", "frame"} & item.keys() for item in types) and all(
                 "data_size" in item or "data_rate" not in item
                 for item in self.sections["connections"].values()
                 if bus in self.reached(item) and not self._stays_inside(item)
@@ -233,7 +235,7 @@ class Problem:
     def _leaves(self, name: str, raw: Any) -> list[Any]:
         """The values or lists that a stated field can come down to."""
         if not isinstance(raw, dict):
-            return [] if raw in (None, "from bandwidth") or isinstance(raw, Unstated) else [raw]
+            return [] if raw in (None, *FOLLOWS) or isinstance(raw, Unstated) else [raw]
         slots = as_list(self.component(name).get("processor"))
         reachable = {t for slot in slots for t in self.types(slot)}
         return [leaf for key, leaf in raw.items() if key in reachable]
@@ -260,7 +262,9 @@ def looked_up(body: Mapping[str, Any], field: str) -> Any:
     """A field of a catalogue entry; a part of a transmission time is nothing where it has none, and 0 if not given."""
     whole, _, part = field.partition(".")
     raw = body.get(whole, DEFAULTS.get(field))
-    if not part or raw is None or raw == "from bandwidth":
+    if whole == "transmission_time" and "frame" in body:
+        return "frame"
+    if not part or raw is None or raw in FOLLOWS:
         return raw
     if raw.keys() <= {"fixed", "per_byte"}:
         return raw.get(part, Unstated("0 ns"))

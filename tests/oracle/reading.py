@@ -9,8 +9,8 @@ from fractions import Fraction
 from functools import cache, cached_property
 from typing import Any
 
-from . import quantities
-from .problem import FIELDS, NONE, Problem, Unstated, as_list, looked_up, option_value
+from . import quantities, wire
+from .problem import FIELDS, FOLLOWS, NONE, Problem, Unstated, as_list, looked_up, option_value
 from .quantities import NS_PER_S, TIME
 
 PER_PROCESSOR_TYPE = ("compute_execution_time", "callback_execution_time", "response_time")
@@ -99,7 +99,7 @@ class Reading:
             return "bus" in self.problem.component(name) and not self.is_local(name)
         if section in ("processors", "buses") and self.type_of(name) == NONE:
             return False
-        if self.offered(name, field) == ["from bandwidth"] or self.has_default(name, field):
+        if self.offered(name, field) in ([word] for word in FOLLOWS) or self.has_default(name, field):
             return False
         return bool(self.offered(name, field)) and not (field == "period" and self.protocol(name) == "aperiodic")
 
@@ -274,6 +274,9 @@ class Reading:
         if self.bus_field(bus, "transmission_time.fixed") == "from bandwidth":
             time = self.message_bytes(connection) * NS_PER_S / quantities.bandwidth(self.bus_field(bus, "bandwidth"))
             return time, time
+        if self.bus_field(bus, "transmission_time.fixed") == "frame":
+            least, most = self._on_the_wire(connection, bus)
+            return least * NS_PER_S, most * NS_PER_S
         for field in ("transmission_time.fixed", "transmission_time.per_byte"):
             text = self.bus_field(bus, field)
             if isinstance(text, dict):
@@ -282,6 +285,13 @@ class Reading:
         (fixed_best, fixed_worst), (best, worst) = parts
         size = self.message_bytes(connection)
         return fixed_best + best * size, fixed_worst + worst * size
+
+    def _on_the_wire(self, connection: str, bus: str) -> tuple[Fraction, Fraction]:
+        """Least and most seconds of a message in frames."""
+        body = self.problem.sections["bus_types"][self.type_of(bus)]
+        return wire.seconds(
+            body, quantities.bandwidth(self.bus_field(bus, "bandwidth")), self.message_bytes(connection)
+        )
 
     def flow_rows(self, flow: str) -> list[tuple[str, str, int, int]]:
         """The contributor table of a flow."""
@@ -360,6 +370,10 @@ class Reading:
             )
             for bus in stack:
                 found[bus] += load
+                if self.bus_field(bus, "transmission_time.fixed") == "frame":
+                    bandwidth = quantities.bandwidth(self.bus_field(bus, "bandwidth"))
+                    each = self._on_the_wire(connection, bus)[1] * bandwidth
+                    found[bus] += each * self.delivered_rate(connection) - load
         return found
 
     def busy(self) -> dict[str, Fraction]:

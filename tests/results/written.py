@@ -70,7 +70,22 @@ flows: {f: {path: [a, b]}}
 requirements: [response time of b <= 100 ms, price <= 20 EUR]
 objectives: [minimise price]
 """
-PROBLEMS = {"pump": PUMP, "shared": SHARED, "uncertain": UNCERTAIN, "rounded": ROUNDED, "overloaded": OVERLOADED}
+FRAMED = """
+dse: 1
+name: framed
+bus_types: {can: {bandwidth: 125 kbit/s, frame: can}}
+buses: {b: {type: can}}
+devices: {s: {period: 10 ms}, t: {}}
+connections: {c: {from: s, to: t, data_size: 8 B, bus: b}}
+"""
+PROBLEMS = {
+    "pump": PUMP,
+    "shared": SHARED,
+    "uncertain": UNCERTAIN,
+    "rounded": ROUNDED,
+    "overloaded": OVERLOADED,
+    "framed": FRAMED,
+}
 COMMANDS = (
     "solve pump.yaml --further 2 --within 20% --json pump.json",
     "solve pump.yaml --max-jitter 7ms --json tight.json",
@@ -87,6 +102,7 @@ COMMANDS = (
     "analyse pump.yaml --json analysis.json",
     "analyse shared.yaml --response-times --json busy.json",
     "analyse shared.yaml --design 'p.type = cpu' --json broken.json",
+    "analyse framed.yaml --json framed.json",
     "explain pump.yaml --max-jitter 5ms --json explanation.json",
     "explain pump.yaml --max-jitter 5ms --max-price 50EUR --json together.json",
     "explain pump.yaml --json feasible.json",

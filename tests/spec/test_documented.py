@@ -45,6 +45,7 @@ bus_types:
   b: {bandwidth: 1 Mbit/s, transmission_time: {fixed: 1 us, per_byte: 1 ns}, latency: 1 ms, overhead: 1 B,
       virtual: false, exclusive: true, period: 1 ms, price: 1 EUR, power: 1 W, totals: {mass: 1 g}, source: s}
   v: {virtual: true, transmission_time: from bandwidth, bandwidth: 1 Mbit/s}
+  w: {bandwidth: 1 Mbit/s, frame: can}
 device_types:
   d: {period: 1 ms, category: device, dispatch_protocol: periodic, compute_execution_time: 1 us, latency: 1 us,
       deadline: 1 ms, response_time: 1 us, queue_size: 1, price: 1 EUR, power: 1 W, totals: {mass: 1 g}, source: s,
@@ -199,10 +200,10 @@ def test_every_field_is_documented_where_its_section_is(name: str) -> None:
 
 
 def test_every_key_that_is_documented_is_taken() -> None:
-    known = set().union(
-        *(fields_of(name) for name in (*CLASSES.values(), "Spec", "TransmissionTime", "Interrupt", "Throttling"))
-    )
-    for name in (*CLASSES.values(), "Spec"):
+    parts = ("Interrupt", "Throttling")
+    frames = ("CanFrame", "CanFdFrame", "SerialFrame", "EthernetFrame")
+    known = set().union(*(fields_of(name) for name in (*CLASSES.values(), *frames, "Spec", "TransmissionTime", *parts)))
+    for name in (*CLASSES.values(), *frames, "Spec"):
         for info in getattr(model, name).model_fields.values():
             known |= set(re.findall(r"'([\w-]+)'", str(info.annotation)))
     known |= {word for kind in (model.Category, model.Protocol, model.Port) for word in _words(kind)}

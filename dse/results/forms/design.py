@@ -57,6 +57,10 @@ class BusUse(Use):
     """How much of a bus is used, by whom, and for how long."""
 
     busy: Busy = field("The share of the time that it is busy.")
+    payload: dict[str, Figure] = field(
+        "Of a bus with frames: what each connection carries without them, as OSATE counts; `shares` are of the wire.",
+        default={},
+    )
 
 
 class Metric(Form):
