@@ -14,6 +14,7 @@ from typing import Literal
 from dse.analysis.binding import bus_figure
 from dse.analysis.rows import NO_LATENCY, Row, computed_ns, first_given, scheduled_ns
 from dse.analysis.views import View
+from dse.space.frames import Frame, wire_ns
 from dse.space.trees import FROM_BANDWIDTH, at
 from dse.space.types import Bus, Component, Connection, Flow, Space, Step
 from dse.units import Exact
@@ -342,8 +343,10 @@ def _carrying_ns(space: Space, wire: Connection, stack: Sequence[int], depth: in
 
 
 def _transmission_ns(space: Space, bus: Bus, wire: Connection, size: int, view: View) -> tuple[Exact, Exact] | None:
-    """Transmission_Time: fixed + per byte * size; None where the bus states none that OSATE knows."""
+    """Transmission_Time: fixed + per byte * size, or what frames take; None where there is none that OSATE knows."""
     fixed = bus_figure(space, bus.fixed_ns, wire, view)
+    if isinstance(fixed, Frame):
+        return wire_ns(fixed, size, at(bus.bandwidth_bps, view))
     if fixed is None or fixed is FROM_BANDWIDTH:
         return None
     each = bus_figure(space, bus.per_byte_ns, wire, view)

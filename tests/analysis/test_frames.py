@@ -130,6 +130,9 @@ def test_load_busy_time_and_latency_are_those_of_the_wire_and_the_payload_is_tol
     assert bus.total == Fraction(135, 8) * 100 and bus.busy_total == 108_000
     assert bus.total / bus.capacity == Fraction(bus.busy_total, 10**6)
     assert not [text for text in found.warnings if "busier" in text]
+    for profile in ("osate-2.2", "osate-2.19"):
+        flow = dse.analyse("dse: 1\nname: x\n" + BUS, profile=profile).flows[0]
+        assert flow.min_ns == 108 * 8 * US and (flow.max_ns - 1080 * US) % (10_000 * US) == 0
     plain = dse.analyse("dse: 1\nname: x\n" + BUS.replace("frame: can", "transmission_time: from bandwidth"))
     assert plain.buses[0].payload is None and plain.buses[0].total == 800
 
