@@ -25,12 +25,12 @@ def draw(seed: int, *, kind: str = "plain") -> dict[str, Any]:
     """A system of a kind.
 
     That is plain, chained (event-triggered threads), stated (priorities, deadlines), fixed (cores), blocked
-    (non-preemptive sections, context switches, interrupts and throttling, with some of everything else), or ordered
-    (every way to say priorities, as decisions too, with event-triggered threads and sections, and few priority levels).
-    Also ordered: every way to say priorities, as decisions too, with event-triggered threads, and few priority levels.
+    (non-preemptive sections, context switches, interrupts and throttling, with some of everything else), ordered
+    (every way to say priorities, as decisions too, with event-triggered threads and sections, and few priority levels),
+    or best (the best order is asked for, with some of that).
     """
     rng = random.Random(f"{kind} {seed}")
-    count = rng.randint(2, 4)
+    count = rng.randint(2, 3 if kind == "best" else 4)
     cores = 1 if rng.random() < 0.3 else 2
     types = {"slow": {"cores": cores, "price": 10}, "fast": {"cores": rng.choice((1, cores)), "price": 30}}
     threads: list[dict[str, Any]] = []
@@ -60,12 +60,8 @@ def draw(seed: int, *, kind: str = "plain") -> dict[str, Any]:
         if kind == "stated":
             thread["priority"] = rng.choice((None, 1, 2, 3))
             thread["deadline"] = rng.choice((None, rng.randint(2, 40)))
-        if kind == "ordered":
-            thread["priority"] = rng.choice(ORDERS)
-            thread["section"] = rng.choice((None, None, None, 1, 2))
-            thread["deadline"] = rng.choice((None, rng.randint(2, 30)))
-            if number and rng.random() < 0.25:
-                thread["trigger"] = rng.randrange(number)
+        if kind in ("ordered", "best"):
+            _order(rng, kind, thread, number)
         if kind == "fixed" or (kind == "stated" and rng.random() < 0.2):
             thread["core"] = 1 if cores == 1 or types["fast"]["cores"] == 1 else rng.randint(1, 2)
         threads.append(thread)
@@ -74,10 +70,24 @@ def draw(seed: int, *, kind: str = "plain") -> dict[str, Any]:
             types[name]["switch"] = rng.choice((0, 0, 1))
             types[name]["interrupts"] = rng.choice(([], [], [(1, 7)], [(1, 9), (1, 30)]))
             types[name]["throttling"] = rng.choice((None, None, (9, 10), (28, 30)))
-    if kind == "ordered" and rng.random() < 0.4:
+    if kind in ("ordered", "best") and rng.random() < (0.4 if kind == "ordered" else 0.2):
         types["slow"]["levels"] = rng.randint(1, 3)
         types["fast"]["levels"] = rng.choice((None, 2))
     return {"types": types, "threads": threads}
+
+
+def _order(rng: random.Random, kind: str, thread: dict[str, Any], number: int) -> None:
+    """Draw a thread's priority, and what makes it hard to choose one."""
+    if kind == "ordered":
+        thread["priority"] = rng.choice(ORDERS)
+        thread["section"] = rng.choice((None, None, None, 1, 2))
+        thread["deadline"] = rng.choice((None, rng.randint(2, 30)))
+    else:
+        thread["priority"] = "any" if rng.random() < 0.85 else rng.randint(1, 3)
+        thread["deadline"] = rng.choice((None, rng.randint(5, 15), rng.randint(10, 30)))
+        thread["section"] = rng.choice((None, None, None, 1, 2))
+    if number and rng.random() < (0.25 if kind == "ordered" else 0.2):
+        thread["trigger"] = rng.randrange(number)
 
 
 def text_of(
@@ -154,10 +164,11 @@ def every_choice(system: Mapping[str, Any]) -> Iterator[dict[str, Any]]:
             [thread["core"]] if thread["core"] is not None else range(1, figures["cores"] + 1)
             for thread in system["threads"]
         ]
-        ranks = [
-            thread["priority"] if isinstance(thread["priority"], tuple) else (thread["priority"],)
-            for thread in system["threads"]
-        ]
+        given = [thread["priority"] for thread in system["threads"]]
+        stated = [item for item in given if isinstance(item, int)]
+        numbers = {item + step for item in stated for step in range(-len(given), len(given) + 1)}
+        every = sorted(item for item in numbers if item >= 0) or range(1, len(given) + 1)
+        ranks = [every if item == "any" else item if isinstance(item, tuple) else (item,) for item in given]
         for periods in product(*ways):
             for placed in product(*cores):
                 if max(placed) <= figures["cores"]:

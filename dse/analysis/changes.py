@@ -13,10 +13,11 @@ from dse.space.types import Decision, Space
 def counted_decisions(space: Space) -> Iterator[tuple[int, Decision, int]]:
     """The open decisions that the baseline states, each with its index and the option that the baseline has.
 
-    What the baseline leaves out is not counted, nor on which core of its processor a thread runs.
+    What the baseline leaves out is not counted, nor on which core of its processor a thread runs,
+    and in which order where the best one is asked for.
     """
     for index, decision in enumerate(space.decisions):
-        if index in space.baseline and decision.is_open and decision.field != "core":
+        if index in space.baseline and decision.is_open and index < space.first_open:
             yield index, decision, space.baseline[index]
 
 

@@ -5,17 +5,18 @@ No way is sure to find a core for each thread where there is one: the search's m
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from fractions import Fraction
 from itertools import chain
 from typing import TypeAlias
 
+from dse.analysis.audsley import Latest, best_options, limits_of, with_best_order
 from dse.analysis.limits import HOLDS, Limit, build_limit, judge
 from dse.analysis.scheduling import core_of_each, counted_ns, members, subset_responses, utilisation
 from dse.analysis.views import View
 from dse.space.cores import without_cores
 from dse.space.trees import at, consulted
-from dse.space.types import EMPTY, Design, OpenCore, Space
+from dse.space.types import EMPTY, Design, OpenCore, OpenPriority, Space
 
 Fits: TypeAlias = Callable[[Sequence[int]], bool]
 MOST_STEPS = 500
@@ -39,13 +40,16 @@ def placed(space: Space, design: Design, waiting: Sequence[int]) -> Design:
 
     Else the first of `placements` that meet them; where there are none, those of first-fit. So a design that leaves
     cores open is analysed on the cores on which fronts without contention are judged (docs/semantics.md, section 4.4).
+    Where the best order is asked for, it is looked for on these cores.
     """
     open_ = [item for item in space.open_cores if item.index in set(waiting)]
+    orders = [item for item in space.open_priorities if item.index in set(waiting)]
     limits = core_limits(space)
     beside = [build_limit(space, item) for item in space.requirements if item.metric.kind == "core utilisation"]
     first = first_fit(space, design, open_)
-    known = [] if first is None else [first]
-    for found in chain(known, placements(space, design, open_, limits)):
+    known = [] if first is None else list(_ordered(space, first, orders, limits))
+    first = known[0] if known else None
+    for found in chain(known, placements(space, design, open_, limits, orders)):
         first = first if first is not None else found
         view = View(found)
         if all(judge(limit, view).holds for limit in (*limits, *beside)):
@@ -74,24 +78,42 @@ def first_fit(space: Space, design: Design, open_: Sequence[OpenCore]) -> Design
     return tuple(chosen)
 
 
-def placements(space: Space, design: Design, open_: Sequence[OpenCore], limits: Sequence[Limit]) -> Iterator[Design]:
-    """The design with other cores for the threads of `open_`, different ones each time.
+def _ordered(space: Space, design: Design, orders: Sequence[OpenPriority], limits: Sequence[Limit]) -> Iterator[Design]:
+    """The design, with priorities for the threads that ask for the best order."""
+    return with_best_order(space, design, orders, limits) if orders else iter((design,))
+
+
+def placements(
+    space: Space,
+    design: Design,
+    open_: Sequence[OpenCore],
+    limits: Sequence[Limit],
+    orders: Sequence[OpenPriority] = (),
+) -> Iterator[Design]:
+    """The design with other cores for the threads of `open_`, and other priorities for those of `orders`.
 
     First each thread, those that use most first, on the core that is used least; then on the least used, the first and
     the most used core where it and the threads there meet their limits as far as these depend on that core.
     """
     view = View(design)
-    latest = latest_of(limits, view)
+    latest = limits_of(limits, view)
     seen = set()
-    for fits, order in _ways(space, view, latest):
+    if orders:
+        yield from _ordered(space, design, orders, limits)
+    for fits, order in _ways(_check_of(space, view, latest, orders)) if open_ else ():
         found = _place(space, view, open_, fits, order)
         if found is not None and found not in seen:
             seen.add(found)
-            yield found
+            yield from _ordered(space, found, orders, limits)
 
 
 def first_placement(
-    space: Space, design: Design, open_: Sequence[OpenCore], limits: Sequence[Limit], beside: Sequence[Limit] = ()
+    space: Space,
+    design: Design,
+    open_: Sequence[OpenCore],
+    limits: Sequence[Limit],
+    beside: Sequence[Limit] = (),
+    orders: Sequence[OpenPriority] = (),
 ) -> Design | None:
     """The design with the first cores, in the order of the file, on which all limits hold; None where that is hard.
 
@@ -100,7 +122,7 @@ def first_placement(
     that leaves open the whole design decides.
     """
     view = View(design)
-    meets = _check_of(space, view, latest_of(limits, view))
+    meets = _check_of(space, view, limits_of(limits, view), orders)
     left = [MOST_STEPS]
     made = {item.component: item for item in open_}
     where = {number: slot for slot in range(len(space.processors)) for number in members(space, slot, view)}
@@ -114,10 +136,10 @@ def first_placement(
 
     def place(position: int) -> Design | None:
         if position == len(order):
-            found = tuple(chosen)
-            end = View(found)
-            if all(judge(limit, end).holds for limit in (*limits, *beside)):
-                return found
+            for found in _ordered(space, tuple(chosen), orders, limits):
+                end = View(found)
+                if all(judge(limit, end).holds for limit in (*limits, *beside)):
+                    return found
             left[0] -= MOST_STEPS // MOST_ENDS
             return None
         item = order[position]
@@ -149,28 +171,25 @@ def _is_asked(item: OpenCore, view: View) -> bool:
     return item.index in consulted(item.decision.home, view)[0]
 
 
-def latest_of(limits: Sequence[Limit], view: View) -> dict[int, tuple[str, Fraction]]:
-    """The limit of each thread's response time in a design, with its operator."""
-    return {limit.requirement.metric.index or 0: (limit.requirement.operator, limit.bound(view)) for limit in limits}
-
-
-def _check_of(space: Space, view: View, latest: Mapping[int, tuple[str, Fraction]]) -> Fits:
-    """Tells whether threads that share a core meet their limits as far as these depend on that core."""
+def _check_of(space: Space, view: View, latest: Latest, orders: Sequence[OpenPriority]) -> Fits:
+    """Tells whether threads that share a core meet their limits, in some order, as far as these depend on that core."""
+    free = {item.component: item for item in orders}
 
     def meets(numbers: Sequence[int]) -> bool:
+        if free:
+            return best_options(space, numbers, free, latest, view.design) is not None
         known = subset_responses(space, [numbers], view)
         for number in numbers:
-            operator, bound = latest.get(number, ("", Fraction(0)))
-            response = known.get((number, "thread"), 0)
-            if operator and not HOLDS[operator](Fraction(counted_ns(response)), bound):
+            response = Fraction(counted_ns(known.get((number, "thread"), 0)))
+            if not all(HOLDS[operator](response, bound) for operator, bound in latest.get(number, ())):
                 return False
         return True
 
     return meets
 
 
-def _ways(space: Space, view: View, latest: Mapping[int, tuple[str, Fraction]]) -> Iterator[tuple[Fits, Order]]:
-    meets = _check_of(space, view, latest)
+def _ways(meets: Fits) -> Iterator[tuple[Fits, Order]]:
+    """Ways to choose a core: which sets of threads a core may have, and which cores to try first."""
 
     def least_used(loads: Sequence[Fraction]) -> Sequence[int]:
         return sorted(range(len(loads)), key=lambda core: (loads[core], core))

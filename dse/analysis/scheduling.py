@@ -107,6 +107,29 @@ def subset_responses(space: Space, groups: Sequence[Sequence[int]], view: View) 
     return _fixed_point(space, [_turns(space, group, view) for group in groups], view)
 
 
+def response_among(
+    space: Space, group: Sequence[int], number: int, view: View, known: Mapping[TaskKey, Exact | None]
+) -> Exact | None:
+    """The response time of a thread where the threads of `group` share its core, and what releases them ends as known.
+
+    What `known` does not have ends after its longest execution time: no release has less jitter.
+    """
+    turns = _turns(space, group, view)
+    tasks = [_task(space, turn.key, known, view) for turn in turns]
+    before = interrupting(space, [turn.key[0] for turn in turns[:1]], view)
+    for turn, task in zip(turns, tasks, strict=True):
+        if turn.key == (number, "thread"):
+            rivals = [*before, *(tasks[position] for position in turn.rivals(turns))]
+            return _respond(task, rivals, turn.blocked_ns)
+    return 0
+
+
+def is_released_alone(space: Space, number: int, view: View) -> bool:
+    """Whether the releases of a thread do not depend on response times of threads."""
+    keys = [key for own in _keys(space, number, view) for key in _upstream(space, own, view, frozenset())]
+    return all(at(space.components[key[0]].processor, view) is None for key in keys)
+
+
 def _responses_on(space: Space, processor: int, view: View) -> tuple[Response, ...]:
     schedule = _Schedule(space, view)
     keys = [turn.key for core in schedule.cores(processor) for turn in core]

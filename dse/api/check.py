@@ -250,7 +250,7 @@ def _uncounted_changes(space: Space) -> Iterator[str]:
         left = [
             item.name
             for index, item in enumerate(space.decisions)
-            if item.is_open and index not in counted and item.field != "core"
+            if item.is_open and index not in counted and index < space.first_open
         ]
         if left:
             names = ", ".join(left[:MOST_NAMES]) + (f" and {len(left) - MOST_NAMES} more" if left[MOST_NAMES:] else "")

@@ -36,8 +36,11 @@ def _named(names: Sequence[str]) -> str:
 def _equal_priorities(space: Space) -> Iterator[str]:
     """Threads that may share a processor, and may have the same stated priority."""
     holders: dict[tuple[int, int], list[str]] = {}
-    for item in space.components:
-        ranks = {rank for rank in leaves(item.priority) if rank is not None}
+    best = {item.component for item in space.open_priorities}
+    for number, item in enumerate(space.components):
+        if number in best:
+            continue
+        ranks = {rank for rank in leaves(item.priority) if isinstance(rank, int)}
         for slot in {slot for slot in leaves(item.processor) if slot is not None}:
             for rank in ranks:
                 holders.setdefault((slot, rank), []).append(item.name)

@@ -336,7 +336,7 @@ def with_stated_cores(problem: Problem, texts: Sequence[str]) -> Problem:
 
     A stated core counts whatever is asked: in response times that are only told, in the use of each core.
     """
-    names = {item.decision.name for item in problem.space.open_cores}
+    names = {item.decision.name for item in (*problem.space.open_cores, *problem.space.open_priorities)}
     if not any(text.partition("=")[0].strip().strip("'\"") in names for text in texts):
         return problem
     return changed(problem, Changes(cores=True))
@@ -354,7 +354,8 @@ def complete_design(space: Space, choices: Mapping[int, int]) -> Design:
 
     made = [0 if len(item.options) == 1 else choices.get(index, -1) for index, item in enumerate(space.decisions)]
     design = _with_slots(space, made)
-    waiting = [item.index for item in space.open_cores if item.index < len(design) and design[item.index] < 0]
+    waiting = [item.index for item in (*space.open_cores, *space.open_priorities)
+               if item.index < len(design) and design[item.index] < 0]  # fmt: skip
     known = View([max(option, 0) for option in design])
     missing = [
         item.name

@@ -19,18 +19,20 @@ from ortools.sat.python import cp_model
 
 from dse.analysis.limits import Limit, judge
 from dse.analysis.packing import first_placement, placements
+from dse.analysis.scheduling import is_released_alone
 from dse.analysis.views import View
 from dse.encode.combined import Combined
 from dse.encode.corelimits import CoreLimit
 from dse.encode.linear import Board, OpenTerm
+from dse.encode.orders import order_reasons
 from dse.encode.places import Places
 from dse.encode.rates import RateVariables
 from dse.encode.reasons import Reason, reason_of, reason_of_value
 from dse.encode.schedulability import add_rows, number_cores
 from dse.encode.waiting import Waiting
-from dse.space.cores import is_scheduled, tells_cores_apart
+from dse.space.cores import is_scheduled, rules_on_order, tells_cores_apart
 from dse.space.metrics import parts_of
-from dse.space.types import Design, Metric, OpenCore, Space
+from dse.space.types import Design, Metric, OpenCore, OpenPriority, Space
 
 MOST_LESSONS = 60
 """After so many lessons the search for the first design with some figures gives up."""
@@ -65,6 +67,7 @@ class Contention:
         self.space, self.model, self.places, self.deadlines = space, model, places, deadlines
         self.core_limits = core_limits
         self.movable = movable and not tells_cores_apart(space)
+        self.reorders = movable and not rules_on_order(space) and bool(space.open_priorities)
         self.known: set[int] = set()
         self.is_first = True
         self.is_upward = False
@@ -92,15 +95,16 @@ class Contention:
 
     @property
     def moved(self) -> frozenset[int]:
-        """The decisions on cores where threads can be moved."""
-        return frozenset(item.index for item in self.space.open_cores) if self.movable else frozenset()
+        """The decisions on cores and best orders where threads can be moved."""
+        cores = self.space.open_cores if self.movable else ()
+        return frozenset(item.index for item in (*cores, *(self.space.open_priorities if self.reorders else ())))
 
     def copy(self, model: cp_model.CpModel) -> Contention:
         """The same for a copy of the model."""
         other = Contention(
             self.space, model, self.places, self.deadlines, movable=self.movable, core_limits=self.core_limits
         )
-        other.is_upward = self.is_upward
+        other.is_upward, other.reorders = self.is_upward, self.reorders
         other.known, other.combined = set(self.known), self.combined.copy(model)
         other.waiting = self.waiting.copy(other.combined) if self.waiting is not None else None
         return other
@@ -154,22 +158,29 @@ class Contention:
         held = [item for item in self.deadlines if self._holds(item.guard, is_true)]
         limits = [item.limit for item in held]
         beside = [item.limit for item in self.core_limits if self._holds(item.guard, is_true)]
-        open_ = [item for item in self.space.open_cores if self._is_free(item)]
-        if self._seeks_first and self.movable:
-            first = first_placement(self.space, design, open_, limits, beside)
+        open_ = [item for item in self.space.open_cores if self.movable and self._is_free(item)]
+        orders = [item for item in self.space.open_priorities if self.reorders and self._is_free(item)]
+        if self._seeks_first and (self.movable or self.reorders):
+            first = first_placement(self.space, design, open_, limits, beside, orders)
+            self.is_first &= first is not None and (not orders or self._is_sure(view))
             if first is not None:
                 return first
-            self.is_first = False
         late = [item for item in held if not judge(item.limit, view).holds]
         if not late:
             return design
-        if self.movable:
-            for other in placements(self.space, design, open_, limits):
+        if self.movable or self.reorders:
+            for other in placements(self.space, design, open_, limits, orders):
                 moved = View(other)
                 if all(judge(limit, moved).holds for limit in (*limits, *beside)):
                     return other
-        self._learn(late, view)
+        self._learn(late, held, view, orders)
         return None
+
+    def _is_sure(self, view: View) -> bool:
+        """Whether it is certain which orders will do: no release depends on them, nor on how many levels there are."""
+        space = self.space
+        few = any(slot.priority_levels is not None for slot in space.processors)
+        return not few and all(is_released_alone(space, number, view) for number in self.places.threads)
 
     def _holds(self, guard: int | None, is_true: Callable[[cp_model.IntVar], bool]) -> bool:
         """Whether a limit is asked for."""
@@ -184,19 +195,25 @@ class Contention:
         ]
         return item.index not in self.space.fixed and bool(domains) and all(item == [0, 1] for item in domains)
 
-    def _learn(self, late: Sequence[Deadline], view: View) -> None:
+    def _learn(
+        self, late: Sequence[Deadline], held: Sequence[Deadline], view: View, orders: Sequence[OpenPriority]
+    ) -> None:
         self._lessons += 1
         fresh = {self.places.processor_of(item.thread, view) for item in late} - self.known
         for processor in sorted(fresh):
             self._add_rows(processor)
         if fresh:
             return
-        for item in late:
-            self._forbid(item, reason_of(self.space, self.places, item.limit, view))
+        without = False
+        for reason, group in order_reasons(self.space, self.places, [item.limit for item in held], view.design, orders):
+            self._forbid([item for item in held if item.thread in group], reason)
+            without = True
+        for item in late if not without else ():
+            self._forbid([item], reason_of(self.space, self.places, item.limit, view))
 
-    def _forbid(self, late: Deadline, reason: Reason) -> None:
-        """Not all of the reason's conditions together."""
-        clause = [] if late.guard is None else [-late.guard - 1]
+    def _forbid(self, late: Sequence[Deadline], reason: Reason) -> None:
+        """Not all of the reason's conditions together while all these limits are asked for."""
+        clause = [-item.guard - 1 for item in late if item.guard is not None]
         clause += [-index - 1 for index in self.combined.conditions(reason)]
         self.model.add_bool_or([self.combined.literal(index) for index in clause])
 
@@ -245,4 +262,5 @@ def contention_of(board: Board, rates: RateVariables) -> Contention | None:
         )
     found: Contention = board.contention
     found.movable = found.movable and not board.scheduled
+    found.reorders = found.reorders and not board.scheduled
     return found

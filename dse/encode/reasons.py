@@ -7,9 +7,10 @@ these execution times or longer ones; else the options are named on which their 
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from fractions import Fraction
+from itertools import permutations
 
 from dse.analysis.limits import HOLDS, Limit
 from dse.analysis.memo import Watching
@@ -100,16 +101,19 @@ def reason_of_value(space: Space, places: Places, value: Callable[[View], int], 
     return _seen(space, places, lambda seen: with_only(groups, seen), view, groups)
 
 
-class _Noting:
+class Noting(Sequence[int]):
     """A design that remembers which decisions are looked at."""
 
     def __init__(self, design: Sequence[int]) -> None:
         self.design = design
         self.seen: dict[int, int] = {}
 
-    def __getitem__(self, decision: int) -> int:
+    def __getitem__(self, decision: int) -> int:  # type: ignore[override]
         self.seen[decision] = self.design[decision]
         return self.design[decision]
+
+    def __len__(self) -> int:
+        return len(self.design)
 
 
 def _seen(
@@ -120,13 +124,13 @@ def _seen(
     groups: Sequence[tuple[int, tuple[int, ...]]],
 ) -> Reason:
     """Every option that a formula consults."""
-    noting = _Noting(view.design)
-    seen = View(noting)  # type: ignore[arg-type]
+    noting = Noting(view.design)
+    seen = View(noting)
     formula(seen)
     for _, threads in groups:
         for number in threads:
             at(space.components[number].processor, seen)
-    return Reason(tuple((places.chosen(decision, option),) for decision, option in noting.seen.items()), tuple(groups))
+    return _named(space, places, noting.seen, view, groups)
 
 
 def _groups(case: _Case) -> list[tuple[int, tuple[int, ...]]] | None:
@@ -181,8 +185,38 @@ def _by_options(
     for _, threads in groups:
         for number in threads:
             at(case.space.components[number].processor, watching)
-    conditions = tuple((case.places.chosen(decision, option),) for decision, option in watching.asked.items())
-    return Reason(conditions, tuple(groups))
+    return _named(case.space, case.places, watching.asked, case.view, groups)
+
+
+def _named(
+    space: Space,
+    places: Places,
+    asked: Mapping[int, int],
+    view: View,
+    groups: Sequence[tuple[int, tuple[int, ...]]],
+) -> Reason:
+    """These options; of priorities that are numbers only who goes first in the groups, unless levels are few."""
+    above: list[tuple[int, int]] = []
+    numbered: set[int] = set()
+    for processor, threads in groups:
+        decided = {
+            number: decision
+            for number in threads
+            if places.threads[number].numbers
+            and (decision := space.decision_index(f"{space.components[number].name}.priority")) is not None
+        }
+        if not decided or space.processors[processor].priority_levels is not None:
+            continue
+        numbered |= set(decided.values())
+        for first, second in permutations(threads, 2):
+            if first in decided or second in decided:
+                ranks = [number_of(space.components[number], view) for number in (first, second)]
+                if ranks[0] is not None and ranks[1] is not None and ranks[0] >= ranks[1]:
+                    above.append((first, second))
+    conditions = tuple(
+        (places.chosen(decision, option),) for decision, option in asked.items() if decision not in numbered
+    )
+    return Reason(conditions, tuple(groups), tuple(above))
 
 
 # --- without jitter ------------------------------------------------------------------------------------------------

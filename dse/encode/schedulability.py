@@ -68,6 +68,8 @@ def add_rows(
             wanted.setdefault(item.thread, []).append(item)
     rows.add_levels(wanted)
     rows.add_utilisation(wanted)
+    if any(thread.numbers for thread in threads):
+        rows.add_best_order(wanted)
     if len(threads) == len(places.on(processor)) and not tells_cores_apart(space):
         number_cores(space, model, places, processor)
 
@@ -283,6 +285,31 @@ class _Rows:
         row = cp_model.LinearExpr.weighted_sum(literals, [work // divisor for work in totals.values()])
         held = [self.literal(index) for index in where if index != self.places.true]
         self.model.add(row <= (most - constant) // divisor).only_enforce_if(held)
+
+    def add_best_order(self, wanted: dict[int, list[Deadline]]) -> None:
+        """Threads with deadlines up to their periods are in time in no order unless they are by their deadlines.
+
+        One of several limits of a thread counts. What else is on the core only adds work.
+        """
+        for core in range(self.cores):
+            entries: dict[tuple[int, int], tuple[int, Thread, int, Rate]] = {}
+            for thread in self.threads:
+                modes = {literal: rate for literal, rate in thread.modes if rate is not None}
+                if core >= len(thread.cores[self.processor]):
+                    continue
+                for item in wanted.get(thread.number, ()):
+                    for literal, _, latest in self._demands(item, thread):
+                        known = entries.get((thread.number, literal))
+                        if literal not in modes or latest * modes[literal] > NS_PER_S or (known and known[0] <= latest):
+                            continue
+                        pair = self._guarded(self._both(thread, core, literal), item.guard)
+                        if pair is not None:
+                            entries[thread.number, literal] = latest, thread, pair, modes[literal]
+            for level in sorted({latest for latest, *_ in entries.values()}):
+                look_at_the_clock()
+                urgent = [(pair, rate, thread) for latest, thread, pair, rate in entries.values() if latest < level]
+                members = [(thread, pair) for latest, thread, pair, _ in entries.values() if latest == level]
+                self._add_demand(level, urgent, members, [pair for _, pair in members])
 
     def add_utilisation(self, wanted: dict[int, list[Deadline]]) -> None:
         """The threads with a deadline use no more than their core: the last of them waits for all others."""

@@ -103,7 +103,7 @@ def _fix_in_place(draft: Draft, space: Space, decision: Decision, design: Design
         return False
     path = [section, decision.component, *_field_path(decision.field)]
     node = draft.find(path)
-    if decision.field == "core" and not isinstance(node, yaml.SequenceNode):
+    if decision.field in ("core", "priority") and not isinstance(node, yaml.SequenceNode):
         return _pin(draft, path, _chosen(space, decision, design))
     places = [path] if isinstance(node, yaml.SequenceNode) else []
     if isinstance(node, yaml.MappingNode):

@@ -25,9 +25,9 @@ def numbered_like(space: Space, design: Design, other: Design) -> Design:
     >>> numbered_like(duo.space, (0, 0, 0, 1), (0, 1, 1, 1))
     (0, 1, 1, 0)
     """
-    first = space.open_cores[0].index if space.open_cores else len(space.decisions)
-    told_apart = any(index >= first for index in (*space.fixed, *space.baseline)) or tells_cores_apart(space)
-    if len(space.decisions) <= first or told_apart:
+    cores = {item.index for item in space.open_cores}
+    told_apart = not cores.isdisjoint((*space.fixed, *space.baseline)) or tells_cores_apart(space)
+    if not cores or len(space.decisions) <= min(cores) or told_apart:
         return design
     result, views = list(design), (View(design), View(other))
     for processor, slot in enumerate(space.processors):

@@ -55,7 +55,7 @@ def build_component(ledger: Ledger, spec: Spec, processors: Sequence[Processor],
             processor = read_named(ledger, name, "processor", (*path, key), named, index)
         reader = FieldReader(ledger, _without_types(owner), "process", "process", str)
         process = reader.read(lambda model: model.process)
-        priority = read_priority(ledger, _without_types(owner))
+        priority = read_priority(ledger, _without_types(owner), spec.priorities)
         core = given.core[0] if given.core and len(given.core) == 1 and isinstance(given.core[0], int) else None
         check_core(ledger, processors, name, processor, given.core or ())
     machine = by_machine(ledger, processors, name, processor)

@@ -88,16 +88,16 @@ def _home(space: Space, component: Component, index: int, numbers: tuple[int, ..
 
 
 def with_open_cores(space: Space) -> Space:
-    """The space with the core decisions where something that is asked depends on them, else without.
+    """The space with the decisions on cores and best orders where something asked depends on them, else without.
 
     What is asked are requirements, objectives, rules and fixed decisions.
     """
-    return _with_cores(space, depends_on_cores(space)) if space.open_cores else space
+    return _with_cores(space, depends_on_cores(space)) if space.open_cores or space.open_priorities else space
 
 
 def with_all_cores(space: Space) -> Space:
-    """The space with every open core as a decision."""
-    return _with_cores(space, True) if space.open_cores else space
+    """The space with every open core and best order as a decision."""
+    return _with_cores(space, True) if space.open_cores or space.open_priorities else space
 
 
 def without_cores(space: Space, threads: Iterable[OpenCore]) -> Space:
@@ -109,21 +109,24 @@ def without_cores(space: Space, threads: Iterable[OpenCore]) -> Space:
 
 
 def _with_cores(space: Space, wanted: bool) -> Space:
-    first = space.open_cores[0].index
+    first = space.first_open
     if wanted == (len(space.decisions) > first):
         return space
     components = list(space.components)
     for item in space.open_cores:
         home = item.decision.home if wanted else None
         components[item.component] = replace(components[item.component], core=home)
-    added = tuple(item.decision for item in space.open_cores) if wanted else ()
+    for item in space.open_priorities:
+        home = item.decision.home if wanted else "deadline_monotonic"
+        components[item.component] = replace(components[item.component], priority=home)
+    added = tuple(item.decision for item in (*space.open_cores, *space.open_priorities)) if wanted else ()
     return replace(space, decisions=(*space.decisions[:first], *added), components=tuple(components))
 
 
 def depends_on_cores(space: Space) -> bool:
     """Whether a requirement, an objective, a rule or a fixed decision of the space depends on who shares a core."""
-    first = space.open_cores[0].index if space.open_cores else len(space.decisions)
-    if any(index >= first for index in space.fixed) or tells_cores_apart(space):
+    first = space.first_open
+    if any(index >= first for index in space.fixed) or tells_cores_apart(space) or rules_on_order(space):
         return True
     return any(is_scheduled(space, metric) for metric in _asked(space))
 
@@ -144,8 +147,8 @@ def is_scheduled(space: Space, metric: Metric) -> bool:
 
 def tells_cores_apart(space: Space) -> bool:
     """Whether rules, or figures of single cores, tell cores apart: a derived metric is looked at wherever it stands."""
-    first = space.open_cores[0].index if space.open_cores else len(space.decisions)
-    if any(_looks_at(rule.condition, lambda index: index >= first) for rule in space.rules):
+    cores = {item.index for item in space.open_cores}
+    if any(_looks_at(rule.condition, lambda index: index in cores) for rule in space.rules):
         return True
     derived = [Metric(item.name, "derived", number) for number, item in enumerate(space.derived)]
     return any(_is_of_cores(space, metric) for metric in (*_asked(space), *derived))
@@ -154,6 +157,12 @@ def tells_cores_apart(space: Space) -> bool:
 def _is_of_cores(space: Space, metric: Metric) -> bool:
     parts = parts_of(space, metric)
     return metric.kind == "core utilisation" or any(_is_of_cores(space, inner) for _, inner in parts)
+
+
+def rules_on_order(space: Space) -> bool:
+    """Whether rules look at priorities of which the best are asked for."""
+    orders = {item.index for item in space.open_priorities}
+    return any(_looks_at(rule.condition, lambda index: index in orders) for rule in space.rules)
 
 
 def _looks_at(condition: ResolvedCondition, wanted: Callable[[int], bool]) -> bool:

@@ -12,7 +12,7 @@ from functools import partial
 from graphlib import CycleError, TopologicalSorter
 from typing import TypeVar
 
-from dse.space.cores import open_cores, with_open_cores
+from dse.space.cores import open_cores, with_all_cores, with_open_cores
 from dse.space.implied import with_implied
 from dse.space.metrics import (
     RESERVED,
@@ -25,6 +25,7 @@ from dse.space.metrics import (
     worst_metric,
 )
 from dse.space.options import read_option, unknown_field
+from dse.space.priorities import open_priorities
 from dse.space.properties import Ledger, Path
 from dse.space.rules import read_rule
 from dse.space.settings import with_deadlines
@@ -78,13 +79,10 @@ def with_questions(ledger: Ledger, space: Space, spec: Spec) -> Space:
 
 
 def _with_cores(ledger: Ledger, space: Space, spec: Spec) -> Space:
-    """The space with every open core as a decision, so that rules and the baseline can speak of them."""
-    found = open_cores(ledger, spec, space)
-    components = list(space.components)
-    for item in found:
-        components[item.component] = replace(components[item.component], core=item.decision.home)
-    decisions = (*space.decisions, *(item.decision for item in found))
-    return replace(space, components=tuple(components), decisions=decisions, open_cores=found)
+    """The space with every open core and order as a decision, so that rules and the baseline can speak of them."""
+    cores = open_cores(ledger, spec, space)
+    orders = open_priorities(ledger, spec, space, len(space.decisions) + len(cores))
+    return with_all_cores(replace(space, open_cores=cores, open_priorities=orders))
 
 
 def _attempt(ledger: Ledger, path: Path, text: str, make: Callable[[], T]) -> list[T]:
@@ -208,8 +206,9 @@ def _costs(ledger: Ledger, space: Space, spec: Spec) -> dict[int, int]:
     result: dict[int, int] = {}
     for path, name, cost in _stated(ledger, space, "cost_of_change", spec.cost_of_change):
         decision = space.decision_index(name)
-        if decision is not None and space.decisions[decision].field == "core":
-            ledger.error(path, "on which core a thread runs is not counted as a change", at_key=True)
+        if decision is not None and decision >= space.first_open:
+            what = "on which core" if space.decisions[decision].field == "core" else "in which order"
+            ledger.error(path, f"{what} a thread runs is not counted as a change", at_key=True)
         elif decision is not None:
             result[decision] = cost
         elif name not in space.references and not ledger.is_doubtful(str(path[1]), name):

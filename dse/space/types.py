@@ -349,6 +349,11 @@ class OpenCore:
 
 
 @dataclass(frozen=True)
+class OpenPriority(OpenCore):
+    """The priority of a thread that asks for the best order, as a decision behind those on cores."""
+
+
+@dataclass(frozen=True)
 class Space:
     """A problem, ready to analyse and to search. See the module docstring for units."""
 
@@ -371,6 +376,7 @@ class Space:
     baseline: Mapping[int, int]
     fixed: Mapping[int, int] = field(default_factory=dict)
     open_cores: tuple[OpenCore, ...] = ()
+    open_priorities: tuple[OpenPriority, ...] = ()
     assumptions: tuple[str, ...] = ()
     processing: str = "execution_time"
     """What a flow counts as the longest processing of a thread: ``execution_time`` or ``response_time``."""
@@ -390,6 +396,16 @@ class Space:
     """OSATE's setting for waiting on buses: or ``not_counted``."""
     overload: str = "forbidden"
     """Whether cores and buses may be used beyond all of them: ``forbidden`` or ``allowed`` (`dse.space.implied`)."""
+
+    @property
+    def first_open(self) -> int:
+        """The index of the first decision on a core or a best order; the number of decisions where there is none."""
+        return min((item.index for item in (*self.open_cores, *self.open_priorities)), default=len(self.decisions))
+
+    @property
+    def first_order(self) -> int:
+        """The index of the first decision on a best order, which tells no design from others; see `first_open`."""
+        return min((item.index for item in self.open_priorities), default=len(self.decisions))
 
     def decision_index(self, name: str) -> int | None:
         """The index of the decision called `name`, or None."""

@@ -103,6 +103,8 @@ CORE_RULES = ("any", "first_fit")
 
 PRIORITY_RULES = ("rate_monotonic", "deadline_monotonic")
 """What orders a thread that has no priority of its own: the time between its jobs, or its deadline."""
+ANY_PRIORITY = "any"
+"""Asks for the best order."""
 
 
 def _count(least: int, most: int | None = None) -> Callable[[Any], int]:
@@ -126,10 +128,10 @@ def _core(value: Any) -> int | str:
 
 
 def _priority(value: Any) -> int | str:
-    if value in PRIORITY_RULES:
+    if value == ANY_PRIORITY or value in PRIORITY_RULES:
         return str(value)
     if not isinstance(value, int) or isinstance(value, bool) or value < 0:
-        hint = f"a number (a larger one is more urgent), a list of numbers, {' or '.join(PRIORITY_RULES)}"
+        hint = f"a number (a larger one is more urgent), a list of numbers, {', '.join(PRIORITY_RULES)} or any"
         raise field_error(f"expected a priority, got {describe(value)}", hint)
     return value
 
@@ -183,7 +185,7 @@ Core: TypeAlias = Annotated[
 Priority: TypeAlias = Annotated[
     int | str,
     PlainValidator(_priority),
-    WithJsonSchema({"anyOf": [{"type": "integer", "minimum": 0}, {"enum": list(PRIORITY_RULES)}]}),
+    WithJsonSchema({"anyOf": [{"type": "integer", "minimum": 0}, {"enum": [*PRIORITY_RULES, ANY_PRIORITY]}]}),
 ]
 QueueSize: TypeAlias = Annotated[int, PlainValidator(_count(0)), WithJsonSchema({"type": "integer", "minimum": 0})]
 Weight: TypeAlias = Annotated[

@@ -397,6 +397,7 @@ class Spec(Catalogue):
     bus_queuing: Literal["counted", "not_counted"] = "counted"
     processing: Literal["execution_time", "response_time"] = "execution_time"
     deadlines: Deadlines | None = None
+    priorities: Literal["rate_monotonic", "deadline_monotonic", "any"] = "rate_monotonic"
     overload: Literal["forbidden", "allowed"] = "forbidden"
     offset_grid: Period | None = None
     requirements: Items[Line] = ()

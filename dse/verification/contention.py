@@ -8,19 +8,20 @@ nothing of that is added: every combination in the box is looked at.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
-from itertools import product
+from itertools import permutations, product
 from typing import TypeAlias
 
+from dse.analysis.audsley import best_options, groups_of, is_decisive, limits_of
 from dse.analysis.evaluate import Evaluation, Evaluator
 from dse.analysis.limits import HOLDS, Limit, judge
 from dse.analysis.packing import placements
 from dse.analysis.scheduling import all_responses, core_of_each, counted_ns, longest_alone_ns, subset_responses
 from dse.analysis.views import CyclicActivation, View
 from dse.space.trees import NotOffered, at, leaves
-from dse.space.types import Design, Space
+from dse.space.types import Design, OpenPriority, Space
 
 MOST_COMBINATIONS = 400
 """A box of options grows as long as it has no more combinations than this."""
@@ -32,12 +33,14 @@ Groups: TypeAlias = tuple[tuple[int, ...], ...]
 class Lesson:
     """Not all at once: each decision has one of the options beside it, and the threads of each group share a core.
 
+    Of each pair of `above` the first decision has an option that is no earlier than the second's.
     With `raised` (a thread, and a time in ns): else that thread waits so long at least.
     """
 
     box: Mapping[int, frozenset[int]]
     groups: Groups
     raised: tuple[int, Fraction] | None = None
+    above: tuple[tuple[int, int], ...] = ()
 
 
 class _Noting(Sequence[int]):
@@ -81,18 +84,70 @@ def on_other_cores(evaluator: Evaluator, late: Sequence[Limit], refused: Evaluat
     """The design with cores on which the analysis accepts it, with the same objectives; None where none is found."""
     space = evaluator.space
     open_ = [item for item in space.open_cores if item.index < len(space.decisions) and item.index not in space.fixed]
+    orders = _free_orders(space)
     design = tuple(max(option, 0) for option in refused.design)
-    for other in placements(space, design, open_, late) if open_ else ():
+    for other in placements(space, design, open_, late, orders) if open_ or orders else ():
         found = evaluator.evaluate(other)
         if found.is_feasible and found.objectives == refused.objectives:
             return found
     return None
 
 
-def lessons_of(space: Space, late: Sequence[Limit], design: Design) -> list[Lesson]:
-    """Why the threads are late that are late in a design."""
+def _free_orders(space: Space) -> list[OpenPriority]:
+    """The threads for which the best order is asked, as far as it is open."""
+    there = [item for item in space.open_priorities if item.index < len(space.decisions)]
+    return [item for item in there if item.index not in space.fixed]
+
+
+def lessons_of(space: Space, late: Sequence[Limit], design: Design, limits: Sequence[Limit] = ()) -> list[Lesson]:
+    """Why the threads are late that are late in a design: in any order, with these `limits`, or in this one."""
     view = View(design)
-    return [_lesson(space, limit, design) for limit in late if not judge(limit, view).holds]
+    found = list(_without_order(space, limits, design))
+    return found or [_lesson(space, limit, design) for limit in late if not judge(limit, view).holds]
+
+
+def _without_order(space: Space, limits: Sequence[Limit], design: Design) -> Iterator[Lesson]:
+    """The threads of each core for which there is no order with all of them in time."""
+    view = View(design)
+    free = {item.component: item for item in _free_orders(space)}
+
+    def fails(group: Sequence[int], given: Sequence[int]) -> bool:
+        counted = [limit for limit in limits if limit.requirement.metric.index in group]
+        return best_options(space, group, free, limits_of(counted, View(given)), given) is None
+
+    for whole in groups_of(space, view) if free else ():
+        alone = any(place_of(space, number, view) < 0 for number in whole)
+        if alone or not is_decisive(space, whole, free, view) or not fails(whole, design):
+            continue
+        group = tuple(whole)
+        for number in whole:
+            fewer = tuple(item for item in group if item != number)
+            if fewer and fails(fewer, design):
+                group = fewer
+
+        def is_late(given: Sequence[int], group: Sequence[int] = group) -> bool:
+            return fails(group, given)
+
+        noting = _Noting(design)
+        assert is_late(noting), "an order will do"
+        yield Lesson(_box(space, is_late, design, noting.seen), (group,))
+
+
+def _pairs(
+    space: Space, groups: Groups | None, seen: Mapping[int, int]
+) -> tuple[frozenset[int], tuple[tuple[int, int], ...]]:
+    """The priorities among options that were looked at of which only the order counts, and that order."""
+    apart: set[int] = set()
+    above: list[tuple[int, int]] = []
+    by_number = {item.component: item for item in space.open_priorities}
+    few = any(slot.priority_levels is not None for slot in space.processors)
+    for group in groups or () if not few else ():
+        if any(number not in by_number for number in group):
+            continue
+        here = [by_number[number].index for number in group if by_number[number].index in seen]
+        apart |= set(here)
+        above += [(one, other) for one, other in permutations(here, 2) if seen[one] >= seen[other]]
+    return frozenset(apart), tuple(above)
 
 
 def waiting_lesson(space: Space, number: int, waited: Fraction, design: Design) -> Lesson:
@@ -106,7 +161,9 @@ def waiting_lesson(space: Space, number: int, waited: Fraction, design: Design) 
     groups = _least(space, number, waits, design)
     noting = _Noting(design)
     assert waits(groups, View(noting)), "a thread waits no more"
-    return Lesson({item: frozenset((option,)) for item, option in noting.seen.items()}, groups or (), (number, waited))
+    apart, above = _pairs(space, groups, noting.seen)
+    box = {item: frozenset((option,)) for item, option in noting.seen.items() if item not in apart}
+    return Lesson(box, groups or (), (number, waited), above)
 
 
 def _lesson(space: Space, limit: Limit, design: Design) -> Lesson:
@@ -119,7 +176,8 @@ def _lesson(space: Space, limit: Limit, design: Design) -> Lesson:
 
     noting = _Noting(design)
     assert is_late(noting), "a thread is late no more"
-    return Lesson(_box(space, is_late, design, noting.seen), groups or ())
+    apart, above = _pairs(space, groups, noting.seen)
+    return Lesson(_box(space, is_late, design, noting.seen, apart), groups or (), above=above)
 
 
 def full_lesson(space: Space, limit: Limit, design: Design) -> Lesson:
@@ -168,10 +226,14 @@ def _least(
 
 
 def _box(
-    space: Space, is_late: Callable[[Sequence[int]], bool], design: Design, seen: Mapping[int, int]
+    space: Space,
+    is_late: Callable[[Sequence[int]], bool],
+    design: Design,
+    seen: Mapping[int, int],
+    apart: frozenset[int] = frozenset(),
 ) -> dict[int, frozenset[int]]:
-    """Options of the decisions that were looked at, of which every combination is late."""
-    box = {decision: [option] for decision, option in seen.items()}
+    """Options of the decisions that were looked at, but for `apart`, of which every combination is late."""
+    box = {decision: [option] for decision, option in seen.items() if decision not in apart}
     size = 1
     for decision in sorted(box, key=lambda item: len(space.decisions[item].options)):
         if decision in space.fixed:
@@ -181,16 +243,19 @@ def _box(
             if option == seen[decision] or grown > MOST_COMBINATIONS:
                 continue
             others = [[option] if item == decision else options for item, options in box.items()]
-            if all(_is_late_at(is_late, design, dict(zip(box, chosen, strict=True))) for chosen in product(*others)):
+            changes = (dict(zip(box, chosen, strict=True)) for chosen in product(*others))
+            if all(_is_late_at(is_late, design, item, apart) for item in changes):
                 size = grown
                 box[decision].append(option)
     return {decision: frozenset(options) for decision, options in box.items()}
 
 
-def _is_late_at(is_late: Callable[[Sequence[int]], bool], design: Design, changes: Mapping[int, int]) -> bool:
+def _is_late_at(
+    is_late: Callable[[Sequence[int]], bool], design: Design, changes: Mapping[int, int], apart: frozenset[int]
+) -> bool:
     """Whether the threads are late with some options changed, by decisions that were looked at only."""
     noting = _Noting(tuple(changes.get(decision, option) for decision, option in enumerate(design)))
     try:
-        return is_late(noting) and noting.seen.keys() <= changes.keys()
+        return is_late(noting) and noting.seen.keys() <= changes.keys() | apart
     except (NotOffered, CyclicActivation):
         return False

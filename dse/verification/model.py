@@ -84,6 +84,7 @@ class SecondModel:
         self.places = {number: self._placed(diagram) for number, diagram in tables.places.items()}
         moves = bool(tables.late) and tables.waits is None
         self.free_cores = {item.index for item in tables.space.open_cores} if moves else set[int]()
+        self.free_cores |= {item.index for item in tables.space.open_priorities}  # whichever will do
         problem = self.model.validate()
         assert not problem, problem
 
@@ -268,7 +269,7 @@ class SecondModel:
             if low and self.waiting.count(values):
                 return True
             lessons = [waiting_lesson(space, number, waited, values) for number, waited in low.items()]
-        lessons += lessons_of(space, late, values) if late else []
+        lessons += lessons_of(space, late, values, self.tables.late) if late else []
         for lesson in lessons:
             self._teach(self.model, lesson)
         return bool(lessons)
@@ -291,6 +292,11 @@ class SecondModel:
                 one, another = (self._in(model, self.places[number]) for number in (first, thread))
                 model.add(one != another).only_enforce_if(apart)
                 ways.append(apart)
+        for first, second in lesson.above:
+            below = model.new_bool_var("")
+            one, another = (self._in(model, self.chosen[decision]) for decision in (first, second))
+            model.add(one + 1 <= another).only_enforce_if(below)
+            ways.append(below)
         if lesson.raised is not None and self.waiting is not None:
             number, waited = lesson.raised
             longer = model.new_bool_var("")

@@ -52,8 +52,10 @@ class Prover(Protocol):
 class AllDesigns:
     """Every feasible design, looked at one by one."""
 
-    def __init__(self, found: Exhaustion) -> None:
+    def __init__(self, found: Exhaustion, compared: int) -> None:
         self.found = found
+        self.compared = compared
+        """So many decisions tell which design comes first."""
 
     @property
     def words(self) -> str:
@@ -82,7 +84,8 @@ class AllDesigns:
     def earlier_design(self, vector: Sequence[int], design: Design) -> Reply:
         """See `Prover`."""
         reply = self._first((self.found.vectors == np.array(vector, dtype=np.int64)).all(axis=1))
-        return reply if reply.answer == "design" and reply.design < design else Reply("none")
+        end = self.compared
+        return reply if reply.answer == "design" and reply.design[:end] < design[:end] else Reply("none")
 
     def another_design(self, below: Sequence[int], known: Sequence[Design], among: Sequence[int]) -> Reply:
         """See `Prover`."""
@@ -123,7 +126,8 @@ def make_prover(evaluator: Evaluator, method: Method = "auto", deadline: float |
     if method != "model":
         try:
             few = FEW_JUDGED if tables.late or tables.waits is not None else FEW
-            return AllDesigns(exhaust(tables, few) if method == "auto" else exhaust(tables)), tables
+            found = exhaust(tables, few) if method == "auto" else exhaust(tables)
+            return AllDesigns(found, tables.space.first_order), tables
         except TooMany:
             if method == "exhaustion":
                 raise

@@ -22,14 +22,14 @@ def found(text: str, workers: int = 1) -> set[tuple[int, ...]]:
     return set(search.points)
 
 
-@pytest.mark.parametrize("kind", ["plain", "chained", "stated", "fixed", "blocked", "ordered"])
+@pytest.mark.parametrize("kind", ["plain", "chained", "stated", "fixed", "blocked", "ordered", "best"])
 @pytest.mark.parametrize("seed", cases(20))
 def test_the_front_is_that_of_looking_at_every_design(kind: str, seed: int) -> None:
     system = draw(seed, kind=kind)
     assert found(text_of(system)) == front(system)
 
 
-@pytest.mark.parametrize("kind", ["plain", "chained", "stated", "ordered"])
+@pytest.mark.parametrize("kind", ["plain", "chained", "stated", "ordered", "best"])
 @pytest.mark.parametrize("seed", cases(20, 3 * SEEDS))
 def test_designs_are_the_first_of_all_with_their_figures(kind: str, seed: int) -> None:
     evaluator = Evaluator(loads(text_of(draw(seed, kind=kind))).space)
@@ -37,11 +37,14 @@ def test_designs_are_the_first_of_all_with_their_figures(kind: str, seed: int) -
     expected = brute_front(evaluator)
     assert search.points.keys() == expected.keys()
     first = search.points.keys() - search.not_first
-    assert {vector: search.points[vector] for vector in first} == {vector: expected[vector] for vector in first}
-    assert kind in ("chained", "ordered") or len(first) == len(expected)
+    end = evaluator.space.first_order  # of orders whichever will do
+    assert {vector: search.points[vector][:end] for vector in first} == {
+        vector: expected[vector][:end] for vector in first
+    }
+    assert kind in ("chained", "ordered", "best") or len(first) == len(expected)
 
 
-@pytest.mark.parametrize("kind", ["plain", "chained", "stated", "blocked", "ordered"])
+@pytest.mark.parametrize("kind", ["plain", "chained", "stated", "blocked", "ordered", "best"])
 @pytest.mark.parametrize("seed", cases(20, SEEDS))
 def test_rows_and_clauses_alone_are_exact(kind: str, seed: int, monkeypatch: pytest.MonkeyPatch) -> None:
     """No other cores are tried: whatever the solver proposes stands or teaches."""
@@ -50,7 +53,7 @@ def test_rows_and_clauses_alone_are_exact(kind: str, seed: int, monkeypatch: pyt
     assert found(text_of(system), workers=2) == front(system)
 
 
-@pytest.mark.parametrize("kind", ["plain", "chained", "stated", "blocked", "ordered"])
+@pytest.mark.parametrize("kind", ["plain", "chained", "stated", "blocked", "ordered", "best"])
 @pytest.mark.parametrize("seed", cases(20, 2 * SEEDS))
 def test_clauses_alone_are_exact(kind: str, seed: int, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(contention, "placements", lambda *_: ())
@@ -59,7 +62,7 @@ def test_clauses_alone_are_exact(kind: str, seed: int, monkeypatch: pytest.Monke
     assert found(text_of(system)) == front(system)
 
 
-@pytest.mark.parametrize("kind", ["plain", "chained", "stated", "fixed", "blocked", "ordered"])
+@pytest.mark.parametrize("kind", ["plain", "chained", "stated", "fixed", "blocked", "ordered", "best"])
 @pytest.mark.parametrize("seed", cases(20))
 def test_response_times_in_flows_are_exact(kind: str, seed: int, monkeypatch: pytest.MonkeyPatch) -> None:
     """No response time is tabulated: bounds first, and what solutions teach."""

@@ -31,6 +31,7 @@ processing: execution_time
 deadlines: stated
 overload: forbidden
 offset_grid: 1 ms
+priorities: rate_monotonic
 worst_case: deadline
 system: synchronous
 best_case: full_queue

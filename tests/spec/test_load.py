@@ -36,6 +36,7 @@ deadlines: true
 overload: allowed
 offset_grid: 1 ms
 clocks: {robot: {synchronisation_error: 10 us}}
+priorities: rate_monotonic
 totals: {mass: g}
 processor_types:
   RT101: {cores: [4, 8], price: 150 EUR, power: 5 W, totals: {mass: [90 g, 95.5 g]}, source: Table 5.1}
