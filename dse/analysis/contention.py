@@ -12,8 +12,9 @@ from dataclasses import dataclass, replace
 from dse.analysis.evaluate import Evaluator
 from dse.analysis.limits import Verdict
 from dse.analysis.memo import Recall
+from dse.analysis.partition import Spread
 from dse.analysis.rows import counts_responses
-from dse.analysis.scheduling import core_of_each
+from dse.analysis.scheduling import placement
 from dse.analysis.unbounded import unbounded_in
 from dse.analysis.views import View
 from dse.space.settings import told_deadlines
@@ -78,17 +79,25 @@ def core_by(space: Space, component: Component, view: View) -> str:
     return "stated" if decision is None or not space.decisions[decision].is_open else "decided"
 
 
-_CORES: Recall[Mapping[int, int]] = Recall()
+_PLACEMENTS: Recall[Mapping[int, Spread]] = Recall()
 
 
 def cores_of(space: Space, design: Design) -> Mapping[int, int]:
     """The core, from 1, of each thread that runs on a processor with several, by the thread's number."""
-    return _CORES.recall(space, "cores", View(design), _cores)
-
-
-def _cores(space: Space, _: object, view: View) -> Mapping[int, int]:
     found: dict[int, int] = {}
-    for number, slot in enumerate(space.processors):
-        if slot.types[view[slot.type_decision]] != EMPTY and at(slot.cores, view) > 1:
-            found |= core_of_each(space, number, view)
+    for item in placements_of(space, design).values():
+        found |= item.cores
     return dict(sorted(found.items()))
+
+
+def placements_of(space: Space, design: Design) -> Mapping[int, Spread]:
+    """Who runs where on each processor with several cores, and whether that keeps all that is required of cores."""
+    return _PLACEMENTS.recall(space, "cores", View(design), _placements)
+
+
+def _placements(space: Space, _: object, view: View) -> Mapping[int, Spread]:
+    return {
+        number: placement(space, number, view)
+        for number, slot in enumerate(space.processors)
+        if slot.types[view[slot.type_decision]] != EMPTY and at(slot.cores, view) > 1
+    }

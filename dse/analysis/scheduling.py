@@ -23,7 +23,7 @@ from typing import Literal, TypeAlias
 from dse.analysis.binding import transmission_ns
 from dse.analysis.memo import Recall
 from dse.analysis.overheads import interrupting, section_ns, switching_ns
-from dse.analysis.partition import WHOLE, Room, spread
+from dse.analysis.partition import WHOLE, Room, Spread, spread
 from dse.analysis.priorities import deadline_ns, levels_of
 from dse.analysis.rates import NS_PER_S, RateKey, is_event_triggered, rate_hz
 from dse.analysis.response_time import Stream, Task, response_time_ns
@@ -288,11 +288,19 @@ def core_of_each(space: Space, processor: int, view: View) -> dict[int, int]:
     (first-fit by decreasing utilisation), by a complete search where that is in vain. Where there is no such partition,
     each is put on the first core with room, else on the one that is used least.
     """
+    return dict(placement(space, processor, view).cores)
+
+
+def placement(space: Space, processor: int, view: View) -> Spread:
+    """The threads of a processor on its cores as `core_of_each` has them; its status is about what requirements allow.
+
+    It tells whether a partition was found that keeps all of them, proved absent, or left undecided.
+    """
     used = {number: utilisation(space, number, view) for number in members(space, processor, view)}
     found = spread(space, processor, used, view, core_room(space, processor))
     if found.status != "found":
-        found = spread(space, processor, used, view, WHOLE)
-    return dict(found.cores)
+        return replace(spread(space, processor, used, view, WHOLE), status=found.status)
+    return found
 
 
 def core_room(space: Space, processor: int) -> Room:

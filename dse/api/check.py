@@ -17,6 +17,7 @@ from dse.api.problem import Problem, Source, load
 from dse.api.question import Question
 from dse.api.sizes import too_large
 from dse.space.activation import exclusions
+from dse.space.implied import overload_needed
 from dse.space.metrics import asks_for_changes, busy_obstacle
 from dse.space.properties import mentions
 from dse.space.rules import unoffered_types
@@ -209,6 +210,17 @@ def _costs(part: Slot | Component) -> str:
 ADMITTED = "`overload: allowed` admits designs that overload it"
 
 
+def _shares(space: Space) -> Iterator[str]:
+    """Limits on shares that say less, or lift less, than they seem to."""
+    for item in space.requirements:
+        if item.metric.kind == "utilisation" and item.operator == "==":
+            upper = item.text.replace("==", "<=", 1)
+            yield f"{item.text} compares the sum over all cores, not each thread and core: `{upper}` limits these too"
+        is_upper = item.operator in ("<=", "<") and not item.implied
+        if is_upper and (of := overload_needed(space, item, item.limit.value)):
+            yield f"{item.text} lifts no implied limit: 100 % counts all the same, unless `overload: allowed` for {of}"
+
+
 def _remarks(space: Space) -> Iterator[str]:
     limited = _limited(space)
     implied = {(item.metric.kind, item.metric.index) for item in space.requirements if item.implied}
@@ -229,10 +241,7 @@ def _remarks(space: Space) -> Iterator[str]:
             yield f"the time of {bus.name} is not limited, although it is exclusive: its busy time {obstacle}"
     yield from _idle(space)
     yield from problem_remarks(space)
-    for item in space.requirements:
-        if item.metric.kind == "utilisation" and item.operator == "==":
-            upper = item.text.replace("==", "<=", 1)
-            yield f"{item.text} compares the sum over all cores, not each thread and core: `{upper}` limits these too"
+    yield from _shares(space)
     yield from exclusions(space)
     for name in unoffered_types(space):
         for rule in space.rules:

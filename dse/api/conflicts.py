@@ -21,6 +21,7 @@ from dse.analysis.unbounded import unbounded_in
 from dse.analysis.views import View
 from dse.api.points import Bench
 from dse.results.display import exact
+from dse.space.implied import overload_needed
 from dse.space.metrics import metric_dimension
 from dse.space.types import Metric, Requirement, Rule, Space
 from dse.spec.expressions import Operator
@@ -137,6 +138,8 @@ class _Court:
         miss = None if stated is None else exact(abs(stated - own))
         expected = {"limit": exact(own), "closest": item["closest"], "miss": miss, "unit": unit}
         self.bench.compare(place, expected, _figures(item))
+        needed = "" if stated is None else overload_needed(self.bench.space, member, stated / PPM)
+        self.bench.compare(f"{place}.overload", needed, item.get("overload", ""))
         others = [demand for demand in self.demands if not _among(demand, given_up)]
         if stated is None:
             alone = self._ask(f"{place}.closest", others)

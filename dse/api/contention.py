@@ -12,7 +12,7 @@ from dse.analysis.contention import ContentionReferee, cores_of, with_contention
 from dse.api.points import Bench
 from dse.api.stated import named_design
 from dse.errors import UsageError
-from dse.results.contention import NOT_CHECKED, Contended, judge
+from dse.results.contention import NOT_CHECKED, Contended, core_use_dict, judge
 from dse.results.solve import Result
 from dse.space.types import Design
 from dse.timelimit import OutOfTime, TimeLimit, until
@@ -90,6 +90,8 @@ def check_contention(bench: Bench, deadline: float | None) -> None:
             continue  # which was found with the design itself
         cores = {bench.space.components[thread].name: core for thread, core in cores_of(bench.space, design).items()}
         bench.compare(f"{place}.cores", cores, item.get("cores", {}))
+        if "core_use" in item:  # results that are written elsewhere may leave it out
+            bench.compare(f"{place}.core_use", core_use_dict(bench.space, design), item["core_use"])
         stated = item.get("contention", {})
         if referee is None:
             bench.compare(f"{place}.contention", {}, stated)

@@ -25,7 +25,7 @@ from dse.results.explain import Demand, Example, Explanation, GiveUp, MinimalCon
 from dse.results.points import Clash, Conflict
 from dse.results.solve import decisions_of
 from dse.space.activation import exclusions
-from dse.space.implied import implied_limits
+from dse.space.implied import overload_needed
 from dse.space.types import Design, Requirement, Rule, Space
 from dse.timelimit import OutOfTime
 from dse.units import DIMENSIONLESS, Quantity, convert, format_duration, format_number
@@ -139,6 +139,7 @@ def _clash(item: Relaxation) -> Clash:
         item.thread,
         item.unbounded,
         item.is_sought,
+        item.overload,
     )
 
 
@@ -283,7 +284,7 @@ class Explainer:
             operator=member.operator,
             thread=closest.thread,
             text=_rewritten(member, closest.limit),
-            overload=_lifted(self.space, member, closest.limit),
+            overload=overload_needed(self.space, member, closest.limit),
         )
 
     def demand(self, number: int) -> Demand:
@@ -327,15 +328,6 @@ def _factor(space: Space, member: Requirement) -> Fraction:
     one = Quantity(Fraction(1), member.limit.dimension, member.limit.unit)
     any_design = View(())  # such a bound is the same in every design
     return build_limit(space, Requirement("", member.metric, "<=", one)).bound(any_design)
-
-
-def _lifted(space: Space, member: Requirement, limit: Fraction) -> str:
-    """The processor or bus that must be allowed to be overloaded where a limit moves so far; "" where none must."""
-    of = member.metric.name.partition(" of ")[2]
-    if member.implied:
-        return of
-    is_beyond = member.limit.dimension == DIMENSIONLESS and limit > 1
-    return of if is_beyond and member.metric in {item.metric for item in implied_limits(space)} else ""
 
 
 def _rewritten(member: Requirement, limit: Fraction) -> str:

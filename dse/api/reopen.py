@@ -191,6 +191,7 @@ def _conflict(item: Mapping[str, Any]) -> Conflict:
     for clash in item["members"]:
         limit, closest = (None if clash[name] is None else Fraction(clash[name]) for name in ("limit", "closest"))
         more = {"unbounded": tuple(clash.get("unbounded", ())), "is_sought": clash.get("looked_for", True)}
+        more["overload"] = clash.get("overload", "")
         thread = clash["thread"] or ""
         members.append(Clash(clash["text"], clash["origin"], clash["unit"], limit, closest, thread, **more))
     return Conflict(tuple(members))

@@ -6,6 +6,7 @@ from collections.abc import Mapping, Sequence
 from fractions import Fraction
 from typing import Any
 
+from dse.analysis.terms import PPM
 from dse.report.amounts import shortened
 from dse.report.charts import Spec, whole_spec
 from dse.results.analyse import FlowTable, Usage
@@ -113,18 +114,22 @@ def waterfall(table: FlowTable, records: Sequence[Mapping[str, Any]]) -> Spec:
     )
 
 
-def usage_records(usages: Sequence[Usage], limits: Mapping[str, Fraction]) -> list[dict[str, Any]]:
-    """The shares of each processor and bus that has a capacity, in per cent of it.
+def usage_records(
+    processors: Sequence[Usage], buses: Sequence[Usage], limits: Mapping[str, Fraction]
+) -> list[dict[str, Any]]:
+    """The shares of each processor and bus that has a capacity, drawn in per cent of it.
 
-    `limits` are shares of the capacity.
+    Words count as everywhere: 100 % is one core, or the bandwidth. `limits` are shares of the capacity.
     """
     records = []
-    for usage in usages:
+    for usage in (*processors, *buses):
         if not usage.capacity:
             continue
-        total = readable(usage.total / usage.capacity * 10**6, "ppm", digits=2)
+        whole = usage.capacity if usage in processors else PPM
+        total = readable(usage.total / usage.capacity * whole, "ppm", digits=2)
         limit = limits.get(usage.name)
-        figures = total if limit is None else f"{total} of at most {readable(limit * 10**6, 'ppm')}"
+        of = f" of {readable(whole, 'ppm')}" if whole > PPM else ""
+        figures = f"{total}{of}" if limit is None else f"{total} of at most {readable(limit * whole, 'ppm')}"
         said = f"{_name_beside(f'{usage.name} ({usage.type})', figures)} · {figures}"
         for who, share in usage.shares.items():
             part = share / usage.capacity * 100
@@ -133,7 +138,7 @@ def usage_records(usages: Sequence[Usage], limits: Mapping[str, Fraction]) -> li
                     "name": usage.name,
                     "part": who,
                     "share": float(part),
-                    "text": readable(part * 10**4, "ppm"),
+                    "text": readable(part / 100 * whole, "ppm"),
                     "title": said,
                     "limit": None if limit is None else float(limit * 100),
                 }
@@ -166,9 +171,9 @@ def usage_chart(shares: Sequence[Mapping[str, Any]]) -> Spec:
     most = max([100.0, *(record["end"] for record in records)])
     across = {
         "type": "quantitative",
-        "title": "share of the capacity [%]",
+        "title": "used, of what there is",
         "scale": {"domain": [0, most]},
-        "axis": {"tickCount": 6},
+        "axis": {"tickCount": 6, "labels": False},
     }
     tooltip = [
         {"field": "name", "title": "of"},

@@ -5,6 +5,7 @@ from __future__ import annotations
 from rich.console import Console
 
 from dse.api.check import Description, impossible_words
+from dse.report.contention import scale_words
 from dse.report.plain import basis_words, plain, plain_table
 from dse.space.settings import settings_of
 from dse.units.text import count_words
@@ -35,6 +36,8 @@ def print_description(console: Console, description: Description) -> None:
         ("Objectives", [f"{item.sense} {item.metric.name}" for item in space.objectives]),
     ):
         console.print(f"{title}: {'; '.join(texts) or 'none'}", markup=False)
+    if scale := scale_words(space):
+        console.print(scale, markup=False)
     for item in description.impossible:
         console.print(f"impossible: {impossible_words(item, space.currency)}", style="bold red", markup=False)
     for remark in description.remarks:

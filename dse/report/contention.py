@@ -4,15 +4,18 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from dse.analysis.contention import core_by, cores_of, is_left_out
+from dse.analysis.contention import core_by, is_left_out, placements_of
 from dse.analysis.overheads import stated_overheads
+from dse.analysis.partition import Spread
+from dse.analysis.scheduling import core_room
+from dse.analysis.terms import PPM
 from dse.analysis.views import View
 from dse.results.contention import Broken, Contended
 from dse.results.display import readable
 from dse.results.solve import Result
 from dse.space.cores import is_scheduled
 from dse.space.settings import told_deadlines
-from dse.space.trees import at, leaves
+from dse.space.trees import leaves
 from dse.space.types import Design, Space
 
 PROCESSING = {
@@ -25,12 +28,19 @@ PROCESSING = {
 UNCOUNTED = (
     "CPU contention is not in the latencies: this profile counts no response times, but execution times and deadlines."
 )
+PER_CORE = "Utilisation counts one core as 100 %, n cores as n times that; a limit of 70 % is one of each core."
 BLOCKING = "blocking by non-preemptive sections"
 MOST_NAMES = 6
 MOST_THREADS = 24
 """Maximum number of threads whose cores are told one by one in a sentence."""
 MOST_IDS = 12
 MOST_BROKEN = 3
+
+
+def scale_words(space: Space) -> str:
+    """What 100 % of utilisation is, where that may be asked: a processor has several cores."""
+    several = any(count > 1 for slot in space.processors for count in leaves(slot.cores))
+    return PER_CORE if several else ""
 
 
 def processing_words(settings: Mapping[str, str]) -> str:
@@ -156,22 +166,34 @@ def broken_words(item: Broken, currency: str) -> str:
 
 
 def placed_words(space: Space, design: Design) -> list[str]:
-    """For each processor with several cores what runs on each: ``computer: core 1 a, b (stated); core 2 c``."""
-    found = cores_of(space, design)
+    """For each processor with several cores what runs on each, and how much of it: ``computer: core 1 (70 %) a; …``."""
     view = View(design)
     lines = []
-    for number, slot in enumerate(space.processors):
-        threads = [thread for thread in found if at(space.components[thread].processor, view) == number]
-        here = {thread: found[thread] for thread in threads}
+    for number, found in placements_of(space, design).items():
+        here = dict(sorted(found.cores.items()))
         if not here:
             continue
         parts = []
         for core in sorted(set(here.values())):
             threads = [thread for thread, its in here.items() if its == core]
             names = ", ".join(_named(space, thread, view) for thread in threads)
-            parts.append(f"core {core} {names if len(here) <= MOST_THREADS else f'{len(threads)} threads'}")
-        lines.append(f"{slot.name}: {'; '.join(parts)}")
+            used = readable(found.loads[core - 1] * PPM, "ppm")
+            parts.append(f"core {core} ({used}) {names if len(here) <= MOST_THREADS else f'{len(threads)} threads'}")
+        lines.append(f"{space.processors[number].name}: {'; '.join(parts)}{_partition_words(space, number, found)}")
     return lines
+
+
+def _partition_words(space: Space, processor: int, found: Spread) -> str:
+    """Whether threads without a core can be put on cores such that each keeps what is required of it."""
+    if not found.is_open:
+        return ""
+    room = core_room(space, processor)
+    within = f"{'below' if room.is_strict else 'within'} {readable(room.share * PPM, 'ppm')} of each core"
+    if found.status == "found":
+        return f" (a partition {within})"
+    if found.status == "none":
+        return f" (no partition is {within}: proved)"
+    return f" (whether a partition is {within} is undecided)"
 
 
 def _named(space: Space, thread: int, view: View) -> str:

@@ -15,7 +15,13 @@ from dse.analysis.views import View
 from dse.report.amounts import amount_words, slack_words
 from dse.report.bars import usage_records, waterfall_records
 from dse.report.charts import front_records
-from dse.report.contention import asks_for_responses, contention_words, overhead_words, processing_words
+from dse.report.contention import (
+    asks_for_responses,
+    contention_words,
+    overhead_words,
+    processing_words,
+    scale_words,
+)
 from dse.report.explain import conflict_words
 from dse.report.missing import TITLE, missing_words
 from dse.report.plain import basis_words
@@ -231,7 +237,7 @@ class Document:
     def gaps(self) -> tuple[str, ...]:
         """What the model does not see."""
         counted = overhead_words(self.space) if asks_for_responses(self.space) else ""
-        found = filter(None, (counted, unused_words(self.result), exclusion_words(self.space)))
+        found = filter(None, (scale_words(self.space), counted, unused_words(self.result), exclusion_words(self.space)))
         return (REDUCED, processing_words(self.result.problem.effective), *found, *GAPS)
 
     # --- one alternative ------------------------------------------------------------------------------------------
@@ -252,7 +258,7 @@ class Document:
             figures=tuple(self._figures(reasons.point.objectives)),
             sentences=tuple(sentences(self.result, reasons)),
             flows=tuple(FlowPart(t.name, _flow_table(t), t, waterfall_records(t)) for t in analysis.flows),
-            usage=usage_records(usages, self._limits(analysis)),
+            usage=usage_records(analysis.processors, analysis.buses, self._limits(analysis)),
             usage_tables=tuple(_usage_table(usage, usage in analysis.processors) for usage in usages if usage.shares),
             bindings=self._bindings(reasons.point),
             requirements=self._requirements(analysis),
@@ -378,13 +384,14 @@ def _usage_table(usage: Usage, processor: bool) -> Table:
     unit, what = ("ppm", "thread") if processor else ("B/s", "connection")
     of = f"of {readable(usage.capacity, unit)}" if usage.capacity else ""
     rows = [
-        (who, readable(share, unit, digits=4), _share(share, usage), *_core(usage, who))
+        (who, readable(share, unit, digits=4), *([] if processor else [_share(share, usage)]), *_core(usage, who))
         for who, share in usage.shares.items()
     ]
-    total = (f"total {of}".strip(), readable(usage.total, unit, digits=4), _share(usage.total, usage))
-    rows.append((*total, *_core(usage, "")))
+    total = (f"total {of}".strip(), readable(usage.total, unit, digits=4))
+    rows.append((*total, *([] if processor else [_share(usage.total, usage)]), *_core(usage, "")))
     caption = f"{'Processor' if processor else 'Bus'} {usage.name} ({usage.type})"
-    headings = (what, "of one core" if processor else "load", "of the capacity", *(("core",) if usage.cores else ()))
+    figures = ("of one core",) if processor else ("load", "of the bandwidth")
+    headings = (what, *figures, *(("core",) if usage.cores else ()))
     if usage.busy is not None and usage.busy_total is not None:
         busy = [usage.busy.get(who, Fraction(0)) for who in usage.shares]
         rows = [(*row, readable(time, "ppm")) for row, time in zip(rows, [*busy, usage.busy_total], strict=True)]

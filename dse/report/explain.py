@@ -273,6 +273,8 @@ def _clash(clash: Clash, currency: str) -> str:
         return f"{text}: at best {closest} after it"
     miss = amount_words(clash.miss, clash.unit, currency, DIGITS)
     by_thread = f"; {clash.thread} alone needs so much{_of_core(clash.thread)}" if clash.thread else ""
+    if clash.overload:
+        by_thread += f"; it takes `overload: allowed` for {clash.overload}"
     if not clash.miss:
         return f"{text}: the closest is {closest}, which is the limit itself{by_thread}"
     side = "above" if clash.closest > clash.limit else "below"

@@ -15,6 +15,7 @@ from dse.report.contention import (
     core_words,
     overhead_words,
     processing_words,
+    scale_words,
 )
 from dse.report.explain import print_conflicts
 from dse.report.insisting import print_insisting
@@ -100,7 +101,8 @@ def print_result(console: Console, result: Result, top: int | None = TOP) -> Non
         console.print(processing_words(settings_of(result.space)), markup=False)
         if asks_for_responses(result.space):
             console.print(overhead_words(result.space), markup=False)
-    console.print(REDUCED, markup=False)
+    for said in filter(None, (REDUCED, scale_words(result.space))):
+        console.print(said, markup=False)
 
 
 def listed_points(result: Result, top: int | None) -> tuple[Point, ...]:
@@ -242,6 +244,8 @@ def print_analysis(console: Console, analysis: Analysis) -> None:
         said = contended_words(analysis.contended, analysis.space.currency)
         console.print(f"With response times, {core_words(analysis.space)}: {said}", markup=False)
     console.print(GAPS[0], markup=False)
+    if scale := scale_words(analysis.space):
+        console.print(scale, markup=False)
     for usage in analysis.processors:
         console.print(_processor_table(console, usage))
     for name, responses in analysis.responses.items():

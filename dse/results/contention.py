@@ -7,9 +7,10 @@ from dataclasses import dataclass
 from fractions import Fraction
 from typing import Any
 
-from dse.analysis.contention import ContentionReferee, Miss
+from dse.analysis.contention import ContentionReferee, Miss, placements_of
+from dse.analysis.terms import PPM
 from dse.results.display import exact
-from dse.space.types import Design
+from dse.space.types import Design, Space
 
 NOT_CHECKED = "not checked"
 
@@ -76,3 +77,18 @@ def contention_dict(contended: Mapping[str, Contended], number: str) -> dict[str
     """What the JSON of a result says of the design with that id."""
     found = contended.get(number)
     return {"status": NOT_CHECKED, "broken": []} if found is None else found.to_dict()
+
+
+def core_use_dict(space: Space, design: Design) -> dict[str, dict[str, Any]]:
+    """What each core of processors with several carries (ppm), and whether open threads have a partition, for JSON.
+
+    `partition` is ``stated`` where every core is stated or decided; else ``found``, ``none`` (proved), ``undecided``.
+    """
+    return {
+        space.processors[number].name: {
+            "partition": item.status if item.is_open else "stated",
+            "used": [exact(load * PPM) for load in item.loads],
+        }
+        for number, item in placements_of(space, design).items()
+        if item.cores
+    }

@@ -49,7 +49,8 @@ class Clash:
     A rule has no figures, and none has where moving it alone does not help. A share of a processor or of a bandwidth
     counts in ppm. `thread` names the thread that alone needs so much of one core, if that is what counts. Of a metric
     in which the response time of the threads `unbounded` has no bound even in the best design there is no closest limit
-    either; nor is there where the time was too short to look for it (`is_sought` False).
+    either; nor is there where the time was too short to look for it (`is_sought` False). `overload` names the processor
+    or bus that the closest limit overloads, which has to be allowed.
     """
 
     text: str
@@ -60,6 +61,7 @@ class Clash:
     thread: str = ""
     unbounded: tuple[str, ...] = ()
     is_sought: bool = True
+    overload: str = ""
 
     @property
     def miss(self) -> Fraction | None:
@@ -78,6 +80,7 @@ class Clash:
             "thread": self.thread or None,
             **({"unbounded": list(self.unbounded)} if self.unbounded else {}),
             **({} if self.is_sought else {"looked_for": False}),
+            **({"overload": self.overload} if self.overload else {}),
         }
 
 

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any, Literal
 
 from dse.analysis.contention import cores_of, with_contention
 from dse.errors import EXIT_COMPLETE, EXIT_INCOMPLETE, EXIT_NO
-from dse.results.contention import Contended, contention_dict
+from dse.results.contention import Contended, contention_dict, core_use_dict
 from dse.results.display import figures_of, in_table, titled
 from dse.results.frames import unit_frame
 from dse.results.insisting import Insisting
@@ -155,6 +155,8 @@ class Result:
         """The core of each thread that has several to choose from, and what the design keeps with contention."""
         cores = {self.space.components[thread].name: core for thread, core in cores_of(self.space, design).items()}
         found: dict[str, Any] = {"cores": cores} if cores else {}
+        if cores:
+            found["core_use"] = core_use_dict(self.space, design)
         if self.leaves_out_contention:
             found["contention"] = contention_dict(self.contended, number)
         return found

@@ -56,3 +56,12 @@ def implied_limits(space: Space) -> Iterator[Requirement]:
 def _whole(kind: str, name: str, number: int) -> Requirement:
     metric = Metric(f"{kind} of {name}", kind, number)
     return Requirement(f"{metric.name} <= 100 %", metric, "<=", WHOLE, IMPLIED, implied=True)
+
+
+def overload_needed(space: Space, member: Requirement, limit: Fraction) -> str:
+    """The processor or bus that must be allowed to be overloaded where a limit moves to `limit`; "" where none must."""
+    of = member.metric.name.partition(" of ")[2]
+    if member.implied:
+        return of
+    is_beyond = member.limit.dimension == DIMENSIONLESS and limit > 1
+    return of if is_beyond and member.metric in {item.metric for item in implied_limits(space)} else ""

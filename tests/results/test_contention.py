@@ -238,11 +238,13 @@ def test_every_page_names_cores_and_what_breaks(tmp_path: Path) -> None:
     file.write_text(SHARED.lstrip(), encoding="utf-8")
     result = dse.solve(file)
     cheap = next(point for point in result.front if point.objectives["price"] == 500)
-    assert placed_words(result.space, cheap.design) == ["p: core 1 a, b; core 2 c (stated)"]
+    assert placed_words(result.space, cheap.design) == [
+        "p: core 1 (90 %) a, b; core 2 (30 %) c (stated) (a partition within 100 % of each core)"
+    ]
     shown = CliRunner().invoke(cli, ["solve", str(file)], env={"COLUMNS": "200"}).output
     assert contention_words(result) in " ".join(shown.split())
     assert "Breaks latency of f <= 85 ms (96 ms)." in shown
-    assert "p: core 1 a, b; core 2 c (stated)" in shown
+    assert "p: core 1 (90 %) a, b; core 2 (30 %) c (stated)" in shown
     assert contention_words(result) in Document(result).summary
     drawn = "\n".join(Drafter(result.space).lines(cheap.design))
     assert drawn.count("on p, core 1") == 2 and drawn.count("on p, core 2") == 1

@@ -234,3 +234,51 @@ def test_an_export_states_it(case: str, tmp_path: Path) -> None:
 def test_the_schema_knows_it() -> None:
     definitions = json_schema()["$defs"]
     assert all("overload" in definitions[name]["properties"] for name in ("Processor", "Bus"))
+
+
+TIGHT = """
+dse: 1
+name: Tight
+processor_types: {duo: {cores: 2, price: 50 EUR}}
+processors: {p: {type: duo}}
+threads:
+  a: {processor: p, period: [10 ms, 20 ms], compute_execution_time: 12 ms}
+  b: {processor: p, period: 10 ms, compute_execution_time: 8 ms}
+  c: {processor: p, period: 10 ms, compute_execution_time: 7 ms}
+requirements: [utilisation of p <= 60 %]
+objectives: [minimise price]
+"""
+
+
+def test_a_closest_limit_that_overloads_says_so() -> None:
+    problem = dse.loads(TIGHT)
+    result = dse.solve(problem)
+    (member,) = result.to_dict()["conflicts"][0]["members"]
+    assert (member["closest"], member["overload"]) == (1_300_000, "p")
+    assert dse.verify(result, problem=problem).status == "verified"
+    forged = json.loads(result.to_json())
+    del forged["conflicts"][0]["members"][0]["overload"]
+    assert dse.verify(forged, problem=problem).status == "rejected"
+
+
+def test_a_limit_beyond_all_of_it_lifts_nothing_and_check_says_so() -> None:
+    remarks = dse.check(dse.loads(TIGHT.replace("60 %", "130 %"))).remarks
+    assert any("utilisation of p <= 130 % lifts no implied limit" in item for item in remarks)
+    remarks = dse.check(dse.loads(TIGHT.replace("60 %", "130 %") + "overload: allowed\n")).remarks
+    assert not any("lifts no implied limit" in item for item in remarks)
+
+
+def test_each_design_says_whether_threads_without_a_core_have_a_partition() -> None:
+    def use(text: str) -> dict[str, object]:
+        problem = dse.loads(text)
+        result = dse.solve(problem)
+        assert dse.verify(result, problem=problem).status == "verified"
+        return result.to_dict()["front"][0]["core_use"]["p"]
+
+    loose = TIGHT.replace("requirements: [utilisation of p <= 60 %]", "overload: allowed")
+    loose = loose.replace("[10 ms, 20 ms]", "20 ms")
+    assert use(loose) == {"partition": "none", "used": [800_000, 1_300_000]}
+    fits = loose.replace("compute_execution_time: 8 ms", "compute_execution_time: 3 ms")
+    assert use(fits) == {"partition": "found", "used": [1_000_000, 600_000]}
+    stated = fits.replace("ms}", "ms, core: 1}")
+    assert use(stated) == {"partition": "stated", "used": [1_600_000, 0]}

@@ -64,6 +64,16 @@ class Contention(Form):
     broken: list[Broken] = field("What it misses then.")
 
 
+class CoreUse(Form):
+    """How the cores of a processor are used."""
+
+    partition: Literal["stated", "found", "none", "undecided"] = field(
+        "`stated` where every core is stated or decided; of threads without one whether some way to put them on cores "
+        "keeps what is required of each core: found, none (proved absent), or undecided."
+    )
+    used: list[Figure] = field("What each core carries, in ppm of it, core 1 first.")
+
+
 class ListedDesign(Form):
     """A design with its figures."""
 
@@ -75,6 +85,7 @@ class ListedDesign(Form):
     )
     decisions: Decisions = field("The chosen option of each open decision that matters in this design.")
     cores: dict[str, int] = field("The core, from 1, of each thread with several to choose from.", default={})
+    core_use: dict[str, CoreUse] = field("How each processor with several cores is used, core by core.", default={})
     contention: Contention = field(
         "What it keeps when response times count, where the question leaves them out.", default=None
     )
@@ -136,6 +147,7 @@ class Member(Form):
         "The threads whose response time has no bound even in the best design, so that no limit helps.", default=[]
     )
     looked_for: bool = field("False where the time was too short to look for `closest`.", default=True)
+    overload: str = field("The processor or bus whose `overload: allowed` the closest limit takes.", default="")
 
 
 class Conflict(Form):
