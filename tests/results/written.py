@@ -95,6 +95,7 @@ COMMANDS = (
     "solve uncertain.yaml --robust --json robust.json",
     "solve rounded.yaml --json rounded.json",
     "solve overloaded.yaml --json overloaded.json",
+    "solve overloaded.yaml --overload forbidden --json too_much.json",
     "report pump.json -o reports",
     "check pump.yaml --json check.json",
     "check shared.yaml --require 'latency of f >= 9 s' --json most.json",
