@@ -14,6 +14,7 @@ from typing import Any, TypeAlias
 from dse.results.display import counted, display_unit, titled
 from dse.results.points import ObjectiveInfo
 from dse.results.solve import Result
+from dse.results.variants import varying
 from dse.units import is_unbounded
 
 Spec: TypeAlias = dict[str, Any]
@@ -21,6 +22,8 @@ SCHEMA = "https://vega.github.io/schema/vega-lite/v6.json"
 STEPS = ("var(--s1)", "var(--s2)", "var(--s3)", "var(--s4)")
 TITLE_WIDTH = 40
 """Letters in a line of an axis' title: as many as a phone has room for."""
+EDGE = 0.4
+"""How far beyond the front the baseline is drawn at most, as a share of the front's range."""
 KEPT = "kept === null || indexof(kept, datum.id) >= 0"
 CONFIG: Spec = {
     "background": None,
@@ -60,7 +63,15 @@ def front_records(result: Result) -> list[dict[str, Any]]:
     ``n<k>`` is the place between the worst (0) and the best value (1) of the front; 1 where there is only one. What is
     unbounded has the worst place and no value (None): it is not drawn among the others.
     """
-    records: list[dict[str, Any]] = [{"id": point.id, "rank": point.rank} for point in result.front]
+    differing = varying([point.decisions for point in result.front], result.open_decisions)
+    records: list[dict[str, Any]] = [
+        {
+            "id": point.id,
+            "rank": point.rank,
+            "decisions": ", ".join(f"{name} {point.decisions[name]}" for name in differing if name in point.decisions),
+        }
+        for point in result.front
+    ]
     for axis, info in enumerate(result.objectives):
         values = [point.objectives[info.name] for point in result.front]
         factor, _ = display_unit(info.unit, result.space.currency)
@@ -117,6 +128,7 @@ def scatter(
     tooltip = [{"field": "id", "title": "alternative"}] + [
         {"field": f"t{axis}", "title": info.name} for axis, info in enumerate(result.objectives)
     ]
+    chosen_by = [*tooltip, {"field": "decisions", "title": "decisions"}]
     position = {
         name: {
             "field": f"o{axis}",
@@ -137,7 +149,7 @@ def scatter(
             "size": {"value": 80},
             "stroke": {"value": "var(--paper)"},
             "strokeWidth": {"value": 0.6},
-            "tooltip": tooltip,
+            "tooltip": chosen_by,
             "color": {"value": "var(--c1)"},
         },
     }
@@ -145,6 +157,7 @@ def scatter(
         points["encoding"]["color"] = colour_by(result, 2)
     layers = [points]
     if baseline is not None:
+        baseline, word_of_it = at_the_edge(records, baseline, len(result.objectives))
         layers.append(
             {
                 "data": {"values": [dict(baseline)], "name": "baseline"},
@@ -160,7 +173,7 @@ def scatter(
             }
         )
         word = {"type": "text", "dy": -13, "color": "var(--ink)", "fontSize": 11}
-        named = {**position, "text": {"value": "baseline"}}
+        named = {**position, "text": {"value": word_of_it}}
         layers += [{"data": {"values": [dict(baseline)]}, **layer} for layer in readable_text(word, named)]
     layers += _chosen_point(position, tooltip)
     values = [{**record, "label": f"#{record['id']}"} for record in records]
@@ -172,6 +185,23 @@ def scatter(
         {"params": _params(chosen), "data": {"name": "front", "values": values}, "layer": layers, "height": height},
         f"{what}{where}; {count}.",
     )
+
+
+def at_the_edge(
+    records: Sequence[Mapping[str, Any]], baseline: Mapping[str, Any], axes: int
+) -> tuple[dict[str, Any], str]:
+    """The baseline as it is drawn, and its name: one far away is put at the edge, for the axes fit the front."""
+    drawn, is_far = dict(baseline), False
+    for field in (f"o{axis}" for axis in range(axes)):
+        values = [record[field] for record in records if record[field] is not None]
+        if drawn[field] is None or not values:
+            continue
+        low, high = min(values), max(values)
+        room = EDGE * ((high - low) or abs(high) or 1.0)
+        inside = min(max(drawn[field], low - room), high + room)
+        is_far = is_far or inside != drawn[field]
+        drawn[field] = inside
+    return drawn, "baseline, beyond the edge" if is_far else "baseline"
 
 
 def _chosen_point(position: Mapping[str, Any], tooltip: Sequence[Mapping[str, Any]]) -> list[Spec]:

@@ -22,6 +22,8 @@ from markupsafe import Markup, escape
 from dse.extras import how_to_install, is_installed
 from dse.report.bars import HUES, METHODS, usage_chart, waterfall
 from dse.report.charts import axis_title, colour_by, parallel, scatter
+from dse.report.contention import contention_words
+from dse.report.decide import decide_data, insist_choices
 from dse.report.document import Alternative, Document
 from dse.report.drawing import STYLE, Drafter
 from dse.report.parts import Section, numbered, study_specs
@@ -47,7 +49,7 @@ def html_report(document: Document, chosen: int | None = None, studies: Sequence
     drafter = Drafter(result.space)
     fragments = {item.point.id: _fragment(templates, document, drafter, item) for item in document.alternatives}
     opened = next((item for item in document.alternatives if item.point.id == first), None)
-    script = asset("report.js")
+    script = asset("decide.js") + asset("report.js")
     specs = study_specs(studies)
     bundle = libraries() if result.front or specs else ""
     is_long = len(result.front) > MOST_UNPACKED
@@ -65,6 +67,8 @@ def html_report(document: Document, chosen: int | None = None, studies: Sequence
         dark=css_variables(DARK),
         data=packed_json(data),
         studies=numbered(studies),
+        choices=insist_choices(result),
+        contention=contention_words(result),
         bundle="" if is_long else bundle,
         library=packed(bundle) if is_long else "",
         script=script,
@@ -183,6 +187,7 @@ def _data(document: Document, fragments: Mapping[int, Sequence[str]], opened: Al
         "titles": [axis_title(result, axis) for axis in range(len(result.objectives))],
         "colours": [colour_by(result, axis) for axis in range(len(result.objectives))] if result.front else [],
         "methods": {"names": METHODS, "colours": HUES},
+        "decide": decide_data(result) if result.front else None,
         "specs": {},
     }
     if opened is not None:

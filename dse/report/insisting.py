@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 from rich.console import Console
 
+from dse.report.amounts import amount_words
 from dse.report.plain import plain, plain_table, print_hanging
 from dse.results.display import counted
 from dse.results.insisting import InsistedOption
@@ -83,7 +84,9 @@ def cost_words(result: Result, price: Price) -> list[str]:
     for info, value, lost in zip(result.objectives, price.best, price.lost, strict=False):
         text = counted(value, info.unit, result.space.currency)
         if lost and not is_unbounded(value):
-            text += f" ({'+' if info.sense == 'minimise' else '-'}{counted(lost, info.unit, result.space.currency)})"
+            text += (
+                f" ({'+' if info.sense == 'minimise' else '-'}{amount_words(lost, info.unit, result.space.currency)})"
+            )
         texts.append(text)
     return texts
 

@@ -15,7 +15,9 @@
   const data = JSON.parse(await unpacked(document.getElementById("data")));
   const byId = new Map(data.front.map((record) => [record.id, record]));
   const state = { chosen: data.chosen, kept: null, brush: null, limits: data.objectives.map(() => null), views: {}, details: [] };
-  window.dseReport = { data, state, choose, ready: false };
+  const hasPlots = typeof vegaEmbed !== "undefined";
+  const page = { data, state, choose, keep, plotScatter, hasPlots, ready: false };
+  window.dseReport = page;
   const element = (id) => document.getElementById(id);
   const options = { actions: false, renderer: "svg", ast: true, tooltip: { theme: "custom" } };
 
@@ -36,8 +38,6 @@
   function copy(value) {
     return JSON.parse(JSON.stringify(value));
   }
-
-  const hasPlots = typeof vegaEmbed !== "undefined";
 
   async function embed(node, spec) {
     const result = await vegaEmbed(node, narrow(copy(spec)), options);
@@ -146,6 +146,7 @@
     const views = Object.values(state.views);
     await Promise.all(views.map((view) => view.signal("chosen", id).runAsync()));
     await plotDetails();
+    if (page.remember) page.remember();
     if (focus) element("alternative-title").focus();
   }
 
@@ -160,7 +161,7 @@
     const brushed = Object.entries(state.brush || {}).every(([field, ends]) => {
       return record[field] >= Math.min(...ends) && record[field] <= Math.max(...ends);
     });
-    return limited && brushed;
+    return limited && brushed && (!page.also || page.also(record));
   }
 
   async function keep() {
@@ -174,6 +175,7 @@
     }
     element("count").textContent = `${kept.length} of ${data.front.length} within the limits`;
     await Promise.all(Object.values(state.views).map((view) => view.signal("kept", state.kept).runAsync()));
+    if (page.kept) page.kept();
   }
 
   function setUpLimits() {
@@ -204,6 +206,7 @@
     form.addEventListener("reset", () => {
       setTimeout(async () => {
         state.brush = null;
+        if (page.clear) page.clear();
         await plotScatter();
         await keep();
       });
@@ -226,6 +229,12 @@
     }
     const third = data.objectives.findIndex((_, axis) => axis !== axes.x && axis !== axes.y);
     if (third >= 0 && data.colours[third]) spec.layer[0].encoding.color = copy(data.colours[third]);
+    for (const [channel, axis] of Object.entries(axes)) {
+      const ends = page.zoomed ? page.zoomed(axis) : null;
+      if (ends) for (const layer of spec.layer) Object.assign(layer.encoding[channel], { scale: { domain: ends, nice: false, zero: false } });
+    }
+    const diamonds = page.diamonds ? page.diamonds() : [];
+    if (diamonds.length) spec.layer.push(diamondLayer(spec, diamonds));
     spec.params[0].value = state.chosen;
     spec.params[1].value = state.kept;
     if (state.scatter) state.scatter.finalize();
@@ -236,6 +245,14 @@
       state.brush = Object.keys(value).length ? value : null;
       keep();
     });
+  }
+
+  function diamondLayer(spec, values) {
+    // the front with an option that is insisted on
+    const { x, y } = spec.layer[0].encoding;
+    const tooltip = data.objectives.map((objective, axis) => ({ field: "t" + axis, title: objective.name }));
+    const mark = { type: "point", shape: "diamond", filled: false, size: 130, strokeWidth: 2, color: "var(--accent)", tooltip: true, clip: true };
+    return { data: { name: "insisted", values }, mark, encoding: y ? { x, y, tooltip } : { x, tooltip } };
   }
 
   async function plotStudies() {
@@ -253,6 +270,7 @@
       return;
     }
     setUpLimits();
+    if (window.dseDecide) window.dseDecide(page);
     await plotScatter();
     if (hasPlots) {
       const lines = await embed(element("parallel"), data.specs.parallel);
@@ -276,6 +294,7 @@
         await keep();
       });
     }
+    if (page.restore) await page.restore();
     window.dseReport.ready = true;
   }
 
