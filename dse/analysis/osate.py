@@ -16,7 +16,7 @@ from dse.analysis.rows import NO_LATENCY, Row, computed_ns, first_given, schedul
 from dse.analysis.views import View
 from dse.space.frames import Frame, wire_ns
 from dse.space.trees import FROM_BANDWIDTH, at
-from dse.space.types import Bus, Component, Connection, Flow, Space, Step
+from dse.space.types import Bus, Component, Connection, Flow, Partition, Space, Step
 from dse.units import Exact
 
 EXECUTING = ("thread", "device", "abstract")
@@ -62,16 +62,15 @@ def place_rows(space: Space, place: Place, view: View, *, queues: bool = True) -
     """The rows of the element at a place; without what waits on buses where `queues` is false."""
     step = place_step(space, place)
     if step.kind == "connection":
-        return _connection_rows(space, place, view, queues=queues)
+        crossed = _crossed(space, step)
+        output = _output_row(space, place, crossed[0], view) if crossed[0] is not None else None
+        entry = _entry_row(space, place, crossed[1], view) if crossed[1] is not None else None
+        rows = (output, *_connection_rows(space, place, view, queues=queues), entry)
+        return tuple(row for row in rows if row is not None)
     component = space.components[step.index]
     sampling = _sampling_row(space, place, component, view)
-    return tuple(row for row in (sampling, *_later_rows(space, step, component, view)) if row is not None)
-
-
-def rounds(space: Space, place: Place) -> bool:
-    """Whether an element may have a row whose value depends on what came before it, in some design."""
-    step = place_step(space, place)
-    return step.kind == "component" and step.via is not None
+    first = _first_partition_row(space, place, component, view)
+    return tuple(row for row in (sampling, first, *_later_rows(space, step, component, view)) if row is not None)
 
 
 # --- components ---------------------------------------------------------------------------------------------------
@@ -132,14 +131,19 @@ def _sampling_row(space: Space, place: Place, component: Component, view: View) 
     if wire.timing == "immediate":
         return Row(*name, 0, "immediate", 0, "immediate")
     period = _sampling_period_ns(space, step, wire, component, view)
+    entered = _crossed(space, place_step(space, Place(place.flow, place.position - 1)))[1] if place.position else None
+    method = "delayed sampling" if wire.timing == "delayed" else "sampling"
+    if entered is not None:  # added to the minimum, too, as OSATE does
+        more = max(0, period - _frame_ns(entered))
+        return Row(*name, more, method, more, method)
     since = since_sampling(space, place, view) if is_synchronous(space, wire, view) else None
     if wire.timing == "delayed":
         least, most = (period, period) if since is None else _round_ups(since, period)
-        return Row(*name, least, "delayed sampling", most, "delayed sampling")
+        return Row(*name, least, method, most, method)
     least, most = (0, period) if since is None else _round_ups(since, period)
     if space.profile != OLD:
         least = 0
-    return Row(*name, least, "sampling", most, "sampling")
+    return Row(*name, least, method, most, method)
 
 
 def _sampling_period_ns(space: Space, step: Step, wire: Connection, component: Component, view: View) -> Exact:
@@ -167,12 +171,16 @@ def round_up(passed: Exact, period: Exact) -> Exact:
 def is_synchronous(space: Space, wire: Connection, view: View) -> bool:
     """Whether both ends of a connection run by one clock (AADL's Reference_Time, as `clock`).
 
-    Those on one device or processor do. Where both state a clock, that it is the same one decides; else the setting of
-    the system does.
+    Those on one device or processor do, and those in one partition where a processor is not known. Where both state a
+    clock, that it is the same one decides; else the setting of the system does.
     """
     ends = [_hardware(space, end, view) for end in (wire.source, wire.target)]
     if ends[0] is not None and ends[0] == ends[1]:
         return True
+    if None in ends:
+        inside = [space.components[end].partition if end is not None else None for end in (wire.source, wire.target)]
+        if inside[0] is not None and inside[0] == inside[1]:
+            return True
     clocks = [_stated_clock(space, end, view) for end in (wire.source, wire.target)]
     if clocks[0] and clocks[1]:
         return clocks[0] == clocks[1]
@@ -201,18 +209,24 @@ def _hardware(space: Space, end: int | None, view: View) -> tuple[str, int] | No
 def since_sampling(space: Space, place: Place, view: View) -> Sums | None:
     """What passed between the last row that sampled and an element of a flow; None where none did.
 
-    Immediate rows and those of buses do not count as sampling.
+    Entering a partition counts as sampling; immediate rows and those of buses do not.
     """
     found = Sums()
     for position in range(place.position - 1, -1, -1):
         before = Place(place.flow, position)
         step = place_step(space, before)
         if step.kind == "connection":
+            left, entered = _crossed(space, step)
+            if entered is not None:
+                return found
             found = found.with_rows(_connection_rows(space, before, view))
+            if left is not None:
+                found = found.with_rows(tuple(row for row in (_output_row(space, before, left, view),) if row))
             continue
         component = space.components[step.index]
         found = found.with_rows(tuple(_later_rows(space, step, component, view)))
-        if _samples(space, step, component, view):
+        first = _first_partition_row(space, before, component, view)
+        if first is not None or _samples(space, step, component, view):
             return found
     return None
 
@@ -225,6 +239,100 @@ def _samples(space: Space, step: Step, component: Component, view: View) -> bool
         return True
     wire = space.connections[step.via]
     return wire.timing != "immediate" and (space.profile == OLD or wire.port in ("data", "feature"))
+
+
+# --- partitions ---------------------------------------------------------------------------------------------------
+
+
+def _crossed(space: Space, step: Step) -> tuple[Partition | None, Partition | None]:
+    """The partition that a connection leaves and the one that it enters, where these are not the same."""
+    if step.kind != "connection":
+        return None, None
+    wire = space.connections[step.index]
+    left, entered = (
+        space.components[end].partition if end is not None else None for end in (wire.source, wire.target)
+    )  # fmt: skip
+    return (None, None) if left == entered else (left, entered)
+
+
+def _frame_ns(partition: Partition) -> Exact:
+    return partition.period_ns
+
+
+def _first_partition_row(space: Space, place: Place, component: Component, view: View) -> Row | None:
+    """The partition in which a flow starts with a component that is not periodic: time is counted from there."""
+    partition = component.partition
+    if place.position or partition is None or _is_sampling(space, component, view):
+        return None
+    return Row("partition", partition.name, 0, "partition", 0, "partition")
+
+
+def _output_row(space: Space, place: Place, left: Partition, view: View) -> Row | None:
+    """Output leaves a partition with a window at its major frame, or at the end of a window."""
+    if left.duration_ns is None:
+        return None
+    since = since_sampling(space, place, view) or Sums()
+    least, most = (_output_ns(space, left, passed) for passed in (since.min_ns, since.max_ns))
+    return Row("partition", left.name, least, "partition output", most, "partition output")
+
+
+def _output_ns(space: Space, left: Partition, passed: Exact) -> Exact:
+    if space.partition_output == "major_frame":
+        return round_up(passed + left.offset_ns, _frame_ns(left))
+    window = left.duration_ns
+    assert window is not None, left.name
+    full = passed // window
+    return (full + 1) * window - passed + full * _frame_ns(left)
+
+
+def _entry_row(space: Space, place: Place, entered: Partition, view: View) -> Row:
+    """Input waits for the partition's frame, or for its window: at most a whole frame where clocks differ."""
+    wire = space.connections[place_step(space, place).index]
+    method = "partition offset" if entered.duration_ns is not None else "partition major frame"
+    frame = _frame_ns(entered)
+    since = _since_crossing(space, place, view) if is_synchronous(space, wire, view) else None
+    if since is None:
+        return Row("partition", entered.name, 0, method, frame, method)
+    before = _last_window(space, place, view) if entered.duration_ns is not None else None
+    if before is None:
+        least, most = _round_ups(since, frame)
+    else:
+        phase = entered.offset_ns - before.offset_ns
+        least, most = (_to_phase(phase - passed, frame) for passed in (since.min_ns, since.max_ns))
+    return Row("partition", entered.name, least, method, most, method)
+
+
+def _to_phase(distance: Exact, frame: Exact) -> Exact:
+    """A distance modulo a frame, as an expression of them (`dse.study.trace`)."""
+    return distance - distance // frame * frame
+
+
+def _since_crossing(space: Space, place: Place, view: View) -> Sums | None:
+    """What passed until a connection has carried its message, since the last row that sampled."""
+    since = since_sampling(space, place, view)
+    if since is None:
+        return None
+    left = _crossed(space, place_step(space, place))[0]
+    output = _output_row(space, place, left, view) if left is not None else None
+    rows = _connection_rows(space, place, view)
+    return since.with_rows(rows if output is None else (output, *rows))
+
+
+def _last_window(space: Space, place: Place, view: View) -> Partition | None:
+    """The partition with a window that a flow was in last before a connection, as far as its rows tell."""
+    for position in range(place.position - 1, -1, -1):
+        step = place_step(space, Place(place.flow, position))
+        entered = _crossed(space, step)[1]
+        if not position and step.kind == "component":
+            component = space.components[step.index]
+            first = _first_partition_row(space, Place(place.flow, 0), component, view)
+            entered = component.partition if first is not None else None
+        if entered is not None and entered.duration_ns is not None:
+            return entered
+    return None
+
+
+# --- queues and processing ----------------------------------------------------------------------------------------
 
 
 def _queue_row(space: Space, step: Step, component: Component, view: View) -> Row | None:

@@ -40,6 +40,7 @@ class Question(TypedDict, total=False):
     profile: str | None
     worst_case: str | None
     system: str | None
+    partition_output: str | None
     best_case: str | None
     bus_queuing: str | None
     processing: str | None
@@ -65,6 +66,7 @@ class Changes:
     profile: str | None = None
     worst_case: str | None = None
     system: str | None = None
+    partition_output: str | None = None
     best_case: str | None = None
     bus_queuing: str | None = None
     processing: str | None = None

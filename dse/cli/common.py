@@ -85,6 +85,7 @@ def load_told(file: str | os.PathLike[str]) -> Problem:
 
 OTHERS = {
     "system": ["asynchronous", "synchronous"],
+    "partition_output": ["major-frame", "partition-end"],
     "best_case": ["empty-queue", "full-queue"],
     "bus_queuing": ["counted", "not-counted"],
 }
@@ -127,7 +128,7 @@ def question_options(command: F) -> F:
         click.option(
             "--settings",
             callback=_osate_settings,
-            metavar="AS-ET-EQ-EQL",
+            metavar="AS-MF-ET-EQ-EQL",
             help="OSATE's settings by its abbreviations, some or all; the dse profile does not look at them.",
         ),
         *(

@@ -61,6 +61,7 @@ def build_space(loaded: LoadedSpec) -> Space:
         profile=spec.profile,
         worst_case=spec.worst_case,
         system=spec.system,
+        partition_output=spec.partition_output,
         best_case=spec.best_case,
         bus_queuing=spec.bus_queuing,
         decisions=tuple(ledger.decisions),

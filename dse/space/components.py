@@ -12,7 +12,7 @@ from dse.space.priorities import read_priority
 from dse.space.properties import FieldReader, Ledger, Owner, Path, by_machine, closest
 from dse.space.slots import carriers, decision_of, known_types, read_figures, read_named
 from dse.space.trees import Choice, PerProcessorType, Tree, graft, leaves
-from dse.space.types import EMPTY, UNKNOWN_TYPE, Bus, Component, Connection, Processor
+from dse.space.types import EMPTY, UNKNOWN_TYPE, Bus, Component, Connection, Partition, Processor
 from dse.spec.model import Spec
 from dse.units import format_data_rate, format_duration, format_rate, format_size, format_time_range, shown
 
@@ -94,7 +94,20 @@ def build_component(ledger: Ledger, spec: Spec, processors: Sequence[Processor],
         communication=read_communication(ledger, owner, protocol, period) if section == "threads" else None,
         stated_period_ns=_even_where_unused(ledger, f"{name}.period", stated_period, period),
         bound=section != "threads" or not given.figures_of,
+        partition=_partition(ledger, spec, name) if section == "threads" else None,
     )
+
+
+def _partition(ledger: Ledger, spec: Spec, name: str) -> Partition | None:
+    """The partition that a thread runs in."""
+    named = spec.threads[name].partition
+    if named is None:
+        return None
+    if named not in spec.partitions:
+        ledger.unknown(("threads", name, "partition"), "partition", named, spec.partitions)
+        return None
+    given = spec.partitions[named]
+    return Partition(named, given.period, given.offset, given.duration)
 
 
 def _even_where_unused(ledger: Ledger, decision: str, stated: Tree, used: Tree) -> Tree:

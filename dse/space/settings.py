@@ -19,6 +19,7 @@ SETTINGS: Mapping[str, tuple[str, ...]] = {
     "profile": ("dse", "osate-2.2", "osate-2.19"),
     "worst_case": ("execution_time", "deadline"),
     "system": ("asynchronous", "synchronous"),
+    "partition_output": ("major_frame", "partition_end"),
     "best_case": ("empty_queue", "full_queue"),
     "bus_queuing": ("counted", "not_counted"),
     "processing": ("execution_time", "response_time"),
@@ -28,11 +29,12 @@ SETTINGS: Mapping[str, tuple[str, ...]] = {
 """Every setting with its values: they change the answer, so that results state all of them."""
 OSATE_WORDS = {
     "AS": ("system", "asynchronous"), "SS": ("system", "synchronous"),
+    "MF": ("partition_output", "major_frame"), "PE": ("partition_output", "partition_end"),
     "ET": ("worst_case", "execution_time"), "DL": ("worst_case", "deadline"),
     "EQ": ("best_case", "empty_queue"), "FQ": ("best_case", "full_queue"),
     "EQL": ("bus_queuing", "counted"), "DQL": ("bus_queuing", "not_counted"),
 }  # fmt: skip
-"""OSATE's abbreviations, of which the names of its reports are made; MF and PE, about partitions, say nothing here."""
+"""OSATE's abbreviations, of which the names of its reports are made, such as ``AS-MF-DL-EQ-EQL``."""
 OSATE_SETTINGS = tuple(dict.fromkeys(name for name, _ in OSATE_WORDS.values()))
 """The settings that the profile `dse` does not look at."""
 REQUIRED = ("all",)
@@ -63,7 +65,7 @@ def osate_settings(text: str) -> dict[str, str]:
         name, value = OSATE_WORDS.get(word, ("", ""))
         if not name or name in found:
             known = ", ".join(OSATE_WORDS)
-            raise ValueError(f"expected OSATE's settings such as AS-DL-EQ-EQL, got {text!r}: one each of {known}")
+            raise ValueError(f"expected OSATE's settings such as AS-MF-DL-EQ-EQL, got {text!r}: one each of {known}")
         found[name] = value
     return found
 

@@ -122,6 +122,16 @@ class Bus(Slot):
 
 
 @dataclass(frozen=True)
+class Partition:
+    """A partition of a processor: `period_ns` is the major frame, `duration_ns` None where no window is known."""
+
+    name: str
+    period_ns: Exact
+    offset_ns: Exact
+    duration_ns: Exact | None
+
+
+@dataclass(frozen=True)
 class ClockReading:
     """The clock of a processor or device, its `member`: a shared one by its name, or its own (""), and how exact it is.
 
@@ -146,7 +156,8 @@ class Component:
     when the job ends.
     `triggers` are the connections that dispatch it when it is event-triggered; `incoming` all that end in it.
     `stated_period_ns` is the period also where the protocol has none (unless it was to be decided), and `bound` whether
-    the thread is bound to its processor or only has figures of it, both for OSATE alone.
+    the thread is bound to its processor or only has figures of it, and `partition` where it runs there, all for OSATE
+    alone.
     """
 
     name: str
@@ -173,6 +184,7 @@ class Component:
     triggers: tuple[int, ...] = ()
     stated_period_ns: Tree = None
     bound: bool = True
+    partition: Partition | None = None
 
 
 @dataclass(frozen=True)
@@ -388,6 +400,8 @@ class Space:
     """Whether the file states a baseline, be it of fixed fields alone, which `baseline` leaves out."""
     cost_of_change: Mapping[int, int] = field(default_factory=dict)
     """What changing a decision of the baseline counts, by decision; 1 where none is stated."""
+    partition_output: str = "major_frame"
+    """OSATE's setting for when output leaves a partition: or ``partition_end``."""
     system: str = "asynchronous"
     """OSATE's setting for ends of which it is not known whether they share a clock: or ``synchronous``."""
     best_case: str = "empty_queue"

@@ -219,6 +219,7 @@ class Thread(ThreadType):
     type: Options[Name] | None = None
     processor: Options[Name] | None = None
     figures_of: Options[Name] | None = None
+    partition: Name | None = None
     process: Options[Name] | None = None
     priority: Options[Priority] | None = None
     core: Options[Core] | None = None
@@ -232,6 +233,19 @@ class Clock(Model):
     """
 
     synchronisation_error: Demand = 0
+    source: Line | None = None
+
+
+class Partition(Model):
+    """A partition of a processor in time (ARINC 653; AADL's virtual processor), for the OSATE profiles; times in ns.
+
+    It has a window of `duration` from `offset` on in each `period` (the major frame); without a duration no window is
+    known.
+    """
+
+    period: Period
+    offset: Duration = 0
+    duration: Duration | None = None
     source: Line | None = None
 
 
@@ -363,6 +377,7 @@ class Catalogue(Model):
     thread_types: dict[Name, ThreadType] = {}
     totals: dict[Name, Line] = {}
     clocks: dict[Name, Clock] = {}
+    partitions: dict[Name, Partition] = {}
     processors: dict[Name, Processor] = {}
     buses: dict[Name, Bus] = {}
     devices: dict[Name, Device] = {}
@@ -393,6 +408,7 @@ class Spec(Catalogue):
     profile: Literal["dse", "osate-2.2", "osate-2.19"] = "dse"
     worst_case: Literal["execution_time", "deadline"] = "execution_time"
     system: Literal["asynchronous", "synchronous"] = "asynchronous"
+    partition_output: Literal["major_frame", "partition_end"] = "major_frame"
     best_case: Literal["empty_queue", "full_queue"] = "empty_queue"
     bus_queuing: Literal["counted", "not_counted"] = "counted"
     processing: Literal["execution_time", "response_time"] = "execution_time"

@@ -59,6 +59,7 @@ FIELDS: Mapping[str, Mapping[str, Kind]] = {
         "data_size": SIZE, "rate": RATE, "data_rate": RATE_OF_DATA, "queue_size": COUNT, "latency": TIME_RANGE,
     },
     "clocks": {"synchronisation_error": DURATION},
+    "partitions": {"period": PERIOD, "offset": DURATION, "duration": DURATION},
     "flows": {"latency": TRANSMISSION},
 }  # fmt: skip
 PARTS = ("fixed", "per_byte")

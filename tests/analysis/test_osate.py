@@ -242,18 +242,71 @@ def test_other_categories_sample_with_a_period_and_execute_nothing(category: str
     assert pair(ON_P, receiver) == (1, 2 + 10 + 10)  # nothing but its period is left as its deadline
 
 
+# --- partitions ---------------------------------------------------------------------------------------------------
+
+FRAMES = """
+partitions:
+  one: {period: 20 ms, offset: 0 ms, duration: 5 ms}
+  two: {period: 20 ms, offset: 8 ms, duration: 4 ms}
+  loose: {period: 20 ms}
+"""
+
+
+def crossing(first: str, second: str, **changes: str) -> tuple[Fraction, Fraction]:
+    """An aperiodic thread of 1 .. 2 ms sends to another one on the same processor, each in a partition or in none."""
+    body = f"""{FRAMES}
+devices: {{s: {{period: 100 ms}}}}
+threads:
+  a: {{processor: p, dispatch_protocol: aperiodic, {WORK}{first}}}
+  b: {{processor: p, dispatch_protocol: aperiodic, {WORK}{second}}}
+connections: {{i: {{from: s, to: a}}, c: {{from: a, to: b, data_size: 8 B}}}}
+flows: {{f: {{path: [a, b]}}}}
+"""
+    return totals(body, **changes)
+
+
+@pytest.mark.parametrize(
+    ("first", "second", "changes", "expected"),
+    [
+        ("", "", {}, (2, 4)),
+        (", partition: one", ", partition: one", {}, (2, 4)),
+        # out at the major frame, after 20 ms: then 8 ms to the window of the other, 20 - 20 + 8
+        (", partition: one", ", partition: two", {}, (20 + 8 + 1, 20 + 8 + 2)),
+        # out at the end of the window, after 5 ms: 3 ms to the other's
+        (", partition: one", ", partition: two", {"partition_output": "partition_end"}, (5 + 3 + 1, 5 + 3 + 2)),
+        # without windows nothing waits to get out, and what comes in waits for the next frame
+        (", partition: loose", ", partition: two", {}, (20 + 1, 20 + 2)),
+        (", partition: one", "", {}, (20 + 1, 20 + 2)),
+        ("", ", partition: loose", {}, (2, 2 + 20 + 2)),  # nothing was counted before it
+    ],
+)
+def test_partitions(first: str, second: str, changes: dict[str, str], expected: tuple[int, int]) -> None:
+    assert crossing(first, second, **changes) == expected
+
+
+def test_a_task_with_a_longer_period_than_its_partition_waits_for_the_rest_at_both_ends() -> None:
+    """Into the frame 0 .. 20, then 25 - 20 more."""
+    body = f"""{FRAMES}
+threads: {{a: {{{ON_Q}}}, b: {{processor: p, period: 25 ms, {WORK}, partition: loose}}}}
+connections: {{c: {{from: a, to: b, port: data, data_size: 8 B}}}}
+flows: {{f: {{path: [a, b]}}}}
+"""
+    assert totals(body) == (1 + 5 + 1, 2 + 20 + 5 + 2)
+
+
 # --- settings -----------------------------------------------------------------------------------------------------
 
 
 def test_settings_by_osates_abbreviations() -> None:
-    assert osate_settings("AS-DL-EQ-EQL") == {
+    assert osate_settings("AS-MF-DL-EQ-EQL") == {
         "system": "asynchronous",
+        "partition_output": "major_frame",
         "worst_case": "deadline",
         "best_case": "empty_queue",
         "bus_queuing": "counted",
     }
-    assert len(OSATE_WORDS) == 8
-    for wrong in ("", "AS-SS", "XX", "AS--ET"):
+    assert len(OSATE_WORDS) == 10
+    for wrong in ("", "AS-SS", "XX", "AS--MF"):
         with pytest.raises(ValueError, match="one each of"):
             osate_settings(wrong)
 

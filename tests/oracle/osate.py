@@ -11,7 +11,7 @@ from fractions import Fraction
 from typing import Any
 
 from dse.space.trees import FROM_BANDWIDTH, Choice, PerProcessorType
-from dse.space.types import Component, Connection, Design, Flow, Space
+from dse.space.types import Component, Connection, Design, Flow, Partition, Space
 
 Times = tuple[Fraction, Fraction]
 NOTHING: Times = (Fraction(0), Fraction(0))
@@ -26,6 +26,7 @@ class Contributor:
     period: Fraction = Fraction(0)
     synchronous: bool = False
     is_connection: bool = False
+    partition: Partition | None = None
     media: list[Contributor] = field(default_factory=list)
 
 
@@ -207,6 +208,9 @@ class Model:
         if where[0] is not None and where[0] == where[1]:
             return True
         ends = [self.space.components[end] for end in (wire.source, wire.target) if end is not None]
+        inside = {item.partition for item in ends}
+        if None in where and len(ends) == 2 and len(inside) == 1 and None not in inside:
+            return True
         readings = [self.at(item.clock) for item in ends if item.bound]
         named = {reading.name for reading in readings if reading is not None and reading.name}
         if len([reading for reading in readings if reading is not None and reading.name]) == 2:
@@ -219,28 +223,80 @@ class Model:
         rows: list[Contributor] = []
         for step in flow.steps:
             if step.kind == "connection":
-                rows.append(self.connection(step.index, flow))
+                rows += self.crossing(step.index, flow)
                 continue
             wire = self.space.connections[step.via] if step.via is not None else None
             sender = self.space.components[step.sender] if step.sender is not None else None
             found = self.component(self.space.components[step.index], wire, sender)
             if wire is not None:
                 found[0].synchronous = self.synchronous(wire)
+            item = self.space.components[step.index]
+            if not rows and not self.is_periodic(item) and item.partition is not None:
+                rows.append(Contributor(kind="partition", partition=item.partition))
             rows += found
         return rows
+
+    def crossing(self, number: int, flow: Flow) -> list[Contributor]:
+        wire = self.space.connections[number]
+        left, entered = (
+            self.space.components[end].partition if end is not None else None for end in (wire.source, wire.target)
+        )
+        row = self.connection(number, flow)
+        if left == entered:
+            return [row]
+        rows = [row]
+        if left is not None and left.duration_ns is not None:
+            rows.insert(0, Contributor(kind="output", partition=left))
+        if entered is not None:
+            rows.append(Contributor(kind="entry", partition=entered, synchronous=row.synchronous))
+        return rows
+
+    def partitioned(self, row: Contributor, rows: list[Contributor], since: Fraction | None, end: int) -> Fraction:
+        assert row.partition is not None
+        frame = Fraction(row.partition.period_ns)
+        if row.kind == "output":
+            passed, window = since or Fraction(0), Fraction(row.partition.duration_ns or 0)
+            if self.space.partition_output == "partition_end":
+                return window - passed % window + passed // window * frame
+            return self.missing(passed + row.partition.offset_ns, frame)
+        if not row.synchronous or since is None:
+            return frame if end else Fraction(0)
+        before = [item.partition for item in rows if item.kind in ("partition", "entry") and item.partition is not None]
+        windows = [item for item in before if item.duration_ns is not None]
+        if row.partition.duration_ns is None or not windows:
+            return self.missing(since, frame)
+        start, now = Fraction(row.partition.offset_ns), windows[-1].offset_ns + since
+        while start < now:
+            start += frame
+        return start - now
+
+    @staticmethod
+    def missing(passed: Fraction, frame: Fraction) -> Fraction:
+        multiple = frame
+        while multiple < passed:
+            multiple += frame
+        return multiple - passed
 
     def total(self, flow: Flow, end: int) -> Fraction:
         """The sum of one pass: `end` 0 for the minimum, 1 for the maximum."""
         result, since = Fraction(0), None
-        for row in self.contributors(flow):
+        contributors = self.contributors(flow)
+        for number, row in enumerate(contributors):
             value = row.value[end]
+            if row.kind in ("output", "entry"):
+                value = self.partitioned(row, contributors[:number], since, end)
+            before = contributors[number - 1] if number else row
+            if row.kind in ("sampled", "delayed") and before.kind == "entry" and before.partition is not None:
+                result += max(Fraction(0), row.period - before.partition.period_ns)
+                since = Fraction(0)
+                continue
             if row.is_connection and row.period:
                 rounds = self.space.system == "synchronous" and since is not None
                 value += row.period if end or rounds else 0
             elif row.kind in ("sampled", "delayed"):
                 value = self.sampled(row, since, end)
             result += value
-            if row.kind in ("first", "sampled", "delayed"):
+            if row.kind in ("first", "sampled", "delayed", "partition", "entry"):
                 since = Fraction(0)
             elif since is not None:
                 since += value

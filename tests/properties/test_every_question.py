@@ -43,6 +43,12 @@ from dse.study.uncertainty import read_uncertainties
 from dse.study.worst_place import Box
 
 MOST_DESIGNS = 4000
+PARTITIONS = [
+    "partitions:",
+    "  one: {period: 20 ms, offset: 1 ms, duration: 4 ms}",
+    "  two: {period: 20 ms, offset: 6 ms, duration: 3 ms}",
+    "  loose: {period: 25 ms}",
+]
 OSATE = ("osate-2.19", "osate-2.19", "osate-2.2")
 LIMITED = ("latency", "jitter", "utilisation", "load", "response time", "price", "power")
 
@@ -105,6 +111,9 @@ def with_deadlines(text: str, rng: random.Random) -> str:
 def with_osates_words(text: str, rng: random.Random) -> str:
     """Ports, timing, periods of buses and of what events dispatch, threads that only have figures of a processor."""
     lines, section = text.splitlines(), ""
+    partitioned = rng.random() < 0.4
+    if partitioned:
+        lines += PARTITIONS
     for number, line in enumerate(lines):
         if not line.startswith(" "):
             section = line.rstrip(":")
@@ -119,6 +128,8 @@ def with_osates_words(text: str, rng: random.Random) -> str:
             words += ["period: 5 ms"]
         if section == "threads" and rng.random() < 0.2:
             lines[number] = line.replace("processor: computer", "figures_of: computer")
+        if section == "threads" and partitioned and rng.random() < 0.8:
+            words += [f"partition: {rng.choice(['one', 'one', 'two', 'loose'])}"]
         if words and line.endswith("}") and not line.endswith("{}"):
             lines[number] = f"{lines[number][:-1]}, {', '.join(words)}}}"
     return "\n".join(lines) + "\n"

@@ -34,6 +34,7 @@ offset_grid: 1 ms
 priorities: rate_monotonic
 worst_case: deadline
 system: synchronous
+partition_output: partition_end
 best_case: full_queue
 bus_queuing: not_counted
 cost_of_change: {p: {type: 2}}
@@ -57,6 +58,7 @@ thread_types:
       power: 1 W, totals: {mass: 1 g}, source: s, offset: 1 ms, communication: let,
       non_preemptive: 1 us}
 clocks: {k: {synchronisation_error: 1 us, source: s}}
+partitions: {o: {period: 1 ms, offset: 1 us, duration: 1 us, source: s}}
 processors: {p: {type: c, optional: true, overload: allowed, clock: k, source: s}}
 buses: {x: {type: b, optional: true, overload: allowed, source: s}, y: {type: v, bus: x}}
 devices:
@@ -64,7 +66,7 @@ devices:
       deadline: 1 ms, response_time: 1 us, queue_size: 1, price: 1 EUR, power: 1 W, totals: {mass: 1 g}, source: s,
       clock: k, offset: 1 ms}
 threads:
-  f: {type: t, processor: p, figures_of: p, process: q, priority: 1, core: 1, period: 1 ms, category: thread,
+  f: {type: t, processor: p, figures_of: p, partition: o, process: q, priority: 1, core: 1, period: 1 ms, category: thread,
       dispatch_protocol: periodic, dispatch_trigger: [w], compute_execution_time: 1 us, callback_execution_time: 1 us,
       latency: 1 us, deadline: 1 ms, response_time: 1 us, queue_size: 1, price: 1 EUR, power: 1 W, totals: {mass: 1 g},
       source: s, offset: 1 ms, communication: let, non_preemptive: 1 us}
@@ -201,7 +203,7 @@ def test_every_field_is_documented_where_its_section_is(name: str) -> None:
 
 
 def test_every_key_that_is_documented_is_taken() -> None:
-    parts = ("Interrupt", "Throttling")
+    parts = ("Interrupt", "Throttling", "Partition")
     frames = ("CanFrame", "CanFdFrame", "SerialFrame", "EthernetFrame")
     known = set().union(*(fields_of(name) for name in (*CLASSES.values(), *frames, "Spec", "TransmissionTime", *parts)))
     for name in (*CLASSES.values(), *frames, "Spec"):

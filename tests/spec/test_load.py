@@ -29,6 +29,7 @@ assumptions: [prices are ours]
 profile: osate-2.2
 worst_case: deadline
 system: synchronous
+partition_output: partition_end
 best_case: full_queue
 bus_queuing: not_counted
 processing: response_time
@@ -37,6 +38,7 @@ overload: allowed
 offset_grid: 1 ms
 clocks: {robot: {synchronisation_error: 10 us}}
 priorities: rate_monotonic
+partitions: {flight: {period: 20 ms, offset: 5 ms, duration: 10 ms}}
 totals: {mass: g}
 processor_types:
   RT101: {cores: [4, 8], price: 150 EUR, power: 5 W, totals: {mass: [90 g, 95.5 g]}, source: Table 5.1}

@@ -64,6 +64,9 @@ class Settings(Form):
     system: Literal["asynchronous", "synchronous"] = field(
         "OSATE's setting for ends that may or may not share a clock.", default="asynchronous"
     )
+    partition_output: Literal["major_frame", "partition_end"] = field(
+        "OSATE's setting for when output leaves a partition.", default="major_frame"
+    )
     best_case: Literal["empty_queue", "full_queue"] = field("OSATE's setting for queues.", default="empty_queue")
     bus_queuing: Literal["counted", "not_counted"] = field("OSATE's setting for buses.", default="counted")
     processing: Literal["execution_time", "response_time"] = field("What a flow counts for a thread.")
