@@ -66,7 +66,8 @@ devices:
       deadline: 1 ms, response_time: 1 us, queue_size: 1, price: 1 EUR, power: 1 W, totals: {mass: 1 g}, source: s,
       clock: k, offset: 1 ms}
 threads:
-  f: {type: t, processor: p, figures_of: p, partition: o, process: q, priority: 1, core: 1, period: 1 ms, category: thread,
+  f: {type: t, processor: p, figures_of: p, partition: o, process: q, priority: 1, core: 1, period: 1 ms,
+      category: thread,
       dispatch_protocol: periodic, dispatch_trigger: [w], compute_execution_time: 1 us, callback_execution_time: 1 us,
       latency: 1 us, deadline: 1 ms, response_time: 1 us, queue_size: 1, price: 1 EUR, power: 1 W, totals: {mass: 1 g},
       source: s, offset: 1 ms, communication: let, non_preemptive: 1 us}
