@@ -101,6 +101,11 @@ class Cursor:
         while self.sees("[") and self.ahead().kind == "number" and self.ahead(2).key == "]":
             name = f"{name}[{self.ahead().text}]"
             self.at += 3
+        if self.sees("[") and self.ahead().kind == "number" and self.ahead(2).key == "..":
+            self.remark("a part of an array is read as the whole of it", self.place)
+            self.expect("[")
+            self.skip("]")
+            self.expect("]")
         return name
 
     def names(self, what: str) -> tuple[str, ...]:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections import defaultdict
 from collections.abc import Iterator
 from dataclasses import dataclass
+from typing import TypeAlias
 
 from dse.importers.aadl.flat import Member
 from dse.importers.aadl.instance import Instance, is_active
@@ -35,6 +36,16 @@ class EndToEnd:
     steps: tuple[Stop | ConnectionInstance, ...]
 
 
+@dataclass(frozen=True, eq=False)
+class _Through:
+    """A feature of the declaring component in the middle of a flow: what the connection behind it leads to."""
+
+    place: Place
+
+
+Element: TypeAlias = Stop | Wire | _Through
+
+
 class _Broken(Exception):
     """The flow cannot be followed; why is told already."""
 
@@ -55,7 +66,7 @@ class Flows:
                 if member.item.kind != "end to end" or not is_active(member.item.modes, context.mode):
                     continue
                 try:
-                    steps = self._joined(list(self._elements(context, member, 0)), member)
+                    steps = list(self._joined(list(self._elements(context, member, 0)), member))
                 except _Broken:
                     continue
                 yield EndToEnd(".".join((*context.path, member.item.name)), context, member, tuple(steps))
@@ -66,7 +77,7 @@ class Flows:
 
     # --- elements: components that work, and declared connections --------------------------------------------------
 
-    def _elements(self, context: Instance, member: Member[Flow], depth: int) -> Iterator[Stop | Wire]:
+    def _elements(self, context: Instance, member: Member[Flow], depth: int) -> Iterator[Element]:
         if depth > MAX_DEPTH or context.flat is None:
             raise self._tell(f"the flow {member.item.name} leads through itself", member.item.place)
         for number, path in enumerate(member.item.elements):
@@ -80,10 +91,13 @@ class Flows:
                 yield from self._elements(context, context.flat.flows[key[0]], depth + 1)
             elif key[0] in context.flat.subcomponents:
                 raise self._tell(f"{path[0]} is not there in this mode", member.item.place)
-            elif not (is_end and key[0] in context.flat.features):
+            elif key[0] in context.flat.features:
+                if not is_end and member.item.kind == "end to end":
+                    yield _Through(member.item.place)
+            else:
                 raise self._tell(f"there is no {'.'.join(path)}", member.item.place)
 
-    def _component(self, context: Instance, path: Path, member: Member[Flow], depth: int) -> Iterator[Stop | Wire]:
+    def _component(self, context: Instance, path: Path, member: Member[Flow], depth: int) -> Iterator[Element]:
         component, rest = context.descend(path)[0]
         if not rest:
             yield Stop(component, None, member.item.place)
@@ -112,13 +126,15 @@ class Flows:
 
     # --- the connections between them ------------------------------------------------------------------------------
 
-    def _joined(self, elements: list[Stop | Wire], member: Member[Flow]) -> Iterator[Stop | ConnectionInstance]:
+    def _joined(self, elements: list[Element], member: Member[Flow]) -> Iterator[Stop | ConnectionInstance]:
         previous: Stop | None = None
         wires: list[Wire] = []
         for element in elements:
             if isinstance(element, Wire):
                 wires.append(element)
                 continue
+            if isinstance(element, _Through):
+                element = self._reached(previous, wires, element, member)
             if previous is not None:
                 yield self._connection(previous, element, wires, member)
             elif wires:
@@ -133,21 +149,19 @@ class Flows:
         if previous is None:
             raise self._tell("it names no component", member.item.place)
 
+    def _reached(self, previous: Stop | None, wires: list[Wire], through: _Through, member: Member[Flow]) -> Stop:
+        """The component that the connection behind a feature leads to."""
+        ends = [item.target for item in self._from(previous) if _runs(item, wires)] if previous is not None else []
+        if not ends or ends[0] is None:
+            raise self._tell("it leads through a feature that leads nowhere", member.item.place)
+        return Stop(ends[0], None, through.place)
+
     def _from(self, stop: Stop) -> list[ConnectionInstance]:
-        """The connections that leave a component, or one within it."""
-        found = list(self._by_source.get(stop.component, ()))
-        for inner in stop.component.below():
-            found += self._by_source.get(inner, ())
-        return found
+        """The connections that leave a component."""
+        return self._by_source.get(stop.component, [])
 
     def _connection(self, one: Stop, other: Stop, wires: list[Wire], member: Member[Flow]) -> ConnectionInstance:
-        candidates = [
-            item
-            for item in self._from(one)
-            if item.target is not None
-            and (item.target is other.component or other.component in item.target.around())
-            and _runs(item, wires)
-        ]
+        candidates = [item for item in self._from(one) if item.target is other.component and _runs(item, wires)]
         fitting = [item for item in candidates if _fits(item, one, other)] or candidates
         if not fitting:
             names = " and ".join(wire.member.item.name for wire in wires) or "any connection"

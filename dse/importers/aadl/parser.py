@@ -115,7 +115,7 @@ class _Parser:
             if cursor.accept("."):
                 found += f".{cursor.name()}"
             if found.lower() != name.lower():
-                raise ProblemError([finding(f'expected "end {name};", got "end {found};"', start)])
+                cursor.remark(f'expected "end {name};", got "end {found};"', start)
         else:
             cursor.fail(f'"{name}"')
         cursor.expect(";")

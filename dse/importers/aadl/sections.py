@@ -170,6 +170,8 @@ def _feature(cursor: Cursor) -> Feature:
     name, refined = _headed(cursor, "a feature")
     direction = accept_words(cursor, ("in out", "in", "out", "provides", "requires"))
     kind = accept_words(cursor, (*PORTS, *ACCESSES))
+    if not kind and cursor.sees("prototype"):
+        kind = "feature"
     if not kind or kind == "port":
         cursor.fail("the kind of the feature (such as event data port, feature group, bus access)")
     if kind == "feature":
@@ -270,7 +272,7 @@ def _offset(cursor: Cursor, place: object) -> int:
 
 
 def _elements(cursor: Cursor, refined: bool) -> tuple[Path, ...]:
-    if refined and (cursor.sees("{") or cursor.sees("in", "modes")):
+    if refined and (cursor.token.key in ("{", ";") or cursor.sees("in", "modes")):
         return ()
     found = [cursor.path("an element of the flow")]
     while cursor.accept("->"):

@@ -17,7 +17,7 @@ _TOKEN = re.compile(
   | (?P<annex>\{\*\*.*?\*\*\})
   | (?P<name>[A-Za-z][A-Za-z0-9_]*)
   | (?P<number>[0-9][0-9_]*\#[0-9A-Fa-f_]+\#(?:[eE][+-]?[0-9]+)?|[0-9][0-9_]*(?:\.[0-9][0-9_]*)?(?:[eE][+-]?[0-9]+)?)
-  | (?P<string>"(?:[^"\n]|"")*")
+  | (?P<string>"(?:[^"\\]|\\.|"")*")
   | (?P<symbol>\+=>|=>|<->|->|\]->|-\[|::|\.\.|[:;,.(){}\[\]+\-*@<>=|!/\\%&^?~'])
     """,
     re.X | re.S,
@@ -78,7 +78,9 @@ class Text:
 
     def _fail_at(self, at: int) -> NoReturn:
         if self.text[at] == '"':
-            self.fail("the text that begins here does not end in its line", at, "a quote within a text is doubled")
+            self.fail(
+                "the text that begins here does not end", at, "a text ends with a quote, one within it is doubled"
+            )
         if self.text.startswith("{**", at):
             self.fail("the annex that begins here does not end", at, 'it ends with "**}"')
         char = self.text[at]
