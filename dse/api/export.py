@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import tempfile
 from fractions import Fraction
 from pathlib import Path
@@ -20,7 +21,7 @@ from dse.space.metrics import counts_changes
 from dse.space.types import Design, Space
 from dse.spec.writing import block_text
 
-Format = Literal["problem", "ros2", "dot", "graphml"]
+Format = Literal["problem", "ros2", "dot", "graphml", "aadl"]
 TRIALS = 5
 
 
@@ -35,7 +36,7 @@ def export(result: Result, alternative: int | str, form: Format = "problem", fol
         the id of a point (``3``), or of another design (``3.1``).
     form
         ``problem``: the problem file with its decisions fixed; ``ros2``: a parameter file with the rates; ``dot``;
-        ``graphml``.
+        ``graphml``; ``aadl``: a model, or an implementation that extends the one that the problem is of.
     folder
         where a problem file will stand: it decides how included files are named.
 
@@ -59,6 +60,10 @@ def export(result: Result, alternative: int | str, form: Format = "problem", fol
         return graphviz(result.space, chosen.design)
     if form == "graphml":
         return graphml(result.space, chosen.design)
+    if form == "aadl":
+        from dse.api.exporting_aadl import aadl_text
+
+        return aadl_text(result, chosen.design, title)
     return _problem(result, chosen.design, title, Path(folder))
 
 
@@ -91,7 +96,7 @@ def _problem(result: Result, design: Design, title: str, folder: Path) -> str:
         for _ in range(TRIALS):
             path.write_text(texts[1], encoding="utf-8")
             try:
-                _check(result, design, load(path).space)
+                check_same(result, design, load(path).space)
             except ProblemError as error:
                 cleaned = [without(text, error) for text in texts]
                 if None in cleaned:
@@ -105,22 +110,24 @@ def _problem(result: Result, design: Design, title: str, folder: Path) -> str:
 def _original(result: Result) -> str:
     """The problem file as it was read; one with its includes merged in where it is not on the disk."""
     problem = result.problem
-    if problem.is_carried and len(problem.texts) > 1:
+    decides = re.search(r"^of:", problem.texts[Path(problem.file).name], re.M) is not None
+    if decides or (problem.is_carried and len(problem.texts) > 1):
         return block_text(load_carried(problem.file, problem.texts).loaded.document)
     return problem.texts[Path(problem.file).name].removeprefix("\ufeff")
 
 
-def _check(result: Result, design: Design, space: Space) -> None:
+def check_same(result: Result, design: Design, space: Space) -> None:
     """The exported problem must have the design as its baseline, with the very figures; from there nothing changes."""
     there = complete_design(space, space.baseline)
-    mine, theirs = _figures(result.space, design), _figures(space, there)
+    mine, theirs = figures(result.space, design), figures(space, there)
     cores = {metric.name for metric in all_metrics(space) if metric.kind == "core utilisation"}
     told = {name: value for name, value in theirs.items() if name in mine or name not in cores}  # listed where stated
     differing = {name: (value, mine.get(name)) for name, value in told.items() if mine.get(name) != value}
     assert not differing, f"the exported problem has other figures: {differing}"
 
 
-def _figures(space: Space, design: Design) -> dict[str, Fraction]:
+def figures(space: Space, design: Design) -> dict[str, Fraction]:
+    """Every metric of a design but how much it changes, exact, by name."""
     view = View(design)
     metrics = Evaluator(space).metrics
     return {item.metric.name: item.value(view) for item in metrics if not counts_changes(space, item.metric)}

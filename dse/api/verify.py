@@ -76,7 +76,7 @@ class Means:
 
 def _checked(data: Mapping[str, Any], found: Belonging, name: str, means: Means) -> Bench:
     """All checks, one after the other; later ones need what earlier ones found sound."""
-    bench = Bench(data, found.problem, has_moved=not found.is_same_text)
+    bench = Bench(data, found.problem, has_moved=not found.is_same_text or _is_of_a_model(found))
     method, limit = means.method, means.limit
     checks: dict[str, Callable[[], None]] = {
         "the question": lambda: _check_question(bench),
@@ -104,6 +104,11 @@ def _checked(data: Mapping[str, Any], found: Belonging, name: str, means: Means)
     except UsageError as error:
         bench.find("problem.effective", str(error))
     return bench
+
+
+def _is_of_a_model(found: Belonging) -> bool:
+    """Whether the result carries what was imported, whose lines are not those of the model."""
+    return found.is_carried and found.problem.loaded.spec.imported is not None
 
 
 def _check_robust(bench: Bench, means: Means) -> None:

@@ -8,12 +8,12 @@ from typing import TYPE_CHECKING
 import click
 
 from dse.cli.common import check_writable, in_time, tell_carried, write_text
-from dse.errors import about
+from dse.errors import UsageError, about
 
 if TYPE_CHECKING:
     from dse.api.export import Format
 
-FORMATS: tuple[Format, ...] = ("problem", "ros2", "dot", "graphml")
+FORMATS: tuple[Format, ...] = ("problem", "ros2", "dot", "graphml", "aadl")
 
 
 @click.command("export")
@@ -33,10 +33,12 @@ FORMATS: tuple[Format, ...] = ("problem", "ros2", "dot", "graphml")
 )
 @in_time
 def command(result: str, alternative: str, form: Format, output: str, problem: str | None) -> int:
-    """A chosen design: the problem file with its decisions fixed, ROS 2 parameters, Graphviz or GraphML.
+    """A chosen design: the problem file with its decisions fixed, ROS 2 parameters, Graphviz, GraphML or AADL.
 
     The problem file keeps its comments, has the design as its baseline, and is read back before it is handed out:
-    `dse analyse` gives the same figures for it. Neither the result nor its problem file is overwritten.
+    `dse analyse` gives the same figures for it. As AADL it is an implementation that extends the model that the problem
+    is of, with what was decided; of a problem file it is a whole model, with what AADL has no word for in a property
+    set. Neither the result nor its problem file is overwritten.
     """
     check_writable(output)
     from dse.api.export import export
@@ -48,4 +50,20 @@ def command(result: str, alternative: str, form: Format, output: str, problem: s
     with about(result):
         text = export(opened, alternative, form, folder)
     write_text(output, text)
+    if form == "aadl" and output != "-":
+        _write_property_set(Path(output), text)
     return 0
+
+
+def _write_property_set(output: Path, text: str) -> None:
+    """OSATE wants one package or property set in a file: the one that the model uses stands beside it."""
+    from dse.importers.aadl.ours import OURS, TEXT
+
+    path = output.parent / f"{OURS}.aadl"
+    if f", {OURS};" not in text or path == output or (path.is_file() and path.read_text(encoding="utf-8") == TEXT):
+        return
+    if path.exists():
+        raise UsageError(f"{path}: is there already, and is not the property set that {output} uses")
+    check_writable(str(path))
+    write_text(str(path), TEXT)
+    click.echo(f"wrote {path}, the property set that it uses", err=True)

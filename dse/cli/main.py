@@ -23,7 +23,7 @@ COMMANDS = {
     "sensitivity": "Margins of a design, which inputs matter, and how sure one can be.",
     "report": "A result as a report: HTML, Markdown, CSV, JSON, figures.",
     "compare": "Two results, two designs, or a design and the baseline, side by side.",
-    "export": "A chosen design as a problem file, ROS 2 parameters, Graphviz or GraphML.",
+    "export": "A chosen design as a problem file, ROS 2 parameters, Graphviz, GraphML or AADL.",
     "check": "Validate a problem file and describe its space.",
     "explain": "Why a problem is infeasible, and the smallest changes that mend it.",
     "verify": "Re-check a result without trusting the solver that made it.",

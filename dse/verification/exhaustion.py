@@ -46,16 +46,23 @@ def exhaust(tables: Tables, limit: int = MOST_ROWS) -> Exhaustion:
     columns = _structural_designs(tables, limit)
     count = len(columns[0]) if columns else 1
     looked_at = count
+    rows = np.arange(count)  # which are left, also of a problem that has nothing to decide
+    if not columns:
+        for _, diagram in tables.conditions:
+            rows = rows[_values(diagram, columns, len(rows)).astype(bool)]
+
+    def keep(mask: npt.NDArray[np.bool_]) -> None:
+        nonlocal columns, rows
+        columns, rows = _kept(columns, mask), rows[mask]
+
     for bound in tables.bounds:
         look_at_the_clock()
-        columns = _kept(columns, _sums(bound.sum, columns, count) <= 0)
-        count = len(columns[0]) if columns else count
+        keep(_sums(bound.sum, columns, len(rows)) <= 0)
     for table in tables.cores:
-        columns = _kept(columns, _fitting(table, columns, count))
-        count = len(columns[0]) if columns else count
+        keep(_fitting(table, columns, len(rows)))
     if not tables.bounds_are_exact:
-        columns = _kept(columns, _exactly(tables, columns, count))
-        count = len(columns[0]) if columns else count
+        keep(_exactly(tables, columns, len(rows)))
+    count = len(rows)
     if tables.waits is not None:
         return Exhaustion(*_weighed(tables, columns, count), looked_at)
     vectors = np.empty((count, len(tables.objectives)), dtype=np.int64)
@@ -79,7 +86,7 @@ def _weighed(tables: Tables, columns: list[Any], count: int) -> tuple[Ints, Ints
 
 def _marked(tables: Tables, columns: list[Any], count: int) -> Ints:
     """The designs, with what is inactive marked."""
-    designs = np.stack(columns, axis=1).astype(np.int64) if columns else np.empty((1, 0), dtype=np.int64)
+    designs = np.stack(columns, axis=1).astype(np.int64) if columns else np.empty((count, 0), dtype=np.int64)
     for index, met in enumerate(tables.met):
         if met is not None:
             used = _values(met, columns, count).astype(bool)

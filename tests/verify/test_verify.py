@@ -189,3 +189,14 @@ def test_command(tmp_path: Path, capfd: pytest.CaptureFixture[str], monkeypatch:
     capfd.readouterr()
     assert run(["verify", "r.json", "--problem", "elsewhere/p.yaml"]) == 4
     assert "problem.identity" in capfd.readouterr().out
+
+
+def test_a_problem_with_nothing_to_decide_is_refuted_and_that_is_verified(tmp_path: Path) -> None:
+    """One design, which breaks its requirement: there is none."""
+    text = "{dse: 1, name: x, devices: {a: {latency: 7 ms}}, flows: {f: {path: [a], latency: 0 ms .. 2 ms}},"
+    (tmp_path / "p.yaml").write_text(f"{text} objectives: [minimise price]}}", encoding="utf-8")
+    result = dse.solve(tmp_path / "p.yaml")
+    (tmp_path / "r.json").write_text(result.to_json(), encoding="utf-8")
+    assert not result.front
+    for method in ("exhaustion", "model"):
+        assert dse.verify(tmp_path / "r.json", method=method).findings == ()

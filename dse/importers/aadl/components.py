@@ -45,7 +45,7 @@ class ComponentWriter:
 
     def name(self, component: Instance) -> str:
         """What the problem calls a component."""
-        return component.title
+        return self.model.name(component)
 
     def sections(self, used: list[Instance], flows: list[EndToEnd]) -> dict[str, dict[str, Any]]:
         """The sections ``device_types``, ``thread_types``, ``devices`` and ``threads``."""
@@ -90,6 +90,7 @@ class ComponentWriter:
         if category == "thread":
             sheet.read("priority", self.model.properties.of(component, "Priority"), whole, "Priority")
         self.hardware.priced(sheet, component)
+        sheet.extra(self.model.properties.of(component, "Extra", OURS))
         return sheet
 
     def _dispatch(self, sheet: Sheet, component: Instance) -> None:
@@ -127,7 +128,7 @@ class ComponentWriter:
         if processor is not bound[0]:
             message = f"{bound[0].title} is a virtual processor: its window is not looked at"
             self.model.library.remark(message, found.place)
-        sheet.put("processor", found, processor.title)
+        sheet.put("processor", found, self.model.name(processor))
         return processor
 
     def _executing(self, sheet: Sheet, component: Instance, processor: Instance | None) -> None:
@@ -157,7 +158,7 @@ class ComponentWriter:
         return [item for item in found if item is not None]
 
     def _type_name(self, processor: Instance) -> str:
-        name: str = self.hardware.slots["processors"][processor.title]["type"]
+        name: str = self.hardware.slots["processors"][self.model.name(processor)]["type"]
         return name
 
     def _by_type(self, component: Instance, name: str, group: str, processor: Instance | None) -> dict[str, str]:

@@ -42,7 +42,7 @@ class ConnectionWriter:
         self.places = places
         self.hardware = hardware
         self._on_flows: set[ConnectionInstance] = set()
-        self._names: dict[ConnectionInstance, str] = {}
+        self.names: dict[ConnectionInstance, str] = {}
 
     def relevant(self, flows: list[EndToEnd]) -> list[ConnectionInstance]:
         """The connections that count: between ports, and whatever a flow runs over."""
@@ -56,7 +56,7 @@ class ConnectionWriter:
 
     def name(self, item: ConnectionInstance) -> str:
         """What the problem calls a connection: by the feature that it leaves."""
-        return self._names[item]
+        return self.names[item]
 
     def section(self, used: list[Instance], flows: list[EndToEnd]) -> dict[str, Any]:
         """The entries."""
@@ -67,14 +67,19 @@ class ConnectionWriter:
             start = self._spelled(item.source, item.source_path)
             leaving[start] = leaving.get(start, 0) + 1
         found: dict[str, Any] = {}
-        taken = {component.title for component in (*used, *self.model.root.below())}
+        taken = {self.model.name(component) for component in (*used, *self.model.root.below())}
         for item in items:
             start, end = self._spelled(item.source, item.source_path), self._spelled(item.target, item.target_path)
+            stated = self.model.read(self._property(item, "Name", OURS), text_of, "Name")
+            if stated is not None:
+                self.names[item] = stated
+                found[stated] = self._entry(stated, item)
+                continue
             name = start if leaving[start] == 1 and start not in taken else f"{start} -> {end}"
             again = 2
             while name in found or name in taken:
                 name, again = f"{start} -> {end} ({again})", again + 1
-            self._names[item] = name
+            self.names[item] = name
             found[name] = self._entry(name, item)
         return found
 
@@ -94,18 +99,25 @@ class ConnectionWriter:
         self.places["connections", name] = item.wires[0].member.item.place
         sheet.sources.append(" ".join(f"{wire.member.item.name} {shown_place(wire.member.item.place)}"
                                       for wire in item.wires[:1]))  # fmt: skip
-        if item.source is not None:
-            sheet.fields["from"] = item.source.title
-        if item.target is not None:
-            sheet.fields["to"] = item.target.title
+        if item.source is not None and not self.model.is_boundary(item.source):
+            sheet.fields["from"] = self.model.name(item.source)
+        if item.target is not None and not self.model.is_boundary(item.target):
+            sheet.fields["to"] = self.model.name(item.target)
         bus = self._bus(sheet, item)
         size = self.model.feature_size(item.source, item.source_path)
         self._port(sheet, item)
         self._rate(sheet, item)
         sheet.read("latency", self._property(item, "Latency"), time_range, "Latency")
+        target = item.target or self.model.root
+        sheet.extra(self.model.properties.of_feature(target, item.target_path, "Extra", OURS))
+        sheet.extra(self._property(item, "Extra", OURS))
         if size is not None:
             sheet.fields["data_size"] = f"{size} B"
-        elif bus is not None and ("data_rate" not in sheet.fields or item in self._on_flows):
+        elif (
+            bus is not None
+            and "data_size" not in sheet.fields
+            and ("data_rate" not in sheet.fields or item in self._on_flows)
+        ):
             sheet.fields["data_size"] = "0 B"
             message = f"{name} has no Data_Size: its messages count as 0 bytes on {bus.title}"
             self.model.library.remark(message, item.wires[0].member.item.place)
@@ -114,6 +126,10 @@ class ConnectionWriter:
         if timing is not None and kind not in (None, "sampled"):
             self.model.library.remark(f"Timing => {kind} is not looked at: read as sampled", timing.place)
         return sheet.result()
+
+    def _needs_size(self, sheet: Sheet, item: ConnectionInstance) -> bool:
+        """Whether a figure depends on the size: a latency, or a load that is not stated."""
+        return "data_rate" not in sheet.fields or item in self._on_flows
 
     def _property(self, item: ConnectionInstance, name: str, group: str = "") -> Found | None:
         """A property of any of the declared connections that it is made of; else of what they are declared in."""
@@ -139,7 +155,7 @@ class ConnectionWriter:
             names = ", ".join(one.title for one in top)
             message = f"bound to several buses at once ({names}): only the first is looked at"
             self.model.library.remark(message, found.place)
-        sheet.put("bus", found, top[0].title)
+        sheet.put("bus", found, self.model.name(top[0]))
         return top[0]
 
     def _port(self, sheet: Sheet, item: ConnectionInstance) -> None:
@@ -164,15 +180,10 @@ class ConnectionWriter:
         def of(name: str, group: str = "") -> Found | None:
             return self._property(item, name, group) or properties.of_feature(source, item.source_path, name, group)
 
-        ours = of("Data_Rate", OURS)
         data = of("Data_Rate", "SEI")
-        if ours is not None:
-            sheet.read("data_rate", ours, text_of, "Data_Rate")
-        elif data is not None:
+        if data is not None:
             span = self.model.read(data, data_rate, "Data_Rate")
             sheet.put("data_rate", data, span.text if span and span.low > 0 else None)
-        elif (stated := of("Rate", OURS)) is not None:
-            sheet.read("rate", stated, text_of, "Rate")
         elif (messages := of("Message_Rate", "SEI")) is not None:
             rate = self.model.read(messages, message_rate, "Message_Rate")
             sheet.put("rate", messages, f"{number_text(rate)} Hz" if rate else None)

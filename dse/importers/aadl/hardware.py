@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from typing import Any
 
+import yaml
+
 from dse.importers.aadl.figures import (
     Span,
     data_rate,
@@ -22,7 +24,7 @@ from dse.importers.aadl.instance import Instance
 from dse.importers.aadl.lookup import Found
 from dse.importers.aadl.model import Model
 from dse.importers.aadl.ours import OURS
-from dse.importers.aadl.syntax import Record, Reference
+from dse.importers.aadl.syntax import Listed, Record, Reference, Text
 from dse.importers.registry import Key, Place
 
 CARRIERS = ("bus", "virtual bus")
@@ -61,6 +63,23 @@ class Sheet:
         value = self.model.read(found, reader, what)
         self.put(name, found, value.text if isinstance(value, Span) else value)
         return value
+
+    def extra(self, found: Found | None) -> None:
+        """Further fields of ours, ``key: value``, each a text of a list."""
+        if found is None:
+            return
+        items = found.value.items if isinstance(found.value, Listed) else (found.value,)
+        for item in items:
+            try:
+                stated = yaml.safe_load(item.text) if isinstance(item, Text) else None
+            except yaml.YAMLError:
+                stated = None
+            if not isinstance(stated, dict):
+                self.model.library.fail('Extra: expected a list of texts "key: value"', found.place)
+                return
+            self.fields |= {str(key): value for key, value in stated.items()}
+            for key in stated:
+                self.places[*self.key, str(key)] = found.place
 
     def result(self) -> dict[str, Any]:
         """The fields, and ``source``."""
@@ -122,7 +141,7 @@ class HardwareWriter:
         return self.model.flattener.flat(unique[0]) if len(unique) == 1 else None
 
     def _slot(self, section: str, component: Instance) -> None:
-        name = component.title
+        name = self.model.name(component)
         key = (section, name)
         self.places[key] = component.place
         wanted = self.choices.get(section, {}).get(name)
@@ -131,11 +150,13 @@ class HardwareWriter:
             flat = self.classifier(one, (component.category, "abstract"))
             if flat is not None:
                 self._type(section, one, self.standing(flat), flat)
-        sheet: dict[str, Any] = {"type": types[0]}
+        slot = Sheet(self.model, self.places, key)
+        slot.extra(self.model.properties.of(component, "Slot", OURS))
+        sheet: dict[str, Any] = {"type": types[0], **slot.fields}
         if component.category == "virtual bus":
             carriers = self.carriers(component)
             if carriers:
-                sheet["bus"] = carriers[0].title
+                sheet["bus"] = self.model.name(carriers[0])
             if len(carriers) > 1:
                 self._tell_several(component, carriers)
         self.slots[section][name] = sheet
@@ -157,8 +178,11 @@ class HardwareWriter:
     def _type_of(self, section: str, component: Instance) -> str:
         """The name of the type of a component: its classifier's, or its own where its figures are its own."""
         flat = component.flat
-        own = component.title
+        own = self.model.name(component)
         wanted = flat.classifier.name if flat is not None else own
+        if flat is not None:
+            stated = self.model.properties.of(self.standing(flat), "Type_Name", OURS)
+            wanted = self.model.read(stated, text_of, "Type_Name") or wanted
         for name in dict.fromkeys((wanted, flat.title if flat is not None else own, f"{own} type")):
             if self._type(section, name, component, flat):
                 return name
@@ -178,6 +202,7 @@ class HardwareWriter:
         sheet = Sheet(self.model, self.places, ("processor_types", name))
         self.priced(sheet, component)
         sheet.read("cores", self.model.properties.of(component, "Cores", OURS), whole, "Cores")
+        sheet.extra(self.model.properties.of(component, "Extra", OURS))
         return sheet.result()
 
     def priced(self, sheet: Sheet, component: Instance) -> None:
@@ -206,6 +231,7 @@ class HardwareWriter:
         sheet.read("overhead", overhead, size_of, "Data_Size")
         sheet.read("exclusive", properties.of(component, "Exclusive", OURS), is_true, "Exclusive")
         self.priced(sheet, component)
+        sheet.extra(properties.of(component, "Extra", OURS))
         return sheet.result()
 
     def _transmission(self, sheet: Sheet, found: Found | None) -> None:
@@ -246,5 +272,5 @@ class HardwareWriter:
                 budget = self.model.properties.of(item, "BandWidthBudget", "SEI")
                 span = self.model.read(budget, data_rate, "BandWidthBudget")
                 if span is not None and span.low > 0:
-                    found.append(f'load of "{item.title}" <= {span.text}')
+                    found.append(f'load of "{self.model.name(item)}" <= {span.text}')
         return found

@@ -3,17 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path as FilePath
 from typing import Any, TypeVar
 
 from dse.errors import ProblemError
-from dse.importers.aadl.figures import WrongKindError, size_of
+from dse.importers.aadl.figures import WrongKindError, is_true, size_of, text_of
 from dse.importers.aadl.flat import Flat, Flattener
 from dse.importers.aadl.flowing import EndToEnd, Flows
 from dse.importers.aadl.instance import Instance, Instantiator
 from dse.importers.aadl.library import Library, load_library
 from dse.importers.aadl.lookup import Found, Properties, paths_in
+from dse.importers.aadl.ours import OURS
 from dse.importers.aadl.syntax import Classifier, Number, Path, Reference
 from dse.importers.aadl.tokens import finding
 from dse.importers.aadl.wiring import Features, Wiring
@@ -34,6 +35,7 @@ class Model:
     features: Features
     wiring: Wiring
     flows: list[EndToEnd]
+    _names: dict[Instance, str] = field(default_factory=dict)
 
     def read(self, found: Found | None, reader: Callable[..., T], name: str) -> T | None:
         """A value of its kind; None where there is none, or, with a finding, where it is of another kind."""
@@ -44,6 +46,18 @@ class Model:
         except WrongKindError as error:
             self.library.fail(f"{name}: expected {error.expected}", found.place)
             return None
+
+    def name(self, component: Instance) -> str:
+        """What the problem calls a component: as stated in our property set, else its path."""
+        if component not in self._names:
+            stated = self.read(self.properties.of(component, "Name", OURS), text_of, "Name")
+            self._names[component] = stated or component.title
+        return self._names[component]
+
+    def is_boundary(self, component: Instance) -> bool:
+        """Whether a component stands for the world around the system."""
+        found = self.properties.of(component, "Boundary", OURS)
+        return found is not None and is_true(found.value)
 
     def targets(self, found: Found | None) -> list[Instance]:
         """The components that a binding refers to; what it does not find is told."""

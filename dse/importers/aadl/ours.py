@@ -10,9 +10,15 @@ TEXT = """property set dse is
   Power: aadlstring applies to (all);
   Exclusive: aadlboolean applies to (bus);
   Callback_Execution_Time: Time_Range applies to (thread);
-  Rate: aadlstring applies to (all);
-  Data_Rate: aadlstring applies to (all);
+  Name: aadlstring applies to (all);
+  Type_Name: aadlstring applies to (all);
+  Boundary: aadlboolean applies to (all);
   Extra: list of aadlstring applies to (all);
+  Slot: list of aadlstring applies to (all);
 end dse;
 """
-"""Quantities are texts as in problem files, such as ``150 EUR``; `Extra` has further fields, ``key: value``."""
+"""Quantities are texts as in problem files, such as ``150 EUR``.
+
+`Extra` has further fields, ``key: value`` (of a processor or bus: of its type, and `Slot` those of its own); `Name` is
+what the problem file calls it, where AADL cannot. `Boundary` marks what stands for the world around the system.
+"""

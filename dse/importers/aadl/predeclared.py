@@ -59,7 +59,7 @@ PREDECLARED = frozenset(
     (*_SETS, "aadl_project", "aadl_properties", "base_types", "data_model", "programming_properties",
      "modeling_properties", "code_generation_properties", "arinc429", "emv2", "error_library", "physical", "hostility",
      "behavior_properties", "behavior", "data_sheet", "physicaltypes", "security_enforcement_properties",
-     "security_classification_properties", "security_type_specifications", "security_trust", "agree_properties")
+     "security_classification_properties", "security_type_specifications", "security_trust", "agree_properties", "dse")
 )  # fmt: skip
 """Packages and property sets that a model may name without a file that declares them."""
 

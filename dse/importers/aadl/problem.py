@@ -13,11 +13,12 @@ from typing import Any
 from dse.importers.aadl.circles import NO_DATA, broken_circles
 from dse.importers.aadl.components import ComponentWriter
 from dse.importers.aadl.connecting import ConnectionWriter
-from dse.importers.aadl.figures import shown_place, time_range
+from dse.importers.aadl.figures import shown_place, text_of, time_range
 from dse.importers.aadl.flowing import EndToEnd, Stop
-from dse.importers.aadl.hardware import HardwareWriter
+from dse.importers.aadl.hardware import HardwareWriter, Sheet
 from dse.importers.aadl.instance import Instance
 from dse.importers.aadl.model import Model
+from dse.importers.aadl.ours import OURS
 from dse.importers.registry import Key, Place
 
 PROFILE = "osate-2.19"
@@ -54,7 +55,7 @@ class Writer:
         used = self._used()
         sections = self.components.sections(used, self.model.flows)
         wires = self.connections.section(used, self.model.flows)
-        flows = {item.name: self._flow(item) for item in self.model.flows}
+        flows = dict(self._flow(item) for item in self.model.flows)
         requirements = self.hardware.budgets()
         for name in list(broken_circles({**sections, "connections": wires})):
             wires[name]["data_rate"] = NO_DATA
@@ -63,8 +64,11 @@ class Writer:
         found |= {name: entries for name, entries in self.hardware.sections().items() if entries}
         found |= {name: entries for name, entries in sections.items() if entries}
         found |= {name: entries for name, entries in (("connections", wires), ("flows", flows)) if entries}
+        settings = Sheet(self.model, self.places, ())
+        settings.extra(self.model.properties.of(root, "Extra", OURS))
         if requirements:
             found["requirements"] = requirements
+        found |= settings.fields
         return found
 
     def _used(self) -> list[Instance]:
@@ -79,27 +83,34 @@ class Writer:
         return [
             item
             for item in self.model.root.below()
-            if item.category in WORKING or item in on_flows or item in ends
-            or (item.category == "abstract" and not item.children)
+            if not self.model.is_boundary(item)
+            and (item.category in WORKING or item in on_flows or item in ends
+            or (item.category == "abstract" and not item.children))
         ]  # fmt: skip
 
-    def _flow(self, flow: EndToEnd) -> dict[str, Any]:
-        """A flow: its path, its required latency."""
+    def _flow(self, flow: EndToEnd) -> tuple[str, dict[str, Any]]:
+        """A flow: its name, and its path and required latency."""
+        stated = self.model.properties.of_member(flow.context, flow.member, "Name", OURS)
+        name = self.model.read(stated, text_of, "Name") or flow.name
         names = [
             self.components.name(step.component) if isinstance(step, Stop) else self.connections.name(step)
             for step in flow.steps
+            if not (isinstance(step, Stop) and self.model.is_boundary(step.component))
         ]
         found: dict[str, Any] = {"path": names}
-        self.places["flows", flow.name] = flow.member.item.place
+        self.places["flows", name] = flow.member.item.place
         latency = self.model.properties.of_member(flow.context, flow.member, "Latency")
         span = self.model.read(latency, time_range, "Latency")
         sources = [f"path {shown_place(flow.member.item.place)}"]
         if latency is not None and span is not None:
             found["latency"] = span.text if " .. " in span.text else f"0 ms .. {span.text}"
-            self.places["flows", flow.name, "latency"] = latency.place
+            self.places["flows", name, "latency"] = latency.place
             sources.append(f"latency {shown_place(latency.place)}")
+        sheet = Sheet(self.model, self.places, ("flows", name))
+        sheet.extra(self.model.properties.of_member(flow.context, flow.member, "Extra", OURS))
+        found |= sheet.fields
         found["source"] = ", ".join(sources)
-        return found
+        return name, found
 
 
 def unique(wanted: str, taken: Iterable[str], longer: str) -> str:

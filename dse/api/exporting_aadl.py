@@ -1,0 +1,107 @@
+"""Designs as AADL, each read back before it is handed out: it must give the very figures."""
+
+from __future__ import annotations
+
+import re
+import tempfile
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from dse.api.export import check_same, figures
+from dse.api.problem import Model, complete_design, load, load_carried
+from dse.errors import ProblemError, UsageError
+from dse.importers.aadl.model import read_model
+from dse.importers.aadl.ours import TEXT
+from dse.importers.aadl.problem import Writer
+from dse.importers.registry import is_model
+from dse.results.aadl.chosen import ChosenModel, Side
+from dse.results.aadl.whole import WholeModel
+from dse.results.solve import Result
+from dse.space.settings import settings_of
+from dse.space.types import Design
+from dse.spec.model import Imported
+
+TRIALS = 6
+
+
+def aadl_text(result: Result, design: Design, title: str) -> str:
+    """A design as AADL, with the property set that it uses where it is written to a file of its own (`property_set`).
+
+    Raises
+    ------
+    UsageError
+        for what AADL cannot say, naming it.
+    """
+    loaded = load_carried(result.problem.file, result.problem.texts).loaded
+    if loaded.spec.imported is not None:
+        return _chosen(result, design, title, loaded.spec.imported)
+    document = loaded.document
+    left_out: list[str] = []
+    with tempfile.TemporaryDirectory() as place:
+        path = Path(place) / "exported.aadl"
+        for _ in range(TRIALS):
+            text = WholeModel(document, result.space, design, title).text(left_out)
+            path.write_text(text, encoding="utf-8")
+            try:
+                check_same(result, design, load(path).space)
+            except ProblemError as error:
+                dropped = [_of_nothing(document, left_out, item.path) for item in error.diagnostics]
+                if None in dropped:
+                    raise AssertionError(f"the exported model does not load: {error}") from error
+                left_out += [text for text in dropped if text is not None]
+            else:
+                return text
+    raise AssertionError("the exported model does not load")
+
+
+def _chosen(result: Result, design: Design, title: str, imported: Imported) -> str:
+    """An implementation that extends the model; it is read back together with the files of that."""
+    path = _model_file(result)
+    options = {key: text for key, text in (("root", imported.root), ("mode", imported.mode)) if text is not None}
+    model = read_model(path, options)
+    writer = Writer(model, path, options)
+    writer.document()
+    base = load(Model(path, imported.root, imported.mode)).space
+    before, chosen = Side(base, complete_design(base, {})), Side(result.space, design)
+    name = f"{imported.root.rpartition('::')[2].partition('.')[0]}_chosen"
+    text = ChosenModel(model, writer, before, chosen, title, name).text()
+    with tempfile.TemporaryDirectory() as place:
+        for number, file in enumerate(model.library.files):
+            (Path(place) / f"{number}.aadl").write_bytes(file.read_bytes())
+        target = Path(place) / "chosen.aadl"
+        target.write_text(text, encoding="utf-8")
+        settings = settings_of(result.space)
+        there = load(Model(target, mode=imported.mode)).ask(**settings).space
+        mine, theirs = figures(result.space, design), figures(there, complete_design(there, {}))
+    kinds = ("latency", "min latency", "jitter", "load", "utilisation")
+    differing = [
+        key for key, value in theirs.items() if key.partition(" of ")[0] in kinds and mine.get(key, value) != value
+    ]
+    if differing:
+        raise UsageError(f"AADL cannot say all of this design: in the model it would have another {differing[0]}")
+    return text
+
+
+def _model_file(result: Result) -> Path:
+    """The model that a result's problem came from, on the disk."""
+    main = Path(result.problem.file)
+    candidates = [main, *(main.parent / name for name, _ in result.problem.includes)]
+    for path in candidates:
+        if path.exists() and is_model(path):
+            return path
+    raise UsageError(f"{main}: the AADL model that it is of is not there; it is needed to extend it")
+
+
+def property_set() -> str:
+    """The property set that exported models use."""
+    return TEXT
+
+
+def _of_nothing(document: Mapping[str, Any], left_out: list[str], path: str) -> str | None:
+    """The requirement or objective that makes no sense in this design any more."""
+    found = re.fullmatch(r"(requirements|objectives)\[(\d+)\]", path)
+    if found is None:
+        return None
+    stated = [text for text in document[found[1]] if text not in left_out]
+    return str(stated[int(found[2])])

@@ -1,0 +1,104 @@
+"""The document of a problem with every decision made: one value for each field, the figures of types at their users."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+from dse.analysis.binding import bus_stack, machine_type
+from dse.analysis.views import View
+from dse.errors import UsageError
+from dse.space.trees import NotOffered, at
+from dse.space.types import EMPTY, Design, Space
+
+TYPED = {"processors": "processor_types", "buses": "bus_types", "devices": "device_types", "threads": "thread_types"}
+LISTS = ("dispatch_trigger", "path", "interrupts")
+"""Fields whose list is no choice."""
+
+
+class Decided:
+    """A document under one design."""
+
+    def __init__(self, document: Mapping[str, Any], space: Space, design: Design) -> None:
+        self.document = document
+        self.space = space
+        self.design = design
+        self.view = View(design)
+
+    def section(self, name: str) -> dict[str, dict[str, Any]]:
+        """The entries of a section, without empty slots; ``type`` stays for processors and buses only."""
+        found = {}
+        for key, entry in (self.document.get(name) or {}).items():
+            fields = self._fields(name, key, dict(entry or {}))
+            if fields.get("type") != EMPTY:
+                found[key] = fields
+        return found
+
+    def type_of(self, section: str, name: str) -> dict[str, Any]:
+        """The figures of the type that a slot has."""
+        entry = self.section(section)[name]
+        given = dict((self.document.get(TYPED[section]) or {}).get(entry["type"]) or {})
+        return self._chosen(section, name, given)
+
+    def _fields(self, section: str, name: str, given: dict[str, Any]) -> dict[str, Any]:
+        chosen = self._chosen(section, name, given)
+        kind = chosen.get("type")
+        if section in ("devices", "threads") and kind is not None:
+            types = self.document.get(TYPED[section]) or {}
+            inherited = self._chosen(section, name, dict(types.get(kind) or {}))
+            chosen = {**inherited, **{key: value for key, value in chosen.items() if key != "type"}}
+        return {key: value for key, value in chosen.items() if value is not None}
+
+    def _chosen(self, section: str, name: str, given: dict[str, Any]) -> dict[str, Any]:
+        found = {}
+        for key, value in given.items():
+            found[key] = self.value(section, name, key, value)
+        return {key: value for key, value in found.items() if value is not None}
+
+    def value(self, section: str, name: str, key: str, value: Any) -> Any:
+        """A field's value in the design; None where the design has no use for it."""
+        if key == "transmission_time" and isinstance(value, dict):
+            parts = self._of_machine(section, name, value) if not set(value) & {"fixed", "per_byte"} else value
+            return {part: self._one(f"{name}.{key}.{part}", text) for part, text in (parts or {}).items()} or None
+        if key == "totals" and isinstance(value, dict):
+            return {total: self._one(f"{name}.totals.{total}", text) for total, text in value.items()}
+        if key == "type":
+            return self._one(f"{name}.type", value if isinstance(value, list) else [value])
+        if key in LISTS or not isinstance(value, list | dict):
+            return value
+        if isinstance(value, dict):
+            value = self._of_machine(section, name, value)
+        return self._one(f"{name}.{key}", value)
+
+    def _one(self, name: str, value: Any) -> Any:
+        if not isinstance(value, list):
+            return value
+        reference = self.space.references.get(name)
+        if reference is None:
+            return value[0]
+        try:
+            leaf = at(reference.tree, self.view)
+        except NotOffered:
+            return None
+        return None if leaf is None else reference.texts.get(leaf, value[0])
+
+    def _of_machine(self, section: str, name: str, by_type: Mapping[str, Any]) -> Any:
+        """The figure of the processor type that runs a thread, or whoever sends over a virtual bus."""
+        kinds: set[str] = set()
+        if section == "threads":
+            component = next(item for item in self.space.components if item.name == name)
+            processor = at(component.processor, self.view)
+            if processor is not None:
+                slot = self.space.processors[processor]
+                kinds.add(slot.types[self.view[slot.type_decision]])
+        else:
+            number = next(index for index, item in enumerate(self.space.buses) if item.name == name)
+            for wire in self.space.connections:
+                if number in bus_stack(self.space, wire, self.view):
+                    kinds.add(machine_type(self.space, wire, self.view))
+        if len(kinds) > 1:
+            raise UsageError(
+                f"{name} has figures per processor type and is used from {', '.join(sorted(kinds))}: AADL has one bus "
+                "for each; split it in the problem file"
+            )
+        return by_type.get(next(iter(kinds))) if kinds else None

@@ -1,0 +1,401 @@
+"""A problem file's design as a complete AADL model: one package, with a property set for what AADL has no word for."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+from dse.importers.aadl.ours import OURS
+from dse.results.aadl.decided import Decided
+from dse.results.aadl.words import bandwidth, comment, extra, identifier, quoted, size, times
+from dse.space.settings import settings_of
+from dse.space.types import Design, Space
+
+SETTINGS = (
+    "name", "offset_grid", "assumptions", "totals", "clocks", "metrics", "requirements", "objectives",
+)  # fmt: skip
+"""Keys of the top level that go along as they are."""
+PORTS = {"event_data": "event data port", "event": "event port", "data": "data port", "feature": "feature"}
+PROTOCOLS = {"periodic": "Periodic", "aperiodic": "Aperiodic", "sporadic": "Sporadic", "hybrid": "Hybrid"}
+
+
+@dataclass
+class Part:
+    """A component under construction: its type's features and flows, and what its implementation has."""
+
+    name: str
+    category: str
+    own: str
+    parent: str = ""
+    features: list[str] = field(default_factory=list)
+    flows: list[str] = field(default_factory=list)
+    properties: list[str] = field(default_factory=list)
+    subcomponents: list[str] = field(default_factory=list)
+    connections: list[str] = field(default_factory=list)
+    flow_implementations: list[str] = field(default_factory=list)
+
+
+class WholeModel:
+    """Writes one design of a problem."""
+
+    def __init__(self, document: Mapping[str, Any], space: Space, design: Design, title: str) -> None:
+        self.document = document
+        self.decided = Decided(document, space, design)
+        self.title = title
+        self.taken: set[str] = set()
+        self.package = identifier(str(document.get("name", "model")), set())
+        self.root = Part(self.package, "system", "system")
+        self.types: list[str] = []
+        self.parts: dict[str, Part] = {}
+        self.processes: dict[str, Part] = {}
+        self.links: dict[str, str] = {}
+        self.paths: dict[str, str] = {}
+
+    def text(self, left_out: Iterable[str] = ()) -> str:
+        """The package; `left_out` are requirements that make no sense here."""
+        self._slots()
+        self._components()
+        self._connections()
+        self._flows()
+        settings = {key: self.document[key] for key in SETTINGS if self.document.get(key) not in (None, [], {})}
+        settings |= settings_of(self.decided.space)
+        dropped = set(left_out)
+        for key in ("requirements", "objectives"):
+            if key in settings:
+                settings[key] = [item for item in settings[key] if item not in dropped]
+        stated = extra(settings.items())
+        if stated:
+            self.root.properties.append(f"{OURS}::Extra => {stated};")
+        return comment([self.title]) + self._package()
+
+    # --- hardware -------------------------------------------------------------------------------------------------
+
+    def _slots(self) -> None:
+        for section, categories in (("processors", ("processor",)), ("buses", ("bus", "virtual bus"))):
+            for name, entry in self.decided.section(section).items():
+                figures = self.decided.type_of(section, name)
+                category = categories[-1] if figures.get("virtual") else categories[0]
+                own = self._named(name)
+                type_name = self._type(category, f"{entry['type']} {own}", str(entry["type"]), figures)
+                rest = {key: value for key, value in entry.items() if key not in ("type", "bus", "optional", "source")}
+                block = self._block(name, own, extra(rest.items()), "Slot")
+                self.root.subcomponents.append(f"{own} : {category} {type_name}{block};")
+                self.paths[name] = own
+        for name, entry in self.decided.section("buses").items():
+            if entry.get("bus") in self.paths:
+                carrier = self.paths[entry["bus"]]
+                self._bind("Actual_Connection_Binding", carrier, self.paths[name])
+        known = {name for section in ("bus_types",) for name in self.document.get(section) or {}}
+        used = {entry.get("bus") for entry in self.decided.section("connections").values()}
+        for name in sorted(known & used - set(self.paths)):  # a virtual bus type that is used without an entry
+            figures = dict(self.document["bus_types"][name])
+            figures = {key: self.decided.value("buses", name, key, value) for key, value in figures.items()}
+            own = self._named(name)
+            type_name = self._type("virtual bus", own, name, figures)
+            self.root.subcomponents.append(f"{own} : virtual bus {type_name}{self._block(name, own, None, 'Slot')};")
+            self.paths[name] = own
+
+    def _bind(self, property_name: str, target: str, path: str) -> None:
+        self.root.properties.append(f"{property_name} => (reference ({target})) applies to {path};")
+
+    def _named(self, name: str) -> str:
+        return identifier(name, self.taken)
+
+    def _block(self, name: str, own: str, stated: str | None, key: str = "Extra") -> str:
+        """The properties of a declaration: its name in the problem file, and what AADL has no word for."""
+        found = [f"{OURS}::Name => {quoted(name)};"]
+        found += [f"{OURS}::{key} => {stated};"] if stated else []
+        return f" {{{' '.join(found)}}}" if found else ""
+
+    def _type(self, category: str, name: str, called: str, figures: Mapping[str, Any]) -> str:
+        """Declare a type of hardware; returns its name."""
+        own = self._named(f"{name} type")
+        properties = [f"{OURS}::Type_Name => {quoted(called)};"]
+        rest = dict(figures)
+        rest.pop("virtual", None)
+        rest.pop("source", None)
+        for key, word, reader in (
+            ("bandwidth", "SEI::BandWidthCapacity", bandwidth),
+            ("latency", "Latency", times),
+            ("overhead", "Data_Size", size),
+        ):
+            value = reader(rest[key]) if key in rest else None
+            if value is not None:
+                properties.append(f"{word} => {value};")
+                del rest[key]
+        transmission = rest.get("transmission_time")
+        if isinstance(transmission, dict):
+            parts = {key: times(transmission.get(key, "0 ns")) for key in ("fixed", "per_byte")}
+            if all(parts.values()):
+                record = f"[Fixed => {parts['fixed']}; PerByte => {parts['per_byte']};]"
+                properties.append(f"Transmission_Time => {record};")
+                del rest["transmission_time"]
+        stated = extra(rest.items())
+        properties += [f"{OURS}::Extra => {stated};"] if stated else []
+        self.types += [f"  {category} {own}", *_section("properties", properties), f"  end {own};", ""]
+        return own
+
+    # --- software and devices ----------------------------------------------------------------------------------------
+
+    def _components(self) -> None:
+        for section in ("devices", "threads"):
+            for name, entry in self.decided.section(section).items():
+                self._component(section, name, entry)
+        self.environment: Part | None = None
+        for entry in self.decided.section("connections").values():
+            if "from" not in entry or "to" not in entry:
+                own = self._named("environment")
+                self.environment = Part("environment", "abstract", own)
+                self.root.subcomponents.append(f"{own} : abstract {own}_type {{{OURS}::Boundary => true;}};")
+                self.environment.name = f"{own}_type"
+                self.taken.add(f"{own}_type".lower())
+                self.paths[""] = own
+                break
+
+    def _component(self, section: str, name: str, entry: Mapping[str, Any]) -> None:
+        usual = "device" if section == "devices" else "thread"
+        rest = {key: value for key, value in entry.items() if key not in ("source", "processor")}
+        category = rest.pop("category", usual)
+        if (category == "device") != (section == "devices") or category not in ("thread", "device", "abstract"):
+            rest["category"] = category
+            category = usual
+        own = self._named(name)
+        part = self.parts[name] = Part(f"{own}_type", category, own)
+        self.taken.add(part.name.lower())
+        part.properties = list(self._figures(rest))
+        stated = extra(rest.items())
+        block = self._block(name, own, stated)
+        declared = f"{own} : {category} {part.name}{block};"
+        if category == "thread":
+            process = self._process(entry.get("process"), own)
+            part.parent = process.own
+            process.subcomponents.append(declared)
+            self.paths[name] = f"{process.own}.{own}"
+        else:
+            self.root.subcomponents.append(declared)
+            self.paths[name] = own
+        if entry.get("processor") in self.paths:
+            self._bind("Actual_Processor_Binding", self.paths[str(entry["processor"])], self.paths[name])
+
+    def _process(self, name: Any, own: str) -> Part:
+        key = str(name) if name is not None else f"\n{own}"
+        if key not in self.processes:
+            called = self._named(str(name) if name is not None else f"{own} process")
+            part = self.processes[key] = Part(f"{called}_type", "process", called)
+            self.taken.add(part.name.lower())
+            self.root.subcomponents.append(f"{called} : process {part.name}.i;")
+        return self.processes[key]
+
+    def _figures(self, rest: dict[str, Any]) -> Iterator[str]:
+        """The properties that AADL has words for; takes them out of `rest`."""
+        protocol = rest.pop("dispatch_protocol", None)
+        if protocol is not None:
+            yield f"Dispatch_Protocol => {PROTOCOLS[protocol]};"
+        if protocol == "aperiodic":
+            rest.pop("period", None)
+        for key, word, as_range in (
+            ("period", "Period", False),
+            ("compute_execution_time", "Compute_Execution_Time", True),
+            ("response_time", "SEI::Response_Time", True),
+            ("callback_execution_time", f"{OURS}::Callback_Execution_Time", True),
+            ("deadline", "Deadline", False),
+        ):
+            value = times(rest[key], as_range=as_range) if key in rest else None
+            if value is not None:
+                yield f"{word} => {value};"
+                del rest[key]
+        if isinstance(rest.get("priority"), int):
+            yield f"Priority => {rest.pop('priority')};"
+
+    # --- connections -------------------------------------------------------------------------------------------------
+
+    def _connections(self) -> None:
+        sizes: dict[str, str] = {}
+        for name, entry in self.decided.section("connections").items():
+            own = self.links[name] = self._named(name)
+            rest = {key: value for key, value in entry.items() if key not in ("from", "to", "bus", "source")}
+            kind = PORTS[rest.pop("port", "event_data")]
+            data = size(rest["data_size"]) if "data_size" in rest else None
+            classifier = ""
+            if data is not None and kind in ("event data port", "data port", "feature"):
+                del rest["data_size"]
+                if data not in sizes:
+                    sizes[data] = self._named(f"bytes {data.split()[0]}")
+                    declared = [f"  data {sizes[data]}", "    properties", f"      Data_Size => {data};"]
+                    self.types += [*declared, f"  end {sizes[data]};", ""]
+                classifier = f" {sizes[data]}"
+            queue = rest.pop("queue_size", None) if kind.startswith("event") else None
+            latency = times(rest["latency"]) if "latency" in rest else None
+            if latency is not None:
+                del rest["latency"]
+            bus = self.paths.get(str(entry.get("bus")))
+            self._connection(own, entry, kind, classifier, queue)
+            block = [f"Latency => {latency};"] if latency is not None else []
+            block += (
+                [f"Actual_Connection_Binding => (reference ({bus}));"] if bus and not self._is_inside(entry) else []
+            )
+            stated = extra(rest.items())
+            head = self._block(name, own, stated).strip().removeprefix("{").removesuffix("}")
+            block += [head] if head else []
+            self._declare(own, entry, f" {{{' '.join(block)}}}" if block else "", kind)
+            if bus and self._is_inside(entry):
+                self._bind("Actual_Connection_Binding", bus, f"{self.parts[entry['from']].parent}.{own}")
+
+    def _end(self, name: Any) -> Part:
+        if name is None:
+            assert self.environment is not None
+            return self.environment
+        return self.parts[name]
+
+    def _is_inside(self, entry: Mapping[str, Any]) -> bool:
+        """Whether both ends are in one process."""
+        one, other = (self._end(entry.get(key)).parent for key in ("from", "to"))
+        return bool(one) and one == other
+
+    def _connection(self, own: str, entry: Mapping[str, Any], kind: str, classifier: str, queue: Any) -> None:
+        """The features of both ends, and of the processes around them."""
+        waiting = f" {{Queue_Size => {queue};}}" if isinstance(queue, int) and queue > 0 else ""
+        waiting = waiting or (f' {{{OURS}::Extra => ("queue_size: {queue}");}}' if queue is not None else "")
+        for key, direction, block in (("from", "out", ""), ("to", "in", waiting)):
+            end = self._end(entry.get(key))
+            feature = f"{own}_{direction} : {direction} {kind}{classifier}"
+            end.features.append(f"{feature}{block};")
+            process = self._process_of(end)
+            if process is not None and not self._is_inside(entry):
+                process.features.append(f"{feature};")
+                ends = (f"{end.own}.{own}_out", f"{own}_out") if key == "from" else (f"{own}_in", f"{end.own}.{own}_in")
+                word = "feature" if kind == "feature" else "port"
+                process.connections.append(f"{own}_{direction}side : {word} {ends[0]} -> {ends[1]};")
+
+    def _process_of(self, part: Part) -> Part | None:
+        return next((item for item in self.processes.values() if item.own == part.parent), None)
+
+    def _declare(self, own: str, entry: Mapping[str, Any], block: str, kind: str) -> None:
+        one, other = self._end(entry.get("from")), self._end(entry.get("to"))
+        word = "feature" if kind == "feature" else "port"
+        process = self._process_of(one)
+        if self._is_inside(entry) and process is not None:
+            process.connections.append(f"{own} : {word} {one.own}.{own}_out -> {other.own}.{own}_in{block};")
+            return
+        ends = [self._process_of(item) or item for item in (one, other)]
+        self.root.connections.append(f"{own} : {word} {ends[0].own}.{own}_out -> {ends[1].own}.{own}_in{block};")
+
+    # --- flows -------------------------------------------------------------------------------------------------------
+
+    def _flows(self) -> None:
+        for name, entry in self.decided.section("flows").items():
+            own = self._named(name)
+            steps = self._steps(entry["path"])
+            elements: list[str] = []
+            for number, (kind, item, before, after) in enumerate(steps):
+                spec = f"{own}_{number}"
+                if kind == "connection":
+                    elements.append(self.links[item])
+                    continue
+                self._spec(self._end(item or None), spec, before, after, item)
+                elements.append(f"{self._end(item or None).own}.{spec}")
+            latency = entry.get("latency")
+            text = times(latency) if latency is not None else None
+            block = [f"Latency => {text};"] if text is not None else []
+            rest = {"latency": latency} if latency is not None and text is None else {}
+            head = self._block(name, own, extra(rest.items())).strip().removeprefix("{").removesuffix("}")
+            block += [head] if head else []
+            line = " -> ".join(self._lifted(own, steps, elements))
+            stated = f" {{{' '.join(block)}}}" if block else ""
+            self.root.flow_implementations.append(f"{own} : end to end flow {line}{stated};")
+
+    def _steps(self, path: list[str]) -> list[tuple[str, str, str, str]]:
+        """Components and connections in turn, each component with the connections before and behind it ("": none)."""
+        flat: list[tuple[str, str]] = []
+        for item in path:
+            kind = "component" if item in self.parts else "connection"
+            if kind == "component" and flat and flat[-1][0] == "component":
+                flat.append(("connection", self._between(flat[-1][1], item)))
+            flat.append((kind, item))
+        if flat[0][0] == "connection":
+            flat.insert(0, ("component", self.decided.section("connections")[flat[0][1]].get("from", "")))
+        if flat[-1][0] == "connection":
+            flat.append(("component", self.decided.section("connections")[flat[-1][1]].get("to", "")))
+        found = []
+        for number, (kind, item) in enumerate(flat):
+            before = flat[number - 1][1] if number else ""
+            after = flat[number + 1][1] if number + 1 < len(flat) else ""
+            found.append((kind, item, before, after))
+        return found
+
+    def _between(self, one: str, other: str) -> str:
+        return next(
+            name for name, item in self.decided.section("connections").items()
+            if item.get("from") == one and item.get("to") == other
+        )  # fmt: skip
+
+    def _spec(self, part: Part, spec: str, before: str, after: str, name: str) -> None:
+        """A flow specification of a component from the connection before to the one behind."""
+        entry, leaving = (f"{self.links[before]}_in" if before else "", f"{self.links[after]}_out" if after else "")
+        latency = self._latency(name)
+        block = f" {{Latency => {latency};}}" if latency else ""
+        part.flows.append(f"{spec} : flow {_kind(entry, leaving)}{block};")
+
+    def _latency(self, name: str) -> str | None:
+        for section in ("devices", "threads"):
+            entry = self.decided.section(section).get(name, {})
+            if "latency" in entry:
+                return times(entry["latency"])
+        return None
+
+    def _lifted(self, own: str, steps: list[tuple[str, str, str, str]], elements: list[str]) -> Iterator[str]:
+        """The elements of the root: what runs within a process becomes a flow of that."""
+        number = 0
+        while number < len(steps):
+            kind, item, before, _ = steps[number]
+            process = self._process_of(self._end(item or None)) if kind == "component" else None
+            if process is None:
+                yield elements[number]
+                number += 1
+                continue
+            last = number
+            while last + 2 < len(steps) and self._process_of(self._end(steps[last + 2][1] or None)) is process:
+                if not self._is_inside(self.decided.section("connections")[steps[last + 1][1]]):
+                    break
+                last += 2
+            after = steps[last][3]
+            spec = f"{own}_{number}_p"
+            entry, leaving = (f"{self.links[before]}_in" if before else "", f"{self.links[after]}_out" if after else "")
+            process.flows.append(f"{spec} : flow {_kind(entry, leaving)};")
+            inner = [entry, f"{self.links[before]}_inside"] if before else []
+            inner += elements[number : last + 1]
+            inner += [f"{self.links[after]}_outside", leaving] if after else []
+            word = _kind(entry, leaving).split()[0]
+            process.flow_implementations.append(f"{spec} : flow {word} {' -> '.join(inner)};")
+            yield f"{process.own}.{spec}"
+            number = last + 1
+
+    # --- text --------------------------------------------------------------------------------------------------------
+
+    def _package(self) -> str:
+        lines = [f"package {self.package}", "public", f"  with SEI, {OURS};", "", *self.types]
+        parts = [*self.parts.values(), *([self.environment] if self.environment else [])]
+        for part in parts:
+            lines += [f"  {part.category} {part.name}", *_section("features", part.features)]
+            lines += [*_section("flows", part.flows), *_section("properties", part.properties)]
+            lines += [f"  end {part.name};", ""]
+        for part in (*self.processes.values(), self.root):
+            name = part.name if part is not self.root else f"{self.package}_system"
+            lines += [f"  {part.category} {name}", *_section("features", part.features)]
+            lines += [*_section("flows", part.flows), f"  end {name};", ""]
+            lines += [f"  {part.category} implementation {name}.i", *_section("subcomponents", part.subcomponents)]
+            lines += [*_section("connections", part.connections), *_section("flows", part.flow_implementations)]
+            lines += [*_section("properties", part.properties), f"  end {name}.i;", ""]
+        return "\n".join([*lines, f"end {self.package};"]) + "\n"
+
+
+def _kind(entry: str, leaving: str) -> str:
+    if entry and leaving:
+        return f"path {entry} -> {leaving}"
+    return f"sink {entry}" if entry else f"source {leaving}"
+
+
+def _section(name: str, lines: Iterable[str]) -> list[str]:
+    found = [f"      {line}" for line in lines]
+    return [f"    {name}", *found] if found else []

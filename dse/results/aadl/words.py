@@ -1,0 +1,100 @@
+"""Names and quantities of problem files as AADL writes them."""
+
+from __future__ import annotations
+
+import json
+import re
+from collections.abc import Iterable
+from typing import Any
+
+from dse.spec.writing import yaml_text
+from dse.units import UnitError, parse_bandwidth_bps, parse_size_bytes
+
+_QUANTITY = re.compile(r"(\d+(?:\.\d+)?)\s*([A-Za-zµμ]+)")
+_TIMES = {"ps": "ps", "ns": "ns", "us": "us", "µs": "us", "μs": "us", "ms": "ms", "s": "sec", "min": "min", "h": "hr"}
+_RESERVED = """
+abstract access all and annex applies binding bus calls classifier compute connections constant data delta device end
+enumeration event extends false feature features flow flows group implementation in inherit initial internal inverse is
+list memory mode modes none not of or out package parameter path port private process processor properties property
+prototype prototypes provides public range record reference refined renames requires self set sink source subcomponents
+subprogram system thread to true type units value virtual with
+"""
+RESERVED = frozenset(_RESERVED.split())
+"""Words that are no names in AADL."""
+
+
+def identifier(name: str, taken: set[str]) -> str:
+    """A name as an AADL identifier that is not taken yet, and is now.
+
+    >>> identifier("ekf.main loop", set()), identifier("end", set()), identifier("a", {"a"})
+    ('ekf_main_loop', 'end_1', 'a_1')
+    """
+    stem = re.sub(r"[^A-Za-z0-9]+", "_", name).strip("_") or "x"
+    stem = stem if stem[0].isalpha() else f"x_{stem}"
+    found, number = stem, 0
+    while found.lower() in taken or found.lower() in RESERVED:
+        number += 1
+        found = f"{stem}_{number}"
+    taken.add(found.lower())
+    return found
+
+
+def quoted(text: str) -> str:
+    """A text in quotes."""
+    return '"' + text.replace("\\", "\\\\").replace('"', '""') + '"'
+
+
+def times(text: Any, *, as_range: bool = True) -> str | None:
+    """A time or a range of times; None where AADL has no form for it, such as ``1/3 ns``.
+
+    >>> times("243 us .. 1.3 ms"), times("2 s"), times("2 s", as_range=False), times("1/3 ns")
+    ('243 us .. 1.3 ms', '2 sec .. 2 sec', '2 sec', None)
+    """
+    ends = []
+    for part in str(text).split(".."):
+        found = _QUANTITY.fullmatch(part.strip())
+        if found is None or found[2] not in _TIMES:
+            return None
+        ends.append(f"{found[1]} {_TIMES[found[2]]}")
+    if not as_range:
+        return ends[0] if len(ends) == 1 else None
+    return f"{ends[0]} .. {ends[-1]}"
+
+
+def size(text: Any) -> str | None:
+    """A size in bytes."""
+    try:
+        return f"{parse_size_bytes(str(text))} Bytes"
+    except (UnitError, ValueError, TypeError):
+        return None
+
+
+def bandwidth(text: Any) -> str | None:
+    """A bandwidth in bit/s."""
+    try:
+        return f"{parse_bandwidth_bps(str(text))} bitsps"
+    except (UnitError, ValueError, TypeError):
+        return None
+
+
+def extra(fields: Iterable[tuple[str, Any]]) -> str | None:
+    """Fields that AADL has no word for, as a list of texts ``key: value``."""
+    items = [quoted(f"{key}: {_flow(value)}") for key, value in fields]
+    return f"({', '.join(items)})" if items else None
+
+
+def _flow(value: Any) -> str:
+    """A value in one line of YAML."""
+    if isinstance(value, dict):
+        return "{" + ", ".join(f"{yaml_text(str(key))}: {_flow(item)}" for key, item in value.items()) + "}"
+    if isinstance(value, list):
+        return f"[{', '.join(map(_flow, value))}]"
+    if isinstance(value, str):
+        return yaml_text(value)
+    return json.dumps(value)
+
+
+def comment(lines: Iterable[str]) -> str:
+    """Lines as comments."""
+    safe = ("".join(char if char.isprintable() else " " for char in line) for line in lines)
+    return "".join(f"-- {line}\n" for line in safe)

@@ -1,0 +1,142 @@
+"""Designs as AADL: read back they give the very figures; of a model they extend it as Listing 2.3 does."""
+
+from __future__ import annotations
+
+import shutil
+from pathlib import Path
+
+import pytest
+
+import dse
+from dse.api.export import figures
+from dse.api.problem import complete_design
+from dse.cli.main import run
+from dse.errors import UsageError
+
+ROOT = Path(__file__).parents[2]
+PARTS = """
+dse: 1
+name: "parts, of everything"
+totals: {mass: g}
+processor_types:
+  cpu: {cores: 2, price: 5 EUR, totals: {mass: 3 g}}
+  slow: {price: 1 EUR}
+bus_types:
+  wire: {bandwidth: 1 Mbit/s, exclusive: true, overhead: 3 B, transmission_time: {fixed: 10 us, per_byte: 8 us .. 9 us}}
+  thin: {bandwidth: 1 Mbit/s, transmission_time: from bandwidth}
+  odd: {virtual: true, latency: 1 us, transmission_time: {cpu: {fixed: 5 us, per_byte: 1/3 ns}, slow: {fixed: 7 us}}}
+processors: {p: {type: [cpu, slow]}, q: {type: cpu, optional: true}}
+buses: {"the wire": {type: [wire, thin]}, on top: {type: odd, bus: the wire}}
+devices: {"a sensor": {period: 5 ms, latency: 1 ms .. 2 ms, price: 3 EUR}, end: {}}
+threads:
+  x.main: {processor: [p, q], process: x, period: [10 ms, 20 ms], priority: 3, deadline: 9 ms, queue_size: 2,
+           dispatch_protocol: periodic, compute_execution_time: {cpu: 1 ms .. 2 ms, slow: 2 ms .. 4 ms}}
+  x.other: {processor: [p, q], process: x, compute_execution_time: 1 us, dispatch_trigger: [in x]}
+  y: {processor: p, dispatch_protocol: hybrid, period: 40 ms, callback_execution_time: 30 us,
+      compute_execution_time: 7 us}
+  s: {category: abstract, dispatch_protocol: sporadic, period: 5 ms, compute_execution_time: 10 us, processor: p}
+connections:
+  in: {to: "x.main", data_size: 4 B, rate: 20 Hz, port: data}
+  c: {from: a sensor, to: x.main, data_size: 8 B, bus: the wire, queue_size: 3}
+  in x: {from: x.main, to: x.other, data_size: 9 B, latency: 3 us}
+  d: {from: x.other, to: y, data_size: 20 B, bus: on top, port: event}
+  e: {from: y, to: s, data_size: 3 B, data_rate: 3 KB/s, bus: the wire, port: feature}
+  f: {from: s, to: end, data_size: 1 B, bus: on top}
+  out: {from: s, data_size: 2 B, bus: the wire}
+flows:
+  through: {path: [a sensor, c, x.main, x.other, y, e, s, f, end], latency: 0 ms .. 1 s}
+  part: {path: [in, x.main, x.other]}
+  rest: {path: [y, s, out]}
+metrics: {sum: latency of through + latency of part}
+requirements: [utilisation of q <= 90 %, load of the wire <= 90 %, mass <= 9 g]
+objectives: [minimise price, minimise latency of part]
+"""
+
+
+@pytest.mark.parametrize("name", ["starter", "parts", "inmark_chapter3"])
+def test_a_whole_model_reads_back_as_the_same_design(name: str, tmp_path: Path) -> None:
+    """`dse.export` itself compares every figure; here the names and the settings too, and that the text is AADL."""
+    path = tmp_path / "parts.yaml"
+    path.write_text(PARTS, encoding="utf-8")
+    result = dse.solve(path if name == "parts" else ROOT / "problems" / f"{name}.yaml")
+    text = dse.export(result, 1, "aadl")
+    written = tmp_path / "model.aadl"
+    written.write_text(text, encoding="utf-8")
+    there = dse.load(written).space
+    mine, theirs = figures(result.space, result.front[0].design), figures(there, complete_design(there, {}))
+    assert {key: value for key, value in mine.items() if value} == {
+        key: value for key, value in theirs.items() if value
+    }
+    assert [item.name for item in there.components] == [item.name for item in result.space.components]
+    assert (there.name, there.profile) == (result.space.name, result.space.profile)
+    again = dse.solve(written, minimise="price")
+    assert dse.export(again, 1, "problem")
+
+
+def copied(tmp_path: Path) -> Path:
+    shutil.copytree(ROOT / "problems" / "aadl", tmp_path / "aadl")
+    return tmp_path / "aadl"
+
+
+def test_a_design_of_a_model_extends_it_as_listing_2_3_does(tmp_path: Path) -> None:
+    folder = copied(tmp_path)
+    result = dse.solve(folder / "inmark_chapter2.yaml")
+    chosen = next(point for point in result.front if point.objectives["changes"] == 1)
+    text = dse.export(result, chosen.id, "aadl")
+    assert "system implementation inmark_full.chosen extends inmark_chapter2::inmark_full.gnss_flow" in text
+    assert "Dispatch_Protocol => Aperiodic applies to sw.localisation_subsystem.gnss_provider;" in text
+    assert "Period => 0 ms applies to sw.localisation_subsystem.gnss_provider;" in text
+    (folder / "chosen.aadl").write_text(text, encoding="utf-8")
+    found = dse.analyse(dse.Model(folder / "chosen.aadl"), profile="osate-2.2")
+    listing = dse.analyse(dse.Model(folder / "inmark_chapter2.aadl", "inmark_full.gnss_flow2"), profile="osate-2.2")
+    assert [vars_of(row) for row in found.flows[0].rows] == [vars_of(row) for row in listing.flows[0].rows]
+
+
+def vars_of(row: object) -> tuple[object, ...]:
+    return tuple(getattr(row, name) for name in ("contributor", "min_ns", "min_method", "max_ns", "max_method"))
+
+
+def test_another_bus_is_a_refined_subcomponent(tmp_path: Path) -> None:
+    folder = copied(tmp_path)
+    result = dse.solve(folder / "inmark_chapter3.yaml")
+    chosen = next(point for point in result.front if point.decisions["canbus0.type"] == "can.c500")
+    text = dse.export(result, chosen.id, "aadl")
+    assert "canbus0 : refined to bus inmark_hardware::can.c500;" in text
+    (folder / "chosen.aadl").write_text(text, encoding="utf-8")
+    found = dse.analyse(folder / "chosen.aadl", profile="osate-2.2")
+    assert found.metrics["latency of f_io_cmd"] == chosen.metrics["latency of f_io_cmd"]
+
+
+def test_the_model_is_needed_to_extend_it(tmp_path: Path) -> None:
+    folder = copied(tmp_path)
+    result = dse.solve(folder / "inmark_chapter2.yaml")
+    (folder / "inmark_chapter2.aadl").unlink()
+    with pytest.raises(UsageError, match="AADL model that it is of is not there"):
+        dse.export(result, 1, "aadl")
+
+
+def test_the_property_set_stands_beside_the_model(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    Path("p.json").write_text(dse.solve(ROOT / "problems" / "starter.yaml").to_json(), encoding="utf-8")
+    export = ["export", "p.json", "--alternative", "1", "--format", "aadl"]
+    assert run([*export, "-o", "model.aadl"]) == 0
+    assert run(["check", "model.aadl"]) == 0 and run(["analyse", "model.aadl"]) == 0
+    assert Path("dse.aadl").read_text(encoding="utf-8").startswith("property set dse is")
+    Path("dse.aadl").write_text("another\n", encoding="utf-8")
+    assert run([*export, "-o", "other.aadl"]) == 2
+
+
+def test_a_result_of_a_model_is_opened_again(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """With its root; also where the model is gone: the result carries what was read."""
+    folder = copied(tmp_path)
+    monkeypatch.chdir(folder)
+    arguments = ["solve", "inmark_chapter2.aadl", "--root", "inmark_full.gnss_flow", "--profile", "osate-2.2", "-q"]
+    assert run([*arguments, "--minimise", "price", "--json", "r.json"]) == 4  # 12 ms are required
+    assert run(["verify", "r.json"]) == 0
+    assert run(["solve", "inmark_chapter2.yaml", "-q", "--json", "s.json"]) == 0
+    assert run(["verify", "s.json"]) == 0
+    assert run(["export", "s.json", "--alternative", "1", "-o", "fixed.yaml"]) == 0
+    Path("inmark_chapter2.aadl").unlink()
+    assert run(["verify", "r.json"]) == 5  # nothing wrong, but a forgery of both would pass
+    (folder / "inmark_chapter2.yaml").unlink()
+    assert run(["verify", "s.json"]) == 5
