@@ -111,6 +111,8 @@ def _fix_in_place(draft: Draft, space: Space, decision: Decision, design: Design
     if not places or any(draft.is_shared(place) for place in places):
         return False
     chosen = _chosen(space, decision, design)
+    if chosen is None and decision.field == "period" and space.profile != "dse":
+        return False  # for OSATE a period counts that an aperiodic thread states: it stays open, and unused
     for place in places:
         sequence = draft.find(place)
         texts = [_canonical(space, decision, item.value) for item in sequence.value]

@@ -60,7 +60,7 @@ Protocol: TypeAlias = Literal["periodic", "aperiodic", "sporadic", "hybrid"]
 Communication: TypeAlias = Literal["implicit", "let"]
 Category: TypeAlias = Literal[
     "thread", "device", "abstract", "process", "system", "thread_group", "processor", "virtual_processor", "memory",
-    "bus", "virtual_bus",
+    "bus", "virtual_bus", "data", "subprogram", "subprogram_group",
 ]  # fmt: skip
 Timing: TypeAlias = Literal["sampled", "immediate", "delayed"]
 Port: TypeAlias = Literal["event_data", "event", "data", "feature"]

@@ -77,7 +77,7 @@ class ComponentWriter:
         sheet = Sheet(self.model, self.places, key)
         category = component.category
         if category != ("device" if key[0] in ("devices", "device_types") else "thread"):
-            sheet.fields["category"] = category
+            sheet.fields["category"] = category.replace(" ", "_")
         processor = self._processor(sheet, component) if category not in ("device",) else None
         self._dispatch(sheet, component)
         if category in EXECUTING:
@@ -89,6 +89,8 @@ class ComponentWriter:
             sheet.put("deadline", deadline, span.text)
         if category == "thread":
             sheet.read("priority", self.model.properties.of(component, "Priority"), whole, "Priority")
+        if category == "device":
+            self.hardware.clocked(sheet, component)
         self.hardware.priced(sheet, component)
         sheet.extra(self.model.properties.of(component, "Extra", OURS))
         return sheet

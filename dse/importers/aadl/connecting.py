@@ -123,8 +123,8 @@ class ConnectionWriter:
             self.model.library.remark(message, item.wires[0].member.item.place)
         timing = self._property(item, "Timing")
         kind = self.model.read(timing, word, "Timing")
-        if timing is not None and kind not in (None, "sampled"):
-            self.model.library.remark(f"Timing => {kind} is not looked at: read as sampled", timing.place)
+        if kind in ("immediate", "delayed"):
+            sheet.put("timing", timing, kind)
         return sheet.result()
 
     def _needs_size(self, sheet: Sheet, item: ConnectionInstance) -> bool:

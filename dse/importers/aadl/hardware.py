@@ -29,11 +29,10 @@ from dse.importers.registry import Key, Place
 
 CARRIERS = ("bus", "virtual bus")
 UNHEEDED = {
-    "processor": (("Module_Major_Frame", "ARINC653"), ("Module_Schedule", "ARINC653"), ("Reference_Time", "")),
+    "processor": (("Module_Major_Frame", "ARINC653"), ("Module_Schedule", "ARINC653")),
     "virtual processor": (("Period", ""), ("Execution_Time", "")),
-    "bus": (("Period", ""), ("Required_Virtual_Bus_Class", "")),
-    "virtual bus": (("Period", ""), ("Required_Virtual_Bus_Class", "")),
-    "device": (("Reference_Time", ""),),
+    "bus": (("Required_Virtual_Bus_Class", ""),),
+    "virtual bus": (("Required_Virtual_Bus_Class", ""),),
 }
 """What OSATE looks at and we do not, by category, with the set that it is named with."""
 
@@ -93,6 +92,7 @@ class HardwareWriter:
         self.model = model
         self.places = places
         self.choices = choices
+        self.clocks: dict[str, dict[str, Any]] = {}
         self.types: dict[str, dict[str, dict[str, Any]]] = {"processor_types": {}, "bus_types": {}}
         self.type_flats: dict[str, Flat | None] = {}
         self.slots: dict[str, dict[str, dict[str, Any]]] = {"processors": {}, "buses": {}}
@@ -106,7 +106,7 @@ class HardwareWriter:
 
     def sections(self) -> dict[str, dict[str, Any]]:
         """The sections of the document."""
-        return {**self.types, **self.slots}
+        return {**self.types, "clocks": self.clocks, **self.slots}
 
     def mips(self, type_name: str) -> Any:
         """The speed of a processor type in MIPS, or None."""
@@ -151,6 +151,8 @@ class HardwareWriter:
             if flat is not None:
                 self._type(section, one, self.standing(flat), flat)
         slot = Sheet(self.model, self.places, key)
+        if component.category == "processor":
+            self.clocked(slot, component)
         slot.extra(self.model.properties.of(component, "Slot", OURS))
         sheet: dict[str, Any] = {"type": types[0], **slot.fields}
         if component.category == "virtual bus":
@@ -205,6 +207,14 @@ class HardwareWriter:
         sheet.extra(self.model.properties.of(component, "Extra", OURS))
         return sheet.result()
 
+    def clocked(self, sheet: Sheet, component: Instance) -> None:
+        """The clock that a processor or device runs by: what its Reference_Time refers to."""
+        found = self.model.properties.of(component, "Reference_Time")
+        for target in self.model.targets(found)[:1]:
+            name = self.model.name(target) or self.model.root.name
+            self.clocks.setdefault(name, {})
+            sheet.put("clock", found, name)
+
     def priced(self, sheet: Sheet, component: Instance) -> None:
         """Price and power: ours, or SEI's budget."""
         properties = self.model.properties
@@ -227,6 +237,9 @@ class HardwareWriter:
         transmission = properties.of(component, "Transmission_Time")
         self._transmission(sheet, transmission)
         sheet.read("latency", properties.of(component, "Latency"), time_range, "Latency")
+        period = properties.of(component, "Period")
+        span = self.model.read(period, time_range, "Period")
+        sheet.put("period", period, span.text if span is not None and span.high > 0 else None)
         overhead = properties.of(component, "Data_Size") or properties.of(component, "Source_Data_Size")
         sheet.read("overhead", overhead, size_of, "Data_Size")
         sheet.read("exclusive", properties.of(component, "Exclusive", OURS), is_true, "Exclusive")
