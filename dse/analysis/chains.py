@@ -6,9 +6,12 @@ the same datum. Between releases whose phase drifts, each stretch of a flow is a
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from collections.abc import Sequence
+from dataclasses import dataclass
 from fractions import Fraction
-from math import ceil, lcm
+from functools import lru_cache
+from math import lcm
+from typing import TypeAlias
 
 from dse.analysis.clocks import METHOD, pair_of
 from dse.analysis.latency import arrival_ns, flow_rows, step_rows
@@ -16,9 +19,10 @@ from dse.analysis.rates import is_periodic
 from dse.analysis.views import View
 from dse.space.trees import at
 from dse.space.types import Component, Flow, Space, Step
-from dse.units import Exact, is_unbounded
+from dse.units import Exact, is_unbounded, whole
 
-MOST_RELEASES = 50_000
+Ends: TypeAlias = tuple[int, int]
+MOST_RELEASES = 10_000
 """A hyperperiod with more releases to follow than this is not looked through: the bound stands for the exact value."""
 
 
@@ -33,35 +37,43 @@ class Hop:
     error_ns: Exact = 0
 
 
-@dataclass(slots=True)
+@dataclass(frozen=True, slots=True)
 class Run:
     """A stretch of a flow on one clock: its first release, the hops from there, and the waits that bound it."""
 
     period_ns: Exact
     offset_ns: Exact
-    hops: list[Hop] = field(default_factory=list)
+    hops: tuple[Hop, ...]
     bounds_ns: tuple[Exact, Exact] = (0, 0)
 
+    def onward(self, hop: Hop, least_ns: Exact, most_ns: Exact) -> Run:
+        """The stretch with a hop more, whose wait is in these bounds."""
+        low, high = self.bounds_ns
+        return Run(self.period_ns, self.offset_ns, (*self.hops, hop), (low + least_ns, high + most_ns))
 
-def exact_range_ns(space: Space, flow: Flow, view: View) -> tuple[Exact, Exact, bool]:
-    """The shortest and the longest latency of a flow, and whether they are exact.
 
-    Where a hyperperiod is too long (`MOST_RELEASES`), or clocks differ by an error, they are safe bounds.
+def exact_range_ns(space: Space, flow: Flow, view: View) -> tuple[Exact, Exact]:
+    """The shortest and the longest latency of a flow.
+
+    They are exact unless clocks differ by an error, or a hyperperiod is too long (`MOST_RELEASES`): then safe bounds.
     """
-    least, most = Fraction(0), Fraction(0)
+    found: tuple[Exact, Exact] | None = view.memo.get(("exact", flow.name))
+    if found is None:
+        found = view.memo["exact", flow.name] = _range_ns(space, flow, view)
+    return found
+
+
+def _range_ns(space: Space, flow: Flow, view: View) -> tuple[Exact, Exact]:
     runs, others = _runs(space, flow, view)
-    for low, high in others:
-        least, most = least + low, most + high
-    is_exact = True
+    least, most = (sum((ends[side] for ends in others), Fraction(0)) for side in (0, 1))
     for run in runs:
         found = None if is_unbounded(most) else longest_and_shortest_ns(run)
-        is_exact = is_exact and found is not None and not any(hop.error_ns for hop in run.hops)
         low, high = run.bounds_ns
         if found is not None:
             low = max(low, found[0] - sum(hop.least_ns for hop in run.hops))
             high = min(high, found[1] - sum(hop.most_ns for hop in run.hops))
         least, most = least + low, most + high
-    return least, most, is_exact
+    return least, most
 
 
 def repeats_too_late(space: Space, flow: Flow, view: View) -> bool:
@@ -83,10 +95,8 @@ def _runs(space: Space, flow: Flow, view: View) -> tuple[list[Run], list[tuple[E
                 is_synchronous = True
                 sender, hop = _hop(space, step, view)
                 if not is_open:
-                    runs.append(Run(at(sender.period_ns, view), at(sender.offset_ns, view)))
-                low, high = runs[-1].bounds_ns
-                runs[-1].hops.append(hop)
-                runs[-1].bounds_ns = (low + row.min_ns, high + row.max_ns)
+                    runs.append(Run(at(sender.period_ns, view), at(sender.offset_ns, view), ()))
+                runs[-1] = runs[-1].onward(hop, row.min_ns, row.max_ns)
             else:
                 others.append((row.min_ns, row.max_ns))
         if step.kind == "component" and is_periodic(space.components[step.index], view):
@@ -108,32 +118,53 @@ def _hop(space: Space, step: Step, view: View) -> tuple[Component, Hop]:
 def longest_and_shortest_ns(run: Run) -> tuple[Exact, Exact] | None:
     """The shortest and the longest time from a release to the last read of its data; None where that is too long.
 
-    >>> longest_and_shortest_ns(Run(5, 0, [Hop(10, 0, 5, 5), Hop(20, 0, 10, 10)]))
+    >>> longest_and_shortest_ns(Run(5, 0, (Hop(10, 0, 5, 5), Hop(20, 0, 10, 10))))
     (15, 30)
     """
+    scale = _scale(run)
     count = _releases(run)
     if count is None:
         return None
-    ends = []
-    for number in range(count):
-        start = run.offset_ns + number * run.period_ns
-        ends.append((_read(run.hops, start, "least_ns", -1) - start, _read(run.hops, start, "most_ns", 1) - start))
-    error = max(hop.error_ns for hop in run.hops)
-    return max(0, min(low for low, _ in ends) - error), max(high for _, high in ends) + error
+    hops = tuple(_whole(scale, hop) for hop in run.hops)
+    low, high = _followed(count, int(run.period_ns * scale), int(run.offset_ns * scale), hops)
+    return whole(Fraction(low, scale)), whole(Fraction(high, scale))
 
 
-def _read(hops: list[Hop], release: Exact, end: str, sign: int) -> Exact:
-    """When the last component reads what the first one released, where everything takes its shortest or longest."""
-    for hop in hops:
-        there = release + getattr(hop, end) + sign * hop.error_ns
-        release = hop.offset_ns + ceil((there - hop.offset_ns) / Fraction(hop.period_ns)) * hop.period_ns
+@lru_cache(maxsize=4096)
+def _followed(count: int, period: int, offset: int, hops: tuple[tuple[int, int, int, int, int], ...]) -> Ends:
+    """The same in whole numbers, which many designs have in common."""
+    starts = range(offset, offset + count * period, period)
+    error = max(hop[4] for hop in hops)
+    low = min(_read([(each, start, least - gap) for each, start, least, _, gap in hops], at) - at for at in starts)
+    high = max(_read([(each, start, most + gap) for each, start, _, most, gap in hops], at) - at for at in starts)
+    return max(0, low - error), high + error
+
+
+def _read(hops: Sequence[tuple[int, int, int]], release: int) -> int:
+    """When the last component reads what the first one released."""
+    for period, offset, time in hops:
+        release = offset - (offset - release - time) // period * period
     return release
+
+
+def _scale(run: Run) -> int:
+    """A common denominator of all times of a stretch."""
+    times = [run.period_ns, run.offset_ns, *(time for hop in run.hops for time in _times(hop))]
+    return lcm(*(Fraction(time).denominator for time in times))
+
+
+def _times(hop: Hop) -> tuple[Exact, ...]:
+    return hop.period_ns, hop.offset_ns, hop.least_ns, hop.most_ns, hop.error_ns
+
+
+def _whole(scale: int, hop: Hop) -> tuple[int, int, int, int, int]:
+    period, offset, least, most, error = (int(time * scale) for time in _times(hop))
+    return period, offset, least, most, error
 
 
 def _releases(run: Run) -> int | None:
     """After how many releases the pattern repeats."""
-    periods = [run.period_ns, *(hop.period_ns for hop in run.hops)]
-    scale = lcm(*(period.denominator for period in periods))
-    whole = lcm(*(int(period * scale) for period in periods))
-    count = whole // int(run.period_ns * scale)
+    scale = _scale(run)
+    period = int(run.period_ns * scale)
+    count = lcm(period, *(int(hop.period_ns * scale) for hop in run.hops)) // period
     return count if count * len(run.hops) <= MOST_RELEASES else None

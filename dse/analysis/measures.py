@@ -204,8 +204,7 @@ def _exact_term(space: Space, flow: Flow, kind: str) -> Term:
     name = space.components[flow.steps[-1].index].name if flow.steps[-1].kind == "component" else ""
 
     def value(view: View) -> Fraction:
-        least, most, _ = exact_range_ns(space, flow, view)
-        return ZERO + _figure_of(kind, (least, most))
+        return ZERO + _figure_of(kind, exact_range_ns(space, flow, view))
 
     def ends(view: View) -> tuple[Fraction, Fraction]:
         alone = replace(space, processing="execution_time")

@@ -73,7 +73,7 @@ def read_offset(ledger: Ledger, spec: Spec, owner: Owner, protocol: Tree, period
         return (None,) if given[0] == "unknown" else tuple(grid)
 
     is_open = any(model.offset is not None and "any" in model.offset for _, model in _models(owner))
-    reader = FieldReader(ledger, owner, "offset", "duration", _text)
+    reader = FieldReader(ledger, owner, "offset", "offset", _text)
     tree = reader.read(read)
     if all(leaf is None for leaf in leaves(tree)):
         return None

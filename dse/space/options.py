@@ -17,10 +17,12 @@ from dse.space.types import (
 )
 from dse.spec.totals import in_unit_of
 from dse.units import (
+    Rounding,
     Total,
     UnitError,
     parse_bandwidth_bps,
     parse_data_rate,
+    parse_duration_ns,
     parse_money,
     parse_period_ns,
     parse_power_mw,
@@ -35,8 +37,14 @@ from dse.units import (
 SHOWN_OPTIONS = 12
 
 
+def _offset_ns(text: str) -> int | None:
+    """An offset, which may be 0, or that there is none that anybody knows."""
+    return None if text == "unknown" else parse_duration_ns(text, Rounding.EXACT)
+
+
 PARSERS: Mapping[str, Callable[[str], Any]] = {
     "duration": parse_period_ns,
+    "offset": _offset_ns,
     "time range": parse_time_range_ns,
     "transmission time": parse_transmission_ns,
     "data size": parse_size_bytes,

@@ -38,7 +38,7 @@ from dse.units import (
     shown,
 )
 
-ORDERED = ("duration", "data size", "bandwidth", "data rate", "rate", "money", "power", "total", "count")
+ORDERED = ("duration", "offset", "data size", "bandwidth", "data rate", "rate", "money", "power", "total", "count")
 
 
 def read_rule(space: Space, text: str, origin: str = "") -> Rule:

@@ -528,6 +528,35 @@ def state_cores(rng: random.Random, document: dict[str, Any]) -> None:
             body["core"] = str(chosen[0]) if len(chosen) == 1 else [str(core) for core in chosen]
 
 
+def state_clocks(rng: random.Random, document: dict[str, Any]) -> None:
+    """Sometimes timers have offsets, known or to be chosen, on one clock or several, and data pass at deadlines."""
+    if rng.random() < 0.6:
+        return
+    document["clocks"] = {"common": {"synchronisation_error": rng.choice(["0 ns", "150 us"])}, "other": {}}
+    for body in (*document["processors"].values(), *document["devices"].values()):
+        if rng.random() < 0.6:
+            body["clock"] = rng.choice(["common", "common", "other"])
+    choices = 1
+    for body in (*document["devices"].values(), *document["threads"].values()):
+        if "processor" not in body and "clock" not in body:
+            continue
+        offsets = [f"{rng.randrange(0, 20)} ms", f"{rng.randrange(0, 20_000)} us"]
+        if rng.random() < 0.75:
+            body["offset"] = offsets[0] if rng.random() < 0.9 else "unknown"
+            if choices and rng.random() < 0.5:
+                choices -= 1
+                body["offset"] = offsets
+                if rng.random() < 0.3 and body.get("period") == "20 ms":
+                    body["offset"], document["offset_grid"] = "any", "7 ms"
+        if "processor" in body and rng.random() < 0.6:
+            body["communication"] = "let"
+            if rng.random() < 0.3:
+                body["deadline"] = f"{rng.randint(1, 30)} ms"
+            if choices and rng.random() < 0.3:
+                choices -= 1
+                body["communication"] = rng.sample(["let", "implicit"], 2)
+
+
 def state_overload(rng: random.Random, document: dict[str, Any]) -> None:
     """Mostly everything may be overloaded; else nothing, or one slot; some buses carry one message at a time."""
     for body in document.get("bus_types", {}).values():

@@ -49,7 +49,11 @@ Where the documents leave something open, this is how they are read here:
     and for which it has another option, each as often as ``cost_of_change`` says, else once.
 22. A bus type with a ``frame`` has the times that its messages take on the wire (`wire`), and their load there: the
     longest of them as bytes, times the rate of the messages.
-23. Lists inside a ``totals`` mapping, and inside a map of a virtual bus per processor type, are not supported here.
+23. A timer keeps its phase to those of the same clock: of one processor, or of processors and devices that name one.
+    The times from a release of one to those of the next on a flow are all numbers that differ from the difference of
+    their offsets by multiples of the greatest common divisor of the periods; data are read at the first release from
+    when they are there. Unknown offsets may be any.
+24. Lists inside a ``totals`` mapping, and inside a map of a virtual bus per processor type, are not supported here.
 """
 
 from __future__ import annotations
@@ -169,7 +173,7 @@ def _admissible(reading: Reading, name: str, field: str) -> list[str | None]:
     """The options that may extend a partial design; [None] for an inactive decision."""
     if not reading.is_active(name, field):
         return [None]
-    options = reading.offered(name, field)
+    options = reading.admitted(name, field)
     if NONE in reading.problem.types(name) and field == "type":
         return [option for option in options if (option != NONE) == (name in reading.bound())]
     return options
@@ -213,9 +217,12 @@ def evaluate(problem: Problem, design: Mapping[str, str | None]) -> dict[str, An
 def _figures(problem: Problem, reading: Reading) -> dict[str, Any]:
     figures: dict[str, Any] = {"flows": {}}
     for flow in problem.paths:
-        rows = reading.flow_rows(flow)
+        rows, run = reading.flow_parts(flow)
         best, worst = sum(row[2] for row in rows), sum(row[3] for row in rows)
-        figures["flows"][flow] = {"min": best, "max": worst, "jitter": worst - best, "rows": rows}
+        figures["flows"][flow] = {"min": best, "max": worst, "jitter": worst - best, "rows": rows, "run": run}
+        figures["flows"][flow]["reaction"] = worst + reading.first_period(flow)
+        if reading.first_period(flow):
+            figures["flows"][flow]["age"] = worst + reading.first_period(flow) - reading.last_period(flow)
     figures["shares"] = reading.shares()
     figures["utilisation"] = {slot: sum(parts.values(), Fraction(0)) for slot, parts in figures["shares"].items()}
     figures["peak"] = {slot: reading.peak(slot, shares) for slot, shares in figures["shares"].items()}
@@ -286,7 +293,10 @@ def _metric(problem: Problem, figures: Mapping[str, Any], name: str, of: str | N
         return figures["load"][of] / NS_PER_S, DATA_RATE
     if name == "busy":
         return figures["busy"][of], RATIO
-    key = {"latency": "max", "min latency": "min", "jitter": "jitter"}[name]
+    key = {
+        "latency": "max", "min latency": "min", "jitter": "jitter", "run jitter": "run", "reaction time": "reaction",
+        "data age": "age",
+    }[name]  # fmt: skip
     return Fraction(figures["flows"][of][key]), TIME
 
 

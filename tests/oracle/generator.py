@@ -19,7 +19,7 @@ from itertools import islice
 from math import prod
 from typing import Any
 
-from .architecture import Architecture, state_cores, state_overload
+from .architecture import Architecture, state_clocks, state_cores, state_overload
 from .coverage import features
 from .evaluator import designs
 from .problem import Problem, as_list
@@ -39,6 +39,7 @@ def random_problem(seed: int, size: str = "small") -> str:
     _thin_out(rng, document, CAPS[size])
     state_cores(random.Random(f"cores {size} {seed}"), document)  # drawn apart from all else
     state_overload(random.Random(f"overload {size} {seed}"), document)
+    state_clocks(random.Random(f"clocks {size} {seed}"), document)
     add_rules(rng, document)
     add_question(rng, document)
     allow_what_is_needed(random.Random(f"allowed {size} {seed}"), document)

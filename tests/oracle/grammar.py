@@ -10,7 +10,10 @@ from typing import TypeAlias
 
 from .quantities import NUMBER, UNITS, Quantity, quantity
 
-METRICS = ("latency", "min latency", "jitter", "utilisation", "load", "busy", "price", "power")
+METRICS = (
+    "latency", "min latency", "jitter", "run jitter", "reaction time", "data age", "utilisation", "load", "busy",
+    "price", "power",
+)  # fmt: skip
 KEYWORDS = {"and", "or", "not", "implies", "requires", "in", "is"}
 OPERATORS = {"<=", "<", ">=", ">", "==", "!="}
 Sum: TypeAlias = "tuple[tuple[int, Metric | Extreme, tuple[tuple[int, Quantity], ...]], ...]"

@@ -31,6 +31,7 @@ _TASK_FIELDS = (
     "price",
     "power",
 )
+_CLOCKED = ("offset", "communication")
 FIELDS = {
     "processors": ("type", "cores", "price", "power"),
     "buses": (
@@ -44,8 +45,8 @@ FIELDS = {
         "price",
         "power",
     ),
-    "devices": ("type", *_TASK_FIELDS),
-    "threads": ("type", "process", "processor", *_TASK_FIELDS),
+    "devices": ("type", *_TASK_FIELDS, *_CLOCKED),
+    "threads": ("type", "process", "processor", *_TASK_FIELDS, *_CLOCKED),
     "connections": ("data_size", "bus", "rate", "data_rate", "port", "queue_size", "latency"),
 }
 
@@ -142,6 +143,20 @@ class Problem:
 
     def stated(self, name: str, field: str, type_name: str | None) -> Any:
         """What the component, else its type, says about a field."""
+        found = self._stated(name, field, type_name)
+        if field == "offset" and found in ("any", "unknown"):
+            return self._grid(name) if found == "any" else None
+        return found
+
+    def _grid(self, name: str) -> list[str]:
+        """The offsets below the longest period that the component may have."""
+        types = [t for t in self.types(name) if t != NONE] or [None]
+        periods = [as_list(self._stated(name, "period", t)) for t in types]
+        longest = max((quantities.period(text) for texts in periods for text in texts), default=0)
+        step = quantities.period(self.document["offset_grid"])
+        return [f"{count * step} ns" for count in range(-(-longest // step))] or ["0 ns"]
+
+    def _stated(self, name: str, field: str, type_name: str | None) -> Any:
         own = self.component(name)
         if field in own or type_name in (None, NONE):
             return own.get(field)
@@ -281,6 +296,7 @@ _READERS: dict[str, Callable[[str], Any]] = {
     "price": quantities.price,
     "power": quantities.power,
     "deadline": quantities.duration,
+    "offset": quantities.duration,
     "queue_size": int,
     "cores": int,
     "core": int,

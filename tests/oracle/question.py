@@ -29,8 +29,10 @@ UNORDERED = (
     "latency",
     "transmission_time.fixed",
     "transmission_time.per_byte",
+    "communication",
 )
 COMPARABLE = (
+    "offset",
     *UNORDERED,
     "period",
     "data_size",
@@ -122,6 +124,10 @@ def _atom(rng: random.Random, problem: Problem) -> str:
 def _candidates(problem: Problem) -> list[str]:
     """The metrics that a requirement or an objective may name."""
     found = [f"{metric} of {_quote(flow)}" for flow in problem.paths for metric in ("latency", "min latency", "jitter")]
+    if "clocks" in problem.document:
+        found += [f"{metric} of {_quote(flow)}" for flow in problem.paths for metric in ("reaction time", "run jitter")]
+        aged = [flow for flow, path in problem.paths.items() if _is_always_timed(problem, path[0])]
+        found += [f"data age of {_quote(flow)}" for flow in aged]
     found += [f"utilisation of {_quote(slot)}" for slot in problem.sections["processors"]]
     found += [f"load of {_quote(bus)}" for bus in problem.sections["buses"]]
     found += ["price", "power", *problem.totals, *problem.metrics]
@@ -136,6 +142,15 @@ def _candidates(problem: Problem) -> list[str]:
     if len(problem.sections["processors"]) == 1:
         found.append("utilisation")
     return found
+
+
+def _is_always_timed(problem: Problem, name: str) -> bool:
+    """Whether a timer releases a component in every design."""
+    if problem.section_of[name] not in ("devices", "threads"):
+        return False
+    types = [t for t in problem.types(name) if t != NONE] or [None]
+    protocols = {text for t in types for text in as_list(problem.stated(name, "dispatch_protocol", t))}
+    return protocols <= {"periodic", "hybrid"} and all(problem.stated(name, "period", t) for t in types)
 
 
 class _Sample:

@@ -7,6 +7,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import cache, cached_property
+from math import ceil, gcd
 from typing import Any
 
 from . import quantities, wire
@@ -54,10 +55,20 @@ class Reading:
         if fixed is not None:
             return fixed
         own = self.problem.component(name)
-        raw = own[field] if field in own else self.problem.stated(name, field, self.type_of(name))
+        is_plain = field in own and field != "offset"
+        raw = own[field] if is_plain else self.problem.stated(name, field, self.type_of(name))
         if isinstance(raw, dict) and field in PER_PROCESSOR_TYPE:
             raw = self._entry(name, field, raw, self.processor_of(name))
         return as_list(raw)
+
+    def admitted(self, name: str, field: str) -> list[Any]:
+        """The options of a field; of any offset on the grid those below the period."""
+        found = self.offered(name, field)
+        if field != "offset" or self.problem.component(name).get("offset") != "any":
+            return found
+        period = self.period_ns(name)
+        assert period is not None, name
+        return [text for text in found if quantities.duration(text) < period]
 
     def _entry(self, name: str, field: str, per_type: Mapping[str, Any], slot: str | None) -> Any:
         key = self.type_of(slot) if slot is not None else None
@@ -69,7 +80,7 @@ class Reading:
         """The value of a field in this design, or None where it is not stated."""
         if (name, field) in self._values:
             return self._values[name, field]
-        options = self.offered(name, field)
+        options = self.admitted(name, field)
         value = self._choice(name, field, options) if len(options) > 1 else options[0] if options else None
         if self.complete:
             self._values[name, field] = value
@@ -98,6 +109,8 @@ class Reading:
                 return "bus" in self.problem.component(name) and self.type_of(name) != NONE
             return "bus" in self.problem.component(name) and not self.is_local(name)
         if section in ("processors", "buses") and self.type_of(name) == NONE:
+            return False
+        if field in ("offset", "communication") and self.protocol(name) not in ("periodic", "hybrid"):
             return False
         if self.offered(name, field) in ([word] for word in FOLLOWS) or self.has_default(name, field):
             return False
@@ -242,8 +255,53 @@ class Reading:
             if queue is not None:
                 rows.append((name, "queued", 0, int(queue) * worst))
         specified = not self.offered(name, "compute_execution_time")
-        rows.append((name, "specified" if specified else "processing time", best, worst))
+        logical = self.logical_ns(name)
+        if logical is not None:
+            rows.append((name, "logical execution time", logical, logical))
+        else:
+            rows.append((name, "specified" if specified else "processing time", best, worst))
         return rows
+
+    # Clocks
+
+    def logical_ns(self, name: str) -> int | None:
+        """The deadline, else the period, of a timer whose data pass then."""
+        if not self.is_active(name, "communication") or self.get(name, "communication") != "let":
+            return None
+        deadline = self.get(name, "deadline")
+        return self.period_ns(name) if deadline is None else quantities.duration(deadline)
+
+    def error_ns(self, one: str, other: str) -> int | None:
+        """By how much the clocks of two components may differ; None where they are not the same."""
+        machines = [self.processor_of(name) or name for name in (one, other)]
+        if machines[0] == machines[1]:
+            return 0
+        clocks = [self.problem.component(machine).get("clock") for machine in machines]
+        if clocks[0] is None or clocks[0] != clocks[1]:
+            return None
+        stated = self.problem.document["clocks"][clocks[0]] or {}
+        return quantities.duration(stated.get("synchronisation_error", "0 ns"))
+
+    def sampling(self, sender: str, name: str, least: Any, most: Any) -> tuple[Any, Any, Any]:
+        """The wait at least and at most, and what it adds to the jitter of one run."""
+        period, error = self.period_ns(name), self.error_ns(sender, name)
+        assert period is not None, name
+        if error is None:
+            return 0, period, period
+        step = gcd(period, self.period_ns(sender) or 0)
+        offsets = [self.get(each, "offset") if self.is_active(each, "offset") else None for each in (sender, name)]
+        if None in offsets:
+            ways = ceil((most - least + 2 * error) / Fraction(step)) * step
+            return 0, period, min(period, period - step + ways + 2 * error - (most - least))
+        shift = quantities.duration(offsets[1]) - quantities.duration(offsets[0])
+
+        def first_from(time: Any) -> Any:
+            """The first possible time from a release of the one to one of the other."""
+            return shift + ceil((time - shift) / Fraction(step)) * step
+
+        soonest = max(least, first_from(least - error) - error) - least
+        latest = min(period, first_from(most + error) + error + period - step - most)
+        return soonest, latest, latest - soonest
 
     def message_bytes(self, connection: str) -> int:
         """Data size and the overheads of all buses that carry the connection."""
@@ -295,15 +353,45 @@ class Reading:
 
     def flow_rows(self, flow: str) -> list[tuple[str, str, int, int]]:
         """The contributor table of a flow."""
+        return self.flow_parts(flow)[0]
+
+    def flow_parts(self, flow: str) -> tuple[list[tuple[str, str, int, int]], int]:
+        """The contributor table of a flow, and the jitter of one run."""
         rows, arrival, first = [], None, True
+        timer, since, run = None, [], 0
         for name in self.problem.paths[flow]:
             if self.problem.section_of[name] == "connections":
-                rows += self.connection_rows(name)
+                found = self.connection_rows(name)
                 arrival, first = name, False
             else:
-                rows += self.component_rows(name, arrival, first)
+                found = self.component_rows(name, arrival, first)
                 first = False
-        return rows
+            at = next((place for place, row in enumerate(found) if "sampling" in row[1]), None)
+            if at is not None and timer is not None:
+                before = since + found[:at]
+                least, most = (sum(row[end] for row in before) for end in (2, 3))
+                *wait, spread = self.sampling(timer, name, least, most)
+                found[at] = (name, "sampling", *wait)
+                run += spread - (wait[1] - wait[0])
+            since = since + found if at is None else found[at + 1 :]
+            timer = timer if at is None else name
+            rows += found
+            run += sum(row[3] - row[2] for row in found)
+        return rows, run
+
+    def first_period(self, flow: str) -> int:
+        """The period of the first component, where a timer releases it."""
+        first = self.problem.paths[flow][0]
+        return self._timer_period(first) or 0
+
+    def last_period(self, flow: str) -> int:
+        """The period of the last component that a timer releases."""
+        periods = [self._timer_period(name) for name in self.problem.paths[flow]]
+        return [period for period in periods if period is not None][-1]
+
+    def _timer_period(self, name: str) -> int | None:
+        is_component = self.problem.section_of[name] in ("devices", "threads")
+        return self.period_ns(name) if is_component and self.protocol(name) in ("periodic", "hybrid") else None
 
     # Resources
 

@@ -120,6 +120,10 @@ class Pair:
                 f"min latency of {flow}": row["min"],
                 f"jitter of {flow}": row["jitter"],
             }
+        listed = {measure.metric.name for measure in self.evaluator.metrics}
+        for kind, key in (("run jitter", "run"), ("reaction time", "reaction"), ("data age", "age")):
+            rows = figures["flows"].items()
+            found |= {f"{kind} of {flow}": row[key] for flow, row in rows if f"{kind} of {flow}" in listed}
         found |= {f"utilisation of {slot}": value for slot, value in figures["utilisation"].items()}
         for slot, used in figures["core use"].items():
             if self._has_cores(slot):
