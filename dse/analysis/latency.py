@@ -93,6 +93,24 @@ def run_spread_ns(space: Space, step: Step, view: View) -> Exact | None:
     return None if pair is None else spread_ns(pair, *found[1:])
 
 
+def phased_parts(space: Space, step: Step, view: View) -> tuple[tuple[Exact, Exact], tuple[Exact, Exact, Exact] | None]:
+    """What an element of a flow adds at least and at most without what its offsets say, and what they say.
+
+    That is None for sampling of other clocks; else (least shift, greatest shift, step): the wait is at least
+    (offset of the receiver - offset of the sender + least shift) mod step, and at most that with the greatest shift.
+    """
+    component = space.components[step.index]
+    found = arrival_ns(space, step, view)
+    pair = None if found is None else pair_of(found[0], component, view, offsets=False)
+    rows = [*_callback_rows(space, step, component, view), _processing_row(space, component, view)]
+    least, most = sum(row.min_ns for row in rows), sum(row.max_ns for row in rows)
+    period = at(component.period_ns, view)
+    if found is None or pair is None:
+        return (least, most + period), None
+    assert not pair.error_ns, component.name
+    return (least, most + period - pair.step_ns), (-found[1], -found[2], pair.step_ns)
+
+
 def _on_one_clock(space: Space, step: Step, component: Component, view: View) -> Row | None:
     """Sampling of what comes from a timer of the same clock, where both offsets are known."""
     if not step.since or at(component.offset_ns, view) is None:

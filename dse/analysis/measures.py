@@ -16,7 +16,7 @@ from dse.analysis.binding import bit_times_ns, bus_stack, byte_times_ns
 from dse.analysis.chains import exact_range_ns
 from dse.analysis.changes import change_terms
 from dse.analysis.clocks import LET
-from dse.analysis.latency import element_rows, elements_of, run_spread_ns
+from dse.analysis.latency import element_rows, elements_of, phased_parts, run_spread_ns
 from dse.analysis.memo import Recall
 from dse.analysis.osate import Place, place_rows, place_step, rivals, waiting_for_ns
 from dse.analysis.rates import is_periodic
@@ -31,7 +31,18 @@ from dse.analysis.resources import (
 )
 from dse.analysis.rows import counts_responses
 from dse.analysis.scheduling import UNBOUNDED_NS, bounded_response_ns, longest_alone_ns
-from dse.analysis.terms import PPM, SCALE_LIMIT, ZERO, Extreme, Measure, Term, exact_sum, extreme_term, scaled_term
+from dse.analysis.terms import (
+    PPM,
+    SCALE_LIMIT,
+    ZERO,
+    Extreme,
+    Measure,
+    Phased,
+    Term,
+    exact_sum,
+    extreme_term,
+    scaled_term,
+)
 from dse.analysis.views import View
 from dse.space.clocks import is_always_timed
 from dse.space.cores import tells_cores_apart
@@ -47,7 +58,7 @@ from dse.space.metrics import (
     most_cores,
     total_unit,
 )
-from dse.space.trees import FROM_BANDWIDTH, PerProcessorType, Tree, at, leaves
+from dse.space.trees import FROM_BANDWIDTH, Choice, PerProcessorType, Tree, at, leaves
 from dse.space.types import Bus, Component, Flow, Metric, Slot, Space, Step
 from dse.units import DATA, DATA_RATE, DIMENSIONLESS, FREQUENCY, LENGTH, MONEY, POWER, TIME, Dimension, Exact, Quantity
 
@@ -253,6 +264,7 @@ def _latency_terms(space: Space, flow: Flow, kind: str) -> Iterator[Term]:
             ends=ends if is_scheduled else None,
             waits=waits,
             only_waits=waits is not None and _counts_waiting_once(space, step),
+            phased=None if is_scheduled else _phased(space, step, kind),
         )
 
 
@@ -274,6 +286,43 @@ def _placed_terms(space: Space, place: Place, name: str, kind: str) -> Iterator[
             return ZERO + waiting_for_ns(space, place, other, view)
 
         yield Term(name, waiting)
+
+
+def _phased(space: Space, step: Step, kind: str) -> Phased | None:
+    """Sampling on one clock taken apart, where both timers and their offsets are there in every design.
+
+    Where clocks may be wrong the wait is cut at both ends, and stays whole.
+    """
+    earlier = [item.index for item in step.since if item.kind == "component"]
+    if not earlier or space.profile != "dse":
+        return None
+    pair = [space.components[number] for number in (earlier[-1], step.index)]
+    open_offsets = [isinstance(item.offset_ns, Choice) for item in pair]
+    if not any(open_offsets) or not all(
+        is_always_timed(item) and None not in set(leaves(item.offset_ns)) and not _may_be_wrong(item) for item in pair
+    ):
+        return None
+
+    def parts(view: View) -> tuple[Fraction, tuple[tuple[Fraction, Exact, Exact], ...]]:
+        (least, most), wait = phased_parts(space, step, view)
+        base = ZERO + _figure_of(kind, (least, most))
+        if wait is None:
+            return base, ()
+        soonest, latest, width = wait
+        if kind == "min latency":
+            return base, ((Fraction(1), soonest, width),)
+        if kind == "latency":
+            return base, ((Fraction(1), latest, width),)
+        if (soonest - latest) % width == 0:
+            return base, ()
+        return base, ((Fraction(1), latest, width), (Fraction(-1), soonest, width))
+
+    return Phased(earlier[-1], step.index, parts)
+
+
+def _may_be_wrong(component: Component) -> bool:
+    """Whether the clock of a component may be another than that of some others by an error."""
+    return any(leaf is not None and leaf.error_ns for leaf in leaves(component.clock))
 
 
 def _counts_waiting(space: Space, number: int) -> bool:

@@ -12,7 +12,7 @@ from typing import Any, Literal, TypeAlias, cast
 from dse.analysis.rates import RateKey, rate_hz
 from dse.analysis.views import View
 from dse.space.types import Metric, Space
-from dse.units import is_unbounded
+from dse.units import Exact, is_unbounded
 
 PPM = 10**6
 ZERO = Fraction(0)
@@ -27,7 +27,8 @@ class Term:
 
     Where it is a coefficient times a rate, both parts are there too, for the search's sake. Where it is, or holds, a
     response time, which consults whatever shares its processor, `ends` are bounds of it that consult less. Where it is
-    the greatest or least of several sums, `extreme` has them.
+    the greatest or least of several sums, `extreme` has them. Where it hangs on offsets that are open, `phased` takes
+    them apart from all else.
     """
 
     label: str
@@ -41,6 +42,7 @@ class Term:
     only_waits: bool = False
     """Whether that is all: the figure is the lower end, and so often the waiting."""
     extreme: Extreme | None = None
+    phased: Phased | None = None
 
     def rounded_up(self, view: View, scale: int) -> int:
         """The value in units of 1 / `scale`, every single figure in it rounded up."""
@@ -50,6 +52,27 @@ class Term:
             sum(term.rounded_up(view, scale) for term in terms) for terms in self.extreme.sums
         )
         return found
+
+
+@dataclass(frozen=True)
+class Phased:
+    """A summand as base + sum of times * ((offset of `receiver` - offset of `sender` + shift) mod step).
+
+    `parts` gives the base and each (times, shift, step), which consult no offset; components go by number.
+    """
+
+    sender: int
+    receiver: int
+    parts: Callable[[View], tuple[Fraction, tuple[tuple[Fraction, Exact, Exact], ...]]]
+
+    def scaled(self, factor: Fraction) -> Phased:
+        """The summand times a constant."""
+
+        def parts(view: View) -> tuple[Fraction, tuple[tuple[Fraction, Exact, Exact], ...]]:
+            base, waits = self.parts(view)
+            return base * factor, tuple((times * factor, shift, step) for times, shift, step in waits)
+
+        return Phased(self.sender, self.receiver, parts)
 
 
 Kind: TypeAlias = Literal["max", "min"]
@@ -149,6 +172,7 @@ def scaled_term(term: Term, factor: Fraction) -> Term:
         coefficient=scaled,
         ends=scaled_ends if ends is not None else None,
         waits=(term.waits[0], term.waits[1] * factor) if term.waits is not None and factor > 0 else None,
+        phased=term.phased.scaled(factor) if term.phased is not None else None,
     )
 
 

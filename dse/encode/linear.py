@@ -83,6 +83,7 @@ class Board:
         self.extremes: dict[tuple[int, bool], tuple[object, Form]] = {}  # as `scheduled`
         self.waiting: dict[int, cp_model.IntVar] = {}  # by thread, see `dse.encode.waiting`
         self.wait_scale = 0
+        self.phases: dict[Any, Any] = {}  # by pair of components, see `dse.encode.phases`
         self.guard: cp_model.IntVar | None = None
         self.branched: Counter[int] = Counter()
         self.true = self.model.new_constant(1)

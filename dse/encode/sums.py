@@ -17,6 +17,7 @@ from dse.analysis.scheduling import UNBOUNDED_NS
 from dse.analysis.views import allowed_options
 from dse.encode.additive import additive_parts
 from dse.encode.linear import Board, Form, Given, OpenTerm, ceil_int, check_exact, floor_int
+from dse.encode.phases import phased_form
 from dse.encode.rates import RateVariables
 from dse.encode.waiting import shared_waiting
 
@@ -100,6 +101,8 @@ def _term_form(board: Board, rates: RateVariables, measure: Measure, term: Term,
         return _extreme_form(board, rates, measure, term, below)
     if term.ends is not None:
         return _scheduled_form(board, measure, term, rounded)
+    if term.phased is not None and not measure.rounded:
+        return phased_form(board, measure, term, given)
 
     def counted(pairs: Iterable[tuple[Any, Fraction]]) -> Iterator[tuple[Any, int]]:
         return ((literal, rounded(value * measure.scale)) for literal, value in pairs)
