@@ -16,6 +16,7 @@ from dse.api.meanings import changed_meanings
 from dse.api.problem import Problem, Source, load
 from dse.api.question import Question
 from dse.api.sizes import too_large
+from dse.files.answer import Answer
 from dse.space.activation import exclusions
 from dse.space.implied import overload_needed
 from dse.space.metrics import asks_for_changes, busy_obstacle
@@ -35,7 +36,7 @@ MOST_NAMES = 10
 
 
 @dataclass(frozen=True)
-class Description:
+class Description(Answer):
     """The space of a problem: open decisions with their options, its size, and remarks.
 
     `impossible` are requirements and deadlines that no design meets, as bounds alone show, each with its place and both

@@ -15,7 +15,9 @@ from dse.cli.common import (
     problem_argument,
     question_of,
     question_options,
-    write_text,
+    report_option,
+    save,
+    write_page,
 )
 from dse.errors import EXIT_COMPLETE, EXIT_NO
 
@@ -34,24 +36,30 @@ if TYPE_CHECKING:
 )
 @click.option("--response-times", is_flag=True, help="Also the response time of every thread, by core and priority.")
 @question_options
+@report_option
 @json_option
 @in_time
-def command(file: str, design: tuple[str, ...], response_times: bool, json_path: str | None, **options: Any) -> int:
+def command(
+    file: str, design: tuple[str, ...], response_times: bool, report: str | None, json_path: str | None, **options: Any
+) -> int:
     """One design (the baseline, unless told otherwise): latency contributors, CPU and bus tables, verdicts.
 
     Exit code 4 when the design breaks a requirement or is not valid.
     """
-    check_writable(json_path)
+    check_writable(json_path, report)
     from dse.api.analyse import analyse
 
     found = named(design, load_told(file).ask(**question_of(options)))
     analysis = analyse(found.problem, found.texts, response_times=response_times)
-    if json_path != "-":
-        from dse.report.terminal import print_analysis
+    from dse.report.analyse import analysis_page
+    from dse.report.terminal import print_page
 
-        print_analysis(console(), analysis)
-    if json_path is not None:
-        write_text(json_path, analysis.to_json())
+    page = analysis_page(analysis)
+    if json_path != "-":
+        print_page(console(), page)
+    failure = save((json_path, analysis.to_json)) or write_page(report, page)
+    if failure is not None:
+        raise failure
     return EXIT_COMPLETE if analysis.is_feasible else EXIT_NO
 
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from typing import Any
 
 import click
@@ -16,28 +15,34 @@ from dse.cli.common import (
     problem_argument,
     question_of,
     question_options,
-    write_text,
+    report_option,
+    save,
+    write_page,
 )
 
 
 @click.command("check")
 @problem_argument()
 @question_options
+@report_option
 @json_option
 @in_time
-def command(file: str, json_path: str | None, **options: Any) -> int:
+def command(file: str, report: str | None, json_path: str | None, **options: Any) -> int:
     """Validate a problem file; describe its decisions, its size, and what a careful reader would remark.
 
     With the options of `dse solve` the question is the one that they ask.
     """
-    check_writable(json_path)
+    check_writable(json_path, report)
     from dse.api.check import check
 
     description = check(load_told(file), **question_of(options))
-    if json_path != "-":
-        from dse.report.check import print_description
+    from dse.report.check import description_page
+    from dse.report.terminal import print_page
 
-        print_description(console(), description)
-    if json_path is not None:
-        write_text(json_path, json.dumps(description.to_dict(), ensure_ascii=False, indent=1) + "\n")
+    page = description_page(description)
+    if json_path != "-":
+        print_page(console(), page)
+    failure = save((json_path, description.to_json)) or write_page(report, page)
+    if failure is not None:
+        raise failure
     return 0

@@ -24,9 +24,12 @@ if TYPE_CHECKING:
 
     from dse.api.problem import Problem
     from dse.api.question import Question
+    from dse.report.page import Page
 
 F = TypeVar("F", bound=Callable[..., Any])
 ORDER = f"{__name__}.order"
+PAGES = (".html", ".htm", ".md")
+"""How the names of pages end."""
 PIPED_WIDTH = 160
 """How wide what goes into a file or a pipe is, where COLUMNS does not say."""
 
@@ -156,14 +159,59 @@ def question_options(command: F) -> F:
     return command
 
 
+def report_option(command: F) -> F:
+    """``--report PATH`` of a command whose report is one page."""
+    text = "Also write what is printed as a page: HTML (PATH.html, with plots) or Markdown (PATH.md)."
+    return click.option("--report", metavar="PATH", callback=_check_report, help=text)(command)
+
+
+def _check_report(ctx: click.Context, param: click.Parameter, value: str | None) -> str | None:
+    if value is not None and not value.lower().endswith(PAGES):
+        raise click.BadParameter(f"{value}: a report is HTML or Markdown: a path that ends in {' or '.join(PAGES)}")
+    if value is not None:
+        tell_plots()
+    return value
+
+
+def write_page(path: str | None, page: Page) -> OSError | None:
+    """Write a page where ``--report`` says, if it was given; returns the failure to do so."""
+    if path is None:
+        return None
+    from dse.report.writing import page_text
+
+    return save((path, lambda: page_text(page, path)))
+
+
 class OrderedCommand(click.Command):
-    """A command that knows in which order its options were given; click keeps it for each option by itself only."""
+    """A command that knows in which order its options were given; click keeps it for each option by itself only.
+
+    Its ``--report`` has a value where a path of a page follows, and none else.
+    """
 
     def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
         """Note the names of the options, one for each time that one was given."""
+        if any("--report" in parameter.opts for parameter in self.params):
+            args = _with_reports(args)
         _, _, given = self.make_parser(ctx).parse_args(list(args))
         ctx.meta[ORDER] = [parameter.name for parameter in given]
         return super().parse_args(ctx, args)
+
+
+def _with_reports(args: list[str]) -> list[str]:
+    """The arguments with each ``--report`` and the path behind it, if there is one, as one argument.
+
+    >>> _with_reports(["a.yaml", "--report", "-q"]), _with_reports(["--report", "a.html", "a.yaml"])
+    (['a.yaml', '--report=', '-q'], ['--report=a.html', 'a.yaml'])
+    """
+    found: list[str] = []
+    for at, given in enumerate(args):
+        if given == "--":
+            return found + args[at:]
+        if found and found[-1] == "--report=" and args[at - 1] == "--report" and given.lower().endswith(PAGES):
+            found[-1] += given
+        else:
+            found.append("--report=" if given == "--report" else given)
+    return found
 
 
 def objective_options(*, hidden: bool = False) -> Callable[[F], F]:
@@ -279,9 +327,14 @@ def report_folder(path: str) -> Path:
         raise UsageError(f"{path}: {error.strerror or error}") from error
     if not os.access(folder, os.W_OK):
         raise UsageError(f"{path}: the folder cannot be written to")
+    tell_plots()
+    return folder
+
+
+def tell_plots() -> None:
+    """Say on standard error that pages have no plots, where that is so."""
     if not is_installed("plots"):
         click.echo(f"dse: a page without plots: they need {how_to_install('plots')}", err=True)
-    return folder
 
 
 def tell_carried(file: str | Path, *, is_carried: bool) -> None:

@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-import json
-
 import click
 
-from dse.cli.common import check_writable, console, in_time, json_option, tell_carried, write_text
+from dse.cli.common import check_writable, console, in_time, json_option, report_option, save, tell_carried, write_page
 
 
 @click.command("compare")
@@ -18,20 +16,24 @@ from dse.cli.common import check_writable, console, in_time, json_option, tell_c
     metavar="FILE",
     help="The problem file, if it has moved.",
 )
+@report_option
 @json_option
 @in_time
-def command(one: str, other: str, problem: str | None, json_path: str | None) -> int:
+def command(one: str, other: str, problem: str | None, report: str | None, json_path: str | None) -> int:
     """Two results (RESULT.json), two designs (RESULT.json#ID), or a design and baseline, side by side."""
-    check_writable(json_path)
+    check_writable(json_path, report)
     from dse.api.compare import compare
 
     found = compare(one, other, problem)
     for file in found.carried:
         tell_carried(file, is_carried=True)
-    if json_path != "-":
-        from dse.report.compare import print_comparison
+    from dse.report.compare import comparison_page
+    from dse.report.terminal import print_page
 
-        print_comparison(console(), found)
-    if json_path is not None:
-        write_text(json_path, json.dumps(found.to_dict(), ensure_ascii=False, indent=1) + "\n")
+    page = comparison_page(found)
+    if json_path != "-":
+        print_page(console(), page)
+    failure = save((json_path, found.to_json)) or write_page(report, page)
+    if failure is not None:
+        raise failure
     return 0

@@ -18,8 +18,10 @@ from dse.cli.common import (
     problem_argument,
     question_of,
     question_options,
+    report_option,
     save,
     time_limit_option,
+    write_page,
 )
 from dse.timelimit import TimeLimit, until
 
@@ -29,7 +31,6 @@ WITHOUT_EFFECT = ("workers", "top", "rank-by", "further", "within", "output")
 REFUSED = {
     "robust": "explains the figures as the file states them, not a robust question",
     "resume": "takes the question by its own options: give the problem file, and those of the result",
-    "report": "writes no report: --json and --csv hold all that it says",
 }
 
 
@@ -64,6 +65,7 @@ def _refuse(ctx: click.Context, param: click.Parameter, value: object) -> None:
 )
 @time_limit_option("with what was proved so far")
 @click.option("--seed", type=click.IntRange(0, 2**31 - 1), default=0, show_default=True, help="Of the solver.")
+@report_option
 @json_option
 @click.option("--csv", "csv_path", metavar="PATH", help="Also write the conflicts as CSV; - for standard output.")
 @click.option("-q", "--quiet", is_flag=True, help="Print nothing but what --json or --csv ask for.")
@@ -77,6 +79,7 @@ def command(
     offer: tuple[str, ...],
     time_limit: TimeLimit,
     seed: int,
+    report: str | None,
     json_path: str | None,
     csv_path: str | None,
     quiet: bool,
@@ -90,17 +93,21 @@ def command(
     """
     if json_path == "-" and csv_path == "-":
         raise click.UsageError("only one of --json and --csv can go to standard output")
-    check_writable(json_path, csv_path)
+    check_writable(json_path, csv_path, report)
     from dse.api.explain import Wishes, explain_asked
 
     with until(time_limit):
         asked = load_told(file).ask(**question_of(options, objectives_of(minimise, maximise)))
     found = explain_asked(asked, Wishes(every, limit, offer, time_limit.rest_s, seed))
     failure = save((json_path, found.to_json), (csv_path, found.to_csv))
-    if not quiet and "-" not in (json_path, csv_path):
-        from dse.report.explain import print_explanation
+    from dse.report.explain import explanation_page
 
-        print_explanation(console(), found)
+    page = explanation_page(found)
+    if not quiet and "-" not in (json_path, csv_path):
+        from dse.report.terminal import print_page
+
+        print_page(console(), page)
+    failure = failure or write_page(report, page)
     if failure is not None:
         raise failure
     return found.exit_code

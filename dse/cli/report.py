@@ -102,7 +102,7 @@ def _report_study(
             "a study has no alternatives: --problem, --alternative, --rank-by and --study are for results"
         )
     from dse.errors import about
-    from dse.report.studypage import study_figures, study_files
+    from dse.report.study_files import study_figures, study_files
 
     check_study(data, path)
     with about(path):

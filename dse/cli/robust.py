@@ -42,22 +42,28 @@ def show_robust(
     study: RobustResult,
     rank_by: str,
     top: int | None,
-    paths: tuple[str | None, str | None, Path | None],
+    paths: tuple[str | None, str | None, Path | None, str | None],
     *,
     quiet: bool,
 ) -> int:
-    """Print and write what was found (`paths`: of JSON, of CSV, the folder of a report); the exit code."""
-    json_path, csv_path, folder = paths
+    """Print and write what was found (`paths`: of JSON, of CSV, the folder of a report, its page); the exit code."""
+    json_path, csv_path, folder, page = paths
+    from dse.report.document import Document
+    from dse.report.robust import robust_section
     from dse.results.order import ranked_by
 
     study = replace(study, robust=ranked_by(study.robust, rank_by))
+    document, sections = Document(study.robust), [robust_section(study.to_dict())]
     if not quiet and "-" not in (json_path, csv_path):
-        from dse.report.studies import print_robust
-        from dse.report.terminal import print_result
+        from dse.report.solve import printed_page
+        from dse.report.terminal import print_page
 
-        print_result(console(), study.robust, top)
-        print_robust(console(), study)
+        print_page(console(), printed_page(document, top, sections))
     failure = save((json_path, study.to_json), (csv_path, study.robust.to_csv))
+    if page:
+        from dse.report.writing import front_text
+
+        failure = failure or save((page, lambda: front_text(document, page, sections)))
     if folder is not None:
         _write_report(study, folder, top, quiet=quiet)
     if failure is not None:
@@ -68,7 +74,7 @@ def show_robust(
 def _write_report(study: RobustResult, folder: Path, top: int | None, *, quiet: bool) -> None:
     """The report of the robust front, with a section of what it costs."""
     from dse.report.document import Document
-    from dse.report.sections import sections_of
+    from dse.report.study import sections_of
     from dse.report.writing import report_files
 
     files = dict(report_files(Document(study.robust), None, top, sections_of(study.to_dict())))

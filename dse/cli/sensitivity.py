@@ -21,6 +21,7 @@ from dse.cli.common import (
     question_options,
     save,
     time_limit_option,
+    write_page,
 )
 from dse.cli.studies import claim_study, folder_of, study_report_options, write_study
 from dse.timelimit import TimeLimit, until
@@ -94,7 +95,7 @@ def command(
     front: bool,
     time_limit: TimeLimit,
     show_all: bool,
-    report: bool,
+    report: str | None,
     folder: str,
     json_path: str | None,
     csv_path: str | None,
@@ -107,7 +108,7 @@ def command(
     """
     if json_path == "-" and csv_path == "-":
         raise click.UsageError("only one of --json and --csv can go to standard output")
-    check_writable(json_path, csv_path)
+    check_writable(json_path, csv_path, report or None)
     target = folder_of(report, folder)
     from dse.study.sensitivity import Settings, sensitivity_asked
 
@@ -125,11 +126,13 @@ def command(
         result = sensitivity_asked(found.problem, found.texts, settings, say)
     if live:
         click.echo("\r\033[K", err=True, nl=False)
-    if "-" not in (json_path, csv_path):
-        from dse.report.studies import print_sensitivity
+    from dse.report.study import study_page
+    from dse.report.terminal import print_page
 
-        print_sensitivity(console(), result, show_all=show_all)
-    failure = save((json_path, result.to_json), (csv_path, result.to_csv))
+    page = study_page(result.to_dict())
+    if "-" not in (json_path, csv_path):
+        print_page(console(), page, every=show_all)
+    failure = save((json_path, result.to_json), (csv_path, result.to_csv)) or write_page(report or None, page)
     if target is not None:
         write_study(result, target)
     if failure is not None:

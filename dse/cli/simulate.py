@@ -15,8 +15,10 @@ from dse.cli.common import (
     problem_argument,
     question_of,
     question_options,
+    report_option,
+    save,
     time_limit_option,
-    write_text,
+    write_page,
 )
 from dse.timelimit import TimeLimit, until
 
@@ -62,6 +64,7 @@ from dse.timelimit import TimeLimit, until
 )
 @time_limit_option("with the runs that were made")
 @question_options
+@report_option
 @json_option
 def command(
     file: str,
@@ -76,6 +79,7 @@ def command(
     bus_contention: bool,
     endless_queues: bool,
     time_limit: TimeLimit,
+    report: str | None,
     json_path: str | None,
     **options: Any,
 ) -> int:
@@ -83,7 +87,7 @@ def command(
 
     Exit code 4 when an observation contradicts the analysis.
     """
-    check_writable(json_path)
+    check_writable(json_path, report)
     from dse.api.simulate import simulate
 
     with until(time_limit):
@@ -102,10 +106,13 @@ def command(
         endless_queues=endless_queues,
         time_limit_s=time_limit.rest_s,
     )
-    if json_path != "-":
-        from dse.report.simulate import print_simulation
+    from dse.report.simulate import simulation_page
+    from dse.report.terminal import print_page
 
-        print_simulation(console(), simulation)
-    if json_path is not None:
-        write_text(json_path, simulation.to_json())
+    page = simulation_page(simulation)
+    if json_path != "-":
+        print_page(console(), page)
+    failure = save((json_path, simulation.to_json)) or write_page(report, page)
+    if failure is not None:
+        raise failure
     return simulation.exit_code

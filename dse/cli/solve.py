@@ -23,11 +23,11 @@ from dse.cli.common import (
     question_of,
     question_options,
     ranking_options,
-    report_folder,
     save,
     tell_carried,
     time_limit_option,
 )
+from dse.cli.studies import folder_of, study_report_options
 from dse.errors import EXIT_INCOMPLETE, about
 from dse.files.writing import is_stream, write_files
 from dse.timelimit import OutOfTime, TimeLimit, until
@@ -37,6 +37,7 @@ if TYPE_CHECKING:
     from dse.api.problem import Problem
     from dse.api.question import Question
     from dse.pareto.front import FrontSearch, Progress
+    from dse.report.document import Document
     from dse.results.robust import RobustResult
     from dse.results.solve import Result
 
@@ -98,8 +99,7 @@ REPORT_S = 2.0
 @click.option(
     "--scheduler", metavar="ADDRESS", help="Where --insist searches: a Dask cluster, such as tcp://host:8786."
 )
-@click.option("--report", is_flag=True, help="Also write a report: HTML, Markdown, CSV and JSON.")
-@click.option("-o", "--output", "folder", default="reports", show_default=True, metavar="DIR", help="Where reports go.")
+@study_report_options
 @json_option
 @click.option("--csv", "csv_path", metavar="PATH", help="Also write the front as CSV; - for standard output.")
 @click.option("-q", "--quiet", is_flag=True, help="Print nothing but what --json or --csv ask for.")
@@ -116,7 +116,7 @@ def command(
     top: int | None,
     further: int | None,
     within: str | None,
-    report: bool,
+    report: str | None,
     folder: str,
     json_path: str | None,
     csv_path: str | None,
@@ -133,8 +133,8 @@ def command(
     """
     if json_path == "-" and csv_path == "-":
         raise click.UsageError("only one of --json and --csv can go to standard output")
-    check_writable(json_path, csv_path, renews=resume)
-    target = report_folder(folder) if report else None
+    check_writable(json_path, csv_path, report or None, renews=resume)
+    target = folder_of(report, folder)
     from dse.api.further import DEFAULT_COUNT, read_share, with_further_designs
     from dse.api.problem import baseline_design
     from dse.api.solve import Watcher, solve_asked
@@ -163,7 +163,7 @@ def command(
         with _Reporter(quiet=quiet) as progress:
             budget, tell = Budget(time_limit, seed, workers), (progress, _checkpoint(json_path))
             study = solve_robustly(asked, (resume, file) if resume is not None else None, budget, tell)
-        return show_robust(study, rank_by or "ideal", top, (json_path, csv_path, target), quiet=quiet)
+        return show_robust(study, rank_by or "ideal", top, (json_path, csv_path, target, report), quiet=quiet)
     with _Reporter(quiet=quiet) as progress, about(resume) if resume is not None else nullcontext():
         watcher = Watcher(progress, _checkpoint(json_path))
         result = solve_asked(asked, Budget(time_limit, seed, workers), watcher, earlier)
@@ -175,11 +175,16 @@ def command(
     if insist and not result.interrupted:
         result = _insisted(result, workers, scheduler, time_limit, quiet=quiet)
     failure = save((json_path, result.to_json), (csv_path, result.to_csv))
-    if not quiet and "-" not in (json_path, csv_path):
-        from dse.report.terminal import print_result
+    from dse.report.document import Document
+    from dse.report.solve import printed_page
 
-        print_result(console(), result, top)
-    in_time = target is None or _write_report(result, target, whole, quiet=quiet)
+    document = Document(result)
+    if not quiet and "-" not in (json_path, csv_path):
+        from dse.report.terminal import print_page
+
+        print_page(console(), printed_page(document, top))
+    failure = failure or _write_page(document, report)
+    in_time = target is None or _write_report(document, target, whole, quiet=quiet)
     if failure is not None:
         raise failure
     is_whole = result.insisting is None or result.insisting.is_complete
@@ -240,14 +245,20 @@ def _claim_report(folder: Path, asked: Problem) -> None:
     check_writable(*(folder / name for name in report_names(str(asked.loaded.path), asked.name)))
 
 
-def _write_report(result: Result, folder: Path, limit: TimeLimit, *, quiet: bool) -> bool:
+def _write_page(document: Document, path: str | None) -> OSError | None:
+    """The page that ``--report PATH`` asks for; returns the failure to write it."""
+    from dse.report.writing import front_text
+
+    return save((path, lambda: front_text(document, path))) if path else None
+
+
+def _write_report(document: Document, folder: Path, limit: TimeLimit, *, quiet: bool) -> bool:
     """The report; whether there was time for it."""
-    from dse.report.document import Document
     from dse.report.writing import report_files
 
     try:
         with until(limit.for_the_last_steps()):
-            paths = write_files(folder, report_files(Document(result)))
+            paths = write_files(folder, report_files(document))
     except OutOfTime:
         click.echo("dse: no report: the time limit came first; `dse report` makes one of what --json writes", err=True)
         return False

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 import click
 
-from dse.cli.common import check_writable, report_folder
+from dse.cli.common import check_writable, report_folder, tell_plots
 from dse.errors import UsageError, about
 from dse.files.plain_json import parse_json
 from dse.files.reading import UnreadableFileError, read_text
@@ -16,7 +16,7 @@ from dse.files.writing import write_files
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from dse.report.parts import Section
+    from dse.report.page import Section
     from dse.results.sensitivity import SensitivityResult
     from dse.results.sweep import SweepResult
 
@@ -24,9 +24,10 @@ F = TypeVar("F", bound="Callable[..., Any]")
 
 
 def study_report_options(command: F) -> F:
-    """``--report`` and ``-o``."""
+    """``--report [PATH]`` of an `OrderedCommand`, and ``-o``."""
+    what = "Also write a report: one page (PATH.html or PATH.md), else HTML, Markdown, CSV and JSON in a folder (-o)."
     more = (
-        click.option("--report", is_flag=True, help="Also write a report: HTML, Markdown, CSV and JSON."),
+        click.option("--report", metavar="[PATH]", help=what),
         click.option(
             "-o", "--output", "folder", default="reports", show_default=True, metavar="DIR", help="Where reports go."
         ),
@@ -38,7 +39,7 @@ def study_report_options(command: F) -> F:
 
 def write_study(result: SweepResult | SensitivityResult, folder: Path, *, quiet: bool = False) -> None:
     """The report of a study."""
-    from dse.report.studypage import study_files
+    from dse.report.study_files import study_files
 
     files = study_files(result.to_dict(), result.to_csv(), result.to_json())
     for path in write_files(folder, files):
@@ -46,15 +47,17 @@ def write_study(result: SweepResult | SensitivityResult, folder: Path, *, quiet:
             click.echo(f"report: {path}", err=True)
 
 
-def folder_of(report: bool, folder: str) -> Path | None:
-    """Where a report goes, if one was asked for; made before the work."""
-    return report_folder(folder) if report else None
+def folder_of(report: str | None, folder: str) -> Path | None:
+    """Where a report of several files goes, if one was asked for; made before the work."""
+    if report:
+        tell_plots()
+    return report_folder(folder) if report == "" else None
 
 
 def claim_study(folder: Path | None, problem: str, kind: str) -> None:
     """The files of a study's report are claimed before the work, as soon as the problem's name is known."""
     if folder is not None:
-        from dse.report.studypage import study_names
+        from dse.report.study_files import study_names
 
         check_writable(*(folder / name for name in study_names(problem, kind)))
 
@@ -107,7 +110,7 @@ def sections_in(path: str) -> list[Section]:
     UsageError
         when the file is none.
     """
-    from dse.report.sections import sections_of
+    from dse.report.study import sections_of
 
     data = read_json(path)
     check_study(data, path)

@@ -24,6 +24,7 @@ from dse.cli.common import (
     question_options,
     save,
     time_limit_option,
+    write_page,
 )
 from dse.cli.studies import claim_study, folder_of, study_report_options, write_study
 from dse.files.guard import claim
@@ -87,7 +88,7 @@ def command(
     store: str | None,
     no_store: bool,
     time_limit: TimeLimit,
-    report: bool,
+    report: str | None,
     folder: str,
     json_path: str | None,
     csv_path: str | None,
@@ -103,7 +104,7 @@ def command(
         raise click.UsageError("only one of --json and --csv can go to standard output")
     if store is not None and no_store:
         raise click.UsageError("either --store or --no-store")
-    check_writable(json_path, csv_path)
+    check_writable(json_path, csv_path, report or None)
     target = folder_of(report, folder)
     from dse.study.sweep import Means, sweep_asked
     from dse.study.workers import usable_cores
@@ -118,15 +119,17 @@ def command(
     means = Means(workers or usable_cores(), scheduler, path, time_limit)
     with Estimate(quiet=quiet) as progress:
         result = sweep_asked(problem, vary, seed, means, progress)
-    if not quiet and "-" not in (json_path, csv_path):
-        from dse.report.studies import print_sweep
+    from dse.report.study import study_page
+    from dse.report.terminal import print_page
 
-        print_sweep(console(), result)
+    page = study_page(result.to_dict())
+    if not quiet and "-" not in (json_path, csv_path):
+        print_page(console(), page)
         kept = f", kept in {path}" if path is not None else ""
         count = f"{len(result.runs)} {'run' if len(result.runs) == 1 else 'runs'}"
         told = f"{count}: {result.solved} solved now, {result.found} from the store{kept}."
         console().print(told, markup=False)
-    failure = save((json_path, result.to_json), (csv_path, result.to_csv))
+    failure = save((json_path, result.to_json), (csv_path, result.to_csv)) or write_page(report or None, page)
     if target is not None:
         write_study(result, target, quiet=quiet)
     if failure is not None:

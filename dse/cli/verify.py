@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import click
 
-from dse.cli.common import check_writable, console, json_option, time_limit_option, write_text
+from dse.cli.common import check_writable, console, json_option, report_option, save, time_limit_option, write_page
 from dse.timelimit import TimeLimit
 
 
@@ -24,21 +24,27 @@ from dse.timelimit import TimeLimit
     help="Look at every design, or ask a second model; auto looks where there are few enough.",
 )
 @time_limit_option("and say what was confirmed")
+@report_option
 @json_option
-def command(result: str, problem: str | None, method: str, time_limit: TimeLimit, json_path: str | None) -> int:
+def command(
+    result: str, problem: str | None, method: str, time_limit: TimeLimit, report: str | None, json_path: str | None
+) -> int:
     """Re-check a result without trusting the solver or the encoding that made it.
 
     Exit code 0 when everything the result says was confirmed, 4 when it is rejected (with what is wrong), 5 when
     nothing is wrong but not everything could be proved again.
     """
-    check_writable(json_path)
+    check_writable(json_path, report)
     from dse.study.verify import verify
 
     found = verify(result, problem=problem, method=method, time_limit_s=time_limit.rest_s)  # type: ignore[arg-type]
-    if json_path != "-":
-        from dse.report.verify import print_verification
+    from dse.report.terminal import print_page
+    from dse.report.verify import verification_page
 
-        print_verification(console(), found)
-    if json_path is not None:
-        write_text(json_path, found.to_json())
+    page = verification_page(found)
+    if json_path != "-":
+        print_page(console(), page)
+    failure = save((json_path, found.to_json)) or write_page(report, page)
+    if failure is not None:
+        raise failure
     return found.exit_code

@@ -1,84 +1,63 @@
-"""Comparisons as text for a terminal."""
+"""Comparisons as pages."""
 
 from __future__ import annotations
 
-from typing import Any
-
-from rich.console import Console
-from rich.table import Table
+from collections.abc import Iterator
 
 from dse.report.amounts import amount_words
-from dse.report.plain import plain, plain_table
+from dse.report.page import Block, Page, Section, Table, texts
 from dse.results.compare import DesignComparison, Line, PointComparison, ResultComparison
 from dse.results.display import counted
 from dse.results.solve import Result
 from dse.units import is_unbounded
 
 
-def print_comparison(console: Console, found: DesignComparison | ResultComparison) -> None:
+def comparison_page(found: DesignComparison | ResultComparison) -> Page:
     """Two designs, or two results, side by side; what differs is marked."""
-    if isinstance(found, DesignComparison):
-        _print_designs(console, found)
-    else:
-        _print_results(console, found)
+    blocks = _designs(found) if isinstance(found, DesignComparison) else _results(found)
+    name = " against ".join(found.names)
+    return Page(name, "", (Section("comparison", "Side by side", tuple(blocks)),))
 
 
-def _print_designs(console: Console, found: DesignComparison) -> None:
-    console.print(_texts(console, "Decisions", "decision", found.names, found.decisions))
-    table = _headed(console, "Metrics", "metric", found.names, "difference")
+def _designs(found: DesignComparison) -> Iterator[Block]:
+    yield _texts("Decisions", "decision", found.names, found.decisions)
+    rows = []
     for line in found.metrics:
         pairs = zip((line.one, line.other), found.currencies, strict=True)
         values = ["-" if value is None else counted(value, line.unit, currency) for value, currency in pairs]
-        table.add_row(plain(line.name), *values, _difference(line, found.currencies[0]))
-    console.print(table)
+        rows.append((line.name, *values, _difference(line, found.currencies[0])))
+    yield Table("Metrics", ("metric", *found.names, "difference"), tuple(rows), (1, 2, 3))
     if found.verdicts:
-        console.print(_texts(console, "Requirements", "requirement", found.names, found.verdicts))
+        yield _texts("Requirements", "requirement", found.names, found.verdicts)
     changed = sum(line.differs for line in found.decisions)
-    console.print(f"{changed} of {len(found.decisions)} decisions differ.", style="bold", markup=False)
+    yield from texts(f"{changed} of {len(found.decisions)} decisions differ.", tone="strong")
     if any(line.renumbered for line in found.decisions):
         one, other = found.names
-        console.print(
-            f"Cores of {other} are numbered here like those of {one}: equal cores may change places.", markup=False
-        )
+        yield from texts(f"Cores of {other} are numbered here like those of {one}: equal cores may change places.")
     if found.unlike:
-        said = "Figures that follow different rules have no difference"
-        console.print(f"{said}: {'; '.join(found.unlike)}.", markup=False)
+        yield from texts(f"Figures that follow different rules have no difference: {'; '.join(found.unlike)}.")
 
 
-def _print_results(console: Console, found: ResultComparison) -> None:
-    console.print(_texts(console, "What was asked and found", "", found.names, found.facts))
+def _results(found: ResultComparison) -> Iterator[Block]:
+    yield _texts("What was asked and found", "", found.names, found.facts)
     for name, other, result, points in zip(found.names, found.names[::-1], found.results, found.points, strict=True):
-        table = plain_table(console, plain(f"{name}, against {other}"))
-        table.add_column("#", justify="right")
-        for info in result.objectives:
-            table.add_column(plain(info.name), justify="right", overflow="fold")
-        table.add_column("there", overflow="fold")
-        for item in points:
-            table.add_row(str(item.point.id), *_figures(item, result), "-" if found.unlike else _said(item))
-        console.print(table)
+        rows = [(str(item.point.id), *_figures(item, result), "-" if found.unlike else _said(item)) for item in points]
+        objectives = [info.name for info in result.objectives]
+        numbers = tuple(range(1 + len(objectives)))
+        yield Table(f"{name}, against {other}", ("#", *objectives, "there"), tuple(rows), numbers)
         if not found.unlike:
-            console.print(_summary(name, other, points), markup=False)
+            yield from texts(_summary(name, other, points))
     if found.unlike:
         said = "The fronts are not comparable, their objectives follow different rules"
-        console.print(f"{said}: {'; '.join(found.unlike)}.", style="bold", markup=False)
+        yield from texts(f"{said}: {'; '.join(found.unlike)}.", tone="strong")
 
 
-def _texts(console: Console, title: str, heading: str, names: tuple[str, str], lines: tuple[Line, ...]) -> Table:
-    table = _headed(console, title, heading, names, "")
+def _texts(title: str, heading: str, names: tuple[str, str], lines: tuple[Line, ...]) -> Table:
+    rows = []
     for line in lines:
-        cells = ["-" if value is None else plain(str(value)) for value in (line.one, line.renumbered or line.other)]
-        table.add_row(plain(line.name), *cells, "differs" if line.differs else "")
-    return table
-
-
-def _headed(console: Console, title: str, heading: str, names: tuple[str, str], last: str) -> Table:
-    table = plain_table(console, title)
-    justify: Any = "right" if last else "left"
-    table.add_column(heading, overflow="fold")
-    for name in names:
-        table.add_column(plain(name), overflow="fold", justify=justify)
-    table.add_column(last, justify=justify)
-    return table
+        cells = ["-" if value is None else str(value) for value in (line.one, line.renumbered or line.other)]
+        rows.append((line.name, *cells, "differs" if line.differs else ""))
+    return Table(title, (heading, *names, ""), tuple(rows))
 
 
 def _difference(line: Line, currency: str) -> str:

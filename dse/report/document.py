@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from fractions import Fraction
 from functools import cached_property
 from platform import python_version
 from typing import Any
@@ -12,7 +11,7 @@ from typing import Any
 from dse.analysis.binding import bus_stack, message_bytes
 from dse.analysis.rates import rate_hz
 from dse.analysis.views import View
-from dse.report.amounts import amount_words, slack_words
+from dse.report.analyse import flow_table, metric_table, tightest_limits, usage_tables, verdict_table
 from dse.report.bars import usage_records, waterfall_records
 from dse.report.charts import front_records
 from dse.report.contention import (
@@ -22,11 +21,12 @@ from dse.report.contention import (
     processing_words,
     scale_words,
 )
-from dse.report.explain import conflict_words
+from dse.report.explain import conflict_blocks
+from dse.report.insisting import insisting_section
 from dse.report.missing import TITLE, missing_words
+from dse.report.page import NOTHING, Block, Section, Table
 from dse.report.plain import basis_words
 from dse.report.words import (
-    EMPTY_SLOT,
     GAPS,
     REDUCED,
     Sentence,
@@ -39,34 +39,22 @@ from dse.report.words import (
     proof_words,
     rank_text,
     sentences,
+    short_name,
     tie_words,
     unused_words,
 )
-from dse.results.analyse import Analysis, FlowTable, Usage
+from dse.results.analyse import FlowTable
 from dse.results.changes import changes_between
-from dse.results.display import counted, display_unit, readable
+from dse.results.display import counted, display_unit
 from dse.results.points import Point
 from dse.results.reasons import Reasoner
 from dse.results.solve import Result, decisions_of
+from dse.results.variants import varying
 from dse.space.types import Space
 from dse.timelimit import look_at_the_clock
 from dse.units import is_unbounded
 from dse.units.text import count_words
 from dse.version import __version__
-
-NOTHING = "\N{EN DASH}"
-MINUS = "\N{MINUS SIGN}"
-
-
-@dataclass(frozen=True)
-class Table:
-    """A table: `numbers` are the columns that align right, `total` marks the last row as a sum."""
-
-    caption: str
-    headings: tuple[str, ...]
-    rows: tuple[tuple[str, ...], ...]
-    numbers: tuple[int, ...] = ()
-    total: bool = False
 
 
 @dataclass(frozen=True)
@@ -113,6 +101,7 @@ class Document:
         self.result = result
         self.space: Space = result.space
         self.reasoner = Reasoner(result)
+        self._known: dict[int, Alternative] = {}
 
     @property
     def title(self) -> str:
@@ -140,7 +129,13 @@ class Document:
     @cached_property
     def alternatives(self) -> tuple[Alternative, ...]:
         """Every point of the front, in the order of rank."""
-        return tuple(map(self._alternative, range(len(self.result.front))))
+        return tuple(map(self.alternative, self.result.front))
+
+    def alternative(self, point: Point) -> Alternative:
+        """Everything that is said about a point of the front."""
+        if point.id not in self._known:
+            self._known[point.id] = self._alternative(self.result.front.index(point))
+        return self._known[point.id]
 
     @property
     def leading(self) -> list[Alternative]:
@@ -168,47 +163,58 @@ class Document:
         return baseline_words(self.reasoner)
 
     @property
-    def conflicts(self) -> list[tuple[str, tuple[str, ...]]]:
-        """Why there is no design, if that was proved: sentences, each with what it speaks of."""
-        return list(conflict_words(self.result)) if self.result.status == "infeasible" else []
+    def conflicts(self) -> list[Block]:
+        """Why there is no design, if that was proved."""
+        return list(conflict_blocks(self.result)) if self.result.status == "infeasible" else []
 
-    @cached_property
-    def front_table(self) -> Table:
-        """Every point with its objectives and the decisions in which the front differs."""
-        infos, variants = self.result.objectives, self.result.variants
-        varying = self.varying
+    def table_of(self, points: Sequence[Point]) -> Table:
+        """Points with their objectives and the decisions in which the front differs."""
+        infos = self.result.objectives
+        variants = self.result.variants if any(point.id in self.result.variants for point in points) else {}
+        has_score = any(point.score for point in points)
         headings = (
             "rank",
             "#",
             *(["like"] if variants else []),
             *(("max " if i.sense == "maximise" else "") + i.name for i in infos),
-            "score",
-            *varying,
+            *(["score"] if has_score else []),
         )
         rows: list[tuple[str, ...]] = []
-        for point in self.result.front:
+        for point in points:
             values = [value for _, value in self._figures(point.objectives)]
-            chosen = [point.decisions.get(name, NOTHING) for name in varying]
+            chosen = [point.decisions.get(name, NOTHING) for name in self.varying]
             like = [f"#{variants[point.id]}" if point.id in variants else ""] if variants else []
-            rows.append((rank_text(self.result, point.rank), str(point.id), *like, *values, point.score, *chosen))
-        numbers = tuple(range(3 + len(infos) + bool(variants)))
-        return Table(f"The front, ranked by {self.result.ranking_words}", headings, tuple(rows), numbers)
+            score = [point.score] if has_score else []
+            rows.append((rank_text(self.result, point.rank), str(point.id), *like, *values, *score, *chosen))
+        wide = len(headings) if self.varying else None
+        caption = f"The front, ranked by {self.result.ranking_words}"
+        numbers = tuple(at for at, name in enumerate(headings) if name != "like")
+        return Table(caption, (*headings, *self.varying), tuple(rows), numbers, wide=wide, label=1)
+
+    @cached_property
+    def front_table(self) -> Table:
+        """Every point with its objectives and the decisions in which the front differs."""
+        return self.table_of(self.result.front)
 
     @cached_property
     def varying(self) -> list[str]:
         """The open decisions in which the points of the front differ."""
         front = self.result.front
-        return [name for name in self.result.open_decisions if len({p.decisions.get(name) for p in front}) > 1]
+        return varying([point.decisions for point in front], self.result.open_decisions) if len(front) > 1 else []
 
     @property
-    def common(self) -> list[tuple[str, str]]:
-        """The open decisions that all points share."""
-        if not self.result.front:
-            return []
-        shared = self.result.front[0].decisions
-        return [
-            (name, shared[name]) for name in self.result.open_decisions if name in shared and name not in self.varying
-        ]
+    def common_words(self) -> str:
+        """The open decisions that all points share; "" where there is none."""
+        front = self.result.front
+        shared = front[0].decisions if front else {}
+        told = [name for name in self.result.open_decisions if name in shared and name not in self.varying]
+        said = ", ".join(f"{short_name(name)} {shared[name]}" for name in told)
+        return f"{'In all of them' if len(front) > 1 else 'Its decisions'}: {said}." if said else ""
+
+    @property
+    def further_sections(self) -> list[Section]:
+        """What was asked beside the front: the price of insisting."""
+        return [insisting_section(self.result)] if self.result.insisting is not None else []
 
     @property
     def provenance(self) -> list[tuple[str, str]]:
@@ -251,35 +257,21 @@ class Document:
         look_at_the_clock()
         reasons = self.reasoner.reasons(number)
         analysis = reasons.analysis
-        usages = [*analysis.processors, *analysis.buses]
         return Alternative(
             point=reasons.point,
             rank=rank_text(self.result, reasons.point.rank),
             figures=tuple(self._figures(reasons.point.objectives)),
             sentences=tuple(sentences(self.result, reasons)),
-            flows=tuple(FlowPart(t.name, _flow_table(t), t, waterfall_records(t)) for t in analysis.flows),
-            usage=usage_records(analysis.processors, analysis.buses, self._limits(analysis)),
-            usage_tables=tuple(_usage_table(usage, usage in analysis.processors) for usage in usages if usage.shares),
+            flows=tuple(FlowPart(t.name, flow_table(t), t, waterfall_records(t)) for t in analysis.flows),
+            usage=usage_records(analysis.processors, analysis.buses, tightest_limits(analysis)),
+            usage_tables=tuple(usage_tables(analysis)),
             bindings=self._bindings(reasons.point),
-            requirements=self._requirements(analysis),
+            requirements=verdict_table(analysis),
             decisions=self._decisions(reasons.point),
-            metrics=self._metrics(analysis),
-            others=tuple(self._others(reasons.point)),
+            metrics=metric_table(analysis, self.reasoner.baseline[0] if self.reasoner.baseline is not None else None),
+            others=tuple(self.others_of(reasons.point)),
             warnings=analysis.warnings,
         )
-
-    def _limits(self, analysis: Analysis) -> dict[str, Fraction]:
-        """The smallest upper limit of each processor and bus, as a share of its capacity."""
-        slots = {"utilisation": analysis.processors, "load": analysis.buses}
-        found: dict[str, Fraction] = {}
-        for verdict in analysis.verdicts:
-            metric = verdict.requirement.metric
-            if metric.kind in slots and verdict.requirement.operator in ("<=", "<") and metric.index is not None:
-                usage = slots[metric.kind][metric.index]
-                if usage.capacity:
-                    share = verdict.limit / usage.capacity
-                    found[usage.name] = min(found.get(usage.name, share), share)
-        return found
 
     def _bindings(self, point: Point) -> Table:
         """What carries each connection, how much and how often."""
@@ -303,18 +295,6 @@ class Document:
             (4, 5),
         )
 
-    def _requirements(self, analysis: Analysis) -> Table:
-        rows: list[tuple[str, ...]] = []
-        for verdict in analysis.verdicts:
-            if analysis.limits_empty_slot(verdict):
-                rows.append((verdict.requirement.shown, NOTHING, NOTHING, NOTHING, EMPTY_SLOT))
-                continue
-            figures = (verdict.value, verdict.limit)
-            values = [readable(value, verdict.unit, self.space.currency, 6) for value in figures]
-            values.append(slack_words(verdict.slack, verdict.unit, self.space.currency))
-            rows.append((verdict.requirement.shown, *values, "holds" if verdict.holds else "BROKEN"))
-        return Table("Requirements", ("requirement", "value", "limit", "slack", "verdict"), tuple(rows), (1, 2, 3))
-
     def _decisions(self, point: Point) -> Table:
         """Every open decision, today's beside this one's; what differs is marked."""
         today = decisions_of(self.space, self.result.baseline) if self.result.baseline is not None else None
@@ -329,27 +309,8 @@ class Document:
         headings = ("decision", f"#{point.id}") if today is None else ("decision", "baseline", f"#{point.id}", "")
         return Table("Decisions", headings, tuple(rows))
 
-    def _metrics(self, analysis: Analysis) -> Table:
-        """Every metric, today's beside this one's, with the difference."""
-        base = self.reasoner.baseline[0] if self.reasoner.baseline is not None else None
-        rows: list[tuple[str, ...]] = []
-        for name, value in analysis.metrics.items():
-            unit = analysis.metric_units[name]
-            here = readable(value, unit, self.space.currency)
-            if base is None:
-                rows.append((name, here))
-                continue
-            change = value - base.metrics[name]
-            if is_unbounded(change):
-                rows.append((name, readable(base.metrics[name], unit, self.space.currency), here, NOTHING))
-                continue
-            sign = "+" if change > 0 else MINUS if change < 0 else "±"
-            said = f"{sign}{amount_words(abs(change), unit, self.space.currency)}"
-            rows.append((name, readable(base.metrics[name], unit, self.space.currency), here, said))
-        headings = ("metric", "value") if base is None else ("metric", "baseline", "here", "difference")
-        return Table("Metrics", headings, tuple(rows), tuple(range(1, len(headings))))
-
-    def _others(self, point: Point) -> list[OthersPart]:
+    def others_of(self, point: Point) -> list[OthersPart]:
+        """The further designs of a point."""
         parts = []
         for others in self.result.others:
             if others.of != point.id:
@@ -357,56 +318,7 @@ class Document:
             designs = []
             for sibling in others.designs:
                 changes = changes_words(changes_between(self.space, point.design, sibling.design))
-                figures = figures_words(self.result, sibling.objectives)
-                designs.append((sibling.id, f"{changes}: {figures}{dominated_words(sibling, self.result)}."))
+                figures = f"{figures_words(self.result, sibling.objectives)}; " if others.within else ""
+                designs.append((sibling.id, f"{figures}{changes}{dominated_words(sibling, self.result)}."))
             parts.append(OthersPart(others_words(others), tuple(designs)))
         return parts
-
-
-def _flow_table(table: FlowTable) -> Table:
-    rows = [
-        (
-            f"{r.category} {r.contributor}",
-            counted(r.min_ns, "ns", digits=6),
-            r.min_method,
-            counted(r.max_ns, "ns", digits=6),
-            r.max_method,
-        )
-        for r in table.rows
-    ]
-    jitter = f"jitter {counted(table.jitter_ns, 'ns', digits=6)}"
-    rows.append(("total", counted(table.min_ns, "ns", digits=6), "", counted(table.max_ns, "ns", digits=6), jitter))
-    headings = ("contributor", "minimum", "method", "maximum", "method")
-    return Table(f"Latency of {table.name}, contribution by contribution", headings, tuple(rows), (1, 3), total=True)
-
-
-def _usage_table(usage: Usage, processor: bool) -> Table:
-    unit, what = ("ppm", "thread") if processor else ("B/s", "connection")
-    of = f"of {readable(usage.capacity, unit)}" if usage.capacity else ""
-    rows = [
-        (who, readable(share, unit, digits=4), *([] if processor else [_share(share, usage)]), *_core(usage, who))
-        for who, share in usage.shares.items()
-    ]
-    total = (f"total {of}".strip(), readable(usage.total, unit, digits=4))
-    rows.append((*total, *([] if processor else [_share(usage.total, usage)]), *_core(usage, "")))
-    caption = f"{'Processor' if processor else 'Bus'} {usage.name} ({usage.type})"
-    figures = ("of one core",) if processor else ("load", "of the bandwidth")
-    headings = (what, *figures, *(("core",) if usage.cores else ()))
-    if usage.busy is not None and usage.busy_total is not None:
-        busy = [usage.busy.get(who, Fraction(0)) for who in usage.shares]
-        rows = [(*row, readable(time, "ppm")) for row, time in zip(rows, [*busy, usage.busy_total], strict=True)]
-        headings = (*headings, "busy")
-    if usage.payload is not None:
-        plain = [usage.payload[who] for who in usage.shares]
-        rows = [(*row, readable(each, unit)) for row, each in zip(rows, [*plain, sum(plain)], strict=True)]
-        headings = (*headings, "payload, without frames")
-    return Table(caption, headings, tuple(rows), (1, 2, 3, 4)[: len(headings) - 1], total=True)
-
-
-def _core(usage: Usage, who: str) -> tuple[str, ...]:
-    """The cell of a thread's core, where there is such a column."""
-    return (str(usage.cores.get(who, "")),) if usage.cores else ()
-
-
-def _share(share: Fraction, usage: Usage) -> str:
-    return readable(share / usage.capacity * 10**6, "ppm", digits=2) if usage.capacity else NOTHING

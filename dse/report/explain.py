@@ -1,14 +1,13 @@
-"""Explanations as text for a terminal."""
+"""Explanations as pages."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from fractions import Fraction
 
-from rich.console import Console
-
 from dse.analysis.limits import FULLEST
 from dse.report.amounts import amount_words
+from dse.report.page import Block, Item, Listing, Page, Section, Text, listing, texts
 from dse.report.plain import basis_words
 from dse.report.words import exclusion_words
 from dse.results.display import readable
@@ -25,11 +24,9 @@ REACHED = {"<=": "from {} on", "<": "beyond {}", ">=": "up to {}", ">": "below {
 """Where a requirement leaves a design, by its operator: at the closest limit and on which side of it."""
 
 
-def print_explanation(console: Console, explanation: Explanation) -> None:
+def explanation_page(explanation: Explanation) -> Page:
     """Conflicts, each with the designs that show it minimal; then what would mend the problem."""
-    say = _Printer(console)
-    effective = explanation.problem.effective
-    say.strongly(f"{explanation.problem.name} ({basis_words(effective)})")
+    say = _Teller()
     if explanation.status == "feasible":
         say.strongly("Feasible: there is a design that meets every requirement and rule; nothing to explain.")
         say.line(f"For example: {say.example(Example(explanation.design))}")
@@ -44,28 +41,29 @@ def print_explanation(console: Console, explanation: Explanation) -> None:
         say.strongly("Infeasible, proved: no design meets every requirement and rule.")
         for text in explanation.excluded:
             say.line(f"Beside, {text}.")
-        _print_conflict_sets(say, explanation)
-        _print_relaxations(say, explanation)
-    _print_offers(say, explanation)
-    _print_designs(say)
+        _tell_conflict_sets(say, explanation)
+        _tell_relaxations(say, explanation)
+    _tell_offers(say, explanation)
+    _tell_designs(say)
     if explanation.status != "incomplete" and explanation.left_open:
         say.strongly("Stopped early. Not looked at:")
         for text in explanation.left_open:
             say.item(text)
     spent = f"{explanation.solver_calls} questions solved, {explanation.wall_s:.2f} s"
     say.line(f"{spent}; every design recomputed without the solver.")
+    name = explanation.problem.name
+    section = Section("explanation", "What clashes, and what would mend it", tuple(say.blocks))
+    return Page(f"{name}: explanation", f"{name} ({basis_words(explanation.problem.effective)})", (section,))
 
 
-def print_conflicts(console: Console, result: Result) -> None:
-    """The short form after an infeasible solve."""
-    say = _Printer(console)
-    for text, items in conflict_words(result):
-        say.line(text)
-        for item in items:
-            say.item(item)
+def conflict_blocks(result: Result) -> Iterator[Block]:
+    """The short form of it after an infeasible solve."""
+    for text, items in _conflict_words(result):
+        yield from texts(text)
+        yield from listing(items)
 
 
-def conflict_words(result: Result) -> Iterator[tuple[str, tuple[str, ...]]]:
+def _conflict_words(result: Result) -> Iterator[tuple[str, tuple[str, ...]]]:
     """Why there is no design: sentences, each with the requirements and rules that it speaks of."""
     for conflict in result.conflicts:
         alone = len(conflict.members) == 1
@@ -83,15 +81,15 @@ def conflict_words(result: Result) -> Iterator[tuple[str, tuple[str, ...]]]:
     yield f"`dse explain` with the same options {more}.", ()
 
 
-class _Printer:
-    """Plain lines, in which brackets are no markup; designs get letters in the order in which they are named."""
+class _Teller:
+    """Paragraphs and lists, one after the other; designs get letters in the order in which they are named."""
 
-    def __init__(self, console: Console) -> None:
-        self.console = console
+    def __init__(self) -> None:
+        self.blocks: list[Block] = []
         self.examples: list[Example] = []
 
     def example(self, example: Example) -> str:
-        """A design by its letter; `_print_designs` says which they are, and what they break."""
+        """A design by its letter; `_tell_designs` says which they are, and what they break."""
         if example not in self.examples:
             self.examples.append(example)
         return f"design {_letters(self.examples.index(example))}"
@@ -101,16 +99,21 @@ class _Printer:
         return "; ".join(f"{'' if item.kind == 'requirement' else f'{item.kind} '}{item.text}" for item in demands)
 
     def line(self, text: str) -> None:
-        self.console.print(text, markup=False)
+        """A paragraph."""
+        self.blocks.append(Text(text))
 
     def strongly(self, text: str) -> None:
-        self.console.print(text, markup=False, style="bold")
+        """A verdict."""
+        self.blocks.append(Text(text, "strong"))
 
     def item(self, text: str, depth: int = 1) -> None:
-        self.console.print(f"{'  ' * depth}{text}", markup=False)
+        """A line of the list that stands last, or of a new one."""
+        last = self.blocks[-1] if self.blocks else None
+        before = last.items if isinstance(last, Listing) else ()
+        self.blocks = [*(self.blocks[:-1] if before else self.blocks), Listing((*before, Item(text, depth=depth)))]
 
 
-def _print_conflict_sets(say: _Printer, explanation: Explanation) -> None:
+def _tell_conflict_sets(say: _Teller, explanation: Explanation) -> None:
     count = len(explanation.conflicts)
     for number, conflict in enumerate(explanation.conflicts, start=1):
         title = f"Conflict {number}" if count > 1 else "Conflict"
@@ -134,7 +137,7 @@ def _print_conflict_sets(say: _Printer, explanation: Explanation) -> None:
         say.line("There may be further conflicts: --all lists them.")
 
 
-def _print_relaxations(say: _Printer, explanation: Explanation) -> None:
+def _tell_relaxations(say: _Teller, explanation: Explanation) -> None:
     currency = explanation.currency
     helping = [item for item in explanation.relaxations if item.helps]
     if helping:
@@ -144,10 +147,10 @@ def _print_relaxations(say: _Printer, explanation: Explanation) -> None:
     elif explanation.relaxations:
         say.line("No single requirement or rule mends it, however far it moves.")
     if explanation.give_up is not None and not helping:
-        _print_give_up(say, explanation.give_up, currency)
+        _tell_give_up(say, explanation.give_up, currency)
 
 
-def _print_give_up(say: _Printer, give_up: GiveUp, currency: str) -> None:
+def _tell_give_up(say: _Teller, give_up: GiveUp, currency: str) -> None:
     say.line(
         f"At least {len(give_up.members)} must give; these are enough (the limit of each when the others are given up):"
     )
@@ -156,7 +159,7 @@ def _print_give_up(say: _Printer, give_up: GiveUp, currency: str) -> None:
     say.item(f"then e.g. {say.example(give_up.example)}")
 
 
-def _moved(say: _Printer, item: Relaxation, currency: str) -> str:
+def _moved(say: _Teller, item: Relaxation, currency: str) -> str:
     if item.closest is None or item.limit is None:
         named = f"given up, there are designs, e.g. {say.example(item.example)}"
         return f"{_no_limit(item.unbounded)}; {named}" if item.unbounded else named
@@ -176,7 +179,7 @@ def _moved(say: _Printer, item: Relaxation, currency: str) -> str:
     return f"feasible {where}{aside}, i.e. {written}, e.g. {say.example(item.example)}"
 
 
-def _print_offers(say: _Printer, explanation: Explanation) -> None:
+def _tell_offers(say: _Teller, explanation: Explanation) -> None:
     if not explanation.offered:
         return
     mended = [offer for offer in explanation.offers if offer.price is not None]
@@ -188,7 +191,7 @@ def _print_offers(say: _Printer, explanation: Explanation) -> None:
         say.item(_offer(say, offer, explanation.currency))
 
 
-def _offer(say: _Printer, offer: Offer, currency: str) -> str:
+def _offer(say: _Teller, offer: Offer, currency: str) -> str:
     name = " and ".join(offer.texts)
     if offer.price is None:
         return f"{name}: still infeasible, proved"
@@ -205,7 +208,7 @@ def _origin(origin: str) -> str:
     return f" ({origin})" if origin else ""
 
 
-def _without(say: _Printer, demand: Demand, example: Example, *, alone: bool) -> str:
+def _without(say: _Teller, demand: Demand, example: Example, *, alone: bool) -> str:
     """A design without a member of a conflict, and what else it breaks."""
     named = say.example(example)
     if not example.besides(demand):
@@ -221,7 +224,7 @@ def _no_limit(threads: Sequence[str]) -> str:
     return f"no limit helps, for even at best the {times} unbounded"
 
 
-def _print_designs(say: _Printer) -> None:
+def _tell_designs(say: _Teller) -> None:
     """The designs that were named by letters, with all that they break: what is common to all of them once."""
     if not say.examples:
         return

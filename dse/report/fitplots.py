@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from fractions import Fraction
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -11,7 +12,7 @@ import numpy as np
 from dse.fitting.fit import Execution, Fit, Transport
 from dse.fitting.measurements import Summary
 from dse.report.charts import Spec, whole_spec
-from dse.report.parts import Plot
+from dse.report.page import Plot
 
 MOST_POINTS = 4000
 """So many samples are drawn for each plot: an even choice of them, with least and greatest always."""
@@ -22,10 +23,16 @@ def fit_plots(fit: Fit) -> Iterator[Plot]:
     """A plot of each transport on each platform with its residuals below it; one of all execution times."""
     for item in fit.transports:
         where = " on ".join(part for part in (item.transport, item.platform) if part)
-        yield Plot(where, _lines(item, where), f"Transmission times of {where}: what was measured, and the lines.")
-        yield Plot(f"{where} residuals", _residuals(item, where), f"Residuals of {where}: measured less fitted.")
+        yield Plot(
+            where, partial(_lines, item, where), f"Transmission times of {where}: what was measured, and the lines."
+        )
+        yield Plot(
+            f"{where} residuals", partial(_residuals, item, where), f"Residuals of {where}: measured less fitted."
+        )
     if fit.executions:
-        yield Plot("execution times", _ranges(fit.executions), "Execution times: least to greatest, and the mean.")
+        yield Plot(
+            "execution times", partial(_ranges, fit.executions), "Execution times: least to greatest, and the mean."
+        )
 
 
 def _ms(value: Fraction | float) -> float:
@@ -146,7 +153,7 @@ def fit_figures(fit: Fit, formats: tuple[str, ...], stem: str) -> Iterator[tuple
     from dse.report.plot_files import png_of, svg_of
 
     for plot in fit_plots(fit):
-        svg = svg_of(plot.spec)
+        svg = svg_of(plot.draw())
         name = re.sub(r"[^\w.-]+", "-", f"{stem}-{plot.name}").strip("-.")[:100]
         for kind in formats:
             yield f"{name}.{kind}", svg if kind == "svg" else png_of(svg)

@@ -26,7 +26,7 @@ from dse.report.contention import contention_words
 from dse.report.decide import decide_data, insist_choices
 from dse.report.document import Alternative, Document
 from dse.report.drawing import STYLE, Drafter
-from dse.report.parts import Section, numbered, study_specs
+from dse.report.page import Page, Section, numbered
 from dse.report.theme import DARK, LIGHT, css_variables
 from dse.report.words import proof_words
 from dse.timelimit import look_at_the_clock
@@ -50,7 +50,8 @@ def html_report(document: Document, chosen: int | None = None, studies: Sequence
     fragments = {item.point.id: _fragment(templates, document, drafter, item) for item in document.alternatives}
     opened = next((item for item in document.alternatives if item.point.id == first), None)
     script = asset("decide.js") + asset("report.js")
-    specs = study_specs(studies)
+    studies = [*document.further_sections, *studies]
+    specs = [plot.draw() for section in studies for plot in section.plots]
     bundle = libraries() if result.front or specs else ""
     is_long = len(result.front) > MOST_UNPACKED
     data = _data(document, fragments, opened)
@@ -74,6 +75,29 @@ def html_report(document: Document, chosen: int | None = None, studies: Sequence
         script=script,
         without_plots=without_plots(bundle) if result.front or specs else "",
         policy=f"{POLICY}; script-src {hashes([bundle, script])}",
+    )
+
+
+def html_page(page: Page) -> str:
+    """A page as one file, which needs no network."""
+    specs = [plot.draw() for section in page.sections for plot in section.plots]
+    bundle, script = libraries() if specs else "", asset("report.js")
+    nothing: dict[str, Any] = {"chosen": None, "objectives": [], "front": [], "lines": [], "fragments": {}}
+    return (
+        environment()
+        .get_template("page.html.j2")
+        .render(
+            page=page,
+            sections=numbered(page.sections),
+            style=asset("report.css") + STYLE,
+            light=css_variables(LIGHT),
+            dark=css_variables(DARK),
+            data=packed_json({**nothing, "specs": {"studies": specs}}),
+            bundle=bundle,
+            script=script,
+            without_plots=without_plots(bundle) if specs else "",
+            policy=f"{POLICY}; script-src {hashes([bundle, script])}",
+        )
     )
 
 

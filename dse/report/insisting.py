@@ -4,10 +4,9 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from rich.console import Console
-
 from dse.report.amounts import amount_words
-from dse.report.plain import plain, plain_table, print_hanging
+from dse.report.figuretext import MOST_ROWS
+from dse.report.page import NOTHING, Section, Table, texts
 from dse.results.display import counted
 from dse.results.insisting import InsistedOption
 from dse.results.points import ObjectiveInfo
@@ -91,21 +90,19 @@ def cost_words(result: Result, price: Price) -> list[str]:
     return texts
 
 
-def print_insisting(console: Console, result: Result, top: int | None) -> None:
-    """What the options cost that no alternative has; how many others there are."""
-    console.print(f"The price of insisting: {summary_words(result)}", markup=False)
-    listed = costly(result)
-    shown = listed if top is None else listed[: max(top, TOP)]
-    if shown:
-        table = plain_table(console)
-        for title in ("insisting on", "alternatives kept", *(f"best {info.name}" for info in result.objectives)):
-            table.add_column(plain(title), justify="left" if title == "insisting on" else "right")
-        for price in shown:
-            cells = cost_words(result, price) or ["-"] * len(result.objectives)
-            named = plain(f"{price.item.decision} {price.item.option}")
-            table.add_row(named, price.state, *map(plain, cells))
-        console.print(table)
-    if len(shown) < len(listed):
-        print_hanging(
-            console, f"{len(listed) - len(shown)} more such options: --top {len(listed)}, --json or --report."
+def insisting_section(result: Result, top: int | None = None) -> Section:
+    """What the options cost that no alternative has, on a terminal the first of them; how many others there are."""
+    said = texts(f"The price of insisting: {summary_words(result)}")
+    rows = []
+    for price in costly(result):
+        cells = cost_words(result, price) or [NOTHING] * len(result.objectives)
+        rows.append((f"{price.item.decision} {price.item.option}", price.state, *cells))
+    if rows:
+        headings = ("insisting on", "alternatives kept", *(f"best {info.name}" for info in result.objectives))
+        numbers = tuple(range(1, len(headings)))
+        rest = f"{{}} more such options: --top {len(rows)}, --json or --report."
+        brief = None if top is None else max(top, TOP)
+        said.append(
+            Table("What insisting costs", headings, tuple(rows), numbers, brief=brief, rest=rest, most=MOST_ROWS)
         )
+    return Section("insisting", "The price of insisting", tuple(said))

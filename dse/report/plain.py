@@ -15,8 +15,12 @@ from dse.space.settings import OSATE_SETTINGS, SETTINGS, default_deadlines
 
 def plain_table(console: Console, title: str = "") -> Table:
     """An empty table that stays readable without UTF-8; the title is markup."""
-    ascii_only = (console.encoding or "utf-8").lower().replace("-", "") not in ("utf8", "utf8mb4", "utf16")
-    return Table(title=title or None, title_justify="left", box=box.ASCII2 if ascii_only else box.SIMPLE_HEAD)
+    return Table(title=title or None, title_justify="left", box=box.ASCII2 if is_ascii(console) else box.SIMPLE_HEAD)
+
+
+def is_ascii(console: Console) -> bool:
+    """Whether a console shows no more than ASCII."""
+    return (console.encoding or "utf-8").lower().replace("-", "") not in ("utf8", "utf8mb4", "utf16")
 
 
 def basis_words(settings: Mapping[str, Any]) -> str:

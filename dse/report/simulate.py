@@ -1,44 +1,36 @@
-"""A simulation as text for a terminal."""
+"""A simulation as a page."""
 
 from __future__ import annotations
 
-from rich.console import Console, JustifyMethod
-from rich.table import Table
+from collections.abc import Iterator
 
+from dse.report.page import Block, Page, Section, Table, listing, texts
 from dse.report.plain import basis_words
-from dse.report.plain import plain as _plain
-from dse.report.plain import plain_table as _table
 from dse.results.display import readable
 from dse.results.simulate import LATENCY, FlowObservation, Simulation
 from dse.space.settings import settings_of
 from dse.units import Exact
 
-BAR = 40
 
-
-def _ms(value_ns: Exact) -> str:
-    return readable(value_ns, "ns", digits=6)
-
-
-def print_simulation(console: Console, simulation: Simulation) -> None:
+def simulation_page(simulation: Simulation) -> Page:
     """Contradictions first, then each flow against its bounds, its histogram, response times, losses, notes."""
-    console.print(
-        f"{simulation.space.name}: simulated ({basis_words(settings_of(simulation.space))})", style="bold", markup=False
-    )
-    for text in simulation.contradictions:
-        console.print(f"CONTRADICTION: {text}", style="bold red", markup=False)
-    console.print(_flow_table(console, simulation))
+    lead = f"{simulation.space.name}: simulated ({basis_words(settings_of(simulation.space))})"
+    section = Section("simulation", "What was observed", tuple(_blocks(simulation)))
+    return Page(f"{simulation.space.name}: simulation", lead, (section,))
+
+
+def _blocks(simulation: Simulation) -> Iterator[Block]:
+    yield from listing(simulation.contradictions, "CONTRADICTION", 0, "wrong")
+    yield _flow_table(simulation)
     for flow in simulation.flows:
-        _print_histogram(console, flow)
+        yield from _histogram(flow)
     if simulation.tasks:
-        console.print(_task_table(console, simulation))
-    for name, count in simulation.lost.items():
-        console.print(f"lost: {count} at {name}", markup=False)
-    for note in simulation.notes:
-        console.print(f"note: {note}", markup=False)
+        yield _task_table(simulation)
+    yield from listing((f"{count} at {name}" for name, count in simulation.lost.items()), "lost", 0)
+    yield from listing(simulation.notes, "note", 0)
     if simulation.is_stopped:
-        console.print("Stopped by the time limit: the other runs were not made.", style="bold", markup=False)
-    console.print(LATENCY, markup=False)
+        yield from texts("Stopped by the time limit: the other runs were not made.", tone="strong")
+    yield from texts(LATENCY)
     effort = (
         f"{simulation.runs} runs, {simulation.events:,} events, offsets {simulation.offsets}, seed {simulation.seed}"
     )
@@ -46,32 +38,24 @@ def print_simulation(console: Console, simulation: Simulation) -> None:
     if not simulation.is_anything_observed:
         said = "Nothing was observed: nothing came to its end in the simulated time (--duration)."
     said = said if simulation.runs else "Nothing was observed."
-    console.print(f"{said} {effort}.", style="bold", markup=False)
+    yield from texts(f"{said} {effort}.", tone="strong")
 
 
-def _flow_table(console: Console, simulation: Simulation) -> Table:
-    table = _table(console)
-    for heading in (
-        "flow",
-        "data",
-        "observed min",
-        "mean",
-        "max",
-        "analysed min",
-        "max",
-        "with response times",
-        "verdict",
-    ):
-        justify: JustifyMethod = "left" if heading in ("flow", "verdict") else "right"
-        table.add_column(heading, justify=justify, overflow="fold")
+def _ms(value_ns: Exact) -> str:
+    return readable(value_ns, "ns", digits=6)
+
+
+def _flow_table(simulation: Simulation) -> Table:
+    rows = []
     for flow in simulation.flows:
         seen = ["-"] * 3
         if flow.latencies and flow.mean_ns is not None:
             seen = [_ms(min(flow.latencies)), _ms(round(flow.mean_ns)), _ms(max(flow.latencies))]
         scheduled = "" if flow.scheduled_ns is None else _ms(flow.scheduled_ns[1])
         bounds = [_ms(value) for value in flow.bounds_ns]
-        table.add_row(_plain(flow.name), str(flow.count), *seen, *bounds, scheduled, _plain(_verdict(flow)))
-    return table
+        rows.append((flow.name, str(flow.count), *seen, *bounds, scheduled, _verdict(flow)))
+    headings = ("flow", "data", "observed min", "mean", "max", "analysed min", "max", "with response times", "verdict")
+    return Table("", headings, tuple(rows), tuple(range(1, 8)))
 
 
 def _verdict(flow: FlowObservation) -> str:
@@ -84,22 +68,18 @@ def _verdict(flow: FlowObservation) -> str:
     return "within"
 
 
-def _print_histogram(console: Console, flow: FlowObservation) -> None:
+def _histogram(flow: FlowObservation) -> Iterator[Table]:
     most = max((item["count"] for item in flow.histogram), default=0)
-    if not most:
-        return
-    console.print(f"Latencies of {flow.name}", markup=False)
-    for item in flow.histogram:
-        bar = "#" * (-(-item["count"] * BAR // most))
-        console.print(f"  {_ms(item['from_ns']):>14} {item['count']:>8} {bar}", markup=False)
+    if most:
+        rows = tuple((_ms(item["from_ns"]), str(item["count"])) for item in flow.histogram)
+        bars = tuple(float(item["count"]) / float(most) for item in flow.histogram)
+        yield Table(f"Latencies of {flow.name}", ("from", "data"), rows, (0, 1), bars=bars)
 
 
-def _task_table(console: Console, simulation: Simulation) -> Table:
-    table = _table(console, "Response times")
-    for heading in ("thread", "observed", "analysed", "verdict"):
-        table.add_column(heading, justify="right" if heading in ("observed", "analysed") else "left")
+def _task_table(simulation: Simulation) -> Table:
+    rows = []
     for task in simulation.tasks:
         bound = "unbounded" if task.bound_ns is None else _ms(task.bound_ns)
         said = "CONTRADICTION" if task.is_contradiction else "within" if task.is_compared else "not compared"
-        table.add_row(_plain(task.name), _ms(task.observed_ns), bound, said)
-    return table
+        rows.append((task.name, _ms(task.observed_ns), bound, said))
+    return Table("Response times", ("thread", "observed", "analysed", "verdict"), tuple(rows), (1, 2))

@@ -1,9 +1,8 @@
-"""The verdict on a result as text for a terminal."""
+"""The verdict on a result as a page."""
 
 from __future__ import annotations
 
-from rich.console import Console
-
+from dse.report.page import Page, Section, listing, texts
 from dse.results.verify import Verification
 
 WORDS = {
@@ -13,15 +12,14 @@ WORDS = {
 }
 
 
-def print_verification(console: Console, found: Verification) -> None:
+def verification_page(found: Verification) -> Page:
     """Findings first, then what was checked and how."""
-    console.print(WORDS[found.status], style="bold", markup=False)
-    for finding in found.findings:
-        console.print(f"  {finding}", markup=False)
-    for text in found.left_open:
-        console.print(f"  left open: {text}", markup=False)
-    for text in found.checked:
-        console.print(f"checked: {text}", markup=False)
-    for text in found.remarks:
-        console.print(f"remark: {text}", markup=False)
-    console.print(f"{found.result} against {found.problem}, {found.wall_s:.2f} s", markup=False)
+    blocks = [
+        *listing(map(str, found.findings), tone="wrong"),
+        *listing(found.left_open, "left open"),
+        *listing(found.checked, "checked", 0),
+        *listing(found.remarks, "remark", 0),
+        *texts(f"{found.result} against {found.problem}, {found.wall_s:.2f} s"),
+    ]
+    section = Section("verification", "What was checked", tuple(blocks))
+    return Page(f"{found.result}: {found.status}", WORDS[found.status], (section,))

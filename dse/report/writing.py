@@ -6,17 +6,24 @@ import json
 import re
 from collections.abc import Iterator, Sequence
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
+from dse.errors import UsageError
 from dse.files.guard import guarding
 from dse.files.writing import write_files
 from dse.report.document import Document
-from dse.report.html import html_report
-from dse.report.markdown import markdown_report
-from dse.report.parts import Section
+from dse.report.html import html_page, html_report
+from dse.report.markdown import markdown_page
+from dse.report.page import Page, Section
+from dse.report.solve import written_page
 from dse.results.solve import Result
 
+if TYPE_CHECKING:
+    from dse.report.answers import Told
+
 SUFFIXES = (".html", ".md", ".csv", ".json")
+PAGES = (".html", ".htm", ".md")
+"""How the names of pages end."""
 
 
 def report_name(result: Result) -> str:
@@ -57,6 +64,33 @@ def report_files(
     yield whole, report_json(document)
 
 
+def markdown_report(document: Document, top: int | None = None, studies: Sequence[Section] = ()) -> str:
+    """The whole ranked table, the first three alternatives (or `top`, if fewer) in detail, and what it rests on.
+
+    `studies` come before the foundations.
+    """
+    return markdown_page(written_page(document, top, studies))
+
+
+def page_text(page: Page, path: str) -> str:
+    """The page as the suffix of a path wants it: HTML, else Markdown."""
+    return html_page(page) if is_html(path) else markdown_page(page)
+
+
+def front_text(document: Document, path: str, studies: Sequence[Section] = ()) -> str:
+    """The report of a front in one file, as the suffix of its path wants it."""
+    return html_report(document, None, studies) if is_html(path) else markdown_report(document, None, studies)
+
+
+def is_html(path: str) -> bool:
+    """Whether a report of this name is HTML.
+
+    >>> is_html("a.HTM"), is_html("a.md")
+    (True, False)
+    """
+    return Path(path).suffix.lower() in (".html", ".htm")
+
+
 def report_json(document: Document) -> str:
     """The result in the form ``dse-result/1``, with the reasons of each alternative."""
     data: dict[str, Any] = document.result.to_dict()
@@ -65,22 +99,24 @@ def report_json(document: Document) -> str:
     return json.dumps(data, ensure_ascii=False, indent=1) + "\n"
 
 
-def write_report(result: Result, folder: str | Path = "reports") -> list[Path]:
-    """Write a report into a folder, which is made if need be: HTML, Markdown, CSV, JSON; their paths.
+def write_report(answer: Told, to: str | Path = "reports") -> list[Path]:
+    """Write what is said of an answer for people: a page, or of a front a folder with everything; the paths.
 
     Each file is written whole or not at all, in place of one of that name.
 
     Parameters
     ----------
-    result
-        what `dse.solve` returned.
-    folder
-        where to; the files are called like the problem's.
+    answer
+        what `dse.solve` or any other verb returned.
+    to
+        the file of a page, ``NAME.html`` or ``NAME.md``; of a front also a folder, which is made if need be: HTML,
+        Markdown, CSV and JSON, called like the problem's file.
 
     Raises
     ------
     UsageError
-        when one of them would take the place of the problem file, or of one that it includes.
+        when one of them would take the place of the problem file, or of one that it includes; when `to` is a folder,
+        and the answer no front.
     OSError
         when one cannot be written.
 
@@ -89,11 +125,21 @@ def write_report(result: Result, folder: str | Path = "reports") -> list[Path]:
     >>> import dse
     >>> [path.name for path in dse.write_report(dse.solve("pump.yaml"), "reports")]
     ['pump.html', 'pump.md', 'pump.csv', 'pump.json']
+    >>> [path.name for path in dse.write_report(dse.check("pump.yaml"), "check.md")]
+    ['check.md']
     """
-    target = Path(folder)
-    target.mkdir(parents=True, exist_ok=True)
-    with guarding(*problem_files(result)):
-        return write_files(target, report_files(Document(result)))
+    from dse.report.answers import text_of
+
+    target = Path(to)
+    is_page = target.suffix.lower() in PAGES
+    sources = problem_files(answer) if isinstance(answer, Result) else []
+    with guarding(*sources):
+        if is_page:
+            return write_files(target.parent, [(target.name, text_of(answer, is_html=is_html(target.name)))])
+        if not isinstance(answer, Result):
+            raise UsageError(f"{to}: the report of this answer is a page: a path that ends in {' or '.join(PAGES)}")
+        target.mkdir(parents=True, exist_ok=True)
+        return write_files(target, report_files(Document(answer)))
 
 
 def problem_files(result: Result) -> list[Path]:

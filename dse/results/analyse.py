@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from fractions import Fraction
@@ -12,6 +11,7 @@ from dse.analysis.limits import Verdict
 from dse.analysis.overheads import stated_overheads
 from dse.analysis.rows import Row
 from dse.analysis.scheduling import Response
+from dse.files.answer import Answer
 from dse.results.contention import Contended
 from dse.results.display import exact
 from dse.space.settings import settings_of
@@ -78,7 +78,7 @@ class Usage:
 
 
 @dataclass(frozen=True)
-class Analysis:
+class Analysis(Answer):
     """Everything that can be said of one design; `breaches` says why it is not valid, then the tables are empty.
 
     Examples
@@ -172,10 +172,6 @@ class Analysis:
             "overheads": {kind: list(names) for kind, names in stated_overheads(self.space).items()},
             "response_times": {name: [_response(item) for item in found] for name, found in self.responses.items()},
         }
-
-    def to_json(self) -> str:
-        """`to_dict` as text."""
-        return json.dumps(self.to_dict(), ensure_ascii=False, indent=1) + "\n"
 
 
 def _row(row: Row) -> dict[str, Any]:

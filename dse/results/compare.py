@@ -8,6 +8,7 @@ from fractions import Fraction
 from typing import Any
 
 from dse.analysis.measures import all_metrics
+from dse.files.answer import Answer
 from dse.results.analyse import Analysis
 from dse.results.display import exact, figures_of
 from dse.results.points import ObjectiveInfo, Point
@@ -52,7 +53,7 @@ class Line:
 
 
 @dataclass(frozen=True)
-class DesignComparison:
+class DesignComparison(Answer):
     """Two designs: their decisions, metrics, and how each meets the requirements that its problem states.
 
     `unlike` says which figures follow different rules, so that they tell nothing of which design is better; `carried`
@@ -94,7 +95,7 @@ class PointComparison:
 
 
 @dataclass(frozen=True)
-class ResultComparison:
+class ResultComparison(Answer):
     """Two results with the same objectives: what was asked and found, and each point against the other front.
 
     `unlike` says which objectives follow different rules; then no point is held against another. `carried` names the

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from fractions import Fraction
 from typing import Any, Literal
 
 from dse.errors import EXIT_COMPLETE, EXIT_INCOMPLETE, EXIT_NO
+from dse.files.answer import Answer
 from dse.results.display import exact
 from dse.results.points import Origin
 from dse.results.solve import csv_text
@@ -144,7 +144,7 @@ class Offer:
 
 
 @dataclass(frozen=True)
-class Explanation:
+class Explanation(Answer):
     """The outcome of `dse.explain`.
 
     `status` is ``feasible`` (`design` meets everything), ``infeasible`` (proved, and explained), ``no structure``
@@ -216,10 +216,6 @@ class Explanation:
             "offers": [item.to_dict() for item in self.offers],
             "search": {"solver_calls": self.solver_calls, "wall_s": self.wall_s},
         }
-
-    def to_json(self) -> str:
-        """`to_dict` as text; the same problem and seed give the same text but for ``search.wall_s``."""
-        return json.dumps(self.to_dict(), ensure_ascii=False, indent=1) + "\n"
 
     def to_csv(self) -> str:
         """The conflicts as CSV text: a row for each member of each; what would mend it alone beside it.

@@ -5,12 +5,12 @@ And what that costs against the nominal front.
 
 from __future__ import annotations
 
-import json
 from collections.abc import Mapping
 from dataclasses import dataclass
 from fractions import Fraction
 from typing import Any
 
+from dse.files.answer import Answer
 from dse.results.display import exact
 from dse.results.points import Point
 from dse.results.solve import Result
@@ -46,7 +46,7 @@ class Failure:
 
 
 @dataclass(frozen=True)
-class RobustResult:
+class RobustResult(Answer):
     """`robust` has the designs whose requirements hold for all stated values, proved complete.
 
     Objectives are those of the nominal figures.
@@ -123,10 +123,6 @@ class RobustResult:
                 **({"unjudged": list(self.unjudged)} if self.unjudged else {}),
             },
         }
-
-    def to_json(self) -> str:
-        """`to_dict` as text."""
-        return json.dumps(self.to_dict(), ensure_ascii=False, indent=1) + "\n"
 
 
 def _plain(value: int | None) -> int | str | None:

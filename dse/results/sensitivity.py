@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import csv
 import io
-import json
 from collections.abc import Mapping
 from dataclasses import dataclass
 from fractions import Fraction
 from typing import TYPE_CHECKING, Any
 
 from dse.errors import EXIT_COMPLETE, EXIT_INCOMPLETE, EXIT_NO
+from dse.files.answer import Answer
 from dse.results.display import exact
 
 if TYPE_CHECKING:
@@ -208,7 +208,7 @@ class UncertainResult:
 
 
 @dataclass(frozen=True)
-class SensitivityResult:
+class SensitivityResult(Answer):
     """The sensitivity of one design.
 
     `broken` are the requirements that the design breaks as it is; margins and scaling then look at the others.
@@ -268,10 +268,6 @@ class SensitivityResult:
             "uncertainty": None if self.uncertain is None else self.uncertain.to_dict(),
             **({"left_out": list(self.left_out)} if self.left_out else {}),
         }
-
-    def to_json(self) -> str:
-        """`to_dict` as text."""
-        return json.dumps(self.to_dict(), ensure_ascii=False, indent=1) + "\n"
 
     def _rows(self) -> list[list[Any]]:
         rows = []

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from typing import TYPE_CHECKING, Any
 
 from dse.errors import EXIT_COMPLETE, EXIT_INCOMPLETE, EXIT_NO
+from dse.files.answer import Answer
 from dse.results.display import exact
 from dse.space.settings import settings_of
 from dse.space.types import Design, Space
@@ -128,7 +128,7 @@ class TaskObservation:
 
 
 @dataclass(frozen=True)
-class Simulation:
+class Simulation(Answer):
     """A simulation of one design. `lost` counts data by where and why; `notes` is what a reader must know.
 
     `is_stopped`: the time limit came before the last run.
@@ -232,10 +232,6 @@ class Simulation:
             "notes": list(self.notes),
             **({"stopped": True} if self.is_stopped else {}),
         }
-
-    def to_json(self) -> str:
-        """`to_dict` as text."""
-        return json.dumps(self.to_dict(), ensure_ascii=False, indent=1) + "\n"
 
 
 def _exact(value: Exact | None) -> int | str | None:

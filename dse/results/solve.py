@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import csv
 import io
-import json
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
@@ -13,6 +12,7 @@ from typing import TYPE_CHECKING, Any, Literal
 
 from dse.analysis.contention import cores_of, with_contention
 from dse.errors import EXIT_COMPLETE, EXIT_INCOMPLETE, EXIT_NO
+from dse.files.answer import Answer
 from dse.results.contention import Contended, contention_dict, core_use_dict
 from dse.results.display import figures_of, in_table, titled
 from dse.results.frames import unit_frame
@@ -31,7 +31,7 @@ FORMULA = ("=", "+", "-", "@", "\t", "\r")
 
 
 @dataclass(frozen=True)
-class Result:
+class Result(Answer):
     """The outcome of `dse.solve`.
 
     `status` is ``complete`` (the front is proved), ``incomplete`` (stopped early: every point is non-dominated among
@@ -160,10 +160,6 @@ class Result:
         if self.leaves_out_contention:
             found["contention"] = contention_dict(self.contended, number)
         return found
-
-    def to_json(self) -> str:
-        """`to_dict` as text; the same problem gives the same text but for ``search``, which tells of the run."""
-        return json.dumps(self.to_dict(), ensure_ascii=False, indent=1) + "\n"
 
     def frame(self, units: str | Sequence[str] | None = None) -> pandas.DataFrame:
         """The front as a frame, in the order of rank.

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import csv
 import io
-import json
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from fractions import Fraction
@@ -12,6 +11,7 @@ from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 from dse.errors import EXIT_COMPLETE, EXIT_INCOMPLETE, EXIT_INVALID, EXIT_NO
+from dse.files.answer import Answer
 from dse.results.display import exact, figure, in_table, titled
 from dse.results.frames import unit_frame
 
@@ -107,7 +107,7 @@ class ScaledObjective:
 
 
 @dataclass(frozen=True)
-class SweepResult:
+class SweepResult(Answer):
     """Everything that a sweep found, in the order of the values, the last axis fastest.
 
     The same problem, changes and seed give the same text, however often the sweep was stopped and wherever its runs
@@ -190,10 +190,6 @@ class SweepResult:
                 for run, change in zip(self.runs, self.changes, strict=True)
             ],
         }
-
-    def to_json(self) -> str:
-        """`to_dict` as text."""
-        return json.dumps(self.to_dict(), ensure_ascii=False, indent=1) + "\n"
 
     def to_csv(self) -> str:
         """A row for each alternative of each run (and stretch of limits), units in the header.

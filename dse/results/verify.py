@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-import json
 from dataclasses import dataclass
 from typing import Any, Literal
 
 from dse.errors import EXIT_COMPLETE, EXIT_INCOMPLETE, EXIT_NO
+from dse.files.answer import Answer
 
 FORMAT = "dse-verification/1"
 
@@ -23,7 +23,7 @@ class Finding:
 
 
 @dataclass(frozen=True)
-class Verification:
+class Verification(Answer):
     """The outcome of `dse.verify`.
 
     `status` is ``verified``, ``rejected`` (`findings` say what is wrong) or ``unfinished`` (nothing wrong was found,
@@ -65,7 +65,3 @@ class Verification:
             "remarks": list(self.remarks),
             "wall_s": self.wall_s,
         }
-
-    def to_json(self) -> str:
-        """`to_dict` as text."""
-        return json.dumps(self.to_dict(), ensure_ascii=False, indent=1) + "\n"

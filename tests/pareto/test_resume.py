@@ -23,7 +23,9 @@ from dse.generator import random_problem
 from dse.pareto.answer import Answer, Unfinished
 from dse.pareto.settings import Settings
 from dse.pareto.subproblem import Solver
-from dse.report.terminal import print_result
+from dse.report.document import Document
+from dse.report.solve import printed_page
+from dse.report.terminal import print_page
 from dse.results.missing import outlooks_of
 from dse.results.solve import Result
 
@@ -146,7 +148,7 @@ def test_bounds_are_told_where_nothing_was_found(monkeypatch: pytest.MonkeyPatch
 
 def terminal(result: Result) -> str:
     printed = io.StringIO()
-    print_result(Console(file=printed, width=300), result, 1)
+    print_page(Console(file=printed, width=300), printed_page(Document(result), 1))
     return printed.getvalue()
 
 

@@ -24,12 +24,14 @@ from dse.report.document import Document
 from dse.report.drawing import Drafter
 from dse.report.html import html_report
 from dse.report.layout import layered
-from dse.report.markdown import escaped, markdown_report
+from dse.report.markdown import escaped
+from dse.report.page import NOTHING
 from dse.report.plot_files import figure_files
-from dse.report.terminal import print_result
+from dse.report.solve import printed_page
+from dse.report.terminal import print_page
 from dse.report.theme import DARK, LIGHT
 from dse.report.words import GAPS, REDUCED
-from dse.report.writing import report_files
+from dse.report.writing import markdown_report, report_files
 from dse.results.display import counted
 from dse.results.solve import Result
 
@@ -118,7 +120,7 @@ def test_an_empty_slot_has_no_limit(robot: Result, capsys: pytest.CaptureFixture
     assert row[1:] == ("\N{EN DASH}", "\N{EN DASH}", "\N{EN DASH}", "holds: the slot is empty")
     assert run(["analyse", str(example_path("inmark"))]) == 0
     line = next(line for line in capsys.readouterr().out.splitlines() if requirement in line)
-    assert line.split(requirement)[1].split() == ["-", "-", "-", "holds:", "the", "slot", "is", "empty"]
+    assert line.split(requirement)[1].split() == [NOTHING, NOTHING, NOTHING, "holds:", "the", "slot", "is", "empty"]
 
 
 LONG = "a_worker_with_a_name_that_no_plot_has_room_for_in_one_line"
@@ -324,7 +326,7 @@ def test_a_changed_problem_is_refused(tmp_path: Path, capsys: pytest.CaptureFixt
 @pytest.mark.parametrize("width", [40, 60, 80, 120, 160])
 def test_the_terminal_is_readable_at_any_width(robot: Result, width: int) -> None:
     printed = io.StringIO()
-    print_result(Console(file=printed, width=width), robot, 3)
+    print_page(Console(file=printed, width=width), printed_page(Document(robot), 3))
     text = printed.getvalue()
     lines = text.splitlines()
     assert max(map(len, lines)) <= width
@@ -348,7 +350,7 @@ def test_the_terminal_says_what_it_leaves_out(capsys: pytest.CaptureFixture[str]
     text = capsys.readouterr().out
     assert "Near-identical to one above" in text
     assert "Not shown here: 26 more of 39" in text
-    assert "Ranked by distance to the ideal point" in text
+    assert "The front, ranked by distance to the ideal point" in text
     assert "Tightest requirement:" in text
     assert run(["solve", str(example_path("starter")), "--rank-by", "baseline"]) == 0
     assert "Ties:" in capsys.readouterr().out

@@ -11,7 +11,8 @@ from rich.console import Console
 import dse
 from dse.api.compare import compare
 from dse.errors import UsageError
-from dse.report.compare import print_comparison
+from dse.report.compare import comparison_page
+from dse.report.terminal import print_page
 from dse.results.compare import DesignComparison, ResultComparison, compare_results
 
 CHEAP = """
@@ -59,7 +60,7 @@ def test_money_in_two_currencies_is_not_compared(tmp_path: Path) -> None:
     assert price.differs
     assert price.difference is None
     printed = io.StringIO()
-    print_comparison(Console(file=printed, width=120), found)
+    print_page(Console(file=printed, width=120), comparison_page(found))
     assert "300 EUR" in printed.getvalue()
     assert "300 USD" in printed.getvalue()
     with pytest.raises(UsageError, match="EUR and in USD"):
@@ -69,7 +70,9 @@ def test_money_in_two_currencies_is_not_compared(tmp_path: Path) -> None:
 def test_shares_differ_by_percentage_points(tmp_path: Path) -> None:
     """10 % against 40 % of a core: 30 percentage points, not 30 %."""
     printed = io.StringIO()
-    print_comparison(Console(file=printed, width=200), compare(written(tmp_path, "one", 300) + "#1", "baseline"))
+    print_page(
+        Console(file=printed, width=200), comparison_page(compare(written(tmp_path, "one", 300) + "#1", "baseline"))
+    )
     row = next(line for line in printed.getvalue().splitlines() if "utilisation of cpu" in line)
     assert row.split(maxsplit=3)[-1].split() == ["10", "%", "40", "%", "+30", "percentage", "points"]
 
@@ -96,7 +99,7 @@ def test_figures_of_different_rules_are_not_compared(tmp_path: Path) -> None:
     assert isinstance(found, ResultComparison) and found.unlike == rules
     assert not any(item.equal or item.dominated_by for points in found.points for item in points)
     printed = io.StringIO()
-    print_comparison(Console(file=printed, width=200), found)
+    print_page(Console(file=printed, width=200), comparison_page(found))
     assert "not comparable, their objectives follow different rules: processing" in printed.getvalue()
     assert "dominated" not in printed.getvalue() and "only here" not in printed.getvalue()
     designs = compare(f"{one}#1", f"{other}#1")

@@ -12,7 +12,8 @@ from rich.console import Console
 import dse
 from dse.analysis.evaluate import Evaluator
 from dse.analysis.validity import canonical
-from dse.report.compare import print_comparison
+from dse.report.compare import comparison_page
+from dse.report.terminal import print_page
 from dse.results.changes import changes_between
 from dse.results.compare import compare_designs
 from dse.results.design_tables import analyse_design
@@ -113,6 +114,6 @@ def test_a_comparison_tells_renumbered_cores_from_changed_ones() -> None:
     assert [line.name for line in found.decisions if line.differs] == ["c.core"]
     assert found.to_dict()["decisions"]["a.core"] == ["1", "2"]
     printed = io.StringIO()
-    print_comparison(Console(file=printed, width=120), found)
+    print_page(Console(file=printed, width=120), comparison_page(found))
     assert "1 of 7 decisions differ." in printed.getvalue()
     assert "Cores of other are numbered here like those of one" in printed.getvalue()

@@ -15,8 +15,9 @@ from rich.console import Console
 import dse
 from dse.examples import example_path
 from dse.report.document import Document
-from dse.report.markdown import markdown_report
-from dse.report.terminal import listed_points, print_result
+from dse.report.solve import listed_points, printed_page
+from dse.report.terminal import print_page
+from dse.report.writing import markdown_report
 from dse.results.order import ranked_by
 from dse.results.solve import Result
 from dse.results.variants import find_variants, is_one_choice
@@ -43,7 +44,7 @@ def test_one_design_with_several_bus_rates_takes_one_place(robot: Result) -> Non
 
 def terminal(result: Result, top: int | None) -> str:
     printed = io.StringIO()
-    print_result(Console(file=printed, width=150), result, top)
+    print_page(Console(file=printed, width=150), printed_page(Document(result), top))
     return " ".join(printed.getvalue().split())
 
 
@@ -52,7 +53,7 @@ def test_nothing_is_hidden_where_there_is_room(robot: Result) -> None:
         assert listed_points(robot, top) == robot.front
         text = terminal(robot, top)
         assert "Not shown" not in text and "Near-identical to one above" not in text
-        assert " like " in text.partition("Ranked by")[0]
+        assert " like " in text.partition("Stands out")[0]
 
 
 def test_what_is_listed_and_what_is_not_make_up_the_front(robot: Result) -> None:
@@ -195,6 +196,6 @@ def test_a_single_design_shows_its_decisions(capsys: pytest.CaptureFixture[str])
         )
     result = dse.solve(example_path("starter"), max_price="100 EUR", minimise=["price"])
     assert len(result.front) == 1
-    text = terminal(result, 10).partition("Ranked by")[0]
+    text = terminal(result, 10).partition("Stands out")[0]
     for name, option in result.front[0].decisions.items():
         assert f"{name.removesuffix('.type')} {option}" in text

@@ -4,14 +4,20 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from fractions import Fraction
+from functools import partial
 
-from dse.report.document import NOTHING, Table
-from dse.report.parts import Data, Plot, Section, decisions_text, figure_text, limited, number_of
+from dse.report.charts import Spec
+from dse.report.figuretext import MOST_ROWS, Data, decisions_text, figure_text, number_of
+from dse.report.page import NOTHING, Block, Plot, Section, Table, listing, texts
 from dse.report.studyplots import shares, tornado
 from dse.results.display import display_unit, figure, readable, titled
 from dse.results.variants import varying
+from dse.units import is_unbounded
 
 SHOWN_BARS = 12
+BRIEF_BARS = 8
+"""Maximum number of bars of a metric on a terminal."""
+SHOWN_MARGINS = 15
 INDICES = (
     "share of its variance (Sobol); effect: mean change from one end of the input's range to the other "
     "(where it has no bounds, of the middle 95 % of its values)"
@@ -22,25 +28,30 @@ def sensitivity_sections(data: Data) -> Iterator[Section]:
     """The sections of what ``dse-sensitivity/1`` holds."""
     currency = data["problem"].get("currency", "EUR")
     chosen = decisions_text(data["decisions"], list(data["decisions"]))
-    texts = [f"Design: {chosen or 'the only one'}."]
-    texts += [f"Broken as it is, and left out of what follows: {text}." for text in data["broken"]]
-    texts += [scaling_words(data["execution_times"])] if data["execution_times"] is not None else []
-    texts += [left_out_words(data["left_out"])] if data.get("left_out") else []
-    yield Section("margins", "Margins", tuple(texts), (), (_margin_table(data, currency),))
-    plots, tables = [], []
+    broken = (f"{text}; left out of what follows" for text in data["broken"])
+    margins: list[Block] = [*texts(f"Design: {chosen or 'the only one'}")]
+    margins += listing(broken, "broken as it is", 0, "wrong")
+    margins.append(_margin_table(data, currency))
+    margins += texts(_free_words(data))
+    margins += texts(scaling_words(data["execution_times"]) if data["execution_times"] else "", tone="strong")
+    margins += texts(left_out_words(data["left_out"]) if data.get("left_out") else "", tone="strong")
+    yield Section("margins", "Margins", tuple(margins))
+    swings: list[Block] = []
     for metric in dict.fromkeys(bar["metric"] for bar in data["tornado"]):
         bars = [bar for bar in data["tornado"] if bar["metric"] == metric]
-        plots.append(_tornado_plot(metric, bars, currency))
-        tables.append(_tornado_table(metric, bars, currency))
-    yield Section(
-        "tornado",
-        "What each metric hangs on",
-        (f"Each input alone, over: {data['swing']}.",),
-        tuple(plots),
-        tuple(tables),
-    )
+        swings += [_tornado_plot(metric, bars, currency), _tornado_table(metric, bars, currency)]
+    if swings:
+        swing = texts(f"Each input alone, over: {data['swing']}.")
+        yield Section("tornado", "What each metric hangs on", (*swing, *swings))
     if data["uncertainty"] is not None:
         yield _uncertain_section(data["uncertainty"], currency)
+
+
+def _free_words(data: Data) -> str:
+    """How many inputs break nothing, however far they move."""
+    free = sum(not item["below"] and not item["above"] for item in data["margins"])
+    one = free == 1
+    return f"{free} reach{'es' if one else ''} a requirement but break{'s' if one else ''} none." if free else ""
 
 
 def left_out_words(parts: Sequence[str]) -> str:
@@ -92,8 +103,10 @@ def _margin_table(data: Data, currency: str) -> Table:
             if side
         )
         rows.append((item["path"], figure_text(item["nominal"], item["unit"], currency), *ends, words))
-    caption = "Each input alone, the values up to which every requirement holds; the closest first"
-    return Table(caption, ("input", "value", "least", "greatest", "breaks"), limited(rows), (1, 2, 3))
+    caption = "Margins: each input alone, the values up to which every requirement holds; the closest first"
+    rest = "{} further inputs have a margin (--all shows them)."
+    headings = ("input", "value", "least", "greatest", "breaks")
+    return Table(caption, headings, tuple(rows), (1, 2, 3), brief=SHOWN_MARGINS, rest=rest, most=MOST_ROWS)
 
 
 def _closeness(item: Data) -> tuple[bool, Fraction]:
@@ -103,6 +116,13 @@ def _closeness(item: Data) -> tuple[bool, Fraction]:
 
 
 def _tornado_plot(metric: str, bars: Sequence[Data], currency: str) -> Plot:
+    unit = bars[0]["unit"]
+    more = f" The {len(bars) - SHOWN_BARS} shorter bars are in the table." if len(bars) > SHOWN_BARS else ""
+    words = f"{metric}: what moves it most; the dashed line is {figure_text(bars[0]['nominal'], unit, currency)}.{more}"
+    return Plot(f"tornado-{metric}", partial(_tornado_chart, metric, bars, currency, words), words)
+
+
+def _tornado_chart(metric: str, bars: Sequence[Data], currency: str, words: str) -> Spec:
     unit = bars[0]["unit"]
     records = []
     for bar in bars[:SHOWN_BARS]:
@@ -116,50 +136,61 @@ def _tornado_plot(metric: str, bars: Sequence[Data], currency: str) -> Plot:
             low, high = min(low, high), max(low, high)
         record = {"low": low, "high": high, "nominal": nominal, "path": bar["path"]}
         records.append({**record, "inputs": ends, "text": text, "label": f"{bar['path']} · {text}"})
-    more = f" The {len(bars) - SHOWN_BARS} shorter bars are in the table." if len(bars) > SHOWN_BARS else ""
-    words = f"{metric}: what moves it most; the dashed line is {figure_text(bars[0]['nominal'], unit, currency)}.{more}"
-    return Plot(f"tornado-{metric}", tornado(records, titled(metric, display_unit(unit, currency)[1]), words), words)
+    return tornado(records, titled(metric, display_unit(unit, currency)[1]), words)
 
 
 def _tornado_table(metric: str, bars: Sequence[Data], currency: str) -> Table:
-    rows = [
-        (
-            bar["path"],
-            *(figure_text(value, bar["input_unit"], currency) for value in bar["inputs"]),
-            *(figure_text(value, bar["unit"], currency) for value in bar["values"]),
-        )
-        for bar in bars
-    ]
-    return Table(metric, ("input", "from", "to", f"{metric} there", "and there"), limited(rows), (1, 2, 3, 4))
+    rows, swings = [], []
+    for bar in bars:
+        inputs = (figure_text(value, bar["input_unit"], currency) for value in bar["inputs"])
+        rows.append((bar["path"], *inputs, *(figure_text(value, bar["unit"], currency) for value in bar["values"])))
+        ends = [figure(value) for value in bar["values"]]
+        swings.append(None if any(map(is_unbounded, ends)) else abs(ends[1] - ends[0]))
+    longest = max((swing for swing in swings if swing is not None), default=Fraction(0)) or Fraction(1)
+    return Table(
+        f"{metric}: {figure_text(bars[0]['nominal'], bars[0]['unit'], currency)}",
+        ("input", "from", "to", "there", "and there"),
+        tuple(rows),
+        (1, 2, 3, 4),
+        bars=tuple(1.0 if swing is None else float(swing / longest) for swing in swings),
+        brief=BRIEF_BARS,
+        rest="and {} shorter bars",
+        most=MOST_ROWS,
+    )
 
 
 def _uncertain_section(found: Data, currency: str) -> Section:
+    return Section("uncertainty", "Uncertain inputs", tuple(_uncertain_blocks(found, currency)))
+
+
+def _uncertain_blocks(found: Data, currency: str) -> Iterator[Block]:
     one = found["design"]
     error = f", standard error {one['standard_error']:.2%}" if 0 < one["all_met"] < 1 else ""
-    texts = [
-        f"{found['samples']} samples, seed {found['seed']}.",
-        f"The design meets every requirement in {one['all_met']:.2%} of the samples{error}.",
-    ]
-    tables = [Table("Uncertain inputs", ("input", "what is stated"), tuple(found["inputs"].items()))]
+    yield from texts(f"Uncertain inputs ({found['samples']} samples, seed {found['seed']}):", tone="strong")
+    yield Table("Uncertain inputs", ("input", "what is stated"), tuple(found["inputs"].items()))
+    said = f"The design meets every requirement in {one['all_met']:.2%} of the samples{error}."
+    yield from texts(said, tone="strong")
+    yield from listing(f"{text}: {share:.2%}" for text, share in one["by_requirement"].items() if share < 1)
     if found["alternatives"]:
         names = varying([item["decisions"] for item in found["alternatives"]])
         chances = [
             (f"{item['all_met']:.2%}", weakest(item), decisions_text(item["decisions"], names))
             for item in found["alternatives"]
         ]
-        tables.append(
-            Table(
-                "Alternatives of the front, the surest first",
-                ("chance", "weakest requirement", "decisions"),
-                limited(chances),
-                (0,),
-            )
+        yield Table(
+            "Alternatives of the front, the surest first",
+            ("chance", "weakest requirement", "decisions"),
+            tuple(chances),
+            (0,),
+            brief=SHOWN_MARGINS,
+            rest="and {} less sure ones (--all shows them)",
+            most=MOST_ROWS,
         )
-    if found.get("unbounded"):
-        texts.append(unbounded_words(found["unbounded"]))
-    plots = []
+    yield from texts(unbounded_words(found["unbounded"]) if found.get("unbounded") else "")
     for index in found["indices"]:
         paths = sorted(index["total"], key=lambda path: -index["total"][path])
+        words = f"{index['output']}: what each input explains of its variance, alone (solid) and with interactions."
+        yield Plot(f"variance-{index['output']}", partial(_variance_chart, index, paths, words), words)
         rows = [
             (
                 path,
@@ -169,19 +200,20 @@ def _uncertain_section(found: Data, currency: str) -> Section:
             )
             for path in paths
         ]
-        caption = f"{index['output']}: {INDICES}"
-        tables.append(Table(caption, ("input", "alone", "with interactions", "effect"), tuple(rows), (1, 2, 3)))
-        records = [
-            {
-                "label": f"{path} · {index['total'][path]:.3f}",
-                "first": max(0.0, index["first"][path]),
-                "total": index["total"][path],
-            }
-            for path in paths[:SHOWN_BARS]
-        ]
-        words = f"{index['output']}: what each input explains of its variance, alone (solid) and with interactions."
-        plots.append(Plot(f"variance-{index['output']}", shares(records, "share of the variance", words), words))
-    return Section("uncertainty", "Uncertain inputs", tuple(texts), tuple(plots), tuple(tables))
+        caption = f"What moves {index['output']}: {INDICES}"
+        yield Table(caption, ("input", "alone", "with interactions", "effect"), tuple(rows), (1, 2, 3))
+
+
+def _variance_chart(index: Data, paths: Sequence[str], words: str) -> Spec:
+    records = [
+        {
+            "label": f"{path} · {index['total'][path]:.3f}",
+            "first": max(0.0, index["first"][path]),
+            "total": index["total"][path],
+        }
+        for path in paths[:SHOWN_BARS]
+    ]
+    return shares(records, "share of the variance", words)
 
 
 def weakest(item: Data) -> str:

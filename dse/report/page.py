@@ -1,0 +1,161 @@
+"""What a command says of its answer: a page of sections, made once, which three writers set.
+
+`dse.report.terminal` prints it, `dse.report.markdown` and `dse.report.html` write it: the sentences, the figures and
+the cells of tables are the same in all three. Sections with details, and with what the page rests on, are for files,
+whose reader has not given the command.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass
+from typing import Any, ClassVar, Literal, TypeAlias
+
+NOTHING = "\N{EN DASH}"
+"""The cell of a table where there is nothing to say."""
+MINUS = "\N{MINUS SIGN}"
+Tone: TypeAlias = Literal["plain", "strong", "wrong"]
+
+
+@dataclass(frozen=True)
+class Text:
+    """A paragraph; `tone` sets off a verdict (strong) and what is amiss (wrong)."""
+
+    kind: ClassVar = "text"
+    text: str
+    tone: Tone = "plain"
+
+
+@dataclass(frozen=True)
+class Item:
+    """A line of a list, under a label if it has one; `depth` 2 belongs to the line above it."""
+
+    text: str
+    label: str = ""
+    depth: int = 1
+    tone: Tone = "plain"
+
+    @property
+    def line(self) -> str:
+        """The label and the text."""
+        return f"{self.label}: {self.text}" if self.label else self.text
+
+
+@dataclass(frozen=True)
+class Listing:
+    """Lines, one below the other."""
+
+    kind: ClassVar = "listing"
+    items: tuple[Item, ...]
+
+
+@dataclass(frozen=True)
+class Table:
+    """A table.
+
+    `numbers` are the columns that align right, `total` marks the last row as a sum. `bars` has for each row a length
+    from 0 to 1, drawn beside it. A terminal shows `brief` rows unless it is told to show all, and says `rest` of the
+    others (``{}`` is how many); a file has `most`. Where there is no room for the columns from `wide` on a terminal
+    tells them below the table, by the cell of column `label`.
+    """
+
+    kind: ClassVar = "table"
+    caption: str
+    headings: tuple[str, ...]
+    rows: tuple[tuple[str, ...], ...]
+    numbers: tuple[int, ...] = ()
+    total: bool = False
+    bars: tuple[float, ...] = ()
+    brief: int | None = None
+    rest: str = "and {} more"
+    most: int | None = None
+    wide: int | None = None
+    label: int = 0
+
+    @property
+    def written(self) -> tuple[tuple[str, ...], ...]:
+        """The rows that a file has."""
+        return self.rows[: self.most]
+
+    @property
+    def left_out(self) -> str:
+        """What a file says of the rows that it does not have; "" where it has all."""
+        more = len(self.rows) - len(self.written)
+        return f"{more} more rows are in JSON and CSV." if more else ""
+
+
+@dataclass(frozen=True)
+class Plot:
+    """A plot with its caption, drawn where it is shown; `name` is the stem of its file, a table has its figures."""
+
+    kind: ClassVar = "plot"
+    name: str
+    draw: Callable[[], dict[str, Any]]
+    caption: str
+
+
+Block: TypeAlias = Text | Listing | Table | Plot
+
+
+@dataclass(frozen=True)
+class Section:
+    """A part of a page; one that `is_for_files` says what a file needs beside: details, and what it rests on."""
+
+    name: str
+    title: str
+    blocks: tuple[Block, ...]
+    is_for_files: bool = False
+
+    @property
+    def plots(self) -> tuple[Plot, ...]:
+        """Its plots, in order."""
+        return tuple(block for block in self.blocks if isinstance(block, Plot))
+
+    @property
+    def tables(self) -> tuple[Table, ...]:
+        """Its tables, in order."""
+        return tuple(block for block in self.blocks if isinstance(block, Table))
+
+    @property
+    def texts(self) -> tuple[str, ...]:
+        """Its paragraphs and lines, in order."""
+        found: list[str] = []
+        for block in self.blocks:
+            found += [block.text] if isinstance(block, Text) else []
+            found += [item.line for item in block.items] if isinstance(block, Listing) else []
+        return tuple(found)
+
+
+@dataclass(frozen=True)
+class Page:
+    """An answer as it is told: `lead` says in a line what it is about, `title` heads a file."""
+
+    title: str
+    lead: str
+    sections: tuple[Section, ...]
+
+
+def texts(*found: str, tone: Tone = "plain") -> list[Block]:
+    """Paragraphs, without those that are empty."""
+    return [Text(text, tone) for text in found if text]
+
+
+def listing(found: Iterable[str], label: str = "", depth: int = 1, tone: Tone = "plain") -> list[Block]:
+    """A list of lines, all under one label; nothing where there are none."""
+    items = tuple(Item(text, label, depth, tone) for text in found)
+    return [Listing(items)] if items else []
+
+
+def labelled(found: Iterable[tuple[str, str]]) -> list[Block]:
+    """A list of lines, each under its own label; nothing where there are none."""
+    items = tuple(Item(text, label) for label, text in found)
+    return [Listing(items)] if items else []
+
+
+def numbered(sections: Sequence[Section]) -> list[tuple[int, Section]]:
+    """Each section with the number of its first plot on the page."""
+    found, count = [], 0
+    for section in sections:
+        found.append((count, section))
+        count += len(section.plots)
+    return found

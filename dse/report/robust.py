@@ -1,0 +1,60 @@
+"""What robustness costs, as a section of the page of a robust front."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Iterator
+
+from dse.report.figuretext import MOST_ROWS, Data, figure_text
+from dse.report.page import Block, Section, Table, listing, texts
+from dse.results.display import counted, figure
+
+
+def robust_section(data: Data) -> Section:
+    """The best of each objective with and without it, and why nominal designs were lost; from ``dse-result/1``."""
+    return Section("robust", "What robustness costs", tuple(_blocks(data)))
+
+
+def _blocks(data: Data) -> Iterator[Block]:
+    found = data["robust"]
+    currency = found.get("currency", "EUR")
+    units = {info["name"]: info["unit"] for info in data["objectives"]}
+    lost = {item["nominal_id"] for item in found["lost"]}
+    front = {item["id"]: item for item in found["nominal_front"]}
+    count = len(found.get("unjudged", []))
+    yield from texts(
+        "Robust: every requirement holds for all of the stated values, proved. Objectives are those of the nominal "
+        "figures.",
+        tone="strong",
+    )
+    yield Table("What may vary", ("input", "what is stated"), tuple(found["inputs"].items()))
+    prices = []
+    for name, pair in found["price"].items():
+        ends = [pair[key] for key in ("nominal", "robust")]
+        prices.append((name, *("none" if value is None else counted(value, units[name], currency) for value in ends)))
+    caption = "What robustness costs: the best of each objective"
+    yield Table(caption, ("objective", "nominal", "robust"), tuple(prices), (1, 2))
+    unjudged = f", {count} were not looked at: the time was up" if count else ""
+    yield from texts(
+        f"Of {len(front)} nominal alternatives {len(lost)} are not robust{unjudged}. "
+        f"{len(found['kept'])} of {len(data['front'])} robust alternatives are on the nominal front too, "
+        f"{len(found['entered'])} take the place of better ones that are not robust."
+    )
+    reasons = Counter(item["requirement"] for item in found["lost"])
+    yield from listing(f"{number} break {text}" for text, number in reasons.most_common())
+    rows = []
+    for item in found["lost"]:
+        objectives = front[item["nominal_id"]]["objectives"]
+        figures = (counted(figure(objectives[name]), unit, currency) for name, unit in units.items())
+        worst = (figure_text(item[key], item["unit"], currency) for key in ("worst", "limit"))
+        rows.append((f"#{item['nominal_id']}", *figures, item["requirement"], *worst))
+    if rows:
+        yield Table(
+            "Nominal alternatives that are not robust, at their worst",
+            ("nominal", *units, "breaks", "there", "limit"),
+            tuple(rows),
+            (*range(1, 1 + len(units)), 2 + len(units), 3 + len(units)),
+            brief=10,
+            rest="and {} more that are not robust",
+            most=MOST_ROWS,
+        )

@@ -1,0 +1,126 @@
+"""A front as a page for a terminal and for Markdown; HTML shows the parts of the same document, to choose among."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
+
+from dse.report.contention import asks_for_responses, overhead_words, processing_words, scale_words
+from dse.report.document import Alternative, Document, OthersPart
+from dse.report.insisting import insisting_section
+from dse.report.page import Block, Page, Section, Text, labelled, listing, texts
+from dse.report.plain import basis_words
+from dse.report.words import REDUCED, exclusion_words, hidden_words, rounding_words, unused_words
+from dse.results.points import Point
+from dse.results.solve import Result
+from dse.units.text import count_words
+
+TOP = 10
+EXPLAINED = 3
+"""Maximum number of alternatives that are explained one by one; near-identical ones do not count among them."""
+
+
+def printed_page(document: Document, top: int | None = TOP, studies: Sequence[Section] = ()) -> Page:
+    """What is printed: `top` alternatives (None: all), and at the end the verdict, where the eye is."""
+    insisting = [insisting_section(document.result, top)] if document.result.insisting is not None else []
+    sections = [*_front_sections(document, top, is_file=False), *insisting, *studies, _printed_summary(document)]
+    return Page(document.title, _lead(document.result), tuple(section for section in sections if section.blocks))
+
+
+def written_page(document: Document, top: int | None = None, studies: Sequence[Section] = ()) -> Page:
+    """What is written as Markdown: the verdict first, the whole table, reasons of at most `top`, the foundations."""
+    fronts = _front_sections(document, top, is_file=True)
+    sections = [_summary(document), *fronts, *document.further_sections, *studies, _basis(document)]
+    return Page(document.title, _lead(document.result), tuple(section for section in sections if section.blocks))
+
+
+def listed_points(result: Result, top: int | None) -> tuple[Point, ...]:
+    """The whole front where it has `top` points at most; else the first of those that are no variants."""
+    return result.front if top is None or len(result.front) <= top else result.leaders[:top]
+
+
+def _lead(result: Result) -> str:
+    return f"{result.problem.name} ({basis_words(result.problem.effective)})"
+
+
+def _summary(document: Document) -> Section:
+    """What was found and proved; why there is no design, where there is none."""
+    proof, *more = document.summary
+    said = (unused_words(document.result), rounding_words(document.result), exclusion_words(document.space))
+    blocks = [*texts(proof, tone="strong"), *document.conflicts, *texts(*more)]
+    blocks += texts(*said) if not document.conflicts else []
+    return Section("summary", "Decision summary", tuple(blocks))
+
+
+def _printed_summary(document: Document) -> Section:
+    """The same with what the search took, behind the verdict, and how the figures count."""
+    result, search, summary = document.result, document.result.search, _summary(document)
+    spent = f"{search.solver_calls} solver calls, {search.wall_s:.2f} s"
+    size = count_words(search.space_size, "design")
+    effort = texts(f"{spent}, at most {size}; every point recomputed without the solver.")
+    rules: list[Block] = []
+    if result.front and not result.leaves_out_contention:
+        counted = overhead_words(result.space) if asks_for_responses(result.space) else ""
+        rules += texts(processing_words(result.problem.effective), counted)
+    if result.status != "infeasible":
+        rules += texts(REDUCED, scale_words(result.space))
+    proof, *more = summary.blocks
+    return replace(summary, blocks=(proof, *effort, *more, *rules))
+
+
+def _front_sections(document: Document, top: int | None, *, is_file: bool) -> Iterator[Section]:
+    result = document.result
+    if not result.front:
+        return
+    points = result.front if is_file else listed_points(result, top)
+    blocks: list[Block] = [document.table_of(points), *texts(*(hidden_words(result, points)))]
+    blocks += texts(document.common_words)
+    yield Section("front", "Alternatives", tuple(blocks))
+    told = [point for point in points if point.id not in result.variants][: min(top or EXPLAINED, EXPLAINED)]
+    for point in points:
+        if point in told:
+            item = document.alternative(point)
+            yield _alternative(item)
+            if is_file:
+                yield _details(item)
+        elif further := tuple(_further(point, document.others_of(point))):
+            yield Section(f"further-{point.id}", f"Designs beside #{point.id}", further)
+    hidden = len(result.front) - len(told)
+    if is_file and hidden > 0:
+        said = f"The other {hidden} alternatives are in the table above, and in full in the HTML report."
+        yield Section("others", "Further alternatives", tuple(texts(said)))
+
+
+def _alternative(item: Alternative) -> Section:
+    """Why an alternative is there, and designs beside it."""
+    figures = ", ".join(f"{name} {value}" for name, value in item.figures)
+    reasons = labelled((sentence.label, sentence.text) for sentence in item.sentences)
+    blocks = (Text(f"#{item.point.id}: {figures}", "strong"), *reasons, *_further(item.point, item.others))
+    title = f"Alternative #{item.point.id}, rank {item.rank}"
+    return Section(f"alternative-{item.point.id}", title, blocks)
+
+
+def _further(point: Point, parts: Sequence[OthersPart]) -> Iterator[Block]:
+    """Designs beside a point."""
+    for part in parts:
+        yield from texts(f"#{point.id}: {part.words}")
+        yield from labelled(part.designs)
+
+
+def _details(item: Alternative) -> Section:
+    """The tables of an alternative."""
+    tables = (*(flow.table for flow in item.flows), *item.usage_tables)
+    blocks = (item.decisions, item.requirements, *listing(item.warnings, "warning"), *tables)
+    return Section(f"details-{item.point.id}", f"Figures of #{item.point.id}", blocks, is_for_files=True)
+
+
+def _basis(document: Document) -> Section:
+    """Where the figures come from, and what the model does not see."""
+    blocks = [*labelled(document.provenance)]
+    for title, found in (
+        ("Assumptions of the problem", document.space.assumptions),
+        ("Known gaps of the model", document.gaps),
+    ):
+        if found:
+            blocks += [*texts(title, tone="strong"), *listing(found)]
+    return Section("basis", "What this rests on", tuple(blocks), is_for_files=True)

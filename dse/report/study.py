@@ -1,0 +1,72 @@
+"""A study as a page, made of the data that ``--json`` writes, so that a page made later says the same."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping
+from typing import Any
+
+from dse.errors import UsageError
+from dse.report.contention import processing_words
+from dse.report.figuretext import Data
+from dse.report.page import Page, Section, labelled, listing, texts
+from dse.report.plain import basis_words
+from dse.report.robust import robust_section
+from dse.report.sensitivity import sensitivity_sections
+from dse.report.sweep import sweep_sections
+from dse.report.words import GAPS, REDUCED
+from dse.results import sensitivity, sweep
+from dse.results.solve import FORMAT as RESULT_FORMAT
+from dse.space.settings import SETTINGS
+
+
+def sections_of(data: Data) -> list[Section]:
+    """The sections of a study.
+
+    Raises
+    ------
+    UsageError
+        when the data are not those of a study.
+    """
+    makers: dict[str, Callable[[Data], Iterator[Section]]] = {
+        sweep.FORMAT: sweep_sections,
+        sensitivity.FORMAT: sensitivity_sections,
+        RESULT_FORMAT: lambda data: iter([robust_section(data)]),
+    }
+    form = data.get("format")
+    if form not in makers or (form == RESULT_FORMAT and "robust" not in data):
+        known = f"{sweep.FORMAT}, {sensitivity.FORMAT} or {RESULT_FORMAT} of solve --robust"
+        raise UsageError(f"it is no study: expected {known}")
+    return list(makers[form](data))
+
+
+def study_page(data: Data) -> Page:
+    """The whole page of a study."""
+    problem, settings = data["problem"], _settings(data)
+    kind = {sweep.FORMAT: "sweep", sensitivity.FORMAT: "sensitivity"}.get(data["format"], "robustness")
+    lead = f"{problem['name']} ({basis_words(settings)})" if settings else str(problem["name"])
+    return Page(f"{problem['name']}: {kind}", lead, (*sections_of(data), _basis(data)))
+
+
+def _settings(data: Mapping[str, Any]) -> Mapping[str, str]:
+    """The settings of the question that a study asked; nothing where an older one does not state them."""
+    settings: Mapping[str, str] = data["problem"].get("effective", data["problem"])
+    return settings if set(SETTINGS) <= set(settings) else {}
+
+
+def _basis(data: Mapping[str, Any]) -> Section:
+    """Where the figures of a study come from, and what the model does not see."""
+    problem, settings = data["problem"], _settings(data)
+    found = [("Problem", f"{problem['name']}, SHA-256 {problem['sha256']}")]
+    if settings:
+        found.append(("Latency rules", basis_words(settings)))
+    if "semantics" in data:
+        found.append(("Semantics", str(data["semantics"])))
+    if problem.get("changes"):
+        found.append(
+            ("Changes by the caller", "; ".join(f"{name}: {value}" for name, value in problem["changes"].items()))
+        )
+    if "seed" in data:
+        found.append(("Seed", str(data["seed"])))
+    gaps = (REDUCED, *((processing_words(settings),) if settings else ()), *GAPS)
+    blocks = (*labelled(found), *texts("Known gaps of the model:"), *listing(gaps))
+    return Section("basis", "What this rests on", blocks, is_for_files=True)
