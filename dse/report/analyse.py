@@ -8,9 +8,9 @@ from functools import partial
 
 from dse.report.amounts import amount_words, slack_words
 from dse.report.bars import usage_chart, usage_records, waterfall, waterfall_records
-from dse.report.contention import contended_words, core_words, overhead_words, processing_words, scale_words
+from dse.report.contention import contended_words, core_words, overhead_words, processing_words
 from dse.report.page import MINUS, NOTHING, Block, Page, Plot, Section, Table, listing, texts
-from dse.report.plain import basis_words
+from dse.report.plain import basis_words, scale_words
 from dse.report.scheduling import response_table
 from dse.report.words import EMPTY_SLOT, GAPS, REDUCED
 from dse.results.analyse import Analysis, FlowTable, Usage

@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 from dse.api.check import Description, impossible_words
-from dse.report.contention import scale_words
 from dse.report.page import Block, Page, Section, Table, listing, texts
-from dse.report.plain import basis_words
+from dse.report.plain import basis_words, scale_words
 from dse.space.settings import settings_of
 from dse.units.text import count_words
 

@@ -28,19 +28,12 @@ PROCESSING = {
 UNCOUNTED = (
     "CPU contention is not in the latencies: this profile counts no response times, but execution times and deadlines."
 )
-PER_CORE = "Utilisation counts one core as 100 %, n cores as n times that; a limit of 70 % is one of each core."
 BLOCKING = "blocking by non-preemptive sections"
 MOST_NAMES = 6
 MOST_THREADS = 24
 """Maximum number of threads whose cores are told one by one in a sentence."""
 MOST_IDS = 12
 MOST_BROKEN = 3
-
-
-def scale_words(space: Space) -> str:
-    """What 100 % of utilisation is, where that may be asked: a processor has several cores."""
-    several = any(count > 1 for slot in space.processors for count in leaves(slot.cores))
-    return PER_CORE if several else ""
 
 
 def processing_words(settings: Mapping[str, str]) -> str:

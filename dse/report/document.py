@@ -14,18 +14,12 @@ from dse.analysis.views import View
 from dse.report.analyse import flow_table, metric_table, tightest_limits, usage_tables, verdict_table
 from dse.report.bars import usage_records, waterfall_records
 from dse.report.charts import front_records
-from dse.report.contention import (
-    asks_for_responses,
-    contention_words,
-    overhead_words,
-    processing_words,
-    scale_words,
-)
+from dse.report.contention import asks_for_responses, contention_words, overhead_words, processing_words
 from dse.report.explain import conflict_blocks
 from dse.report.insisting import insisting_section
 from dse.report.missing import TITLE, missing_words
 from dse.report.page import NOTHING, Block, Section, Table
-from dse.report.plain import basis_words
+from dse.report.plain import basis_words, scale_words
 from dse.report.words import (
     GAPS,
     REDUCED,

@@ -11,6 +11,8 @@ from rich.console import Console
 from rich.table import Table
 
 from dse.space.settings import OSATE_SETTINGS, SETTINGS, default_deadlines
+from dse.space.trees import leaves
+from dse.space.types import Space
 
 
 def plain_table(console: Console, title: str = "") -> Table:
@@ -55,3 +57,12 @@ def print_hanging(console: Console, text: str, indent: str = "  ") -> None:
     """A paragraph whose further lines are indented more than its first."""
     lines = wrap(text, console.width, initial_indent=indent, subsequent_indent=indent + "    ", break_on_hyphens=False)
     console.print("\n".join(lines), markup=False)
+
+
+PER_CORE = "Utilisation counts one core as 100 %, n cores as n times that; a limit of 70 % is one of each core."
+
+
+def scale_words(space: Space) -> str:
+    """What 100 % of utilisation is, where that may be asked: a processor has several cores."""
+    several = any(count > 1 for slot in space.processors for count in leaves(slot.cores))
+    return PER_CORE if several else ""

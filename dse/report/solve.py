@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
 
-from dse.report.contention import asks_for_responses, overhead_words, processing_words, scale_words
+from dse.report.contention import asks_for_responses, overhead_words, processing_words
 from dse.report.document import Alternative, Document, OthersPart
 from dse.report.insisting import insisting_section
 from dse.report.page import Block, Page, Section, Text, labelled, listing, texts
-from dse.report.plain import basis_words
+from dse.report.plain import basis_words, scale_words
 from dse.report.words import REDUCED, exclusion_words, hidden_words, rounding_words, unused_words
 from dse.results.points import Point
 from dse.results.solve import Result
