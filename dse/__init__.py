@@ -36,6 +36,7 @@ if TYPE_CHECKING:
     from dse.examples import example_path as example_path
     from dse.fitting.fit import Fit as Fit
     from dse.generator import random_problem as random_problem
+    from dse.report.widget import widget as widget
     from dse.report.writing import write_report as write_report
     from dse.results.analyse import Analysis as Analysis
     from dse.results.explain import Explanation as Explanation
@@ -81,6 +82,7 @@ _HOMES = {
     "ProblemError": "dse.errors",
     "UsageError": "dse.errors",
     "write_report": "dse.report.writing",
+    "widget": "dse.report.widget",
     "Analysis": "dse.results.analyse",
     "Explanation": "dse.results.explain",
     "architecture_graph": "dse.results.graph",

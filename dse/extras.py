@@ -13,6 +13,7 @@ EXTRAS = {
     "graphs": ("networkx", "networkx"),
     "plots": ("vl-convert", "vl_convert"),
     "sensitivity": ("SciPy", "scipy"),
+    "widget": ("anywidget", "anywidget"),
 }
 """The extras of the package that commands need: what each brings, and what that is imported as."""
 

@@ -147,6 +147,7 @@
     await Promise.all(views.map((view) => view.signal("chosen", id).runAsync()));
     await plotDetails();
     if (page.remember) page.remember();
+    window.dispatchEvent(new CustomEvent("dse-chosen", { detail: id }));
     if (focus) element("alternative-title").focus();
   }
 
