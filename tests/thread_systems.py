@@ -12,13 +12,11 @@ from fractions import Fraction
 from itertools import product
 from typing import Any
 
+from thread_executors import LATE, MOST_MS, draw_executors, in_executor
+
 ORDERS = (None, 1, 2, (1, 3), (2, 1, 3), "rate_monotonic", "deadline_monotonic", "deadline_monotonic",
           ("rate_monotonic", "deadline_monotonic"))  # fmt: skip
 PERIODS = (4, 5, 6, 8, 10, 12, 15, 20)
-LATE = 10**9
-"""A response time without a bound, in ms."""
-MOST_MS = 1_500
-"""A busy period that is longer goes on for ever: with these figures none that ends is."""
 
 
 def draw(seed: int, *, kind: str = "plain") -> dict[str, Any]:
@@ -27,13 +25,14 @@ def draw(seed: int, *, kind: str = "plain") -> dict[str, Any]:
     That is plain, chained (event-triggered threads), stated (priorities, deadlines), fixed (cores), blocked
     (non-preemptive sections, context switches, interrupts and throttling, with some of everything else), ordered
     (every way to say priorities, as decisions too, with event-triggered threads and sections, and few priority levels),
-    or best (the best order is asked for, with some of that).
+    best (the best order is asked for, with some of that), or grouped (executors, with some of all that).
     """
     rng = random.Random(f"{kind} {seed}")
     count = rng.randint(2, 3 if kind == "best" else 4)
     cores = 1 if rng.random() < 0.3 else 2
     types = {"slow": {"cores": cores, "price": 10}, "fast": {"cores": rng.choice((1, cores)), "price": 30}}
     threads: list[dict[str, Any]] = []
+    executors = draw_executors(rng) if kind == "grouped" else []
     for number in range(count):
         periods = sorted(rng.sample(PERIODS, rng.randint(1, 2)))
         work = rng.randint(1, max(1, periods[0] * rng.randint(3, 9) // 10))
@@ -48,11 +47,11 @@ def draw(seed: int, *, kind: str = "plain") -> dict[str, Any]:
             "deadline": None,
             "core": None,
             "section": None,
+            "executor": None,
         }
-        if kind == "blocked":
-            thread["section"] = rng.choice((None, 1, 2, 5))
-            thread["priority"] = rng.choice((None, None, None, 1, 2))
-        if (kind == "chained" or (kind == "blocked" and rng.random() < 0.4)) and number and rng.random() < 0.6:
+        _draw_sections(rng, kind, thread, executors)
+        often = {"chained": 1.0, "blocked": 0.4, "grouped": 0.4}.get(kind, 0.0)
+        if often and number and rng.random() < 0.6 * often:
             thread["trigger"] = rng.randrange(number)
             thread["both"] = rng.random() < 0.5
             if rng.random() < 0.4:
@@ -90,6 +89,17 @@ def _order(rng: random.Random, kind: str, thread: dict[str, Any], number: int) -
         thread["trigger"] = rng.randrange(number)
 
 
+def _draw_sections(rng: random.Random, kind: str, thread: dict[str, Any], executors: list[dict[str, Any]]) -> None:
+    """What keeps a thread from running beside more urgent ones."""
+    if executors and rng.random() < 0.7:
+        thread["executor"] = rng.choice(executors)
+    if kind == "blocked" or (kind == "grouped" and rng.random() < 0.3):
+        thread["section"] = rng.choice((None, 1, 2, 5))
+        thread["priority"] = rng.choice((None, None, None, 1, 2))
+    if thread["executor"] is not None and "callback_group" not in thread["executor"]["kind"]:
+        thread["priority"] = None
+
+
 def text_of(
     system: Mapping[str, Any], objectives: tuple[str, ...] = ("minimise price", "minimise latency of f")
 ) -> str:
@@ -97,10 +107,17 @@ def text_of(
     lines = ["dse: 1", "name: drawn", "overload: allowed", "deadlines: all", "processor_types:"]
     for name, figures in system["types"].items():
         lines.append(f"  {name}: {{{', '.join(_type_fields(figures))}}}")
-    lines += ["processors: {c: {type: [slow, fast]}}", "devices: {sensor: {period: 3 ms}}", "threads:"]
+    lines += ["processors: {c: {type: [slow, fast]}}", "devices: {sensor: {period: 3 ms}}"]
+    named = {item["executor"]["name"]: item["executor"] for item in system["threads"] if item["executor"]}
+    for name, executor in named.items():
+        stated = f", priority: {executor['priority']}" if executor["priority"] is not None else ""
+        begin = f"executors: {{{name}:" if name == next(iter(named)) else f"  {name}:"
+        end = "}" if name == list(named)[-1] else ","
+        lines.append(f"{begin} {{kind: [{', '.join(executor['kind'])}], processor: c{stated}}}{end}")
+    lines.append("threads:")
     for thread in system["threads"]:
         fields = [
-            "processor: c",
+            f"executor: {thread['executor']['name']}" if thread["executor"] else "processor: c",
             f"compute_execution_time: {{slow: {_ms(thread, 'slow')}, fast: {_ms(thread, 'fast')}}}",
         ]
         eager = thread["trigger"] is not None
@@ -159,6 +176,7 @@ def every_choice(system: Mapping[str, Any]) -> Iterator[dict[str, Any]]:
     for thread in system["threads"]:
         periods: list[int | None] = [] if thread["trigger"] is not None and not thread["both"] else [*thread["periods"]]
         ways.append(periods + [None] * (thread["trigger"] is not None))
+    served = {item["executor"]["name"]: item["executor"]["kind"] for item in system["threads"] if item["executor"]}
     for kind, figures in system["types"].items():
         cores = [
             [thread["core"]] if thread["core"] is not None else range(1, figures["cores"] + 1)
@@ -171,9 +189,18 @@ def every_choice(system: Mapping[str, Any]) -> Iterator[dict[str, Any]]:
         ranks = [every if item == "any" else item if isinstance(item, tuple) else (item,) for item in given]
         for periods in product(*ways):
             for placed in product(*cores):
-                if max(placed) <= figures["cores"]:
-                    for chosen in product(*ranks):
-                        yield {"type": kind, "periods": periods, "cores": placed, "priorities": chosen}
+                if max(placed) <= figures["cores"] and _is_together(system["threads"], placed):
+                    for chosen, kinds in product(product(*ranks), product(*served.values())):
+                        by_name = dict(zip(served, kinds, strict=True))
+                        yield {
+                            "type": kind, "periods": periods, "cores": placed, "priorities": chosen, "kinds": by_name,
+                        }  # fmt: skip
+
+
+def _is_together(threads: Any, placed: tuple[int, ...]) -> bool:
+    """Whether each executor has one core."""
+    homes = {(item["executor"]["name"], core) for item, core in zip(threads, placed, strict=True) if item["executor"]}
+    return len(homes) == len({name for name, _ in homes})
 
 
 def responses(system: Mapping[str, Any], choice: Mapping[str, Any]) -> list[int]:
@@ -195,7 +222,7 @@ def responses(system: Mapping[str, Any], choice: Mapping[str, Any]) -> list[int]
             while at in source:
                 at = source[at]
                 jitter[number] += known[at] - work[at]
-        kind = system["types"][choice["type"]]
+        kind = {**system["types"][choice["type"]], "kinds": choice["kinds"]}
         fresh = [
             _response(number, (threads, levels), choice["cores"], period, jitter, work, kind)
             for number in range(len(threads))
@@ -237,6 +264,9 @@ def _response(
     if kind.get("throttling"):
         budget, every = kind["throttling"]
         first.append((every - budget, every))
+    if threads[number]["executor"]:
+        what = kind["kinds"][threads[number]["executor"]["name"]]
+        return in_executor(number, threads, rivals, first, (period, jitter, cost, blocked, what))
     load = sum((Fraction(cost[item], period[item]) for item in (*rivals, number)), Fraction(0))
     load += sum((Fraction(*item) for item in first), Fraction(0))
     latest = max(blocked, *(jitter[item] for item in (*rivals, number)))
@@ -265,7 +295,12 @@ def _levels(system: Mapping[str, Any], choice: Mapping[str, Any], period: list[i
     turns: list[tuple[Any, ...]] = []
     for number, thread in enumerate(system["threads"]):
         priority, own = choice["priorities"][number], choice["periods"][number]
-        if isinstance(priority, int):
+        executor = thread["executor"]
+        if executor:
+            inside = [item for item, other in enumerate(system["threads"]) if other["executor"] is executor]
+            priority = executor["priority"]
+            turns.append((1, min(period[item] for item in inside), inside[0]) if priority is None else (0, -priority))
+        elif isinstance(priority, int):
             turns.append((0, -priority))
         else:
             late = thread["deadline"] if thread["deadline"] is not None else own

@@ -75,7 +75,8 @@ def core_by(space: Space, component: Component, view: View) -> str:
     """Whose choice a thread's core is: ``stated`` in the file, ``decided`` as a decision is, or ``first-fit``."""
     if at(component.core, view) is None:
         return "first-fit"
-    decision = space.decision_index(f"{component.name}.core")
+    owner = component.name if component.executor is None else space.executors[component.executor].name
+    decision = space.decision_index(f"{owner}.core")
     return "stated" if decision is None or not space.decisions[decision].is_open else "decided"
 
 

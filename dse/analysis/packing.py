@@ -128,7 +128,7 @@ def first_placement(
     where = {number: slot for slot in range(len(space.processors)) for number in members(space, slot, view)}
     taken: dict[tuple[int, int], list[int]] = {}
     for number, processor in where.items():
-        core = at(space.components[number].core, view) if number not in made else None
+        core = at(space.components[number].core, view) if space.unit(number) not in made else None
         if core is not None:
             taken.setdefault((processor, core), []).append(number)
     order = [item for item in open_ if item.component in where and _is_asked(item, view)]
@@ -152,17 +152,17 @@ def first_placement(
                 continue
             left[0] -= 1
             empty = empty or (not here and bare)
-            here.append(item.component)
+            here += item.threads
             if meets(here):
                 chosen[item.index] = option
                 whole_design = place(position + 1)
                 if whole_design is not None:
                     return whole_design
-            here.pop()
+            del here[-len(item.threads) :]
         return None
 
     whole = all(item.decision.values == tuple(range(1, len(item.decision.values) + 1)) for item in order)
-    bare = whole and not any(taken.values()) and len(order) == len(where)
+    bare = whole and not any(taken.values()) and sum(len(item.threads) for item in order) == len(where)
     return place(0)
 
 
@@ -206,30 +206,40 @@ def _place(space: Space, view: View, open_: Sequence[OpenCore], fits: Fits, orde
     by_number = {item.component: item for item in open_}
     for processor, slot in enumerate(space.processors):
         count = max(1, at(slot.cores, view))
-        here = {number: utilisation(space, number, view) for number in members(space, processor, view)}
+        here: dict[int, Fraction] = {}
+        for number in members(space, processor, view):
+            unit = space.unit(number)
+            here[unit] = here.get(unit, Fraction(0)) + utilisation(space, number, view)
         cores: list[list[int]] = [[] for _ in range(count)]
         loads = [Fraction(0)] * count
         for number in here.keys() - by_number.keys():
             core = at(space.components[number].core, view)
             if core is not None and core <= count:
-                cores[core - 1].append(number)
+                cores[core - 1] += _threads(space, number)
                 loads[core - 1] += here[number]
         for number in sorted(here.keys() & by_number.keys(), key=lambda item: (-here[item], item)):
             decision = by_number[number].decision
             allowed = {value - 1: option for option, value in enumerate(decision.values) if value <= count}
-            core = next((core for core in order(loads) if core in allowed and fits([*cores[core], number])), None)
+            threads = _threads(space, number)
+            core = next((core for core in order(loads) if core in allowed and fits([*cores[core], *threads])), None)
             if core is None:
                 return None
-            cores[core].append(number)
+            cores[core] += threads
             loads[core] += here[number]
             chosen[by_number[number].index] = allowed[core]
     return _relabelled(space, view, tuple(chosen), open_)
 
 
+def _threads(space: Space, unit: int) -> tuple[int, ...]:
+    """A thread, or all that its executor runs."""
+    executor = space.components[unit].executor
+    return (unit,) if executor is None else space.executors[executor].members
+
+
 def _relabelled(space: Space, view: View, design: Design, open_: Sequence[OpenCore]) -> Design:
     """The same with the cores of each processor numbered as they come first in the file, where nothing names a core."""
     result = list(design)
-    named = {item.component for item in open_}
+    named = {number for item in open_ for number in item.threads}
     for processor, slot in enumerate(space.processors):
         count = max(1, at(slot.cores, view))
         here = [item for item in open_ if at(space.components[item.component].processor, view) == processor]

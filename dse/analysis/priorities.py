@@ -10,8 +10,9 @@ breaks ties. An operating system with fewer levels than that takes has the last 
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from fractions import Fraction
+from typing import TypeAlias
 
 from dse.analysis.rates import NS_PER_S, rate_hz
 from dse.analysis.views import View
@@ -46,22 +47,53 @@ def order_ns(space: Space, number: int, view: View) -> Fraction | None:
 
 
 def levels_of(space: Space, numbers: Sequence[int], view: View) -> list[list[int]]:
-    """The threads of one core by level, the most urgent first; those of one level may all delay each other."""
-    stated = {
-        number: priority for number in numbers if (priority := number_of(space.components[number], view)) is not None
-    }
-    levels = [
-        [number for number in numbers if stated.get(number) == level]
-        for level in sorted(set(stated.values()), reverse=True)
-    ]
-    order = {number: order_ns(space, number, view) for number in numbers if number not in stated}
-    timed = [(time, number) for number, time in order.items() if time is not None]
-    levels += ([number] for _, number in sorted(timed))
-    levels += ([number] for number, time in order.items() if time is None)
+    """The threads of one core by level, the most urgent first; those of one level may all delay each other.
+
+    The first thread of an executor stands for it: with its number, else as often as its fastest thread runs.
+    """
+    units = list(dict.fromkeys(map(space.unit, numbers)))
+    levels = _ordered({unit: _turn_of(space, unit, view) for unit in units})
     most = most_levels(space, numbers, view)
     if most is None or len(levels) <= most:
         return levels
     return [*levels[: most - 1], sorted(number for level in levels[most - 1 :] for number in level)]
+
+
+def inner_levels(space: Space, numbers: Sequence[int], view: View) -> list[list[int]]:
+    """The threads of one executor by level, the most urgent first."""
+    return _ordered({number: _own_turn(space, number, view) for number in numbers})
+
+
+Turn: TypeAlias = int | Fraction | None
+"""A number, the time that orders what has none, or None behind all others."""
+
+
+def _own_turn(space: Space, number: int, view: View) -> Turn:
+    priority = number_of(space.components[number], view)
+    return order_ns(space, number, view) if priority is None else priority
+
+
+def _turn_of(space: Space, unit: int, view: View) -> Turn:
+    executor = space.components[unit].executor
+    if executor is None:
+        return _own_turn(space, unit, view)
+    priority: int | None = at(space.executors[executor].priority, view)
+    if priority is not None:
+        return priority
+    # of all of its threads, whoever is looked at: what is learnt of some of them then holds of all
+    rate = max(rate_hz(space, ("activation", number), view) for number in space.executors[executor].members)
+    return NS_PER_S / rate if rate else None
+
+
+def _ordered(turns: Mapping[int, Turn]) -> list[list[int]]:
+    numbers = {unit: turn for unit, turn in turns.items() if isinstance(turn, int)}
+    levels = [
+        [unit for unit, turn in numbers.items() if turn == level]
+        for level in sorted(set(numbers.values()), reverse=True)
+    ]
+    timed = [(turn, unit) for unit, turn in turns.items() if turn is not None and unit not in numbers]
+    levels += ([unit] for _, unit in sorted(timed))
+    return levels + [[unit] for unit, turn in turns.items() if turn is None]
 
 
 def most_levels(space: Space, numbers: Sequence[int], view: View) -> int | None:

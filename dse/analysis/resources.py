@@ -21,7 +21,8 @@ def utilisation_terms(space: Space, processor: int, core: int | None = None) -> 
     """Utilisation of a processor in ppm of one core: worst execution time on its type * activation rate, per thread.
 
     Of one `core`, from 1, alone: by the threads whose core that is. A hybrid thread's callback works at its input rate,
-    its timer at 1 / period (docs/semantics.md, section 4.1).
+    its timer at 1 / period (docs/semantics.md, section 4.1). The component of a term is the thread, or the first one of
+    its executor: what is put on a core as a whole.
     """
     terms = []
     for number, component in enumerate(space.components):
@@ -51,7 +52,7 @@ def _work_term(space: Space, processor: int, core: int | None, number: int, kind
         return (ZERO + worst[1]) / 1000 if worst is not None else ZERO
 
     label = component.name if kind == "activation" else f"{component.name} (callback)"
-    return product_term(space, label, coefficient, key, component.name)
+    return product_term(space, label, coefficient, key, space.components[space.unit(number)].name)
 
 
 def _core(space: Space, processor: int, number: int, view: View) -> int:

@@ -21,15 +21,16 @@ from functools import lru_cache
 from typing import Literal, TypeAlias
 
 from dse.analysis.binding import transmission_ns
+from dse.analysis.executors import Fellow, executor_response_ns
 from dse.analysis.memo import Recall
 from dse.analysis.overheads import interrupting, section_ns, switching_ns
 from dse.analysis.partition import WHOLE, Room, Spread, spread
-from dse.analysis.priorities import deadline_ns, levels_of
+from dse.analysis.priorities import deadline_ns, inner_levels, levels_of
 from dse.analysis.rates import NS_PER_S, RateKey, is_event_triggered, rate_hz
 from dse.analysis.response_time import Stream, Task, response_time_ns
 from dse.analysis.views import View
 from dse.space.trees import at, leaves
-from dse.space.types import Component, Space
+from dse.space.types import Component, ExecutorKind, Space
 from dse.timelimit import look_at_the_clock
 from dse.units import Exact, Rounded, Unbounded
 
@@ -49,6 +50,7 @@ class Response:
     `rank` is 1 more than the number of the core's tasks that always go first, the same for threads of the same stated
     priority; `deadline_ns` is the thread's, else its period, else None; `blocked_ns` how long less urgent tasks may
     keep the core. `worst_ns` is the longest execution time, the task's own worst time has its context switches, too.
+    `executor` is what runs it beside others, else empty.
     """
 
     component: int
@@ -61,6 +63,7 @@ class Response:
     deadline_ns: int | None
     blocked_ns: int
     worst_ns: int
+    executor: str
 
     @property
     def name(self) -> str:
@@ -190,11 +193,13 @@ def _alone_ns(component: Component, part: Part, view: View) -> tuple[int, int]:
     return (0, 0) if stated is None else (stated[0], stated[1])
 
 
-def members(space: Space, processor: int, view: View) -> Iterator[int]:
+def members(space: Space, processor: int, view: View) -> list[int]:
     """The threads on a processor, by number."""
-    for number, component in enumerate(space.components):
-        if component.processor is not None and at(component.processor, view) == processor:
-            yield number
+    return [
+        number
+        for number, component in enumerate(space.components)
+        if component.processor is not None and at(component.processor, view) == processor
+    ]
 
 
 def _keys(space: Space, number: int, view: View) -> Iterator[TaskKey]:
@@ -210,19 +215,25 @@ def _keys(space: Space, number: int, view: View) -> Iterator[TaskKey]:
 class _Turn:
     """A task in the order of its core: `rank` of the tasks before it always go first, up to `reach` of all may.
 
-    Others may keep the core for `blocked_ns`.
+    Others may keep the core for `blocked_ns`. In an `executor` the tasks of a smaller `level` go first.
     """
 
     key: TaskKey
     rank: int
     reach: int
     blocked_ns: int = 0
+    executor: int | None = None
+    level: int = 0
 
     def rivals(self, order: Sequence[_Turn]) -> Iterator[int]:
-        """The positions of what may delay the task on its core, which is not a callback's own timer."""
+        """The positions of what may delay the task on its core, which is not a callback's own timer.
+
+        In an executor that may do so as well.
+        """
         number, part = self.key
         for position, turn in enumerate(order[: self.reach]):
-            if turn.key != self.key and not (part == "callback" and turn.key[0] == number):
+            is_own_timer = part == "callback" and turn.key[0] == number and self.executor is None
+            if turn.key != self.key and not is_own_timer:
                 yield position
 
 
@@ -296,11 +307,15 @@ def placement(space: Space, processor: int, view: View) -> Spread:
 
     It tells whether a partition was found that keeps all of them, proved absent, or left undecided.
     """
-    used = {number: utilisation(space, number, view) for number in members(space, processor, view)}
+    here = members(space, processor, view)
+    used: dict[int, Fraction] = {}
+    for number in here:
+        unit = space.unit(number)
+        used[unit] = used.get(unit, Fraction(0)) + utilisation(space, number, view)
     found = spread(space, processor, used, view, core_room(space, processor))
     if found.status != "found":
-        return replace(spread(space, processor, used, view, WHOLE), status=found.status)
-    return found
+        found = replace(spread(space, processor, used, view, WHOLE), status=found.status)
+    return replace(found, cores={number: found.cores[space.unit(number)] for number in here})
 
 
 def core_room(space: Space, processor: int) -> Room:
@@ -322,14 +337,32 @@ def _cores(space: Space, processor: int, view: View) -> list[list[_Turn]]:
 
 def _turns(space: Space, numbers: Sequence[int], view: View) -> list[_Turn]:
     """The tasks of one core in their order (`dse.analysis.priorities`)."""
+    units: dict[int, list[int]] = {}
+    for number in numbers:
+        units.setdefault(space.unit(number), []).append(number)
     turns: list[_Turn] = []
     for level in levels_of(space, numbers, view):
-        parts = [list(_keys(space, number, view)) for number in level]
-        before, reach = len(turns), len(turns) + sum(map(len, parts))
-        for keys in parts:
+        parts = [(unit, [key for number in units[unit] for key in _keys(space, number, view)]) for unit in level]
+        before, reach = len(turns), len(turns) + sum(len(keys) for _, keys in parts)
+        for unit, keys in parts:
+            executor = space.components[unit].executor
+            if executor is not None:
+                inner = _inner(space, units[unit], view)
+                turns += (_Turn(key, before, reach, 0, executor, inner[key]) for key in keys)
+                continue
             ends = [reach] * len(keys) if len(level) > 1 else range(before + 1, reach + 1)
             turns += (_Turn(key, before + own, end) for own, (key, end) in enumerate(zip(keys, ends, strict=True)))
     return _blocked(space, turns, view)
+
+
+def _inner(space: Space, numbers: Sequence[int], view: View) -> dict[TaskKey, int]:
+    """The level of each task of an executor among its own, the most urgent first."""
+    found: dict[TaskKey, int] = {}
+    for level in inner_levels(space, numbers, view):
+        first = len(found)
+        for key in (key for number in level for key in _keys(space, number, view)):
+            found[key] = first if len(level) > 1 else len(found)
+    return found
 
 
 def _blocked(space: Space, turns: list[_Turn], view: View) -> list[_Turn]:
@@ -375,8 +408,12 @@ def _fixed_point(space: Space, cores: Sequence[Sequence[_Turn]], view: View) -> 
             tasks = [_task(space, turn.key, known, view) for turn in turns]
             for turn, task in zip(turns, tasks, strict=True):
                 key = turn.key
-                rivals = [*before, *(tasks[position] for position in turn.rivals(turns))]
-                found = _respond(task, rivals, turn.blocked_ns)
+                positions = list(turn.rivals(turns))
+                if turn.executor is None:
+                    rivals = [*before, *(tasks[position] for position in positions)]
+                    found = _respond(task, rivals, turn.blocked_ns)
+                else:
+                    found = _respond_in(space, turns, tasks, before, turn, view)
                 if found is not None and rounds > 1 and (found > horizon or rounds > MOST_ROUNDS):
                     found = found if found == known[key] else None
                 if known[key] is not None and found != known[key]:
@@ -398,6 +435,36 @@ def _respond(task: Task | None, rivals: Sequence[Task | None], blocked_ns: Exact
     if type(blocked_ns) in PLAIN and all(map(_is_plain, (task, *given))):
         return _respond_alone(task, tuple(given), blocked_ns)
     return response_time_ns(task, given, blocked_ns)
+
+
+def _respond_in(
+    space: Space, turns: Sequence[_Turn], tasks: Sequence[Task | None], before: Sequence[Task], turn: _Turn, view: View
+) -> Exact | None:
+    """The response time of a task in an executor."""
+    assert turn.executor is not None
+    task, higher, fellows = None, list(before), []
+    for position in (*turn.rivals(turns), turns.index(turn)):
+        found, other = tasks[position], turns[position]
+        if found is None:
+            return None
+        if other is turn:
+            task = found
+        elif other.executor == turn.executor:
+            fellows.append(Fellow(found, other.level <= turn.level))
+        else:
+            higher.append(found)
+    assert task is not None
+    kind: ExecutorKind = at(space.executors[turn.executor].kind, view)
+    if type(turn.blocked_ns) in PLAIN and all(map(_is_plain, (task, *higher, *(item.task for item in fellows)))):
+        return _respond_in_alone(kind, task, tuple(fellows), tuple(higher), turn.blocked_ns)
+    return executor_response_ns(kind, task, fellows, higher, turn.blocked_ns)
+
+
+@lru_cache(16384)
+def _respond_in_alone(
+    kind: ExecutorKind, task: Task, fellows: tuple[Fellow, ...], higher: tuple[Task, ...], blocked_ns: Exact
+) -> Exact | None:
+    return executor_response_ns(kind, task, fellows, higher, blocked_ns)
 
 
 def _is_plain(task: Task) -> bool:
@@ -483,7 +550,8 @@ def _responses(schedule: _Schedule, wanted: Sequence[TaskKey]) -> tuple[Response
         deadline = deadline_ns(component, view) if key[1] == "thread" else None
         lost = Task(_task_name(component, key[1]), worst, ())
         rank, blocked = place[2].rank + 1, place[2].blocked_ns
-        found.append(Response(*key, place[1] + 1, rank, task or lost, best, known[key], deadline, blocked, worst))
+        name = "" if component.executor is None else space.executors[component.executor].name
+        found.append(Response(*key, place[1] + 1, rank, task or lost, best, known[key], deadline, blocked, worst, name))
     return tuple(found)
 
 

@@ -89,10 +89,10 @@ def _defaults(space: Space) -> Iterator[str]:
 
 def _open_cores(problem: Problem) -> Iterator[str]:
     """Threads whose core is a decision although the file does not mention it."""
-    space, threads = problem.space, problem.loaded.spec.threads
+    space, spec = problem.space, problem.loaded.spec
     there = [item for item in space.open_cores if item.index < len(space.decisions)]
-    names = [space.components[item.component].name for item in there]
-    silent = [name for name in names if not threads[name].core]
+    names = [item.decision.component for item in there]
+    silent = [name for name in names if not (spec.executors.get(name) or spec.threads[name]).core]
     if silent:
         yield (
             "the core of each thread is a decision, as something that is asked depends on it "

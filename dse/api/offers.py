@@ -32,6 +32,7 @@ SECTIONS = {
     "buses": "bus_types",
     "devices": "device_types",
     "threads": "thread_types",
+    "executors": None,
     "connections": None,
 }
 

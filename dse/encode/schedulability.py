@@ -369,7 +369,7 @@ def number_cores(space: Space, model: cp_model.CpModel, places: Places, processo
     Only where nothing tells cores apart: each thread of the processor may be on each of them.
     """
     threads = places.on(processor)
-    fixed = {item.component for item in space.open_cores if item.index in space.fixed}
+    fixed = {number for item in space.open_cores if item.index in space.fixed for number in item.threads}
     counts = {len(thread.cores[processor]) for thread in threads}
     partial = {
         item.component

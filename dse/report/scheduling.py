@@ -22,7 +22,8 @@ def response_table(processor: str, responses: Sequence[Response]) -> Table:
         ]
         response = "unbounded" if item.response_ns is None else _ms(item.response_ns)
         deadline = "" if item.deadline_ns is None else _ms(item.deadline_ns)
-        cells = (str(item.core), item.name, _ms(item.worst_ns), ", ".join(releases), response, deadline)
+        named = f"{item.name} ({item.executor})" if item.executor else item.name
+        cells = (str(item.core), named, _ms(item.worst_ns), ", ".join(releases), response, deadline)
         rows.append((*cells, SAID[item.meets_deadline]))
     headings = ("core", "thread", "execution", "releases", "response time", "deadline", "")
     caption = f"Response times on {processor}, by core and priority"

@@ -189,6 +189,7 @@ def _response(response: Response) -> dict[str, Any]:
     return {
         "thread": response.name,
         "core": response.core,
+        **({"executor": response.executor} if response.executor else {}),
         "rank": response.rank,
         "execution_ns": [response.best_ns, response.worst_ns],
         "releases": [

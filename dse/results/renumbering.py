@@ -44,7 +44,7 @@ def numbered_like(space: Space, design: Design, other: Design) -> Design:
 def _cores_on(space: Space, processor: int, view: View) -> dict[int, int] | None:
     """The cores that are decided on a processor, by decision; None where a thread there may have some cores only."""
     found = {}
-    decided = {item.component: item for item in space.open_cores}
+    decided = {number: item for item in space.open_cores for number in item.threads}
     for number, component in enumerate(space.components):
         if component.processor is None or at(component.processor, view) != processor:
             continue

@@ -6,7 +6,7 @@ that throttles lets threads run for a budget in each period, then nothing but in
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from heapq import heappop, heappush
 from typing import TYPE_CHECKING
 
@@ -44,6 +44,41 @@ class Job:
         return self.yields < self.left < self.holds
 
 
+@dataclass
+class Waiting:
+    """The jobs that wait in an executor, each with the number of its release; `window` are those of a polling point."""
+
+    jobs: list[tuple[int, Job]] = field(default_factory=list)
+    window: list[tuple[int, Job]] = field(default_factory=list)
+    is_busy: bool = False
+
+    def take(self) -> tuple[int, Job] | None:
+        """The job that runs next, if there is any."""
+        if not self.window and self.jobs:
+            self.window = self._chosen()
+            self.jobs = [item for item in self.jobs if item not in self.window]
+        return self.window.pop(0) if self.window else None
+
+    def _chosen(self) -> list[tuple[int, Job]]:
+        """The next job; of a wait set the oldest of each task, timers first."""
+        kinds = {job.task.queue.kind for _, job in self.jobs if job.task.queue is not None}
+        if "wait_set" in kinds:
+            oldest: dict[object, tuple[int, Job]] = {}
+            for item in self.jobs:
+                oldest.setdefault(item[1].task.key, item)
+            return sorted(oldest.values(), key=_level)
+        return [min(self.jobs, key=_level if "callback_group" in kinds else _order)]
+
+
+def _order(item: tuple[int, Job]) -> int:
+    return item[0]
+
+
+def _level(item: tuple[int, Job]) -> tuple[tuple[int, ...], int]:
+    order, job = item
+    return (job.task.queue.level if job.task.queue is not None else (), order)
+
+
 class Core:
     """The running job, since when, and what is ready, most urgent first; `budget_ns` of a period if it throttles."""
 
@@ -54,6 +89,7 @@ class Core:
         self.version = 0
         self.ready: list[tuple[int, int, Job]] = []
         self.used: Exact = 0
+        self.queues: dict[int, Waiting] = {}
 
     @property
     def is_closed(self) -> bool:
@@ -61,8 +97,27 @@ class Core:
         return self.budget_ns is not None and self.used >= self.budget_ns
 
     def add(self, job: Job, order: int) -> None:
-        """A job that is ready."""
-        heappush(self.ready, (job.task.urgency, order, job))
+        """A job that is ready, unless its executor has another one."""
+        queue = job.task.queue
+        if queue is None:
+            heappush(self.ready, (job.task.urgency, order, job))
+            return
+        waiting = self.queues.setdefault(queue.executor, Waiting())
+        waiting.jobs.append((order, job))
+        if not waiting.is_busy:
+            self._begin(waiting)
+
+    def done(self, job: Job) -> None:
+        """A job has ended: its executor takes the next."""
+        if job.task.queue is not None:
+            self._begin(self.queues[job.task.queue.executor])
+
+    def _begin(self, waiting: Waiting) -> None:
+        following = waiting.take()
+        waiting.is_busy = following is not None
+        if following is not None:
+            order, job = following
+            heappush(self.ready, (job.task.urgency, order, job))
 
     def settle(self, now: Exact) -> None:
         """Note what the running job has done until now."""

@@ -256,6 +256,7 @@ class _Run:
         else:
             job, core.running = core.running, None
             self._complete(job)
+            core.done(job)
         if core.running is None:
             self._reschedule(core)
 

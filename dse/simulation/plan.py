@@ -11,7 +11,7 @@ from fractions import Fraction
 from typing import Any, Literal, TypeAlias
 
 from dse.simulation.readings import ComponentFigures, Figures, Phase, Range, read_figures
-from dse.space.types import Design, Space
+from dse.space.types import Design, ExecutorKind, Space
 from dse.units import Exact
 
 NS_PER_S = 10**9
@@ -33,7 +33,8 @@ class Task:
     `period_ns` is that of its timer (None: each arrival dispatches it); `core` a core that it shares, or None;
     `urgency` its place there, 0 first (below -1: an interrupt); for `section_ns` of a job nothing preempts it. A job
     of a `serial` task waits for the one before. `capacity` is how many arrivals may wait. A timer with a `phase` keeps
-    it to the others of its clock; output leaves `logical_ns` after the release where that is set.
+    it to the others of its clock; output leaves `logical_ns` after the release where that is set. A `queue` is that of
+    an executor.
     """
 
     key: TaskKey
@@ -48,6 +49,16 @@ class Task:
     section_ns: int = 0
     phase: Phase | None = None
     logical_ns: int | None = None
+    queue: Queue | None = None
+
+
+@dataclass(frozen=True)
+class Queue:
+    """The executor that runs a task's jobs, its kind, and the task's place in it: a smaller `level` goes first."""
+
+    executor: int
+    kind: ExecutorKind
+    level: tuple[int, ...]
 
 
 @dataclass(frozen=True)
@@ -251,16 +262,32 @@ def _tasks(space: Space, figures: Figures, *, contention: bool, endless: bool) -
             wait = ENDLESS if endless else 0
             name = f"{component.name} (callback)"
             cost, section = _on_core(part, part.callback_ns, at_core)
-            found[key] = Task(key, name, cost, None, None, at_core, 2 * urgency, True, wait, section)
+            queue = _queue(space, figures, key)
+            found[key] = Task(
+                key, name, cost, None, None, at_core, 2 * urgency + bool(queue), True, wait, section, queue=queue
+            )
         period = part.period_ns if part.period_ns is not None or part.rate_hz else figures.stimulus_ns(number)
         key = (number, "thread")
         at_core = core if part.executes and part.cost_ns[1] else None
         cost, section = _on_core(part, part.demand_ns if contention and at_core is not None else part.cost_ns, at_core)
         found[key] = Task(
             key, component.name, cost, period, part.separation_ns, at_core, 2 * urgency + 1, part.executes, capacity,
-            section, part.phase, part.logical_ns,
+            section, part.phase, part.logical_ns, _queue(space, figures, key),
         )  # fmt: skip
     return found
+
+
+def _queue(space: Space, figures: Figures, key: TaskKey) -> Queue | None:
+    """The place of a task in the executor that runs it."""
+    number, part = key
+    executor = space.components[number].executor
+    if executor is None:
+        return None
+    kind = figures.kinds[executor]
+    is_thread = int(part == "thread")
+    if kind == "wait_set":  # timers first, then in the order of the file
+        return Queue(executor, kind, (int(figures.components[number].period_ns is None), number, is_thread))
+    return Queue(executor, kind, (*figures.inner[number], is_thread))
 
 
 def _on_core(part: ComponentFigures, time: Range, core: tuple[int, int] | None) -> tuple[Range, int]:

@@ -9,7 +9,7 @@ from typing import Any, TypeAlias
 
 from dse.space.frames import Frame, wire_ns
 from dse.space.trees import FROM_BANDWIDTH, PerProcessorType, at
-from dse.space.types import Component, Connection, Design, Interference, Space
+from dse.space.types import Component, Connection, Design, ExecutorKind, Interference, Space
 from dse.units import Exact
 
 Range: TypeAlias = tuple[Exact, Exact]
@@ -81,6 +81,8 @@ class Figures:
     shares: Mapping[str, Fraction]
     probe_ns: int
     overheads: Sequence[Overheads]
+    inner: Mapping[int, tuple[int, ...]]
+    kinds: Sequence[ExecutorKind]
 
     def stimulus_ns(self, number: int) -> Fraction | None:
         """The period of what nothing dispatches: its fastest outgoing stated rate, or the longest period there is.
@@ -117,6 +119,8 @@ def read_figures(space: Space, design: Design, cores: Mapping[int, int]) -> Figu
         shares,
         max(periods, default=PROBE_NS),
         [Overheads(2 * reader.at(slot.switch_ns), reader.at(slot.interference)) for slot in space.processors],
+        _inner(space, design, components),
+        [at(item.kind, design) for item in space.executors],
     )
 
 
@@ -265,7 +269,7 @@ def _placed(
             queues.setdefault((processor, cores.get(index, 1) - 1), []).append(index)
     result: dict[int, tuple[tuple[int, int], int]] = {}
     for core, queue in queues.items():
-        ranks = {index: _rank(space.components[index], components[index], design, index) for index in queue}
+        ranks = {index: _rank(space, components, design, index) for index in queue}
         order = sorted(set(ranks.values()))
         slot = space.processors[core[0]]
         levels = at(slot.priority_levels, design) or len(order)
@@ -273,7 +277,20 @@ def _placed(
     return result
 
 
-def _rank(component: Component, figures: ComponentFigures, design: Design, index: int) -> tuple[Any, ...]:
+def _rank(space: Space, components: Sequence[ComponentFigures], design: Design, index: int) -> tuple[Any, ...]:
+    """The rank of a thread, or of the executor that runs it, which has the rate of its fastest thread."""
+    executor = space.components[index].executor
+    if executor is None:
+        return _turn(space.components[index], components[index], design, index)
+    item = space.executors[executor]
+    priority = at(item.priority, design)
+    if priority is not None:
+        return (0, -priority)
+    rate = max(components[number].rate_hz for number in item.members)
+    return (1, NS_PER_S / rate, item.members[0]) if rate else (2, item.members[0])
+
+
+def _turn(component: Component, figures: ComponentFigures, design: Design, index: int) -> tuple[Any, ...]:
     """Numbers first, a larger one before; then the times between jobs, or until their deadlines."""
     priority = at(component.priority, design)
     if isinstance(priority, int):
@@ -282,3 +299,13 @@ def _rank(component: Component, figures: ComponentFigures, design: Design, index
     if priority == "deadline_monotonic" and any(time is not None for time in times):
         return (1, next(time for time in times if time is not None), index)
     return (1, NS_PER_S / figures.rate_hz, index) if figures.rate_hz else (2, index)
+
+
+def _inner(space: Space, design: Design, components: Sequence[ComponentFigures]) -> dict[int, tuple[int, ...]]:
+    """For each thread of an executor its place among the others there; equals together."""
+    found: dict[int, tuple[int, ...]] = {}
+    for item in space.executors:
+        ranks = {number: _turn(space.components[number], components[number], design, number) for number in item.members}
+        order = sorted(set(ranks.values()))
+        found |= {number: (order.index(rank),) for number, rank in ranks.items()}
+    return found

@@ -16,6 +16,7 @@ from dse.space.components import (
     check_processes,
     check_processor_types,
 )
+from dse.space.executors import build_executors, executor_homes
 from dse.space.flows import build_flows, check_flow_sizes
 from dse.space.metrics import RESERVED
 from dse.space.properties import Ledger, Path, closest
@@ -48,9 +49,11 @@ def build_space(loaded: LoadedSpec) -> Space:
     check_clocks(ledger, spec)
     processors = tuple(build_processor(ledger, spec, name) for name in spec.processors)
     buses = build_buses(ledger, spec)
+    homes = executor_homes(ledger, spec, processors)
     components = tuple(
-        build_component(ledger, spec, processors, section, name) for section, name in _component_names(spec)
+        build_component(ledger, spec, processors, homes, section, name) for section, name in _component_names(spec)
     )
+    executors = build_executors(ledger, spec, homes, components)
     connections = build_connections(ledger, spec, buses, components)
     check_machines(ledger, processors, buses, components, connections)
     check_processes(ledger, processors, components)
@@ -83,6 +86,7 @@ def build_space(loaded: LoadedSpec) -> Space:
         catalogue={section: tuple(getattr(spec, section)) for section in CATALOGUES},
         deadlines=spec.deadlines or default_deadlines(spec.profile),
         overload=spec.overload,
+        executors=executors,
     )
     check_activation(ledger, space)
     check_flow_sizes(ledger, space)
@@ -110,8 +114,8 @@ def _component_names(spec: Spec) -> list[tuple[str, str]]:
 
 
 def _check_names(spec: Spec, ledger: Ledger) -> None:
-    """Names of processors, buses, devices, threads and connections are distinct; so are flows, metrics and totals."""
-    groups = (("processors", "buses", "devices", "threads", "connections"), ("flows", "metrics", "totals"))
+    """Names of slots, devices, threads, executors and connections are distinct; so are flows, metrics and totals."""
+    groups = (("processors", "buses", "devices", "threads", "executors", "connections"), ("flows", "metrics", "totals"))
     for group in groups:
         first: dict[str, str] = {}
         for section in group:

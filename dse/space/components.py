@@ -8,6 +8,7 @@ from typing import Any
 
 from dse.space.clocks import clock_of, read_communication, read_offset
 from dse.space.cores import check_core
+from dse.space.executors import Home, home_of
 from dse.space.priorities import read_priority
 from dse.space.properties import FieldReader, Ledger, Owner, Path, by_machine, closest
 from dse.space.slots import carriers, decision_of, known_types, read_figures, read_named
@@ -37,7 +38,9 @@ def _typed_owner(ledger: Ledger, spec: Spec, section: str, name: str) -> Owner:
     return owner
 
 
-def build_component(ledger: Ledger, spec: Spec, processors: Sequence[Processor], section: Any, name: str) -> Component:
+def build_component(
+    ledger: Ledger, spec: Spec, processors: Sequence[Processor], homes: Mapping[str, Home], section: Any, name: str
+) -> Component:
     """The thread or device called `name`; what triggers it is added when the connections are known."""
     given, path = getattr(spec, section)[name], (section, name)
     owner = _typed_owner(ledger, spec, section, name)
@@ -45,19 +48,23 @@ def build_component(ledger: Ledger, spec: Spec, processors: Sequence[Processor],
     process: Tree = None
     priority: Tree = None
     core: Tree = None
+    home = home_of(ledger, homes, name, given) if section == "threads" else None
     if section == "threads":
         index = {slot.name: number for number, slot in enumerate(processors)}
         if given.processor and given.figures_of:
             ledger.error((*path, "figures_of"), "give `processor` or `figures_of`, not both")
         key = "processor" if given.processor else "figures_of"
         named = getattr(given, key)
-        if named:
+        if home is not None:
+            processor = home.processor
+        elif named:
             processor = read_named(ledger, name, "processor", (*path, key), named, index)
         reader = FieldReader(ledger, _without_types(owner), "process", "process", str)
         process = reader.read(lambda model: model.process)
         priority = read_priority(ledger, _without_types(owner), spec.priorities)
         core = given.core[0] if given.core and len(given.core) == 1 and isinstance(given.core[0], int) else None
-        check_core(ledger, processors, name, processor, given.core or ())
+        core = core if home is None else home.core
+        check_core(ledger, processors, ("threads", name, "core"), processor, given.core or ())
     machine = by_machine(ledger, processors, name, processor)
     machines = frozenset(item for leaf in leaves(processor) if leaf is not None for item in processors[leaf].types)
 
@@ -88,6 +95,7 @@ def build_component(ledger: Ledger, spec: Spec, processors: Sequence[Processor],
         figures=read_figures(ledger, owner, spec.totals),
         priority=priority,
         core=core,
+        executor=None if home is None else home.index,
         section_ns=read("non_preemptive", "duration", format_duration),
         clock=clock,
         offset_ns=read_offset(ledger, spec, owner, protocol, period, clock),

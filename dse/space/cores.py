@@ -10,7 +10,7 @@ from collections.abc import Callable, Iterable, Sequence
 from dataclasses import replace
 
 from dse.space.metrics import CHAIN_METRICS, FLOW_METRICS, parts_of
-from dse.space.properties import Ledger
+from dse.space.properties import Ledger, Path
 from dse.space.trees import Choice, Tree, graft, leaves
 from dse.space.types import (
     Component,
@@ -31,16 +31,21 @@ from dse.spec.model import Spec
 
 
 def check_core(
-    ledger: Ledger, processors: Sequence[Processor], name: str, processor: Tree, given: Sequence[int | str]
+    ledger: Ledger, processors: Sequence[Processor], path: Path, processor: Tree, given: Sequence[int | str]
 ) -> None:
-    """Stated cores exist on some processor that the thread may have; a design that chooses another is invalid."""
-    path = ("threads", name, "core")
+    """Stated cores exist on some processor that the thread or executor may have.
+
+    A design that chooses another is invalid. A thread alone may be put by rule.
+    """
+    section, name, _ = path
     rules = [item for item in given if item in CORE_RULES]
     numbers = [item for item in given if isinstance(item, int)]
+    if section == "executors" and "first_fit" in rules:
+        ledger.error(path, "an executor has one core: first-fit puts threads", "a core, a list of cores, or any")
     if rules and len(given) > 1:
         ledger.error(path, f"{rules[0]} stands alone, without other cores")
     slots = [leaf for leaf in leaves(processor) if leaf is not None]
-    if given and not slots and not ledger.is_doubtful(name, f"{name}.processor"):
+    if given and not slots and not ledger.is_doubtful(str(name), f"{name}.processor"):
         ledger.error(path, "a core needs a `processor`")
     most = max((count for slot in slots for count in leaves(processors[slot].cores)), default=0)
     unsure = any(ledger.is_doubtful(processors[slot].name) for slot in slots)
@@ -54,7 +59,10 @@ def open_cores(ledger: Ledger, spec: Spec, space: Space) -> tuple[OpenCore, ...]
     for number, component in enumerate(space.components):
         if component.section != "threads" or component.processor is None:
             continue
-        given = spec.threads[component.name].core or ("any",)
+        executor = None if component.executor is None else space.executors[component.executor]
+        if executor is not None and number != executor.members[0]:
+            continue
+        given = (spec.threads[component.name] if executor is None else spec.executors[executor.name]).core or ("any",)
         if "first_fit" in given:
             continue
         most = max((count for slot in set(leaves(component.processor)) - {None}
@@ -62,14 +70,15 @@ def open_cores(ledger: Ledger, spec: Spec, space: Space) -> tuple[OpenCore, ...]
         numbers = tuple(range(1, most + 1))
         if "any" not in given:
             numbers = tuple(item for item in given if isinstance(item, int))
-        name = f"{component.name}.core"
+        owner = component.name if executor is None else executor.name
+        name = f"{owner}.core"
         if len(numbers) < 2:
             ledger.refer(name, "count", numbers[0] if numbers else None, {item: str(item) for item in numbers})
             continue
         index = len(space.decisions) + len(found)
         home = _home(space, component, index, numbers)
-        decision = Decision(name, component.name, "core", "count", tuple(map(str, numbers)), numbers, home)
-        found.append(OpenCore(number, index, decision))
+        decision = Decision(name, owner, "core", "count", tuple(map(str, numbers)), numbers, home)
+        found.append(OpenCore(number, index, decision, () if executor is None else executor.members[1:]))
         ledger.refer(name, "count", home, {item: str(item) for item in numbers})
     return tuple(found)
 
@@ -103,8 +112,8 @@ def with_all_cores(space: Space) -> Space:
 def without_cores(space: Space, threads: Iterable[OpenCore]) -> Space:
     """The space in which these threads have no core, the decisions in their places."""
     components = list(space.components)
-    for item in threads:
-        components[item.component] = replace(components[item.component], core=None)
+    for number in (number for item in threads for number in item.threads):
+        components[number] = replace(components[number], core=None)
     return replace(space, components=tuple(components))
 
 
@@ -115,7 +124,8 @@ def _with_cores(space: Space, wanted: bool) -> Space:
     components = list(space.components)
     for item in space.open_cores:
         home = item.decision.home if wanted else None
-        components[item.component] = replace(components[item.component], core=home)
+        for number in item.threads:
+            components[number] = replace(components[number], core=home)
     for item in space.open_priorities:
         home = item.decision.home if wanted else "deadline_monotonic"
         components[item.component] = replace(components[item.component], priority=home)

@@ -77,6 +77,15 @@ def _is_open(spec: Spec, component: Component) -> bool:
 
 def _check_order(ledger: Ledger, spec: Spec, space: Space, number: int, others: Iterable[int]) -> None:
     """Beside a thread whose order is open all have numbers: there are none between those that rules order."""
+    executed = [item for item in (number, *sorted(others)) if space.components[item].executor is not None]
+    if executed:
+        name = space.components[number].name
+        ledger.error(
+            ("threads", name, "priority") if spec.threads[name].priority else ("priorities",),
+            f"any priority where an executor runs {shown(space.components[executed[0]].name)}",
+            "the best order is sought of threads alone: give numbers, or have rules order them",
+        )
+        return
     for other in sorted(others):
         item = space.components[other]
         if item.section == "threads" and not all(isinstance(leaf, int) for leaf in leaves(item.priority)):

@@ -149,7 +149,8 @@ class Component:
 
     `period_ns` is None in designs whose protocol has no period; `protocol` None where none is stated.
     `priority`: a number (a larger one is more urgent), or the rule that orders it; None is rate-monotonic. `core`
-    counts from 1.
+    counts from 1. `executor` is the index of what runs its jobs beside those of others; its priority then orders it
+    among these.
     `section_ns`: the longest part of a job during which no other thread of its core gets the CPU.
     `clock` leaves are `ClockReading`; `offset_ns` is when on it the first release is, None where that is not known;
     `communication` says when data pass: ``let`` at release and release + deadline, else (``implicit``) at release and
@@ -176,6 +177,7 @@ class Component:
     figures: Figures
     priority: Tree = None
     core: Tree = None
+    executor: int | None = None
     section_ns: Tree = None
     clock: Tree = None
     offset_ns: Tree = None
@@ -185,6 +187,22 @@ class Component:
     stated_period_ns: Tree = None
     bound: bool = True
     partition: Partition | None = None
+
+
+ExecutorKind: TypeAlias = Literal["fifo", "callback_group", "wait_set"]
+
+
+@dataclass(frozen=True)
+class Executor:
+    """An OS thread for the jobs of `members`, threads by number in the order of the file, of which one runs at a time.
+
+    Leaves of `kind` are `ExecutorKind`, those of `priority` None where none is stated.
+    """
+
+    name: str
+    kind: Tree
+    members: tuple[int, ...]
+    priority: Tree = None
 
 
 @dataclass(frozen=True)
@@ -352,12 +370,19 @@ class Reference:
 class OpenCore:
     """The core of a thread as a decision, which stands behind all others, and only where something asked depends on it.
 
-    `index` is its place in `Space.decisions` when it is there.
+    `index` is its place in `Space.decisions` when it is there. Threads of one executor share it: `others` are those
+    behind the first.
     """
 
     component: int
     index: int
     decision: Decision
+    others: tuple[int, ...] = ()
+
+    @property
+    def threads(self) -> tuple[int, ...]:
+        """Every thread whose core it is."""
+        return (self.component, *self.others)
 
 
 @dataclass(frozen=True)
@@ -408,6 +433,7 @@ class Space:
     """OSATE's setting for queues at best: or ``full_queue``."""
     bus_queuing: str = "counted"
     """OSATE's setting for waiting on buses: or ``not_counted``."""
+    executors: tuple[Executor, ...] = ()
     overload: str = "forbidden"
     """Whether cores and buses may be used beyond all of them: ``forbidden`` or ``allowed`` (`dse.space.implied`)."""
 
@@ -420,6 +446,11 @@ class Space:
     def first_order(self) -> int:
         """The index of the first decision on a best order, which tells no design from others; see `first_open`."""
         return min((item.index for item in self.open_priorities), default=len(self.decisions))
+
+    def unit(self, number: int) -> int:
+        """The first thread of the executor that runs a thread; the thread itself where none does."""
+        executor = self.components[number].executor
+        return number if executor is None else self.executors[executor].members[0]
 
     def decision_index(self, name: str) -> int | None:
         """The index of the decision called `name`, or None."""

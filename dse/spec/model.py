@@ -57,6 +57,7 @@ from dse.spec.frames import FrameType
 from dse.spec.frames import SerialFrame as SerialFrame
 
 Protocol: TypeAlias = Literal["periodic", "aperiodic", "sporadic", "hybrid"]
+ExecutorKind: TypeAlias = Literal["fifo", "callback_group", "wait_set"]
 Communication: TypeAlias = Literal["implicit", "let"]
 Category: TypeAlias = Literal[
     "thread", "device", "abstract", "process", "system", "thread_group", "processor", "virtual_processor", "memory",
@@ -223,6 +224,7 @@ class Thread(ThreadType):
     process: Options[Name] | None = None
     priority: Options[Priority] | None = None
     core: Options[Core] | None = None
+    executor: Name | None = None
     dispatch_trigger: Items[Name] | None = None
 
 
@@ -246,6 +248,16 @@ class Partition(Model):
     period: Period
     offset: Duration = 0
     duration: Duration | None = None
+    source: Line | None = None
+
+
+class Executor(Model):
+    """An OS thread that runs the jobs of several threads of the architecture (callbacks), which wait for each other."""
+
+    kind: Options[ExecutorKind]
+    processor: Options[Name]
+    priority: Options[QueueSize] | None = None
+    core: Options[Core] | None = None
     source: Line | None = None
 
 
@@ -382,6 +394,7 @@ class Catalogue(Model):
     buses: dict[Name, Bus] = {}
     devices: dict[Name, Device] = {}
     threads: dict[Name, Thread] = {}
+    executors: dict[Name, Executor] = {}
     connections: dict[Name, Connection] = {}
     flows: dict[Name, Flow] = {}
     metrics: dict[Name, Line] = {}

@@ -28,7 +28,16 @@ UNREADABLE = "?"
 PARTS = ("processors", "buses", "connections", "flows")
 """Sections without one of whose entries nothing can be said about the others."""
 KINDS = ("processor", "bus", "device", "thread")
-NAMING = ("include", "metrics", "totals", *PARTS, "devices", "threads", *(f"{name}_types" for name in KINDS))
+NAMING = (
+    "include",
+    "metrics",
+    "totals",
+    *PARTS,
+    "devices",
+    "threads",
+    "executors",
+    *(f"{name}_types" for name in KINDS),
+)
 """Top-level keys behind which names stand that the rest refers to."""
 TYPED = ("processors", "buses", "devices", "threads")
 _REMOVED = object()

@@ -84,10 +84,11 @@ def test_a_busy_period_that_begins_with_blocking_and_fills_its_core_has_no_end()
     assert response_time_ns(half, [periodic("b", 5, 10)], 1) is None
 
 
+@pytest.mark.parametrize("kind", ["blocked", "grouped"])
 @pytest.mark.parametrize("seed", cases(20, 4_000))
-def test_no_run_of_the_simulation_is_longer(seed: int) -> None:
-    """Sections anywhere in their jobs, and throttling by the budget itself."""
-    system, rng = draw(seed, kind="blocked"), random.Random(seed)
+def test_no_run_of_the_simulation_is_longer(kind: str, seed: int) -> None:
+    """Sections anywhere in their jobs, throttling by the budget itself, queues of executors."""
+    system, rng = draw(seed, kind=kind), random.Random(seed)
     space = loads(text_of(system)).space
     evaluator = Evaluator(space)
     choice = rng.choice(list(every_choice(system)))
@@ -96,7 +97,7 @@ def test_no_run_of_the_simulation_is_longer(seed: int) -> None:
         period = choice["periods"][number]
         names[f"t{number}.dispatch_protocol"] = "aperiodic" if period is None else "periodic"
         names[f"t{number}.period"] = f"{period} ms"
-        names[f"t{number}.core"] = str(choice["cores"][number])
+        names[f"{(thread['executor'] or thread)['name']}.core"] = str(choice["cores"][number])
         assert thread["name"] == f"t{number}"
     design = tuple(
         item.options.index(chosen) if (chosen := names[item.name]) in item.options else 0 for item in space.decisions

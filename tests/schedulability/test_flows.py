@@ -52,7 +52,7 @@ def test_jobs_alone_say_how_long_periodic_threads_wait(kind: str, seed: int, mon
     assert found(asked(seed, kind)) == front(draw(seed, kind=kind), by_response=True)
 
 
-@pytest.mark.parametrize("kind", ["plain", "chained", "stated", "blocked", "ordered", "best"])
+@pytest.mark.parametrize("kind", ["plain", "chained", "stated", "blocked", "ordered", "best", "grouped"])
 @pytest.mark.parametrize("seed", cases(12, 1_000))
 def test_clauses_alone_are_exact(kind: str, seed: int, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(Waiting, "refine", lambda *_: False)
@@ -71,7 +71,7 @@ def test_a_multiple_of_a_latency_is_searched_like_the_latency(kind: str, seed: i
 @pytest.mark.parametrize("seed", cases(12))
 def test_no_row_is_above_what_the_analysis_says(seed: int) -> None:
     """Any design that the analysis accepts is one of the model's, with the waiting times that it has."""
-    for kind in ("plain", "chained", "stated", "blocked"):
+    for kind in ("plain", "chained", "stated", "blocked", "grouped"):
         evaluator = Evaluator(asked(seed, kind))
         search = search_front(evaluator)
         encoded = encode(evaluator)
@@ -113,7 +113,7 @@ def test_any_design_comes_with_the_figures_that_it_has(seed: int) -> None:
         assert not front(draw(seed, kind="plain"), by_response=True)
 
 
-@pytest.mark.parametrize("kind", ["plain", "chained", "stated", "fixed", "blocked", "ordered", "best"])
+@pytest.mark.parametrize("kind", ["plain", "chained", "stated", "fixed", "blocked", "ordered", "best", "grouped"])
 @pytest.mark.parametrize("seed", cases(10, 3_000))
 def test_how_far_a_limit_is_from_what_can_be_is_exact(kind: str, seed: int) -> None:
     """What explains a conflict asks one model again and again, with limits switched on and off."""

@@ -22,7 +22,7 @@ def found(text: str, workers: int = 1) -> set[tuple[int, ...]]:
     return set(search.points)
 
 
-@pytest.mark.parametrize("kind", ["plain", "chained", "stated", "fixed", "blocked", "ordered", "best"])
+@pytest.mark.parametrize("kind", ["plain", "chained", "stated", "fixed", "blocked", "ordered", "best", "grouped"])
 @pytest.mark.parametrize("seed", cases(20))
 def test_the_front_is_that_of_looking_at_every_design(kind: str, seed: int) -> None:
     system = draw(seed, kind=kind)
@@ -44,7 +44,7 @@ def test_designs_are_the_first_of_all_with_their_figures(kind: str, seed: int) -
     assert kind in ("chained", "ordered", "best") or len(first) == len(expected)
 
 
-@pytest.mark.parametrize("kind", ["plain", "chained", "stated", "blocked", "ordered", "best"])
+@pytest.mark.parametrize("kind", ["plain", "chained", "stated", "blocked", "ordered", "best", "grouped"])
 @pytest.mark.parametrize("seed", cases(20, SEEDS))
 def test_rows_and_clauses_alone_are_exact(kind: str, seed: int, monkeypatch: pytest.MonkeyPatch) -> None:
     """No other cores are tried: whatever the solver proposes stands or teaches."""
@@ -53,7 +53,7 @@ def test_rows_and_clauses_alone_are_exact(kind: str, seed: int, monkeypatch: pyt
     assert found(text_of(system), workers=2) == front(system)
 
 
-@pytest.mark.parametrize("kind", ["plain", "chained", "stated", "blocked", "ordered", "best"])
+@pytest.mark.parametrize("kind", ["plain", "chained", "stated", "blocked", "ordered", "best", "grouped"])
 @pytest.mark.parametrize("seed", cases(20, 2 * SEEDS))
 def test_clauses_alone_are_exact(kind: str, seed: int, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(contention, "placements", lambda *_: ())
@@ -62,7 +62,7 @@ def test_clauses_alone_are_exact(kind: str, seed: int, monkeypatch: pytest.Monke
     assert found(text_of(system)) == front(system)
 
 
-@pytest.mark.parametrize("kind", ["plain", "chained", "stated", "fixed", "blocked", "ordered", "best"])
+@pytest.mark.parametrize("kind", ["plain", "chained", "stated", "fixed", "blocked", "ordered", "best", "grouped"])
 @pytest.mark.parametrize("seed", cases(20))
 def test_response_times_in_flows_are_exact(kind: str, seed: int, monkeypatch: pytest.MonkeyPatch) -> None:
     """No response time is tabulated: bounds first, and what solutions teach."""

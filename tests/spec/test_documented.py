@@ -71,6 +71,8 @@ threads:
       dispatch_protocol: periodic, dispatch_trigger: [w], compute_execution_time: 1 us, callback_execution_time: 1 us,
       latency: 1 us, deadline: 1 ms, response_time: 1 us, queue_size: 1, price: 1 EUR, power: 1 W, totals: {mass: 1 g},
       source: s, offset: 1 ms, communication: let, non_preemptive: 1 us}
+  h: {executor: n, period: 1 ms}
+executors: {n: {kind: fifo, processor: p, priority: 1, core: 1, source: s}}
 connections:
   w: {from: e, to: f, data_size: 1 B, bus: x, rate: 1 Hz, data_rate: 1 B/s, port: data, timing: delayed, queue_size: 1,
       latency: 1 us, source: s}
@@ -87,7 +89,8 @@ uncertainty:
 CLASSES = {
     "processor_types": "ProcessorType", "bus_types": "BusType", "device_types": "DeviceType",
     "thread_types": "ThreadType", "clocks": "Clock", "processors": "Processor", "buses": "Bus", "devices": "Device",
-    "threads": "Thread", "connections": "Connection", "flows": "Flow", "uncertainty": "Uncertainty",
+    "threads": "Thread", "executors": "Executor", "connections": "Connection", "flows": "Flow",
+    "uncertainty": "Uncertainty",
 }  # fmt: skip
 LISTS = {"path", "dispatch_trigger", "samples", "include", "assumptions", "requirements", "rules", "objectives"}
 """Fields in which a list is no choice."""
@@ -183,12 +186,19 @@ PARAGRAPHS = {
     "Device": "**devices**: ",
     "ThreadType": "**threads**: ",
     "Thread": "**threads**: ",
+    "Executor": "**executors**: ",
     "Connection": "**connections**: ",
     "Flow": "**flows**: ",
     "Uncertainty": "## Uncertainty",
     "Spec": "## Top level",
 }
-ENDS = {"Uncertainty": "\n## ", "Spec": "\n## ", "Thread": "\n\n`category`", "ThreadType": "\n\n`category`"}
+ENDS = {
+    "Uncertainty": "\n## ",
+    "Spec": "\n## ",
+    "Thread": "\n\n`category`",
+    "ThreadType": "\n\n`category`",
+    "Executor": "\n\n`problems",
+}
 
 
 @pytest.mark.parametrize("name", PARAGRAPHS)

@@ -59,6 +59,8 @@ threads:
   nav:
     {type: [provider], processor: computer, process: p, priority: [5, 0], core: 1, period: [10 ms, 0.02 s],
      dispatch_trigger: [position]}
+  steer: {executor: node, period: 10 ms, non_preemptive: 1 us}
+executors: {node: {kind: fifo, processor: computer, core: [1, 2], priority: 3}}
 connections:
   position: {from: gnss, to: nav, data_size: 30 B, bus: middle, rate: 50/3 Hz, port: data, queue_size: 0}
   inflow: {to: nav, data_rate: 3 kbit/s, latency: 1 ms, source: x}

@@ -98,6 +98,7 @@ class ResponseTime(Form):
 
     thread: str = field("The thread.")
     core: int = field("Its core, from 1.")
+    executor: str = field("The executor that runs it beside others, where one does.", default="")
     rank: int = field("Its rank among the threads of the core, from 1, the most urgent.")
     execution_ns: list[int] = field("Its shortest and its longest execution time.", min_length=2, max_length=2)
     releases: list[Releases] = field("What releases it.")

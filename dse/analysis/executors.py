@@ -1,0 +1,184 @@
+"""Response times of threads that one OS thread runs, one job at a time: executors under preemptive fixed priorities.
+
+No job of an executor preempts another of it; what goes before the OS thread on its core preempts all of them.
+
+* ``fifo``: jobs run as they come. A job that comes a after the beginning of a busy period of the executor waits for all
+  that came no later: its end is the least w with w = blocking + work that came in [0, a] + work of the more urgent in
+  [0, w), and its response w - a. Of a only those count at which a job may come (K. Bedarkar, M. Vardishvili, S. Bozhko,
+  M. Maida and B. B. Brandenburg, "From intuition to Coq: a case study in verified response-time analysis of FIFO
+  scheduling", RTSS 2022).
+* ``callback_group``: of those that wait the most urgent runs next; one less urgent may have begun before. A job's start
+  counts what comes until then, its end only what goes before the OS thread (L. George, N. Rivierre and M. Spuri,
+  "Preemptive and non-preemptive real-time uniprocessor scheduling", INRIA 2966, 1996; with all jobs of the busy period
+  as R. J. Bril, J. J. Lukkien and W. F. J. Verhaegh, Real-Time Systems 42, 2009, require).
+* ``wait_set``: ROS 2's single-threaded executor takes what waits at its polling points, timers first, and runs it all
+  before it looks again (D. Casini, T. Blass, I. Luetkebohle and B. B. Brandenburg, "Response-time analysis of ROS 2
+  processing chains under reservation-based scheduling", ECRTS 2019). It is never idle while a job waits, so that no
+  response is longer than a busy period of the whole executor: a safe bound, whatever the order.
+
+(docs/semantics.md, section 4.6)
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+from heapq import merge
+
+from dse.analysis.response_time import MOST_STEPS, STEPS_A_LOOK, Task, densest_releases_ns, most_jobs
+from dse.space.types import ExecutorKind
+from dse.timelimit import look_at_the_clock
+from dse.units import Exact
+
+
+@dataclass(frozen=True, slots=True)
+class Fellow:
+    """Another task of an executor; `goes_first` among those that wait (in a callback group)."""
+
+    task: Task
+    goes_first: bool
+
+
+class _Endless(Exception):
+    """A busy period takes more steps than `MOST_STEPS`."""
+
+
+def executor_response_ns(
+    kind: ExecutorKind, task: Task, fellows: Sequence[Fellow], higher: Sequence[Task], blocked_ns: Exact = 0
+) -> Exact | None:
+    """The longest time from the release of a job of an executor to its end; None when it is not bounded.
+
+    Parameters
+    ----------
+    kind, fellows
+        the executor, and what else it runs.
+    higher
+        the tasks of the core that go before the executor's OS thread.
+    blocked_ns
+        how long less urgent work outside of the executor may keep the core, at most.
+
+    Examples
+    --------
+    A timer of 1 every 10 behind a callback of 3 every 20, and the other way round; alone at its priority, and with
+    another OS thread of 2 every 5 before both.
+
+    >>> from dse.analysis.response_time import periodic
+    >>> timer, callback = periodic("timer", 1, 10), periodic("callback", 3, 20)
+    >>> executor_response_ns("fifo", timer, [Fellow(callback, False)], [])
+    4
+    >>> executor_response_ns("callback_group", callback, [Fellow(timer, True)], [periodic("other", 2, 5)])
+    8
+    """
+    if task.worst_ns == 0:
+        return 0
+    counted = [item.task for item in fellows if item.task.worst_ns and (item.goes_first or kind != "callback_group")]
+    if kind == "callback_group":  # a less urgent job may have begun
+        behind = (item.task.worst_ns for item in fellows if not item.goes_first)
+        blocked_ns = max(blocked_ns, max(behind, default=0))
+    outside = [item for item in higher if item.worst_ns]
+    used = sum(item.utilisation for item in (task, *counted, *outside))
+    if used > 1 or (used == 1 and blocked_ns and task.streams):
+        return None
+    work = _Work(task, counted, outside, blocked_ns)
+    try:
+        if kind == "wait_set":
+            return work.busy_ns()
+        return _fifo(work) if kind == "fifo" else _grouped(work)
+    except _Endless:
+        return None
+
+
+@dataclass
+class _Work:
+    """The task, the others of its executor, and what preempts them."""
+
+    task: Task
+    fellows: Sequence[Task]
+    outside: Sequence[Task]
+    blocked_ns: Exact
+    steps: int = 0
+
+    def step(self) -> None:
+        """Count a step of the way to a fixed point."""
+        self.steps += 1
+        if self.steps > MOST_STEPS:
+            raise _Endless
+        if not self.steps % STEPS_A_LOOK:
+            look_at_the_clock()
+
+    def least(self, begin: Exact, demand: Callable[[Exact], Exact]) -> Exact:
+        """The least time, no sooner than `begin`, by which all that is demanded until then is done."""
+        time = begin
+        while (needed := demand(time)) > time:
+            self.step()
+            time = needed
+        return time
+
+    def preempting(self, window_ns: Exact) -> Exact:
+        """The work of what preempts the executor in a window."""
+        return sum(most_jobs(item, window_ns) * item.worst_ns for item in self.outside)
+
+    def busy_ns(self) -> Exact:
+        """The longest busy period of the executor and all that goes before it."""
+        inside = (self.task, *self.fellows)
+
+        def demand(window: Exact) -> Exact:
+            own = sum(most_jobs(item, window) * item.worst_ns for item in inside)
+            return self.blocked_ns + own + self.preempting(window)
+
+        return self.least(self.blocked_ns + self.task.worst_ns, demand)
+
+
+def jobs_by(task: Task, time_ns: Exact) -> int:
+    """The most jobs of a busy period that are released until a time, that time included.
+
+    >>> from dse.analysis.response_time import periodic
+    >>> [jobs_by(periodic("a", 1, 10, 3), time) for time in (0, 6, 7)]
+    [1, 1, 2]
+    """
+    if not task.streams:
+        return 1
+    jobs = sum((time_ns + stream.jitter_ns) // stream.period_ns + 1 for stream in task.streams)
+    return jobs if task.separation_ns is None else min(jobs, time_ns // task.separation_ns + 1)
+
+
+def _fifo(work: _Work) -> Exact:
+    inside = (work.task, *work.fellows)
+    busy = work.busy_ns()
+    worst: Exact = 0
+    last: Exact = -1
+    for arrival in _until(merge(*map(densest_releases_ns, inside)), busy):
+        if arrival == last:
+            continue
+        last = arrival
+        work.step()
+        before = work.blocked_ns + sum(jobs_by(item, arrival) * item.worst_ns for item in inside)
+        end = work.least(before, lambda window, before=before: before + work.preempting(window))  # type: ignore[misc]
+        worst = max(worst, end - arrival)
+    return worst
+
+
+def _grouped(work: _Work) -> Exact:
+    """Job after job of the busy period of the task and of what goes before it."""
+    busy = work.busy_ns()
+    worst: Exact = 0
+    for number, release in enumerate(_until(densest_releases_ns(work.task), busy)):
+        begun = work.blocked_ns + number * work.task.worst_ns
+
+        def waiting(time: Exact, begun: Exact = begun) -> Exact:
+            urgent = (*work.fellows, *work.outside)
+            return begun + sum(jobs_by(item, time) * item.worst_ns for item in urgent)
+
+        start = work.least(begun, waiting)
+        fixed = begun + sum(jobs_by(item, start) * item.worst_ns for item in work.fellows) + work.task.worst_ns
+        end = work.least(fixed, lambda window, fixed=fixed: fixed + work.preempting(window))  # type: ignore[misc]
+        worst = max(worst, end - release)
+    return worst
+
+
+def _until(releases: Iterator[Exact], end: Exact) -> Iterator[Exact]:
+    """The releases before an end, the first in any case."""
+    for count, release in enumerate(releases):
+        if count and release >= end:
+            return
+        yield release

@@ -1,0 +1,112 @@
+"""Executors: one OS thread for the jobs of several threads (random systems with them are in the other files)."""
+
+from __future__ import annotations
+
+import pytest
+from support import space_of
+
+import dse
+from dse.analysis.executors import Fellow, executor_response_ns
+from dse.analysis.response_time import Stream, Task, periodic
+from dse.analysis.scheduling import processor_responses
+from dse.analysis.views import View
+from dse.api.problem import load, loads
+from dse.errors import ProblemError
+from dse.examples import example_path
+
+MS = 10**6
+FILE = """
+dse: 1
+name: node
+deadlines: all
+processor_types: {{cpu: {{cores: {cores}}}}}
+processors: {{p: {{type: cpu}}}}
+executors:
+  node: {{kind: {kind}, processor: p{more}}}
+threads:
+  timer: {{executor: node, period: 10 ms, compute_execution_time: 1 ms}}
+  callback: {{executor: node, period: 20 ms, compute_execution_time: 3 ms{inner}}}
+  other: {{processor: p, period: 5 ms, compute_execution_time: 2 ms{other}}}
+objectives: [minimise power]
+"""
+
+
+def responses_ms(kind: str, more: str = "", inner: str = "", other: str = ", priority: 9") -> dict[str, float | None]:
+    space = space_of(FILE.format(kind=kind, more=more, inner=inner, other=other, cores=1))
+    found = processor_responses(space, 0, View([0] * len(space.decisions)))
+    return {item.name: None if item.response_ns is None else float(item.response_ns) / MS for item in found}
+
+
+def test_the_example_of_the_document() -> None:
+    """docs/semantics.md, section 4.6."""
+    assert responses_ms("fifo") == {"other": 2, "timer": 8, "callback": 8}
+    timer, callback = periodic("timer", 1, 10), periodic("callback", 3, 20)
+    assert executor_response_ns("callback_group", timer, [Fellow(callback, False)], []) == 4
+    assert executor_response_ns("fifo", callback, [Fellow(timer, True)], []) == 4
+
+
+def test_an_executor_goes_by_its_fastest_thread_or_its_number() -> None:
+    """The node at 10 ms goes after `other` at 5 ms; with a number of its own before it, and without jobs between."""
+    assert responses_ms("fifo", other="")["other"] == 2
+    assert responses_ms("fifo", more=", priority: 10") == {"timer": 4, "callback": 4, "other": 6}
+    assert responses_ms("fifo", other=", deadline: 30 ms")["other"] == 2
+
+
+def test_priorities_in_a_callback_group() -> None:
+    """The callback first: 3 + 2 * 2; the timer then waits for it as a whole, whether it has begun or not."""
+    assert responses_ms("callback_group", inner=", priority: 1") == {"other": 2, "timer": 8, "callback": 8}
+    timer, slow, quick = periodic("timer", 2, 20), periodic("slow", 5, 40), periodic("quick", 1, 4)
+    assert executor_response_ns("callback_group", quick, [Fellow(timer, False), Fellow(slow, False)], []) == 6
+    # the timer starts at 6, when slow has run and quick for the first and second time; a quick one at 8 waits
+    assert executor_response_ns("callback_group", timer, [Fellow(quick, True), Fellow(slow, False)], []) == 9
+
+
+def test_later_jobs_of_a_busy_period_count() -> None:
+    """A full core: C starts at 4, and what comes at 5 waits for it (compare Davis and others, Real-Time Systems 35)."""
+    a, b, c = periodic("A", 2, 5), periodic("B", 2, 7), periodic("C", 2, 7)
+    one = executor_response_ns("callback_group", a, [Fellow(b, False), Fellow(c, False)], [])
+    two = executor_response_ns("callback_group", b, [Fellow(a, True), Fellow(c, False)], [])
+    three = executor_response_ns("callback_group", c, [Fellow(a, True), Fellow(b, True)], [])
+    assert (one, two, three) == (4, 6, 7)
+
+
+def test_fifo_under_jitter_and_without_bound() -> None:
+    late = Task("late", 2, (Stream(10, 5),))
+    assert executor_response_ns("fifo", periodic("a", 1, 20), [Fellow(late, False)], []) == 3
+    assert executor_response_ns("fifo", periodic("a", 5, 10), [Fellow(periodic("b", 6, 10), False)], []) is None
+    assert executor_response_ns("callback_group", periodic("a", 5, 10), [Fellow(periodic("b", 6, 10), False)], []) == 11
+    assert executor_response_ns("wait_set", periodic("a", 5, 10), [Fellow(periodic("b", 2, 10), False)], []) == 7
+
+
+@pytest.mark.parametrize("kind", ["fifo", "callback_group", "wait_set"])
+def test_threads_of_an_executor_share_a_core(kind: str) -> None:
+    problem = loads(FILE.format(kind=kind, more="", inner="", other="", cores=2))
+    assert [item.name for item in problem.space.decisions if item.is_open] == ["node.core", "other.core"]
+    apart = dse.solve(problem, require=["node.core != other.core"])
+    [design] = apart.front
+    found = dse.analyse(problem, design.decisions, response_times=True).responses["p"]
+    assert {item.executor: item.core for item in found} == {"node": 1, "": 2}
+    full = FILE.replace("1 ms}}", "6 ms}}").replace("3 ms{inner}", "9 ms{inner}").replace("deadlines: all", "")
+    whole = dse.solve(loads(full.format(kind=kind, more="", inner="", other="", cores=2)))
+    assert whole.status == "infeasible", "6 / 10 and 9 / 20 do not fit on one core, although they do on two"
+
+
+def test_what_the_shipped_example_says() -> None:
+    """The timer of 2.8 ms waits for 1.9 ms and 1.6 ms of the others: 6.3 ms; behind what has begun alone 4.7 ms."""
+    problem = load(example_path("ekf_node"))
+    found = dse.analyse(problem).responses["computer"]
+    assert [float(item.response_ns or 0) / MS for item in found] == [6.3, 6.3, 6.3, 9.7]
+    grouped = dse.analyse(problem, {"ekf_fusion.kind": "callback_group"}).responses["computer"]
+    assert [float(item.response_ns or 0) / MS for item in grouped][:1] == [4.7]
+    result = dse.solve(problem)
+    assert (result.status, len(result.front)) == ("complete", 6)
+    assert {point.decisions["ekf_fusion.kind"] for point in result.front} == {"callback_group"}
+    assert not dse.simulate(problem, runs=8).contradictions
+
+
+def test_a_core_of_an_executor_can_be_stated_listed_and_ruled() -> None:
+    text = FILE.format(kind="fifo", more=", core: [1, 2]", inner="", other=", core: 1", cores=2)
+    [point] = dse.solve(loads(text + "rules: [node.core == 2]\n")).front
+    assert point.decisions["node.core"] == "2"
+    with pytest.raises(ProblemError, match="core 3 does not exist"):
+        loads(text.replace("[1, 2]", "3"))
