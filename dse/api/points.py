@@ -13,6 +13,7 @@ from dse.analysis.views import View
 from dse.api.problem import Problem, baseline_design
 from dse.errors import UsageError
 from dse.results.display import figures_of
+from dse.results.points import unused_choices
 from dse.results.ranking import FORMER_WORDS, rank, same_score
 from dse.results.solve import decisions_of, ranked
 from dse.results.variants import find_variants
@@ -272,6 +273,8 @@ def check_ranks(bench: Bench) -> None:
         bench.compare(f"front[{at}].rank", number, point["rank"])
         if point["score"] != "" and not same_score(point["score"], score):
             bench.find(f"front[{at}].score", f"is stated as {point['score']!r}; it is {score!r}")
+    choices = unused_choices(bench.space, ((point["id"], point["decisions"]) for point in data["front"]))
+    bench.compare("unused", choices, data.get("unused", []))
     leaders = find_variants(vectors, [point["decisions"] for point in data["front"]])
     for at, (leader, point) in enumerate(zip(leaders, data["front"], strict=True)):
         expected = None if leader is None else data["front"][leader]["id"]

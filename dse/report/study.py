@@ -56,7 +56,8 @@ def _settings(data: Mapping[str, Any]) -> Mapping[str, str]:
 def _basis(data: Mapping[str, Any]) -> Section:
     """Where the figures of a study come from, and what the model does not see."""
     problem, settings = data["problem"], _settings(data)
-    found = [("Problem", f"{problem['name']}, SHA-256 {problem['sha256']}")]
+    carried = "; the JSON carries its text" if data.get("files") else ""
+    found = [("Problem", f"{problem['name']}, SHA-256 {problem['sha256']}{carried}")]
     if settings:
         found.append(("Latency rules", basis_words(settings)))
     if "semantics" in data:

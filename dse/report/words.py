@@ -309,14 +309,12 @@ def exclusion_words(space: Space) -> str:
 def unused_words(result: Result) -> str:
     """Which designs have no use for a decision that was fixed, so that fixing it changes nothing there; "" if none."""
     said = []
-    for index, option in result.space.fixed.items():
-        decision = result.space.decisions[index]
-        idle = [f"#{point.id}" for point in result.front if decision.is_open and decision.name not in point.decisions]
-        if idle:
-            more = [f"{len(idle) - MOST_VARIANTS} more"] if len(idle) > MOST_VARIANTS else []
-            where = listed([*idle[:MOST_VARIANTS], *more]) if len(idle) < len(result.front) else "every design here"
-            choice = f"{decision.name} = {decision.options[option]}"
-            said.append(f"{choice} was fixed, but changes nothing in {where}, where it is not used.")
+    for item in result.unused:
+        idle = [f"#{number}" for number in item["points"]]
+        more = [f"{len(idle) - MOST_VARIANTS} more"] if len(idle) > MOST_VARIANTS else []
+        where = listed([*idle[:MOST_VARIANTS], *more]) if len(idle) < len(result.front) else "every design here"
+        choice = f"{item['decision']} = {item['option']}"
+        said.append(f"{choice} was fixed, but changes nothing in {where}, where it is not used.")
     return " ".join(said)
 
 

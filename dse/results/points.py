@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import hashlib
 import json
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from fractions import Fraction
 from typing import Any
 
 from dse.results.display import exact, figures_of
-from dse.space.types import Design
+from dse.space.types import Design, Space
 from dse.version import SEMANTICS
 
 
@@ -189,3 +189,17 @@ class Origin:
         """
         asked = [SEMANTICS, self.identity, dict(self.effective)]
         return hashlib.sha256(json.dumps(asked, ensure_ascii=False, sort_keys=True).encode()).hexdigest()
+
+
+def unused_choices(space: Space, listed: Iterable[tuple[int, Mapping[str, str]]]) -> list[dict[str, Any]]:
+    """The decisions that were fixed and that some points have no use for, so that fixing them changes nothing there.
+
+    `listed` has id and active decisions of each point; as the JSON of a result has it.
+    """
+    points, found = list(listed), []
+    for index, option in space.fixed.items():
+        decision = space.decisions[index]
+        idle = [number for number, decisions in points if decision.is_open and decision.name not in decisions]
+        if idle:
+            found.append({"decision": decision.name, "option": decision.options[option], "points": idle})
+    return found

@@ -5,7 +5,7 @@ from __future__ import annotations
 import csv
 import io
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from fractions import Fraction
 from typing import TYPE_CHECKING, Any
 
@@ -234,6 +234,7 @@ class SensitivityResult(Answer):
     uncertain: UncertainResult | None = None
     currency: str = "EUR"
     left_out: tuple[str, ...] = ()
+    files: Mapping[str, str] = field(default_factory=dict)
 
     @property
     def exit_code(self) -> int:
@@ -267,6 +268,7 @@ class SensitivityResult(Answer):
             "tornado": [item.to_dict() for item in self.bars],
             "uncertainty": None if self.uncertain is None else self.uncertain.to_dict(),
             **({"left_out": list(self.left_out)} if self.left_out else {}),
+            "files": dict(self.files),
         }
 
     def _rows(self) -> list[list[Any]]:

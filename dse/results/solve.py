@@ -17,7 +17,17 @@ from dse.results.contention import Contended, contention_dict, core_use_dict
 from dse.results.display import figures_of, in_table, titled
 from dse.results.frames import unit_frame
 from dse.results.insisting import Insisting
-from dse.results.points import Clash, Conflict, FurtherAsked, FurtherDesigns, ObjectiveInfo, Origin, Point, Search
+from dse.results.points import (
+    Clash,
+    Conflict,
+    FurtherAsked,
+    FurtherDesigns,
+    ObjectiveInfo,
+    Origin,
+    Point,
+    Search,
+    unused_choices,
+)
 from dse.results.ranking import METHOD, competition_ranks, ideal_distances
 from dse.results.variants import find_variants
 from dse.space.types import Design, Space
@@ -100,6 +110,11 @@ class Result(Answer):
         """The points that are no variants of better-ranked ones, in the order of rank."""
         return tuple(point for point in self.front if point.id not in self.variants)
 
+    @property
+    def unused(self) -> list[dict[str, Any]]:
+        """The fixed decisions that some points have no use for: see `dse.results.points.unused_choices`."""
+        return unused_choices(self.space, ((point.id, point.decisions) for point in self.front))
+
     def to_dict(self) -> dict[str, Any]:
         """The result in the form ``dse-result/1``."""
         return {
@@ -133,6 +148,7 @@ class Result(Answer):
                 }
                 for point in self.front
             ],
+            **({"unused": self.unused} if self.unused else {}),
             "unexplored": [dict(region) for region in self.unexplored],
             "refuted": [dict(region) for region in self.refuted],
             "potential": dict(self.potential),

@@ -113,7 +113,8 @@ class SweepResult(Answer):
     The same problem, changes and seed give the same text, however often the sweep was stopped and wherever its runs
     were solved; `solved` and `found` (in the store) tell what this sitting did and are no part of it. `scale` has for
     each objective its best and worst value on all fronts together: ranks and scores of every run rest on it.
-    `remarks` say what varying an input cannot show.
+    `remarks` say what varying an input cannot show. `files` are the texts of the problem, of what it includes and of
+    its samples, by name.
 
     Examples
     --------
@@ -130,6 +131,7 @@ class SweepResult(Answer):
     seed: int = 0
     scale: tuple[ScaledObjective, ...] = ()
     remarks: tuple[str, ...] = ()
+    files: Mapping[str, str] = field(default_factory=dict)
     solved: int = field(default=0, compare=False)
     found: int = field(default=0, compare=False)
 
@@ -189,6 +191,7 @@ class SweepResult(Answer):
                 }
                 for run, change in zip(self.runs, self.changes, strict=True)
             ],
+            "files": dict(self.files),
         }
 
     def to_csv(self) -> str:

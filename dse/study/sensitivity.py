@@ -139,6 +139,7 @@ def sensitivity_asked(
             **settings_of(space),
             "currency": space.currency,
         },
+        files=problem.loaded.texts,
         decisions=decisions_of(space, design),
         broken=tuple(broken_texts(function)),
         margins=part.collected("margins of further inputs", each_margin(function)),

@@ -14,7 +14,7 @@ from dse.api.question import Changes, Question
 from dse.errors import DseError, UsageError
 from dse.results.sweep import SweepResult, SweepRun, VariedAxis
 from dse.results.sweepranking import rank_together
-from dse.space.settings import settings_of
+from dse.space.settings import SETTINGS, settings_of
 from dse.spec.model import FROM_BANDWIDTH
 from dse.study.axes import Axis, InputAxis, LimitAxis, grid_points, read_axis
 from dse.study.cluster import run_on_cluster
@@ -150,6 +150,7 @@ def sweep_asked(
         seed=seed,
         scale=scale,
         remarks=tuple(_remarks(asked, axes)),
+        files=asked.loaded.texts,
         solved=len(done) - found,
         found=found,
     )
@@ -198,7 +199,9 @@ def plan(axes: Sequence[Axis], inputs: Inputs, asked: Problem, seed: int) -> lis
     grid = [axis for axis in axes if not (isinstance(axis, LimitAxis) and axis.is_exact)]
     limits = [item for axis in axes if isinstance(axis, LimitAxis) for item in axis.requirements]
     space = replace(asked.space, requirements=(*asked.space.requirements, *limits))
-    needed = needed_data(inputs.data, space)
+    needed = {name: value for name, value in needed_data(inputs.data, space).items() if name not in SETTINGS}
+    settings: dict[str, Any] = dict(settings_of(asked.space))  # the same question, whoever states its settings
+    changes = replace(asked.changes, **settings)
     runs = []
     for point in grid_points(grid):
         data = copied(needed)
@@ -208,7 +211,7 @@ def plan(axes: Sequence[Axis], inputs: Inputs, asked: Problem, seed: int) -> lis
                 axis.write(inputs, data, number)
             else:
                 shipped.append(axis.shipped(number))
-        runs.append(Run(point, make_payload(data, asked.changes, shipped, exact, seed)))
+        runs.append(Run(point, make_payload(data, changes, shipped, exact, seed)))
     return runs
 
 

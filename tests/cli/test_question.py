@@ -70,7 +70,13 @@ def test_fixing_what_a_design_does_not_use_is_said(tmp_path: Path, capsys: pytes
     silent = ["solve", path, "--fix", "t.period = 20 ms", "--fix", "t.dispatch_protocol = periodic"]
     assert run(silent) == 0 and "was fixed, but" not in capsys.readouterr().out
     said = "t.period = 20 ms was fixed, but changes nothing in"
-    assert run(["solve", path, "--fix", "t.period = 20 ms"]) == 0
+    told = tmp_path / "told.json"
+    assert run(["solve", path, "--fix", "t.period = 20 ms", "--json", str(told)]) == 0
+    data = json.loads(told.read_text())
+    assert data["unused"] == [{"decision": "t.period", "option": "20 ms", "points": [2]}]
+    data["unused"][0]["points"] = [1]
+    told.write_text(json.dumps(data))
+    assert run(["verify", str(told)]) == 4
     assert f"{said} #2, where it is not used." in capsys.readouterr().out
     never = ["--fix", "t.period = 20 ms", "--fix", "t.dispatch_protocol = aperiodic"]
     assert run(["solve", path, *never, "--report", "-o", str(tmp_path)]) == 0

@@ -117,3 +117,20 @@ def test_an_entry_that_was_edited_is_reported(tmp_path: Path) -> None:
     connection.close()
     with Store(path) as store, pytest.raises(UsageError, match="is damaged"):
         store.find([run_key("7")])
+
+
+def test_a_setting_that_is_stated_though_it_is_the_default_asks_the_same(tmp_path: Path) -> None:
+    file, store = written(tmp_path, "starter"), tmp_path / "s"
+    vary = f"{price_path(file)}=10 EUR,20 EUR"
+    assert sweep(file, vary, store=store).solved == 2
+    assert sweep(file, vary, store=store, processing="execution_time", overload="forbidden").found == 2
+    stated = tmp_path / "stated.yaml"
+    stated.write_text(file.read_text(encoding="utf-8") + "\ndeadlines: stated\n", encoding="utf-8")
+    assert sweep(stated, vary, store=store).found == 2
+    assert sweep(file, vary, store=store, overload="allowed").found == 0
+
+
+def test_studies_carry_their_problem(tmp_path: Path) -> None:
+    file = written(tmp_path, "starter")
+    data = sweep(file, f"{price_path(file)}=10 EUR", store=None).to_dict()
+    assert data["files"][file.name] == file.read_text(encoding="utf-8")

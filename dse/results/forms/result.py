@@ -242,6 +242,14 @@ class Insisting(Form):
     options: list[InsistedOption] = field("Every option of every open decision, in the order of the problem.")
 
 
+class UnusedChoice(Form):
+    """A fixed decision that changes nothing in some points."""
+
+    decision: str = field("The decision.")
+    option: str = field("The option at which it was fixed.")
+    points: list[int] = field("The ids of the points that have no use for it.")
+
+
 class ResultForm(Form):
     """The outcome of `dse solve`: the front, its proof, and the question that was asked."""
 
@@ -257,6 +265,9 @@ class ResultForm(Form):
     metric_units: dict[str, Unit] = field("What the figures of each metric count.")
     rounded: list[str] = field("The metrics whose figures are rounded up to their unit.", default=[])
     front: list[Point] = field("The non-dominated designs, in the order of rank.")
+    unused: list[UnusedChoice] = field(
+        "Decisions that were fixed, though some points have no use for them.", default=[]
+    )
     unexplored: list[Counts] = field(
         "Regions that may still hold better designs: everything better than these exclusive bounds in every objective."
     )

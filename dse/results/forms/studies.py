@@ -196,6 +196,9 @@ class SweepForm(Form):
     remarks: list[str] = field("What varying an input cannot show.")
     vary: list[VariedAxis] = field("What was varied.")
     runs: list[AnyRun] = field("What was found for each value, the last axis fastest.")
+    files: dict[str, str] = field(
+        "The text of the problem file, of what it includes and of its samples, by name.", default=None
+    )
 
 
 class Break(Form):
@@ -291,3 +294,6 @@ class SensitivityForm(Form):
     tornado: list[Bar] = field("How far each input moves each metric.")
     uncertainty: Uncertain | None = field("What stated uncertainties do; null where none are stated.")
     left_out: list[str] = field("What the time limit left no time for.", default=[])
+    files: dict[str, str] = field(
+        "The text of the problem file, of what it includes and of its samples, by name.", default=None
+    )
