@@ -17,7 +17,10 @@ from dse.results.forms.registry import FORMS, form_schema, mistakes_in
 
 Data = dict[str, Any]
 UNSEEN = {
-    "result": {"Point.is_first", "Member.looked_for", "Robust.unjudged"},  # only where a search was stopped
+    "result": {
+        *("Point.is_first", "Member.looked_for", "Robust.unjudged"),  # only where a search was stopped
+        *("InsistedPoint.contention", "InsistedPoint.cores", "InsistedPoint.core_use"),  # told of listed designs only
+    },
     "explanation": {"Demand.kind", "Demand.text", "Demand.origin"},
     "sensitivity": {"SensitivityForm.left_out", "Uncertain.unbounded"},
 }

@@ -97,6 +97,7 @@ COMMANDS = (
     "solve overloaded.yaml --json overloaded.json",
     "solve overloaded.yaml --overload forbidden --json too_much.json",
     "solve pump.yaml --fix 'filter.period = 20 ms' --json fixed.json",
+    "solve shared.yaml --insist --json insist.json",
     "report pump.json -o reports",
     "check pump.yaml --json check.json",
     "check shared.yaml --require 'latency of f >= 9 s' --json most.json",
