@@ -156,7 +156,7 @@ def read_communication(ledger: Ledger, owner: Owner, protocol: Tree, period: Tre
     tree = FieldReader(ledger, owner, "communication", "communication", str).read(
         lambda model: getattr(model, "communication", None)
     )
-    if tree is None:
+    if all(leaf is None for leaf in leaves(tree)):
         return None
     if None in set(leaves(period)):
         whole = tree
