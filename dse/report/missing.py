@@ -8,7 +8,7 @@ from typing import cast
 from dse.analysis.rows import counts_responses
 from dse.analysis.scheduling import UNBOUNDED_NS
 from dse.report.amounts import amount_words, listed
-from dse.results.display import counted
+from dse.results.display import counted, scaled_unit
 from dse.results.missing import Outlook, outlooks_of
 from dse.results.solve import Result
 from dse.units import Unbounded, is_unbounded
@@ -32,8 +32,8 @@ def missing_words(result: Result) -> list[str]:
 
 def _without_stand_ins(item: Outlook) -> Outlook:
     """Regions count with plain numbers; those that only what stands for an unbounded time has reached are unbounded."""
-    scale, _, base = item.unit.rpartition(" ")
-    least = UNBOUNDED_NS * (int(scale.removeprefix("1/")) if scale else 1) // 2
+    scale, base = scaled_unit(item.unit)
+    least = UNBOUNDED_NS * scale // 2
 
     def marked(value: int) -> int:
         return cast(int, Unbounded(value)) if base == "ns" and value >= least else value

@@ -10,7 +10,7 @@ from typing import Any
 from dse.analysis.measures import all_metrics
 from dse.files.answer import Answer
 from dse.results.analyse import Analysis
-from dse.results.display import exact, figures_of
+from dse.results.display import exact, figures_of, scaled_unit
 from dse.results.points import ObjectiveInfo, Point
 from dse.results.renumbering import numbered_like
 from dse.results.solve import Result, decisions_of
@@ -248,8 +248,7 @@ def _losses(point: Point, infos: Sequence[ObjectiveInfo]) -> list[Fraction]:
     """Objectives to be minimised, in base units: the counting units of two results may differ."""
     found = []
     for info in infos:
-        scale = info.unit.rpartition(" ")[0].removeprefix("1/")
-        value = Fraction(point.objectives[info.name], int(scale) if info.unit.startswith("1/") else 1)
+        value = Fraction(point.objectives[info.name], scaled_unit(info.unit)[0])
         found.append(value if info.sense == "minimise" else -value)
     return found
 

@@ -59,14 +59,25 @@ def readable(value: Fraction | int, unit: str, currency: str = "EUR", digits: in
     return f"{_rounded(Fraction(value) / factor, digits)} {name}"
 
 
+def scaled_unit(unit: str) -> tuple[int, str]:
+    """How many of a counting unit make one of its base unit, and that unit.
+
+    >>> scaled_unit("ns"), scaled_unit("1/3 ppm"), scaled_unit("1/3 ")
+    ((1, 'ns'), (3, 'ppm'), (3, ''))
+    """
+    if not unit.startswith("1/"):
+        return 1, unit
+    scale, _, base = unit.removeprefix("1/").partition(" ")
+    return int(scale), base
+
+
 def display_unit(unit: str, currency: str = "EUR") -> tuple[Fraction, str]:
     """How many of a counting unit (``ns``, ``1/3 ppm``) make one of the unit that engineers read, and that unit's name.
 
     >>> display_unit("ns"), display_unit("1/3 ppm")
     ((Fraction(1000000, 1), 'ms'), (Fraction(30000, 1), '%'))
     """
-    scale, _, base = unit.rpartition(" ") if unit.startswith("1/") else ("", "", unit)
-    count = int(scale.removeprefix("1/")) if scale else 1
+    count, base = scaled_unit(unit)
     if base == "ct":
         return Fraction(100 * count), currency
     name = PREFERRED.get(base, base)
@@ -90,8 +101,8 @@ def counted(value: Fraction | int, unit: str, currency: str = "EUR", digits: int
     """
     if is_unbounded(value):
         return NO_BOUND
-    scale, _, base = unit.rpartition(" ") if unit.startswith("1/") else ("", "", unit)
-    amount = Fraction(value) / int(scale.removeprefix("1/")) if scale else Fraction(value)
+    scale, base = scaled_unit(unit)
+    amount = Fraction(value) / scale
     factor, _ = display_unit(base)
     while amount and digits < MOST_DIGITS and not round(amount / factor, digits):
         digits += 1

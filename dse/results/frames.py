@@ -8,7 +8,7 @@ from fractions import Fraction
 from typing import TYPE_CHECKING, Any
 
 from dse.errors import UsageError
-from dse.results.display import PREFERRED, display_unit, titled
+from dse.results.display import PREFERRED, display_unit, scaled_unit, titled
 from dse.units import MONEY, UnitError, is_unbounded, parse_quantity
 
 if TYPE_CHECKING:
@@ -72,7 +72,7 @@ def _factor(unit: str, wanted: Sequence[str], currency: str) -> tuple[Fraction |
     """How many of a counting unit make one of the unit to show, and that unit's name; None to leave figures exact."""
     if READABLE in wanted:
         return display_unit(unit, currency)
-    scale, base = (unit.split(" ", 1)[0], unit.split(" ", 1)[1]) if unit.startswith("1/") else ("1/1", unit)
+    scale, base = scaled_unit(unit)
     for text in wanted:
         try:
             quantity = parse_quantity(f"1 {text}")
@@ -80,9 +80,9 @@ def _factor(unit: str, wanted: Sequence[str], currency: str) -> tuple[Fraction |
             raise UsageError(f"units {text!r}: {error.message}") from error
         if base == "ct":
             if quantity.dimension == MONEY and text == currency:
-                return Fraction(100) * int(scale[2:]), text
+                return Fraction(100) * scale, text
         elif base in PREFERRED:
             one = parse_quantity(f"1 {base}")
             if one.dimension == quantity.dimension:
-                return quantity.value / one.value * int(scale[2:]), text
+                return quantity.value / one.value * scale, text
     return None, unit

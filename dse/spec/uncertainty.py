@@ -19,7 +19,7 @@ from dse.errors import UsageError
 from dse.spec.model import Spec, Uncertainty
 from dse.spec.quantities import BASE, COUNT, TOTAL, Figure, figures_of, matching, read_value
 from dse.spec.samples import SampleError, Samples
-from dse.units import DIMENSIONLESS, POWER_DRAW, UNITS, Kind, UnitError, parse_quantity, shown, unit_ratio
+from dse.units import DIMENSIONLESS, POWER_DRAW, UNITS, Kind, UnitError, parse_quantity, range_ends, shown, unit_ratio
 
 PLAIN = Kind("a factor", "1.1", DIMENSIONLESS)
 Ends = tuple[Fraction, Fraction]
@@ -160,15 +160,13 @@ class _Reader:
         return quantity.value * ratio
 
     def _ends(self, field: str) -> Ends:
-        low, separator, high = (part.strip() for part in getattr(self.entry, field).partition(".."))
-        if not separator or not low or not high:
-            raise UncertaintyError(field, "expected LOW .. HIGH")
         try:
-            unit = parse_quantity(high).unit
-            low = low if parse_quantity(low).unit or not unit else f"{low} {unit}"
+            texts = range_ends(getattr(self.entry, field))
         except UnitError as error:
             raise UncertaintyError(field, error.message, error.hint) from error
-        ends = self._number(field, low), self._number(field, high)
+        if texts is None:
+            raise UncertaintyError(field, "expected LOW .. HIGH")
+        ends = self._number(field, texts[0]), self._number(field, texts[1])
         if ends[0] > ends[1]:
             raise UncertaintyError(field, "the range is empty: its low end is above its high one")
         if self.kind is COUNT and ends[0] != ends[1]:

@@ -28,6 +28,7 @@ from dse.units import (
     canonical_unit,
     format_number,
     parse_quantity,
+    range_ends,
     shown,
 )
 
@@ -169,7 +170,7 @@ class Inputs:
         if item.kind is COUNT:
             holder[item.place[-1]] = int(text)
         elif item.end:
-            low, high = range_ends(str(holder[item.place[-1]]))
+            low, high = _ends(str(holder[item.place[-1]]))
             ends = (str(text), high) if item.end == "min" else (low, str(text))
             holder[item.place[-1]] = f"{ends[0]} .. {ends[1]}"
         else:
@@ -233,17 +234,9 @@ def _values(path: str, place: Place, kind: Kind, value: Any) -> Iterator[tuple[t
         yield (), InputValue(path, place, kind, value)
 
 
-def range_ends(text: str) -> tuple[str, str]:
-    """The texts of both ends of a time range, each with its unit.
-
-    >>> range_ends("1 .. 3 ms")
-    ('1 ms', '3 ms')
-    """
-    low, separator, high = (part.strip() for part in text.partition(".."))
-    if not separator:
-        return low, low
-    unit = parse_quantity(high).unit
-    return (low if parse_quantity(low).unit else f"{low} {unit}"), high
+def _ends(text: str) -> tuple[str, str]:
+    """Both ends of a time range, each with its unit; a single time is both."""
+    return range_ends(text) or (text.strip(), text.strip())
 
 
 def scaled_text(item: InputValue, factor: Fraction) -> str | int:
@@ -254,10 +247,10 @@ def scaled_text(item: InputValue, factor: Fraction) -> str | int:
             raise UsageError(f"{item.path}: {item.text} times {format_number(factor)} is no whole number")
         return int(count)
     if item.end:
-        low, high = range_ends(str(item.text))
+        low, high = _ends(str(item.text))
         return _scaled(low if item.end == "min" else high, item.kind, factor)
     if item.kind in RANGES and ".." in str(item.text):
-        return " .. ".join(_scaled(end, item.kind, factor) for end in range_ends(str(item.text)))
+        return " .. ".join(_scaled(end, item.kind, factor) for end in _ends(str(item.text)))
     return _scaled(str(item.text), item.kind, factor)
 
 

@@ -24,6 +24,7 @@ from dse.units.parse import (
     parse_time_range_ns,
     parse_total,
     parse_transmission_ns,
+    range_ends,
     round_to_int,
     whole,
 )
@@ -151,6 +152,7 @@ __all__ = [
     "parse_time_range_ns",
     "parse_total",
     "parse_transmission_ns",
+    "range_ends",
     "round_to_int",
     "shown",
     "unit_hint",

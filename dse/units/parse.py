@@ -192,6 +192,21 @@ def whole(value: Exact) -> Exact:
     return value.numerator if value.denominator == 1 and not is_unbounded(value) else value
 
 
+def range_ends(text: str) -> tuple[str, str] | None:
+    """The texts of the two ends of ``LOW .. HIGH``, each with its unit; None where the text is no range.
+
+    The unit may stand behind the high end alone.
+
+    >>> range_ends("1 .. 3 ms"), range_ends("0.9 .. 1.1"), range_ends("3 ms")
+    (('1 ms', '3 ms'), ('0.9', '1.1'), None)
+    """
+    low, separator, high = (part.strip() for part in text.partition(".."))
+    if not separator or not low or not high:
+        return None
+    unit = parse_quantity(high).unit
+    return (low if parse_quantity(low).unit or not unit else f"{low} {unit}"), high
+
+
 def _time_range_ns(kind: Kind, text: str) -> tuple[Fraction, Fraction]:
     """Both ends, exact."""
     low, separator, high = (part.strip() for part in text.partition(".."))

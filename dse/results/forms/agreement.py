@@ -5,7 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from typing import Any
 
-from dse.results.forms.registry import Mistake, mistakes_in
+from dse.results.forms.registry import Mistake, mistakes_in, mistakes_in_part
+from dse.results.forms.studies import AnyRun
 
 Data = Mapping[str, Any]
 
@@ -22,6 +23,14 @@ def check_whole(name: str, data: object) -> Iterator[Mistake]:
     yield from found
     if not found and name in AGREEMENTS and isinstance(data, dict):
         yield from AGREEMENTS[name](data)
+
+
+def mistakes_in_run(data: Data) -> Iterator[Mistake]:
+    """What is wrong with a run of a sweep, taken by itself."""
+    found = list(mistakes_in_part(AnyRun, "sweep", data))
+    yield from found
+    if not found and data["kind"] in ("front", "breaks"):
+        yield from (Mistake(item.place.removeprefix("."), item.text) for item in _run(data, ""))
 
 
 def _result(data: Data) -> Iterator[Mistake]:
@@ -100,6 +109,8 @@ def _run(run: Data, place: str) -> Iterator[Mistake]:
     if not names or len(set(names)) < len(names) or not set(names) <= set(run["units"]):
         yield Mistake(f"{place}.objectives", "expected some, each once and with its unit")
     key = "front" if run["kind"] == "front" else "alternatives"
+    if run["status"] != "incomplete" and (run["status"] == "infeasible") == bool(run[key]):
+        yield Mistake(f"{place}.status", f"{run['status']} does not fit what was found")
     for at, item in enumerate(run[key]):
         yield from _same(item["metrics"], list(run["units"]), f"{place}.{key}[{at}].metrics")
     if run["change"] is not None:
@@ -111,6 +122,8 @@ def _run(run: Data, place: str) -> Iterator[Mistake]:
         for at, stretch in enumerate(run["stretches"]):
             if not {stretch["best"], *(entry["id"] for entry in stretch["front"])} <= set(ids):
                 yield Mistake(f"{place}.stretches[{at}]", "names a design that is not among the alternatives")
+        if not set(ids) <= {entry["id"] for stretch in run["stretches"] for entry in stretch["front"]}:
+            yield Mistake(f"{place}.alternatives", "has a design that no stretch names")
 
 
 def _sensitivity(data: Data) -> Iterator[Mistake]:

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from pydantic import BaseModel, ValidationError
+from pydantic import BaseModel, TypeAdapter, ValidationError
 from pydantic_core import ErrorDetails
 
 from dse.errors import UsageError
@@ -101,8 +101,17 @@ def mistakes_in(name: str, data: object) -> Iterator[Mistake]:
     >>> [str(item) for item in mistakes_in("verification", {"format": "dse-verification/1", "result": 3})][:2]
     ['result: expected text, got 3', 'problem: is missing']
     """
+    yield from _mistakes(FORMS[name].model_validate, name, data)
+
+
+def mistakes_in_part(kind: Any, name: str, data: object) -> Iterator[Mistake]:
+    """The same of data that are a part of ``dse-NAME/1``, of the type `kind`."""
+    yield from _mistakes(TypeAdapter(kind).validate_python, name, data)
+
+
+def _mistakes(validate: Callable[[Any], object], name: str, data: object) -> Iterator[Mistake]:
     try:
-        FORMS[name].model_validate(data)
+        validate(data)
     except ValidationError as error:
         for item in error.errors(include_url=False):
             yield Mistake(_place(_location(item), data), _words(item, name))
