@@ -167,7 +167,9 @@ def report_option(command: F) -> F:
 
 def _check_report(ctx: click.Context, param: click.Parameter, value: str | None) -> str | None:
     if value is not None and not value.lower().endswith(PAGES):
-        raise click.BadParameter(f"{value}: a report is HTML or Markdown: a path that ends in {' or '.join(PAGES)}")
+        raise click.BadParameter(
+            f"{value or 'no path'}: a report is HTML or Markdown: a path that ends in {' or '.join(PAGES)}"
+        )
     if value is not None:
         tell_plots()
     return value

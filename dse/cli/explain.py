@@ -26,8 +26,8 @@ from dse.cli.common import (
 from dse.timelimit import TimeLimit, until
 
 F = TypeVar("F", bound=Callable[..., Any])
-WITHOUT_EFFECT = ("workers", "top", "rank-by", "further", "within", "output")
-"""Options of `dse solve` that have a value and are about the front: they are taken, and change no explanation."""
+WITHOUT_EFFECT = ("workers", "scheduler", "top", "rank-by", "further", "within", "insist", "output")
+"""Options of `dse solve` that are about the front: they are taken, and change no explanation."""
 REFUSED = {
     "robust": "explains the figures as the file states them, not a robust question",
     "resume": "takes the question by its own options: give the problem file, and those of the result",
@@ -38,7 +38,8 @@ def options_of_solve(command: F) -> F:
     """The options of `dse solve` that are about its front, so that the same ones may be given; not in the help."""
     for name in WITHOUT_EFFECT:
         other = {"output": ("-o",), "further": ("--alternatives",)}.get(name, ())
-        command = click.option(*other, f"--{name}", f"unused_{name.replace('-', '_')}", hidden=True)(command)
+        unused = f"unused_{name.replace('-', '_')}"
+        command = click.option(*other, f"--{name}", unused, is_flag=name == "insist", hidden=True)(command)
     for name in REFUSED:
         command = click.option(
             f"--{name}", is_flag=name != "resume", expose_value=False, callback=_refuse, hidden=True
