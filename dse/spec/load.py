@@ -271,6 +271,8 @@ class _Loader:
 
     def models_of(self, source: Source) -> Node:
         """The tree of the model that a file decides over."""
+        if self.is_text:
+            raise ProblemError([source.diagnostic(["of"], "a text cannot decide over a model, which is a file")])
         name = source.text_at(["of"])
         target = self.main.parent / name
         if isinstance(self.files, Carried):
@@ -283,8 +285,6 @@ class _Loader:
         if (missing := None if target.is_dir() else self.files.obstacle(target)) is not None:
             hint = "the path is relative to this file"
             raise ProblemError([source.diagnostic(["of"], f"{missing}: {str(target)!r}"[:300], hint)])
-        if self.is_text:
-            raise ProblemError([source.diagnostic(["of"], "a text cannot decide over a model, which is a file")])
         options: dict[str, Any] = {key: source.text_at([key]) for key in ("root", "mode") if source.text_at([key])}
         imported = read_foreign(target, None, {**options, **self.options, "choices": offered(source.node)})
         self.told += imported.remarks

@@ -66,7 +66,7 @@ class Flows:
                 if member.item.kind != "end to end" or not is_active(member.item.modes, context.mode):
                     continue
                 try:
-                    steps = list(self._joined(list(self._elements(context, member, 0)), member))
+                    steps = list(self._joined(context, list(self._elements(context, member, 0)), member))
                 except _Broken:
                     continue
                 yield EndToEnd(".".join((*context.path, member.item.name)), context, member, tuple(steps))
@@ -126,7 +126,9 @@ class Flows:
 
     # --- the connections between them ------------------------------------------------------------------------------
 
-    def _joined(self, elements: list[Element], member: Member[Flow]) -> Iterator[Stop | ConnectionInstance]:
+    def _joined(
+        self, context: Instance, elements: list[Element], member: Member[Flow]
+    ) -> Iterator[Stop | ConnectionInstance]:
         previous: Stop | None = None
         wires: list[Wire] = []
         for element in elements:
@@ -137,15 +139,16 @@ class Flows:
                 element = self._reached(previous, wires, element, member)
             if previous is not None:
                 yield self._connection(previous, element, wires, member)
-            elif wires:
+            elif wires[-1:] and wires[0].context is context:  # else it begins within a component
                 yield self._from_outside(element, wires, member)
             yield element
             previous, wires = element, []
         if previous is not None and wires:
             leaving = [item for item in self._from(previous) if item.target is None and _runs(item, wires)]
-            if not leaving:
-                raise self._tell(f"the connection {wires[0].member.item.name} leads nowhere", member.item.place)
-            yield leaving[0]
+            if leaving and wires[-1].context is context:
+                yield leaving[0]
+            elif wires[-1].context is context:
+                raise self._tell(f"the connection {wires[-1].member.item.name} leads nowhere", member.item.place)
         if previous is None:
             raise self._tell("it names no component", member.item.place)
 

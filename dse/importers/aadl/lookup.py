@@ -223,6 +223,7 @@ class Properties:
         elif definition is not None and definition.kind == "property":
             other = self.of(component, word.name, word.package) if steps < MAX_STEPS else None
             value = other.value if other else definition.value
+            value = None if value is None else self._evaluated(value, found, component, steps + 1)
         elif not word.package and key in SET_OF:
             other = self.of(component, word.name) if steps < MAX_STEPS else None
             value = other.value if other else None
