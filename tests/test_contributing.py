@@ -17,6 +17,7 @@ from dse.api.question import Question
 
 ROOT = Path(__file__).parents[1]
 HUNK = re.compile(r"^```diff\n--- (?P<file>\S+)\n(?P<lines>.*?)^```", re.M | re.S)
+MODULE = re.compile(r"^```python\n# (?P<file>\S+)\n(?P<lines>.*?)^```", re.M | re.S)
 PROBLEM = """
 dse: 1
 name: toy
@@ -52,6 +53,8 @@ def changed(tmp_path_factory: pytest.TempPathFactory) -> Path:
         source = path.read_text(encoding="utf-8")
         assert source.count(before) == 1, f"CONTRIBUTING.md has another text of {hunk['file']} than there is:\n{before}"
         path.write_text(source.replace(before, after), encoding="utf-8")
+    for block in MODULE.finditer(text):
+        (folder / block["file"]).write_text(block["lines"], encoding="utf-8")
     (folder / "toy.yaml").write_text(PROBLEM, encoding="utf-8")
     return folder
 
@@ -104,3 +107,14 @@ def test_every_limited_metric_has_a_keyword() -> None:
     for name, item in LIMITED.items():
         asked = pump.ask(**{f"max_{name}": item.example})  # type: ignore[misc]
         assert any(name in requirement.text for requirement in asked.space.requirements[3:])
+
+
+def test_the_importer_of_the_document_works(changed: Path) -> None:
+    (changed / "pumps.timers").write_text("one,10,2\ntwo,20,3\n", encoding="utf-8")
+    called(changed, "import", "pumps.timers", "--name", "Pumps", "-o", "pumps.yaml")
+    assert "name: Pumps" in (changed / "pumps.yaml").read_text(encoding="utf-8")
+    assert "two" in called(changed, "check", "pumps.timers") + called(changed, "simulate", "pumps.yaml")
+    (changed / "bad.timers").write_text("one,10,2\ntwo\n", encoding="utf-8")
+    called(changed, "analyse", "bad.timers", code=3)
+    (changed / "bad.timers").write_text("one,x,2\n", encoding="utf-8")
+    called(changed, "analyse", "bad.timers", code=3)
