@@ -77,6 +77,10 @@ REPORT_S = 2.0
     help="Let every requirement hold for all values that `uncertainty` states; tell what that costs.",
 )
 @ranking_options
+@click.option("--all", "show_all", is_flag=True, help="List every alternative, near-identical ones too.")
+@click.option(
+    "--explain", is_flag=True, help="Say of the first alternatives why each is there, and all that was left out."
+)
 @click.option(
     "--further",
     "--alternatives",
@@ -114,6 +118,8 @@ def command(
     robust: bool,
     rank_by: str | None,
     top: int | None,
+    show_all: bool,
+    explain: bool,
     further: int | None,
     within: str | None,
     report: str | None,
@@ -176,13 +182,15 @@ def command(
         result = _insisted(result, workers, scheduler, time_limit, quiet=quiet)
     failure = save((json_path, result.to_json), (csv_path, result.to_csv))
     from dse.report.document import Document
-    from dse.report.solve import printed_page
 
     document = Document(result)
     if not quiet and "-" not in (json_path, csv_path):
+        from dse.report.brief import brief_page
+        from dse.report.solve import printed_page
         from dse.report.terminal import print_page
 
-        print_page(console(), printed_page(document, top))
+        shown = None if show_all else top
+        print_page(console(), printed_page(document, shown) if explain else brief_page(document, shown))
     failure = failure or _write_page(document, report)
     in_time = target is None or _write_report(document, target, whole, quiet=quiet)
     if failure is not None:

@@ -55,7 +55,7 @@ def _summary(document: Document) -> Section:
 def _printed_summary(document: Document) -> Section:
     """The same with what the search took, behind the verdict, and how the figures count."""
     result, search, summary = document.result, document.result.search, _summary(document)
-    spent = f"{search.solver_calls} solver calls, {search.wall_s:.2f} s"
+    spent = f"{count_words(search.solver_calls, 'solver call')}, {search.wall_s:.2f} s"
     size = count_words(search.space_size, "design")
     effort = texts(f"{spent}, at most {size}; every point recomputed without the solver.")
     rules: list[Block] = []
@@ -83,7 +83,7 @@ def _front_sections(document: Document, top: int | None, *, is_file: bool) -> It
             yield _alternative(item)
             if is_file:
                 yield _details(item)
-        elif further := tuple(_further(point, document.others_of(point))):
+        elif further := tuple(further_blocks(point, document.others_of(point))):
             yield Section(f"further-{point.id}", f"Designs beside #{point.id}", further)
     hidden = len(result.front) - len(told)
     if is_file and hidden > 0:
@@ -95,12 +95,12 @@ def _alternative(item: Alternative) -> Section:
     """Why an alternative is there, and designs beside it."""
     figures = ", ".join(f"{name} {value}" for name, value in item.figures)
     reasons = labelled((sentence.label, sentence.text) for sentence in item.sentences)
-    blocks = (Text(f"#{item.point.id}: {figures}", "strong"), *reasons, *_further(item.point, item.others))
+    blocks = (Text(f"#{item.point.id}: {figures}", "strong"), *reasons, *further_blocks(item.point, item.others))
     title = f"Alternative #{item.point.id}, rank {item.rank}"
     return Section(f"alternative-{item.point.id}", title, blocks)
 
 
-def _further(point: Point, parts: Sequence[OthersPart]) -> Iterator[Block]:
+def further_blocks(point: Point, parts: Sequence[OthersPart]) -> Iterator[Block]:
     """Designs beside a point."""
     for part in parts:
         yield from texts(f"#{point.id}: {part.words}")

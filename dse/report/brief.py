@@ -1,0 +1,146 @@
+"""The answer on one screen: what was proved, what differs, what to choose and why; the rest is a page of its own."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
+
+from dse.report.amounts import shortened
+from dse.report.document import Document
+from dse.report.insisting import insisting_section
+from dse.report.page import Block, Page, Section, labelled, texts
+from dse.report.plain import basis_words
+from dse.report.solve import TOP, further_blocks
+from dse.report.words import exclusion_words, figures_words, rounding_words, short_name, unused_words
+from dse.results.display import counted
+from dse.results.points import Point
+from dse.results.solve import Result
+from dse.results.variants import varying
+from dse.units.text import count_words
+
+SCREEN = 5
+"""So many alternatives leave room on a screen of 40 lines for all that is said of them, where nobody says how many."""
+DECISIONS = 3
+"""So many decisions are told of each."""
+ROOM = 280
+"""Letters of a sentence: three lines."""
+REASONS = 2
+"""So many sentences say why the first alternative is first: what stands out, and the nearest comparison."""
+
+
+def brief_page(document: Document, top: int | None = TOP) -> Page:
+    """The proof, the table of the alternatives that differ, near-identical ones in a line each, and the choice.
+
+    `top` is how many alternatives are shown; None is all of them, near-identical ones too.
+    """
+    result = document.result
+    proof, *more = document.summary
+    blocks: list[Block] = [*texts(proof, tone="strong"), *document.conflicts]
+    if result.front:
+        shown = result.front if top is None else result.leaders[: SCREEN if top == TOP else top]
+        blocks += [*_table(document, shown), *texts(*_neighbours(document, shown)), *_choice(document)]
+        for point in shown:
+            blocks += further_blocks(point, document.others_of(point))
+    else:
+        blocks += texts(*more)
+    sections = [Section("answer", "Answer", tuple(blocks))]
+    if result.insisting is not None:
+        sections.append(insisting_section(result, top))
+    sections.append(Section("notes", "Notes", tuple(texts(*_notes(document, more, top)))))
+    lead = f"{result.problem.name} ({basis_words(result.problem.effective)})"
+    return Page(document.title, lead, tuple(section for section in sections if section.blocks))
+
+
+def _table(document: Document, shown: Sequence[Point]) -> Iterator[Block]:
+    """The table with the first few of the decisions in which these alternatives differ; how many others there are."""
+    table, names = document.table_of(shown), document.varying
+    told = varying([point.decisions for point in shown], names) if len(shown) > 1 else names
+    first = len(table.headings) - len(names)
+    kept = [*range(first), *(first + names.index(name) for name in told[:DECISIONS])]
+    rows = tuple(tuple(row[at] for at in kept) for row in table.rows)
+    yield replace(table, headings=tuple(table.headings[at] for at in kept), rows=rows)
+    if len(told) > DECISIONS:
+        yield from texts(
+            f"They differ in {count_words(len(told) - DECISIONS, 'further decision')}: --explain tells them."
+        )
+
+
+def _neighbours(document: Document, shown: Sequence[Point]) -> Iterator[str]:
+    """A line for each alternative that stands for others: what they change, and between which figures they lie."""
+    result, there = document.result, {point.id for point in shown}
+    for leader in shown:
+        like = [point for point in result.front if result.variants.get(point.id) == leader.id and point.id not in there]
+        if like:
+            like = _in_order(result, leader, like)
+            numbers = ", ".join(f"#{point.id}" for point in like)
+            yield f"#{leader.id} with {_changes(result, leader, like)}: {_ranges(result, like)} ({numbers})"
+    told = sum(result.variants.get(point.id) in there for point in result.front if point.id not in there)
+    hidden = len(result.front) - len(there) - told
+    if hidden:
+        yield f"{count_words(hidden, 'more alternative')}, ranked lower."
+
+
+def _in_order(result: Result, leader: Point, like: list[Point]) -> list[Point]:
+    """Near-identical designs in the order of the options that they change, where that is one decision."""
+    names = varying([point.decisions for point in (leader, *like)], result.open_decisions)
+    options = {decision.name: decision.options for decision in result.space.decisions}[names[0]]
+    if len(names) > 1:
+        return like
+    return sorted(
+        like, key=lambda point: options.index(point.decisions[names[0]]) if names[0] in point.decisions else -1
+    )
+
+
+def _changes(result: Result, leader: Point, like: Sequence[Point]) -> str:
+    """``canbus0 can_250k … can_1m``: what near-identical designs change."""
+    names = varying([point.decisions for point in (leader, *like)], result.open_decisions)
+    order = {decision.name: decision.options for decision in result.space.decisions}
+    said = []
+    for name in names:
+        there = {point.decisions.get(name) for point in like}
+        options = [option for option in order[name] if option in there]
+        ends = " … ".join(dict.fromkeys([options[0], options[-1]])) if options else ""
+        said.append(f"{short_name(name)} {ends}".rstrip())
+    return ", ".join(said[:3]) + (f" and {len(said) - 3} more decisions" if len(said) > 3 else "")
+
+
+def _ranges(result: Result, like: Sequence[Point]) -> str:
+    """The figures of some points, the first to the last, where they differ."""
+    found = []
+    for info in result.objectives:
+        values = [point.objectives[info.name] for point in like]
+        ends = [counted(value, info.unit, result.space.currency) for value in (values[0], values[-1])]
+        unit = ends[0].rpartition(" ")[2]
+        if ends[0] == ends[1]:
+            found.append(ends[0])
+        elif ends[1].endswith(f" {unit}"):
+            found.append(f"{ends[0].removesuffix(f' {unit}')} … {ends[1]}")
+        else:
+            found.append(" … ".join(ends))
+    return ", ".join(found)
+
+
+def _choice(document: Document) -> Iterator[Block]:
+    """What to look at first, and why, in three lines or so."""
+    result = document.result
+    first = result.front[0]
+    reasons = document.alternative(first).sentences
+    wanted = [item for item in reasons if item.label.startswith(("Stands out", "Against"))][:REASONS]
+    ranked = "nearest to the best of everything" if result.ranking == "ideal" else f"first by {result.ranking_words}"
+    yield from texts(f"Choose #{first.id}, {ranked}: {figures_words(result, first.objectives)}.", tone="strong")
+    yield from labelled((item.label, shortened(item.text, ROOM)) for item in wanted)
+
+
+def _notes(document: Document, more: Sequence[str], top: int | None) -> Iterator[str]:
+    """What may not go unsaid, what the search took, and where the rest is."""
+    result, search = document.result, document.result.search
+    if result.front:
+        yield from (text for text in more if not text.startswith("First by"))
+    yield from filter(None, (unused_words(result), rounding_words(result), exclusion_words(result.space)))
+    size = count_words(search.space_size, "design")
+    spent = f"{count_words(search.solver_calls, 'solver call')}, {search.wall_s:.2f} s"
+    yield f"{spent}, at most {size}; every point recomputed without the solver."
+    if result.front:
+        is_whole = top is None or len(result.front) <= len(result.leaders[: SCREEN if top == TOP else top])
+        rest = "" if is_whole else f", --all lists all {len(result.front)}"
+        yield f"--explain says why each is there{rest}, --report PAGE.html is a page to decide with."

@@ -1,0 +1,80 @@
+"""The answer of `dse solve` on one screen, 100 columns and 40 lines: proof first, what differs, what to choose."""
+
+from __future__ import annotations
+
+import io
+from pathlib import Path
+
+import pytest
+from rich.console import Console
+
+import dse
+from dse.cli.main import run
+from dse.examples import example_files, example_path
+from dse.report.brief import brief_page
+from dse.report.document import Document
+from dse.report.solve import TOP
+from dse.report.terminal import print_page
+
+COLUMNS, LINES = 100, 40
+
+
+def printed(result: dse.Result, top: int | None = TOP) -> list[str]:
+    out = io.StringIO()
+    print_page(Console(file=out, width=COLUMNS), brief_page(Document(result), top))
+    return out.getvalue().splitlines()
+
+
+@pytest.mark.parametrize("path", example_files(), ids=lambda path: path.stem)
+def test_it_fits_a_screen_and_begins_with_the_proof(path: Path) -> None:
+    result = dse.solve(path)
+    lines = printed(result)
+    assert len(lines) <= LINES
+    assert any(line.startswith("Pareto front, proved complete") for line in lines[1:3])
+    assert any(line.startswith("Choose #1,") for line in lines)
+
+
+def test_a_large_problem_does_too() -> None:
+    lines = printed(dse.solve(dse.loads(dse.random_problem(30, 1, 2, "robot"))))
+    assert len(lines) <= LINES
+    assert any("further decisions: --explain" in line for line in lines)
+
+
+def test_near_identical_ones_are_one_line_that_can_be_opened(robot: dse.Result) -> None:
+    lines = printed(robot)
+    first = "#1 with canbus0 can_250k … can_1m: 11.833 … 11.725 ms, 1 045 … 1 080 EUR, 56.702 % (#2, #3, #7)"
+    assert first in lines
+    told = {
+        number for line in lines for number in range(1, 16) if f"#{number}" in line or f"{number}   {number}" in line
+    }
+    assert told == set(range(1, 16))
+    opened = printed(robot, None)
+    rows = [line.split()[:2] for line in opened]
+    assert all([str(rank), str(number)] in rows for rank, number in ((p.rank, p.id) for p in robot.front[:3]))
+    assert not any(line.startswith("#1 with") for line in opened)
+
+
+def test_top_says_how_many(robot: dse.Result) -> None:
+    lines = printed(robot, 1)
+    assert any("ranked lower" in line for line in lines)
+    assert len(lines) < len(printed(robot, 3))
+
+
+@pytest.fixture(scope="module")
+def robot() -> dse.Result:
+    return dse.solve(example_path("inmark"), max_jitter="20 ms")
+
+
+def test_explain_and_all(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
+    said = {}
+    for option in ((), ("--explain",), ("--all",)):
+        assert run(["solve", str(example_path("starter")), *option]) == 0
+        said[option] = capsys.readouterr().out
+    assert "Tightest requirement" in said[("--explain",)] and "Tightest requirement" not in said[()]
+    assert "#1 with" in said[()] and "#1 with" not in said[("--all",)]
+
+
+def test_an_infeasible_one_says_why() -> None:
+    lines = printed(dse.solve(example_path("inmark"), max_jitter="1 ms"))
+    assert lines[1].startswith("Infeasible, proved")
+    assert len(lines) <= LINES
