@@ -181,5 +181,5 @@ def _remark(bench: Bench, stated: Mapping[str, Any], objectives: Sequence[str]) 
         bench.remarks.append(f"asked for other objectives than the file: {', '.join(stated['objectives'])}")
     bench.remarks += [f"fixed beyond the file: {name} = {option}" for name, option in stated["fixed"].items()]
     for name, own in settings_of(bench.problem.space).items():
-        if stated[name] != own:
+        if stated.get(name, own) != own:  # one that is left out is a finding already
             bench.remarks.append(f"{name.replace('_', ' ')} {stated[name]}: the file says {own}")

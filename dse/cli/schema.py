@@ -3,10 +3,14 @@
 from __future__ import annotations
 
 import json
+from pathlib import Path
 
 import click
 
 from dse.cli.common import check_writable, write_text
+from dse.errors import UsageError
+from dse.files.plain_json import parse_json
+from dse.files.reading import read_text
 
 FORMATS = (
     "problem",
@@ -36,7 +40,27 @@ FORMATS = (
 def command(name: str, output: str) -> int:
     """Print the JSON Schema of problem files, for completion and checks in an editor, or of what commands write."""
     check_writable(output)
+    _check_replaced(output)
     from dse.results.forms.registry import schema
 
     write_text(output, json.dumps(schema(name), ensure_ascii=False, indent=1) + "\n")
     return 0
+
+
+def _check_replaced(output: str) -> None:
+    """What a schema takes the place of is a schema: the command reads nothing by which a slip could be noticed.
+
+    Raises
+    ------
+    UsageError
+        when there is another file, such as a problem.
+    """
+    path = Path(output)
+    if output == "-" or not path.is_file() or not path.stat().st_size:
+        return
+    try:
+        known = parse_json(read_text(path))
+    except (UsageError, ValueError):
+        known = None
+    if not isinstance(known, dict) or "$schema" not in known:
+        raise UsageError(f"{output}: is no JSON Schema, and is not overwritten; give another name")

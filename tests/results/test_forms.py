@@ -132,4 +132,10 @@ def test_the_command_prints_every_schema(capfd: pytest.CaptureFixture[str], tmp_
         assert run(["schema", "--of", name]) == 0
         assert json.loads(capfd.readouterr().out) == form_schema(name)
     assert run(["schema", "-o", str(tmp_path / "s.json")]) == 0
+    assert run(["schema", "--of", "sweep", "-o", str(tmp_path / "s.json")]) == 0
+    assert run(["schema", "-o", str(tmp_path / "s.json")]) == 0
+    problem = tmp_path / "p.yaml"
+    problem.write_text("dse: 1\n", encoding="utf-8")
+    assert run(["schema", "-o", str(problem)]) == 2
+    assert problem.read_text(encoding="utf-8") == "dse: 1\n"
     assert json.loads((tmp_path / "s.json").read_text())["title"] == "dse problem file"

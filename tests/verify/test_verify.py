@@ -47,6 +47,12 @@ def test_the_words_of_a_ranking_are_checked_and_former_ones_are_right() -> None:
     assert places(data) == ["ranking.words"]
 
 
+def test_a_setting_that_is_left_out_is_a_finding() -> None:
+    data = starter()
+    del data["problem"]["effective"]["system"]
+    assert "problem.effective.system" in places(data) or "problem.effective" in places(data)
+
+
 def test_what_is_asked_twice_is_listed_once() -> None:
     """In the same words, that is; a stricter limit stands beside the file's."""
     limit = "jitter of sensor_to_actuator <="
