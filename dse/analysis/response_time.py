@@ -115,12 +115,23 @@ def response_time_ns(task: Task, higher: Sequence[Task], blocked_ns: Exact = 0) 
     """
     if task.worst_ns == 0:
         return 0
+    found = worst_job_ns(task, higher, blocked_ns)
+    return None if found is None else found[1] - found[0]
+
+
+def worst_job_ns(task: Task, higher: Sequence[Task], blocked_ns: Exact = 0) -> tuple[Exact, Exact] | None:
+    """Release and end of the job that responds last, from the beginning of its busy period; see `response_time_ns`.
+
+    >>> a, b = periodic("a", 26, 70), periodic("b", 62, 100)
+    >>> worst_job_ns(b, [a])
+    (400, 518)
+    """
     rivals = [other for other in higher if other.worst_ns]
     used = task.utilisation + sum(other.utilisation for other in rivals)
     if used > 1 or (used == 1 and blocked_ns and task.streams):  # such a busy period has no end
         return None
     steps = 0
-    worst: Exact = 0
+    worst: tuple[Exact, Exact] = (0, 0)
     releases = densest_releases_ns(task)
     released = next(releases)
     busy: Exact = blocked_ns + task.worst_ns
@@ -149,7 +160,8 @@ def response_time_ns(task: Task, higher: Sequence[Task], blocked_ns: Exact = 0) 
             if others:
                 work = sum(most_jobs(other, busy) * other.worst_ns for other in others)
                 busy, counted, grows = busy + work - counted, work, grows or work > counted
-        worst = max(worst, busy - released)
+        if busy - released > worst[1] - worst[0]:
+            worst = released, busy
         released = next(releases, busy)
         if busy <= released:
             return worst

@@ -27,7 +27,7 @@ from dse.analysis.overheads import interrupting, section_ns, switching_ns
 from dse.analysis.partition import WHOLE, Room, Spread, spread
 from dse.analysis.priorities import deadline_ns, inner_levels, levels_of
 from dse.analysis.rates import NS_PER_S, RateKey, is_event_triggered, rate_hz
-from dse.analysis.response_time import Stream, Task, response_time_ns
+from dse.analysis.response_time import Stream, Task, most_jobs, response_time_ns, worst_job_ns
 from dse.analysis.views import View
 from dse.space.trees import at, leaves
 from dse.space.types import Component, ExecutorKind, Space
@@ -44,13 +44,22 @@ TaskKey: TypeAlias = tuple[int, Part]
 
 
 @dataclass(frozen=True)
+class Delay:
+    """So many jobs of a more urgent task, which take so long together, until the end of a task's worst job."""
+
+    name: str
+    jobs: int
+    work_ns: Exact
+
+
+@dataclass(frozen=True)
 class Response:
     """The response time of a thread or a hybrid thread's callback; None where it has no bound.
 
     `rank` is 1 more than the number of the core's tasks that always go first, the same for threads of the same stated
     priority; `deadline_ns` is the thread's, else its period, else None; `blocked_ns` how long less urgent tasks may
     keep the core. `worst_ns` is the longest execution time, the task's own worst time has its context switches, too.
-    `executor` is what runs it beside others, else empty.
+    `executor` is what runs it beside others, else empty; `delays` what goes before its worst job.
     """
 
     component: int
@@ -64,6 +73,7 @@ class Response:
     blocked_ns: int
     worst_ns: int
     executor: str
+    delays: tuple[Delay, ...] = ()
 
     @property
     def name(self) -> str:
@@ -551,8 +561,30 @@ def _responses(schedule: _Schedule, wanted: Sequence[TaskKey]) -> tuple[Response
         lost = Task(_task_name(component, key[1]), worst, ())
         rank, blocked = place[2].rank + 1, place[2].blocked_ns
         name = "" if component.executor is None else space.executors[component.executor].name
-        found.append(Response(*key, place[1] + 1, rank, task or lost, best, known[key], deadline, blocked, worst, name))
+        delays = _delays(schedule, place, task, known)
+        response = known[key]
+        found.append(
+            Response(*key, place[1] + 1, rank, task or lost, best, response, deadline, blocked, worst, name, delays)
+        )
     return tuple(found)
+
+
+def _delays(
+    schedule: _Schedule, place: tuple[int, int, _Turn], task: Task | None, known: Mapping[TaskKey, Exact | None]
+) -> tuple[Delay, ...]:
+    """What goes before the worst job of a task; nothing where it has no bound, or an executor orders it."""
+    space, view = schedule.space, schedule.view
+    processor, core, turn = place
+    turns = schedule.cores(processor)[core]
+    if task is None or known[turn.key] is None or turn.executor is not None or not task.worst_ns:
+        return ()
+    rivals = [_task(space, turns[position].key, known, view) for position in turn.rivals(turns)]
+    given = [item for item in (*interrupting(space, [turn.key[0]], view), *rivals) if item is not None]
+    found = worst_job_ns(task, given, turn.blocked_ns)
+    if found is None:
+        return ()
+    jobs = [(item, most_jobs(item, found[1])) for item in given if item.worst_ns]
+    return tuple(Delay(item.name, count, count * item.worst_ns) for item, count in jobs)
 
 
 def _task_name(component: Component, part: Part) -> str:

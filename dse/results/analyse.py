@@ -197,6 +197,9 @@ def _response(response: Response) -> dict[str, Any]:
         ],
         "switching_ns": response.task.worst_ns - response.worst_ns,
         "blocking_ns": response.blocked_ns,
+        "interference": [
+            {"thread": item.name, "jobs": item.jobs, "work_ns": exact(item.work_ns)} for item in response.delays
+        ],
         "response_ns": None if response.response_ns is None else exact(response.response_ns),
         "deadline_ns": response.deadline_ns,
         "meets_deadline": response.meets_deadline,

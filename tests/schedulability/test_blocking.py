@@ -96,6 +96,8 @@ def test_no_run_of_the_simulation_is_longer(kind: str, seed: int) -> None:
     for number, thread in enumerate(system["threads"]):
         period = choice["periods"][number]
         names[f"t{number}.dispatch_protocol"] = "aperiodic" if period is None else "periodic"
+        if thread["executor"]:
+            names[f"{thread['executor']['name']}.kind"] = choice["kinds"][thread["executor"]["name"]]
         names[f"t{number}.period"] = f"{period} ms"
         names[f"{(thread['executor'] or thread)['name']}.core"] = str(choice["cores"][number])
         assert thread["name"] == f"t{number}"

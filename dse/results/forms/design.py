@@ -93,6 +93,14 @@ class Releases(Form):
     jitter_ns: Figure = field("How much later than periodically a release may come.")
 
 
+class Interference(Form):
+    """What goes before the worst job of a thread."""
+
+    thread: str = field("The more urgent thread, or the interrupt.")
+    jobs: int = field("How many of its jobs, from the beginning of the busy period on.")
+    work_ns: Figure = field("What these take together.")
+
+
 class ResponseTime(Form):
     """The response time of a thread on its core."""
 
@@ -104,6 +112,9 @@ class ResponseTime(Form):
     releases: list[Releases] = field("What releases it.")
     switching_ns: int = field("What the context switches of a job take.", default=0)
     blocking_ns: int = field("How long a less urgent thread of the core may keep it.", default=0)
+    interference: list[Interference] = field(
+        "What goes before its worst job; empty where an executor orders it, or it has no bound.", default=[]
+    )
     response_ns: Figure | None = field("The longest time from release to completion; null where it has no bound.")
     deadline_ns: int | None = field("The deadline that it is compared with; null where there is none.")
     meets_deadline: bool | None = field("Whether it is met; null where there is none.")
