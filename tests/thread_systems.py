@@ -14,6 +14,7 @@ from typing import Any
 
 from thread_executors import LATE, MOST_MS, draw_executors, in_executor
 
+KINDS = ("plain", "chained", "stated", "fixed", "blocked", "ordered", "best", "grouped", "unequal")
 ORDERS = (None, 1, 2, (1, 3), (2, 1, 3), "rate_monotonic", "deadline_monotonic", "deadline_monotonic",
           ("rate_monotonic", "deadline_monotonic"))  # fmt: skip
 PERIODS = (4, 5, 6, 8, 10, 12, 15, 20)
@@ -25,7 +26,8 @@ def draw(seed: int, *, kind: str = "plain") -> dict[str, Any]:
     That is plain, chained (event-triggered threads), stated (priorities, deadlines), fixed (cores), blocked
     (non-preemptive sections, context switches, interrupts and throttling, with some of everything else), ordered
     (every way to say priorities, as decisions too, with event-triggered threads and sections, and few priority levels),
-    best (the best order is asked for, with some of that), or grouped (executors, with some of all that).
+    best (the best order is asked for, with some of that), grouped (executors, with some of all that), or
+    unequal (a core of the slow computer is slower still).
     """
     rng = random.Random(f"{kind} {seed}")
     count = rng.randint(2, 3 if kind == "best" else 4)
@@ -59,8 +61,7 @@ def draw(seed: int, *, kind: str = "plain") -> dict[str, Any]:
         if kind == "stated":
             thread["priority"] = rng.choice((None, 1, 2, 3))
             thread["deadline"] = rng.choice((None, rng.randint(2, 40)))
-        if kind in ("ordered", "best"):
-            _order(rng, kind, thread, number)
+        _order(rng, kind, thread, number)
         if kind == "fixed" or (kind == "stated" and rng.random() < 0.2):
             thread["core"] = 1 if cores == 1 or types["fast"]["cores"] == 1 else rng.randint(1, 2)
         threads.append(thread)
@@ -69,6 +70,11 @@ def draw(seed: int, *, kind: str = "plain") -> dict[str, Any]:
             types[name]["switch"] = rng.choice((0, 0, 1))
             types[name]["interrupts"] = rng.choice(([], [], [(1, 7)], [(1, 9), (1, 30)]))
             types[name]["throttling"] = rng.choice((None, None, (9, 10), (28, 30)))
+    if kind == "unequal":
+        types["slow"] |= {"cores": 2, "groups": rng.choice(("{big: 1, little: 1}", "{big: 2}", "{little: 1, big: 1}"))}
+        for thread in threads:
+            thread["little"] = thread["slow"] + rng.randint(0, 4)
+            thread["core"] = rng.choice((None, None, None, 1))
     if kind in ("ordered", "best") and rng.random() < (0.4 if kind == "ordered" else 0.2):
         types["slow"]["levels"] = rng.randint(1, 3)
         types["fast"]["levels"] = rng.choice((None, 2))
@@ -77,6 +83,8 @@ def draw(seed: int, *, kind: str = "plain") -> dict[str, Any]:
 
 def _order(rng: random.Random, kind: str, thread: dict[str, Any], number: int) -> None:
     """Draw a thread's priority, and what makes it hard to choose one."""
+    if kind not in ("ordered", "best"):
+        return
     if kind == "ordered":
         thread["priority"] = rng.choice(ORDERS)
         thread["section"] = rng.choice((None, None, None, 1, 2))
@@ -118,7 +126,7 @@ def text_of(
     for thread in system["threads"]:
         fields = [
             f"executor: {thread['executor']['name']}" if thread["executor"] else "processor: c",
-            f"compute_execution_time: {{slow: {_ms(thread, 'slow')}, fast: {_ms(thread, 'fast')}}}",
+            f"compute_execution_time: {{{_slow(system, thread)}, fast: {_ms(thread, 'fast')}}}",
         ]
         eager = thread["trigger"] is not None
         if eager:
@@ -148,8 +156,25 @@ def text_of(
     return "\n".join(lines) + "\n"
 
 
+def _slow(system: Mapping[str, Any], thread: Mapping[str, Any]) -> str:
+    if "groups" not in system["types"]["slow"]:
+        return f"slow: {_ms(thread, 'slow')}"
+    little = f"slow/little: {_ms(thread, 'little')}, " if "little" in system["types"]["slow"]["groups"] else ""
+    return f"{little}slow/big: {_ms(thread, 'slow')}"
+
+
+def times_of(system: Mapping[str, Any], choice: Mapping[str, Any]) -> list[int]:
+    """The execution time of each thread in ms."""
+    groups = system["types"][choice["type"]].get("groups", "")
+    little = {"{big: 1, little: 1}": 2, "{little: 1, big: 1}": 1}.get(groups)
+    return [
+        thread["little"] if core == little else thread[choice["type"]]
+        for thread, core in zip(system["threads"], choice["cores"], strict=True)
+    ]
+
+
 def _type_fields(figures: Mapping[str, Any]) -> list[str]:
-    fields = [f"cores: {figures['cores']}", f"price: {figures['price']} EUR"]
+    fields = [f"cores: {figures.get('groups', figures['cores'])}", f"price: {figures['price']} EUR"]
     if figures.get("levels"):
         fields.append(f"priority_levels: {figures['levels']}")
     if figures.get("switch"):
@@ -206,7 +231,7 @@ def _is_together(threads: Any, placed: tuple[int, ...]) -> bool:
 def responses(system: Mapping[str, Any], choice: Mapping[str, Any]) -> list[int]:
     """The response time of each thread in ms, `LATE` without a bound."""
     threads = system["threads"]
-    work = [thread[choice["type"]] for thread in threads]
+    work = times_of(system, choice)
     source = {number: thread["trigger"] for number, thread in enumerate(threads) if choice["periods"][number] is None}
 
     def root(number: int) -> int:
@@ -333,11 +358,7 @@ def front(system: Mapping[str, Any], *, by_response: bool = False) -> set[tuple[
     for choice in every_choice(system):
         if not is_in_time(system, choice):
             continue
-        times = (
-            [min(item, 10**8) for item in responses(system, choice)]
-            if by_response
-            else [item[choice["type"]] for item in system["threads"]]
-        )
+        times = [min(item, 10**8) for item in responses(system, choice)] if by_response else times_of(system, choice)
         latency = sum((choice["periods"][number] or 0) + times[number] for number in path)
         found.add((system["types"][choice["type"]]["price"] * 100, latency * 10**6))
     return {one for one in found if not any(o != one and o[0] <= one[0] and o[1] <= one[1] for o in found)}

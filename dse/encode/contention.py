@@ -30,7 +30,7 @@ from dse.encode.rates import RateVariables
 from dse.encode.reasons import Reason, reason_of, reason_of_value
 from dse.encode.schedulability import add_rows, number_cores
 from dse.encode.waiting import Waiting
-from dse.space.cores import is_scheduled, rules_on_order, tells_cores_apart
+from dse.space.cores import is_scheduled, names_cores, rules_on_order, tells_cores_apart
 from dse.space.metrics import parts_of
 from dse.space.types import Design, Metric, OpenCore, OpenPriority, Space
 
@@ -128,7 +128,7 @@ class Contention:
 
     def number_cores(self) -> None:
         """Number the equal cores of processors that have no rows yet."""
-        if tells_cores_apart(self.space):
+        if names_cores(self.space):
             return
         for processor in range(len(self.space.processors)):
             if processor not in self.known:

@@ -80,6 +80,12 @@ class Places:
             for number, thread in self.threads.items()
             if processor in thread.cores
         }
+        self.worst_at = {
+            (processor, number, core): _worst_on(board.space, processor, number, core + 1)
+            for processor, number in self.worst_on
+            for core in range(len(self.threads[number].cores[processor]))
+            if board.space.unequal_cores
+        }
         self.options = [[literal.index for literal in literals] for literals in board.options]
         self.inactive = [literal.index if literal is not None else None for literal in board.inactive]
 
@@ -195,14 +201,16 @@ def _timers(
     return tuple((literal.index, *one) for literal, one in found)
 
 
-def _worst_on(space: Space, processor: int, number: int) -> tuple[int, ...]:
-    """For each type of the processor that may be chosen the least of a thread's longest times on it."""
+def _worst_on(space: Space, processor: int, number: int, core: int | None = None) -> tuple[int, ...]:
+    """For each type of the processor that may be chosen the least of a thread's longest times on it, or on a core."""
     slot, component = space.processors[processor], space.components[number]
     found = []
     for option in allowed_options(space, slot.type_decision):
 
         def on(view: View) -> int | None:
             if at(component.processor, view) != processor:
+                return None
+            if core is not None and at(component.core, view) not in (None, core):
                 return None
             return work_ns(space, number, view)
 

@@ -31,7 +31,7 @@ from dse.analysis.rates import NS_PER_S
 from dse.analysis.views import tabulate
 from dse.encode.linear import EXACT_LIMIT
 from dse.encode.places import Places, Thread, Turn
-from dse.space.cores import tells_cores_apart
+from dse.space.cores import names_cores, numbers_of
 from dse.space.types import Space
 from dse.timelimit import look_at_the_clock
 
@@ -70,7 +70,7 @@ def add_rows(
     rows.add_utilisation(wanted)
     if any(thread.numbers for thread in threads):
         rows.add_best_order(wanted)
-    if len(threads) == len(places.on(processor)) and not tells_cores_apart(space):
+    if len(threads) == len(places.on(processor)) and not names_cores(space):
         number_cores(space, model, places, processor)
 
 
@@ -224,7 +224,7 @@ class _Rows:
             for (order, rate), literals in self.here(thread, core).items():
                 if thread.is_numbered or (order is not None and order < level):
                     urgent += [(literal, rate, thread) for literal in literals]
-        self._add_demand(latest, urgent, list(owners.members.values()), owners.demanding)
+        self._add_demand(core, latest, urgent, list(owners.members.values()), owners.demanding)
 
     def _add_alone(self, core: int, thread: Thread, pair: int, latest: int) -> None:
         """A thread with a stated priority: delayed by those whose stated priority is no lower."""
@@ -235,10 +235,11 @@ class _Rows:
             if thread.priority is not None and other.priority >= thread.priority:
                 for (_, rate), literals in self.here(other, core).items():
                     urgent += [(literal, rate, other) for literal in literals]
-        self._add_demand(latest, urgent, [(thread, pair)], [pair])
+        self._add_demand(core, latest, urgent, [(thread, pair)], [pair])
 
     def _add_demand(
         self,
+        core: int,
         latest: int,
         urgent: Sequence[tuple[int, Rate, Thread]],
         members: Sequence[tuple[Thread, int]],
@@ -259,13 +260,15 @@ class _Rows:
         for position, kind in enumerate(self.types):
             for point, literal in zip(points, chosen, strict=True):
                 parts = [
-                    (pair, self._worst(thread, position) * jobs_within(point, rate)) for pair, rate, thread in urgent
+                    (pair, self._worst(thread, core, position) * jobs_within(point, rate))
+                    for pair, rate, thread in urgent
                 ]
-                parts += [(pair, self._worst(thread, position)) for thread, pair in members]
+                parts += [(pair, self._worst(thread, core, position)) for thread, pair in members]
                 self._add_row(parts, point, (literal, kind))
 
-    def _worst(self, thread: Thread, position: int) -> int:
-        return self.places.worst_on[self.processor, thread.number][position]
+    def _worst(self, thread: Thread, core: int, position: int) -> int:
+        at_core = self.places.worst_at.get((self.processor, thread.number, core))
+        return (at_core or self.places.worst_on[self.processor, thread.number])[position]
 
     def _add_row(self, parts: Iterable[tuple[int, int]], most: int, where: Iterable[int]) -> None:
         """sum(work * literal) <= most where the literals `where` hold, divided by the common divisor."""
@@ -309,7 +312,7 @@ class _Rows:
                 look_at_the_clock()
                 urgent = [(pair, rate, thread) for latest, thread, pair, rate in entries.values() if latest < level]
                 members = [(thread, pair) for latest, thread, pair, _ in entries.values() if latest == level]
-                self._add_demand(level, urgent, members, [pair for _, pair in members])
+                self._add_demand(core, level, urgent, members, [pair for _, pair in members])
 
     def add_utilisation(self, wanted: dict[int, list[Deadline]]) -> None:
         """The threads with a deadline use no more than their core: the last of them waits for all others."""
@@ -332,7 +335,7 @@ class _Rows:
                 for thread, literal, rate in timers:
                     pair = self._both(thread, core, literal) if core < len(thread.cores[self.processor]) else None
                     if pair is not None:
-                        parts.append((pair, int(self._worst(thread, position) * rate * whole / NS_PER_S)))
+                        parts.append((pair, int(self._worst(thread, core, position) * rate * whole / NS_PER_S)))
                 self._add_row(parts, whole, [kind])
 
 
@@ -363,6 +366,16 @@ def scheduling_points(latest: int, rates: Sequence[Rate]) -> list[int] | None:
     return sorted(points)
 
 
+def _are_equal(space: Space, processor: int, one: int, other: int) -> bool:
+    """Whether two cores (from 1) are in one group, whatever type the processor has."""
+    slot = space.processors[processor]
+    groups = [
+        {group for group, _ in named if {one, other} & set(numbers_of(slot, type_name, group))}
+        for type_name, named in slot.groups.items()
+    ]
+    return all(len(found) == 1 for found in groups)
+
+
 def number_cores(space: Space, model: cp_model.CpModel, places: Places, processor: int) -> None:
     """Equal cores are numbered as their first threads stand in the file: core c + 1 needs an earlier thread on core c.
 
@@ -386,7 +399,8 @@ def number_cores(space: Space, model: cp_model.CpModel, places: Places, processo
         return found if index >= 0 else found.negated()
 
     never = -places.true - 1
-    for core in range(1, counts.pop()):
+    count = counts.pop()
+    for core in (core for core in range(1, count) if _are_equal(space, processor, core, core + 1)):
         for position, thread in enumerate(threads):
             here = thread.cores[processor][core]
             if here == never:

@@ -7,11 +7,11 @@ from dataclasses import replace
 from typing import Any
 
 from dse.space.clocks import clock_of, read_communication, read_offset
-from dse.space.cores import check_core
+from dse.space.cores import check_core, cores_named
 from dse.space.executors import Home, home_of
 from dse.space.priorities import read_priority
 from dse.space.properties import FieldReader, Ledger, Owner, Path, by_machine, closest
-from dse.space.slots import carriers, decision_of, known_types, read_figures, read_named
+from dse.space.slots import carriers, decision_of, groups_of, known_types, read_figures, read_named
 from dse.space.trees import Choice, PerProcessorType, Tree, graft, leaves
 from dse.space.types import EMPTY, UNKNOWN_TYPE, Bus, Component, Connection, Partition, Processor
 from dse.spec.model import Spec
@@ -62,9 +62,11 @@ def build_component(
         reader = FieldReader(ledger, _without_types(owner), "process", "process", str)
         process = reader.read(lambda model: model.process)
         priority = read_priority(ledger, _without_types(owner), spec.priorities)
-        core = given.core[0] if given.core and len(given.core) == 1 and isinstance(given.core[0], int) else None
+        core_path = ("threads", name, "core")
+        named_cores = cores_named(ledger, processors, core_path, processor, given.core or ())
+        core = named_cores[0] if len(named_cores) == 1 and isinstance(named_cores[0], int) else None
         core = core if home is None else home.core
-        check_core(ledger, processors, ("threads", name, "core"), processor, given.core or ())
+        check_core(ledger, processors, core_path, processor, named_cores)
     machine = by_machine(ledger, processors, name, processor)
     machines = frozenset(item for leaf in leaves(processor) if leaf is not None for item in processors[leaf].types)
 
@@ -138,7 +140,12 @@ def _without_types(owner: Owner) -> Owner:
 
 
 def check_processor_types(ledger: Ledger, spec: Spec) -> None:
-    """Figures per processor type name known processor types, in every component and every type that one has."""
+    """Figures per processor type name known processor types, in every component and every type that one has.
+
+    ``TYPE/GROUP`` names a group of cores of one.
+    """
+    known = [*spec.processor_types]
+    known += [f"{name}/{group}" for name, model in spec.processor_types.items() for group, _ in groups_of(model)]
     for section in ("device_types", "thread_types", "devices", "threads"):
         users = getattr(spec, section.replace("_type", "")).values()
         used = {name for user in users for name in user.type or ()}
@@ -148,9 +155,8 @@ def check_processor_types(ledger: Ledger, spec: Spec) -> None:
             for field_name in BY_PROCESSOR_TYPE:
                 given = getattr(model, field_name, None)
                 for key in given if isinstance(given, Mapping) else ():
-                    if key not in spec.processor_types:
-                        path = (section, name, field_name, key)
-                        ledger.unknown(path, "processor type", key, spec.processor_types, at_key=True)
+                    if key not in known:
+                        ledger.unknown((section, name, field_name, key), "processor type", key, known, at_key=True)
 
 
 def _period_in_use(ledger: Ledger, path: Path, name: str, protocol: Tree, period: Tree) -> Tree:

@@ -8,10 +8,12 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import replace
+from functools import partial
+from typing import Any
 
 from dse.space.metrics import CHAIN_METRICS, FLOW_METRICS, parts_of
 from dse.space.properties import Ledger, Path
-from dse.space.trees import Choice, Tree, graft, leaves
+from dse.space.trees import NOT_OFFERED, Choice, PerCore, Tree, graft, leaves
 from dse.space.types import (
     Component,
     Decision,
@@ -28,6 +30,89 @@ from dse.space.types import (
 from dse.spec.expressions import And, Not, Or
 from dse.spec.fields import CORE_RULES
 from dse.spec.model import Spec
+
+PER_CORE = ("execution_ns", "callback_ns", "response_ns", "section_ns")
+"""Figures of a thread that may be those of its core."""
+
+
+def cores_named(
+    ledger: Ledger, processors: Sequence[Processor], path: Path, processor: Tree, given: Sequence[int | str]
+) -> tuple[int | str, ...]:
+    """The cores of a thread with groups as their numbers; rules stay as they are."""
+    slots = [processors[leaf] for leaf in dict.fromkeys(leaves(processor)) if leaf is not None]
+    found: dict[int | str, None] = {}
+    for item in given:
+        if isinstance(item, int) or item in CORE_RULES:
+            found[item] = None
+            continue
+        places = {numbers_of(slot, type_name, item) for slot in slots for type_name in slot.groups} - {()}
+        known = [group for slot in slots for groups in slot.groups.values() for group, _ in groups]
+        if len(places) == 1:
+            found |= dict.fromkeys(next(iter(places)))
+        elif places:
+            ledger.error(path, f"{item} has other numbers on other processor types: give numbers")
+        else:
+            ledger.unknown(path, "core", item, [*CORE_RULES, *dict.fromkeys(known)])
+    return tuple(found)
+
+
+def numbers_of(slot: Processor, type_name: str, group: str) -> tuple[int, ...]:
+    """The cores of a group, from 1 on; none where the type has no such group."""
+    first = 1
+    for name, count in slot.groups.get(type_name, ()):
+        if name == group:
+            return tuple(range(first, first + count))
+        first += count
+    return ()
+
+
+def with_times_of_cores(ledger: Ledger, spec: Spec, space: Space) -> Space:
+    """The space with the times that a thread takes on each group of cores as figures of its core."""
+    components = list(space.components)
+    cores: dict[str, Tree] = {}
+    for number, component in enumerate(space.components):
+        trees = {key: getattr(component, key) for key in PER_CORE}
+        if not any(isinstance(leaf, PerCore) for tree in trees.values() for leaf in leaves(tree)):
+            continue
+        if component.core is None or not component.bound:
+            path = ("threads", component.name, *(("core",) if spec.threads[component.name].core else ()))
+            ledger.error(path, "its execution times depend on the core: first-fit knows equal cores only")
+            continue
+        cores[component.name] = component.core
+        made = {key: graft(tree, partial(_of_core, component.core)) for key, tree in trees.items()}
+        components[number] = replace(component, **made)
+    decisions = tuple(
+        replace(item, home=graft(item.home, partial(_of_core, cores[item.component])))
+        if item.component in cores
+        else item
+        for item in space.decisions
+    )
+    for name in cores:
+        for field in ("compute_execution_time", "callback_execution_time", "response_time", "non_preemptive"):
+            reference = ledger.references.get(f"{name}.{field}")
+            if reference is not None:
+                tree = graft(reference.tree, partial(_of_core, cores[name]))
+                ledger.references[reference.name] = replace(reference, tree=tree)
+    return replace(
+        space,
+        components=tuple(components),
+        decisions=decisions,
+        references=ledger.references,
+        unequal_cores=bool(cores),
+    )
+
+
+def _of_core(core: Tree, leaf: Any) -> Tree:
+    """The figure of a thread's core; an offer of none where there is no such core."""
+    if not isinstance(leaf, PerCore):
+        return leaf
+
+    def at_core(number: int | None) -> Tree:
+        if number is None:
+            return leaf.by_core[0] if len(leaf.by_core) == 1 else NOT_OFFERED
+        return leaf.by_core[number - 1] if number <= len(leaf.by_core) else NOT_OFFERED
+
+    return graft(core, at_core)
 
 
 def check_core(
@@ -62,9 +147,14 @@ def open_cores(ledger: Ledger, spec: Spec, space: Space) -> tuple[OpenCore, ...]
         executor = None if component.executor is None else space.executors[component.executor]
         if executor is not None and number != executor.members[0]:
             continue
-        given = (spec.threads[component.name] if executor is None else spec.executors[executor.name]).core or ("any",)
+        given: tuple[int | str, ...] = (
+            spec.threads[component.name] if executor is None else spec.executors[executor.name]
+        ).core or ("any",)
         if "first_fit" in given:
             continue
+        place: Path = ("threads", component.name, "core") if executor is None else ("executors", executor.name, "core")
+        named = cores_named(ledger, space.processors, place, component.processor, given)
+        given = given if "any" in given else named
         most = max((count for slot in set(leaves(component.processor)) - {None}
                     for count in leaves(space.processors[slot].cores)), default=0)  # fmt: skip
         numbers = tuple(range(1, most + 1))
@@ -156,6 +246,11 @@ def is_scheduled(space: Space, metric: Metric) -> bool:
 
 
 def tells_cores_apart(space: Space) -> bool:
+    """Whether something tells the cores of a processor apart: who speaks of them, or execution times."""
+    return space.unequal_cores or names_cores(space)
+
+
+def names_cores(space: Space) -> bool:
     """Whether rules, or figures of single cores, tell cores apart: a derived metric is looked at wherever it stands."""
     cores = {item.index for item in space.open_cores}
     if any(_looks_at(rule.condition, lambda index: index in cores) for rule in space.rules):

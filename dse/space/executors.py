@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from dse.space.cores import check_core
+from dse.space.cores import check_core, cores_named
 from dse.space.properties import FieldReader, Ledger, Owner
 from dse.space.slots import read_named
 from dse.space.trees import Tree
@@ -29,8 +29,10 @@ def executor_homes(ledger: Ledger, spec: Spec, processors: Sequence[Processor]) 
     homes = {}
     for index, (name, given) in enumerate(spec.executors.items()):
         processor = read_named(ledger, name, "processor", ("executors", name, "processor"), given.processor, slots)
-        core = given.core[0] if given.core and len(given.core) == 1 and isinstance(given.core[0], int) else None
-        check_core(ledger, processors, ("executors", name, "core"), processor, given.core or ())
+        path = ("executors", name, "core")
+        named = cores_named(ledger, processors, path, processor, given.core or ())
+        core = named[0] if len(named) == 1 and isinstance(named[0], int) else None
+        check_core(ledger, processors, path, processor, named)
         homes[name] = Home(index, processor, core)
     return homes
 

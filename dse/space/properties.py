@@ -11,7 +11,7 @@ from typing import Any, TypeAlias
 from pydantic import BaseModel
 
 from dse.errors import Diagnostic, in_order
-from dse.space.trees import NOT_OFFERED, Choice, PerProcessorType, Tree, graft
+from dse.space.trees import NOT_OFFERED, Choice, PerCore, PerProcessorType, Tree, graft
 from dse.space.types import EMPTY, UNKNOWN_TYPE, Decision, Processor, Reference
 from dse.spec.load import LoadedSpec
 from dse.units import shown
@@ -250,7 +250,7 @@ class FieldReader:
     def _reachable(self, given: Any) -> Any:
         if self.machines is None or not isinstance(given, Mapping):
             return given
-        return {name: options for name, options in given.items() if name in self.machines}
+        return {name: options for name, options in given.items() if self.machines & {name, name.rpartition("/")[0]}}
 
     def _tree(self, given: Any, path: Path, union: Options, decision: int | None) -> Tree:
         if given is None or isinstance(given, Unstated):
@@ -287,14 +287,29 @@ def by_machine(
     def make(subtrees: Mapping[str, Tree], path: Path) -> Tree:
         missing: dict[str, str] = {}
 
+        def figure(slot: Processor, type_name: str) -> Tree:
+            if type_name == EMPTY:
+                return NOT_OFFERED
+            if type_name != UNKNOWN_TYPE and not subtrees.keys() & {
+                type_name,
+                *(f"{type_name}/{group}" for group, _ in slot.groups.get(type_name, ())),
+            }:
+                missing.setdefault(type_name, slot.name)
+            parts = []
+            for group, count in slot.groups.get(type_name, ()):
+                key = f"{type_name}/{group}" if f"{type_name}/{group}" in subtrees else type_name
+                if key not in subtrees:
+                    missing.setdefault(f"{type_name}/{group}", slot.name)
+                parts += [subtrees.get(key)] * count
+            if not parts or all(part is parts[0] for part in parts):
+                return parts[0] if parts else subtrees.get(type_name)
+            return PerCore(tuple(parts))
+
         def on(index: int | None) -> Tree:
             if index is None:
                 return None
             slot = processors[index]
-            for type_name in slot.types:
-                if type_name not in (EMPTY, UNKNOWN_TYPE) and type_name not in subtrees:
-                    missing.setdefault(type_name, slot.name)
-            figures = [NOT_OFFERED if item == EMPTY else subtrees.get(item) for item in slot.types]
+            figures = [figure(slot, item) for item in slot.types]
             return type_choice(slot.type_decision, figures)
 
         tree = graft(processor, on)

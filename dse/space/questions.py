@@ -12,7 +12,7 @@ from functools import partial
 from graphlib import CycleError, TopologicalSorter
 from typing import TypeVar
 
-from dse.space.cores import open_cores, with_all_cores, with_open_cores
+from dse.space.cores import open_cores, with_all_cores, with_open_cores, with_times_of_cores
 from dse.space.implied import with_implied
 from dse.space.metrics import (
     RESERVED,
@@ -82,7 +82,7 @@ def _with_cores(ledger: Ledger, space: Space, spec: Spec) -> Space:
     """The space with every open core and order as a decision, so that rules and the baseline can speak of them."""
     cores = open_cores(ledger, spec, space)
     orders = open_priorities(ledger, spec, space, len(space.decisions) + len(cores))
-    return with_all_cores(replace(space, open_cores=cores, open_priorities=orders))
+    return with_times_of_cores(ledger, spec, with_all_cores(replace(space, open_cores=cores, open_priorities=orders)))
 
 
 def _attempt(ledger: Ledger, path: Path, text: str, make: Callable[[], T]) -> list[T]:

@@ -83,12 +83,24 @@ class _Nothing:
 UNKNOWN = ((UNKNOWN_TYPE, _Nothing()),)
 
 
+def groups_of(model: Any) -> tuple[tuple[str, int], ...]:
+    """The groups of cores of a processor type, with the number of cores of each; none where all cores are equal."""
+    given = getattr(model, "cores", None)
+    return tuple(given.items()) if isinstance(given, Mapping) else ()
+
+
+def _all_cores(model: Any) -> Any:
+    """How many cores a processor type has, in all groups together."""
+    groups = groups_of(model)
+    return (sum(count for _, count in groups),) if groups else stated(model, "cores")
+
+
 def build_processor(ledger: Ledger, spec: Spec, name: str) -> Processor:
     """The processor slot called `name`."""
     given, path = spec.processors[name], ("processors", name)
     types = known_types(ledger, path, "processor type", given.type, spec.processor_types)
     (options, decision), owner = _slot(ledger, path, name, types or UNKNOWN, given.optional)
-    cores = FieldReader(ledger, owner, "cores", "count", str).read(lambda model: stated(model, "cores"))
+    cores = FieldReader(ledger, owner, "cores", "count", str).read(_all_cores)
     levels = FieldReader(ledger, owner, "priority_levels", "count", str).read(lambda model: model.priority_levels)
     figures = read_figures(ledger, owner, spec.totals)
     count = graft(cores, lambda found: found or 0)
@@ -102,6 +114,7 @@ def build_processor(ledger: Ledger, spec: Spec, name: str) -> Processor:
         cores=count,
         overload=given.overload is not None,
         priority_levels=levels,
+        groups={type_name: groups for type_name, model in owner.types if (groups := groups_of(model))},
         switch_ns=graft(switch.read(lambda model: model.context_switch), lambda found: 0 if found is None else found),
         interference=type_choice(decision, [_interference(model) for _, model in owner.types]),
     )

@@ -47,6 +47,13 @@ class PerProcessorType:
     by_type: Mapping[str, Any]
 
 
+@dataclass(frozen=True)
+class PerCore:
+    """A leaf of a thread while the space is built: one subtree for each core of its processor."""
+
+    by_core: tuple[Any, ...]
+
+
 class _FromBandwidth:
     """Leaf of a transmission time that follows from the bandwidth: size / bandwidth."""
 

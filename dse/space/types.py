@@ -87,6 +87,7 @@ class Processor(Slot):
     """A processor slot; an empty one has 0 cores. `overload` tells whether more than all of a core may be used.
 
     Leaves of `switch_ns` say what a context switch takes, those of `interference` are tuples of `Interference`.
+    `groups` are the kinds of cores of each type (by its name) that has several, each with the number of its cores.
     `priority_levels` has how many priorities its operating system has, None where nothing limits them.
     """
 
@@ -95,6 +96,7 @@ class Processor(Slot):
     switch_ns: Tree = 0
     interference: Tree = ()
     priority_levels: Tree = None
+    groups: Mapping[str, tuple[tuple[str, int], ...]] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)
@@ -414,6 +416,8 @@ class Space:
     fixed: Mapping[int, int] = field(default_factory=dict)
     open_cores: tuple[OpenCore, ...] = ()
     open_priorities: tuple[OpenPriority, ...] = ()
+    unequal_cores: bool = False
+    """Whether some thread takes longer on some cores of a processor than on others."""
     assumptions: tuple[str, ...] = ()
     processing: str = "execution_time"
     """What a flow counts as the longest processing of a thread: ``execution_time`` or ``response_time``."""

@@ -119,10 +119,10 @@ def _count(least: int, most: int | None = None) -> Callable[[Any], int]:
 
 
 def _core(value: Any) -> int | str:
-    if value in CORE_RULES:
-        return str(value)
+    if isinstance(value, str):
+        return value
     if not isinstance(value, int) or isinstance(value, bool) or value < 1:
-        hint = "a core from 1, a list of cores, any (the search decides) or first_fit"
+        hint = "a core from 1 or a group of cores, a list of these, any (the search decides) or first_fit"
         raise field_error(f"expected a core, got {describe(value)}", hint)
     return value
 
@@ -180,7 +180,7 @@ Cores: TypeAlias = Annotated[
 Core: TypeAlias = Annotated[
     int | str,
     PlainValidator(_core),
-    WithJsonSchema({"anyOf": [{"type": "integer", "minimum": 1}, {"enum": list(CORE_RULES)}]}),
+    WithJsonSchema({"anyOf": [{"type": "integer", "minimum": 1}, {"type": "string"}]}),
 ]
 Priority: TypeAlias = Annotated[
     int | str,

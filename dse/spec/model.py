@@ -98,10 +98,24 @@ class Throttling(Model):
     source: Line | None = None
 
 
+# Tags of unions appear in the locations of errors: the blanks around them keep them apart from names in the file.
+ONE, BY_PROCESSOR_TYPE, BY_GROUP, IN_WORDS = " one ", " by processor type ", " by group ", " in words "
+
+
+def _which_cores(value: Any) -> str:
+    return BY_GROUP if isinstance(value, dict) else ONE
+
+
+CoresOrGroups: TypeAlias = Annotated[
+    Annotated[Options[Cores], Tag(ONE)] | Annotated[dict[Name, Cores], Tag(BY_GROUP)], Discriminator(_which_cores)
+]
+"""Equal cores, or how many there are of each kind."""
+
+
 class ProcessorType(Priced):
     """A computer that can fill a processor slot, with the overheads that response times count."""
 
-    cores: Options[Cores] = (1,)
+    cores: CoresOrGroups = (1,)
     context_switch: Options[Demand] | None = None
     interrupts: dict[Name, Interrupt] = {}
     throttling: Throttling | None = None
@@ -109,8 +123,6 @@ class ProcessorType(Priced):
 
 
 INSTANTLY = units.TimeRange(0, 0)
-# Tags of unions appear in the locations of errors: the blanks around them keep them apart from names in the file.
-ONE, BY_PROCESSOR_TYPE, IN_WORDS = " one ", " by processor type ", " in words "
 FROM_BANDWIDTH = "from bandwidth"
 """Asks for size / bandwidth as the transmission time of a bus."""
 

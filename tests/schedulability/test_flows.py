@@ -6,7 +6,7 @@ from fractions import Fraction
 
 import pytest
 from effort import cases
-from thread_systems import draw, front, text_of
+from thread_systems import KINDS, draw, front, text_of
 
 import dse
 from dse.analysis.evaluate import Evaluator
@@ -52,14 +52,14 @@ def test_jobs_alone_say_how_long_periodic_threads_wait(kind: str, seed: int, mon
     assert found(asked(seed, kind)) == front(draw(seed, kind=kind), by_response=True)
 
 
-@pytest.mark.parametrize("kind", ["plain", "chained", "stated", "blocked", "ordered", "best", "grouped"])
+@pytest.mark.parametrize("kind", ["plain", "chained", "stated", "blocked", "ordered", "best", "grouped", "unequal"])
 @pytest.mark.parametrize("seed", cases(12, 1_000))
 def test_clauses_alone_are_exact(kind: str, seed: int, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(Waiting, "refine", lambda *_: False)
     assert found(asked(seed, kind)) == front(draw(seed, kind=kind), by_response=True)
 
 
-@pytest.mark.parametrize("kind", ["plain", "chained", "stated", "ordered", "best"])
+@pytest.mark.parametrize("kind", ["plain", "chained", "stated", "ordered", "best", "unequal"])
 @pytest.mark.parametrize("seed", cases(12, 2_000))
 def test_a_multiple_of_a_latency_is_searched_like_the_latency(kind: str, seed: int) -> None:
     text = text_of(draw(seed, kind=kind), ("minimise price", "minimise way"))
@@ -113,7 +113,7 @@ def test_any_design_comes_with_the_figures_that_it_has(seed: int) -> None:
         assert not front(draw(seed, kind="plain"), by_response=True)
 
 
-@pytest.mark.parametrize("kind", ["plain", "chained", "stated", "fixed", "blocked", "ordered", "best", "grouped"])
+@pytest.mark.parametrize("kind", KINDS)
 @pytest.mark.parametrize("seed", cases(10, 3_000))
 def test_how_far_a_limit_is_from_what_can_be_is_exact(kind: str, seed: int) -> None:
     """What explains a conflict asks one model again and again, with limits switched on and off."""

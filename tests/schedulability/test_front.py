@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 from effort import cases, count
 from support import brute_front
-from thread_systems import draw, front, text_of
+from thread_systems import KINDS, draw, front, text_of
 
 from dse.analysis.evaluate import Evaluator
 from dse.api.problem import Problem, changed, loads
@@ -22,14 +22,14 @@ def found(text: str, workers: int = 1) -> set[tuple[int, ...]]:
     return set(search.points)
 
 
-@pytest.mark.parametrize("kind", ["plain", "chained", "stated", "fixed", "blocked", "ordered", "best", "grouped"])
+@pytest.mark.parametrize("kind", KINDS)
 @pytest.mark.parametrize("seed", cases(20))
 def test_the_front_is_that_of_looking_at_every_design(kind: str, seed: int) -> None:
     system = draw(seed, kind=kind)
     assert found(text_of(system)) == front(system)
 
 
-@pytest.mark.parametrize("kind", ["plain", "chained", "stated", "ordered", "best"])
+@pytest.mark.parametrize("kind", ["plain", "chained", "stated", "ordered", "best", "unequal"])
 @pytest.mark.parametrize("seed", cases(20, 3 * SEEDS))
 def test_designs_are_the_first_of_all_with_their_figures(kind: str, seed: int) -> None:
     evaluator = Evaluator(loads(text_of(draw(seed, kind=kind))).space)
@@ -41,10 +41,10 @@ def test_designs_are_the_first_of_all_with_their_figures(kind: str, seed: int) -
     assert {vector: search.points[vector][:end] for vector in first} == {
         vector: expected[vector][:end] for vector in first
     }
-    assert kind in ("chained", "ordered", "best") or len(first) == len(expected)
+    assert kind in ("chained", "ordered", "best", "unequal") or len(first) == len(expected)
 
 
-@pytest.mark.parametrize("kind", ["plain", "chained", "stated", "blocked", "ordered", "best", "grouped"])
+@pytest.mark.parametrize("kind", ["plain", "chained", "stated", "blocked", "ordered", "best", "grouped", "unequal"])
 @pytest.mark.parametrize("seed", cases(20, SEEDS))
 def test_rows_and_clauses_alone_are_exact(kind: str, seed: int, monkeypatch: pytest.MonkeyPatch) -> None:
     """No other cores are tried: whatever the solver proposes stands or teaches."""
@@ -53,7 +53,7 @@ def test_rows_and_clauses_alone_are_exact(kind: str, seed: int, monkeypatch: pyt
     assert found(text_of(system), workers=2) == front(system)
 
 
-@pytest.mark.parametrize("kind", ["plain", "chained", "stated", "blocked", "ordered", "best", "grouped"])
+@pytest.mark.parametrize("kind", ["plain", "chained", "stated", "blocked", "ordered", "best", "grouped", "unequal"])
 @pytest.mark.parametrize("seed", cases(20, 2 * SEEDS))
 def test_clauses_alone_are_exact(kind: str, seed: int, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(contention, "placements", lambda *_: ())
@@ -62,7 +62,7 @@ def test_clauses_alone_are_exact(kind: str, seed: int, monkeypatch: pytest.Monke
     assert found(text_of(system)) == front(system)
 
 
-@pytest.mark.parametrize("kind", ["plain", "chained", "stated", "fixed", "blocked", "ordered", "best", "grouped"])
+@pytest.mark.parametrize("kind", KINDS)
 @pytest.mark.parametrize("seed", cases(20))
 def test_response_times_in_flows_are_exact(kind: str, seed: int, monkeypatch: pytest.MonkeyPatch) -> None:
     """No response time is tabulated: bounds first, and what solutions teach."""

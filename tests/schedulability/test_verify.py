@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 from effort import cases
-from thread_systems import draw, text_of
+from thread_systems import KINDS, draw, text_of
 
 import dse
 from dse.api.problem import load
@@ -15,7 +15,7 @@ from dse.verification import tables, waiting
 
 
 @pytest.mark.parametrize("method", ["model", "exhaustion"])
-@pytest.mark.parametrize("kind", ["plain", "chained", "stated", "fixed", "blocked", "ordered", "best", "grouped"])
+@pytest.mark.parametrize("kind", KINDS)
 @pytest.mark.parametrize("seed", cases(8))
 def test_true_fronts_are_proved_again_and_false_ones_refused(
     kind: str, method: str, seed: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
@@ -27,7 +27,7 @@ def test_true_fronts_are_proved_again_and_false_ones_refused(
 
 
 @pytest.mark.parametrize("method", ["model", "exhaustion"])
-@pytest.mark.parametrize("kind", ["plain", "chained", "stated", "fixed", "blocked", "ordered", "best", "grouped"])
+@pytest.mark.parametrize("kind", KINDS)
 @pytest.mark.parametrize("seed", cases(6, 1_000))
 def test_the_same_with_response_times_in_the_flow(
     kind: str, method: str, seed: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
