@@ -9,6 +9,7 @@ from importlib.util import find_spec
 from dse.errors import UsageError
 
 EXTRAS = {
+    "can": ("cantools", "cantools"),
     "cluster": ("Dask", "distributed"),
     "graphs": ("networkx", "networkx"),
     "plots": ("vl-convert", "vl_convert"),

@@ -80,6 +80,18 @@ IMPORTERS: tuple[Importer, ...] = (
         },
         is_problem=True,
     ),
+    Importer(
+        "can",
+        (".dbc", ".kcd", ".sym", ".arxml"),
+        "CAN databases: DBC, KCD, SYM, ARXML",
+        "dse.importers.can",
+        {
+            "bandwidth": "the bit rate of the buses, such as 500 kbit/s; where the file does not say it.",
+            "data-bandwidth": "the bit rate of the data of CAN FD, where the file does not say it.",
+            "cycle": "the cycle time of messages that state none, such as 100 ms.",
+            "to": "the node at which messages end that several receive.",
+        },
+    ),
 )
 
 

@@ -1,0 +1,229 @@
+"""CAN databases (DBC, KCD, SYM, ARXML) as problem files: what is sent how often, by whom, on a bus with frames.
+
+Messages are read by cantools (the extra ``can``). A message is on the wire once, however many receive it: it becomes
+one connection, which ends at its receiver where there is one, or at the node that ``--to`` names.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator, Mapping, Sequence
+from fractions import Fraction
+from pathlib import Path
+from typing import Any
+
+from dse.errors import Diagnostic, ProblemError, UsageError
+from dse.extras import needed_for
+from dse.files.reading import UnreadableFileError, read_bytes
+from dse.importers.registry import Imported, Key, Place
+from dse.units import UnitError, format_bandwidth, format_rate, parse_bandwidth_bps, parse_duration_ns
+from dse.units.table import Rounding
+
+MOST_BYTES = 64_000_000
+ENCODINGS = {"dbc": "cp1252", "sym": "cp1252", "kcd": "utf-8", "arxml": "utf-8"}
+UNKNOWN = "unknown sender"
+NAME_LENGTH = 200
+UNUSED_SIGNALS = "VECTOR__INDEPENDENT_SIG_MSG"
+"""Under this name DBC files keep signals of no message."""
+
+
+def read(path: Path, options: Mapping[str, Any]) -> Imported:
+    """A CAN database as the document of a problem file.
+
+    Raises
+    ------
+    ProblemError
+        when the file is none, has no messages, or does not say how fast its buses are and no option does.
+    UsageError
+        when an option is wrong, or cantools is not installed.
+    """
+    form = path.suffix.lower().lstrip(".")
+    text = _text(path, ENCODINGS.get(form, "utf-8"))
+    database = _database(path, text, form)
+    return _Reader(path, text, database, options).read()
+
+
+def _text(path: Path, encoding: str) -> str:
+    try:
+        data = read_bytes(path, MOST_BYTES, "a CAN database")
+    except UnreadableFileError as error:
+        raise ProblemError([Diagnostic(error.reason, file=str(path))]) from None
+    if data[:2] in (b"\xff\xfe", b"\xfe\xff"):
+        encoding = "utf-16"
+    try:
+        return data.decode("utf-8-sig") if data[:3] == b"\xef\xbb\xbf" else data.decode(encoding)
+    except UnicodeDecodeError as error:
+        line = data[: error.start].count(b"\n") + 1
+        raise ProblemError([Diagnostic(f"the file is not {encoding} text", file=str(path), line=line)]) from None
+
+
+def _database(path: Path, text: str, form: str) -> Any:
+    with needed_for("A CAN database", "can"):
+        from cantools.database import Error, load_string
+    try:
+        found = load_string(text, form if form in ENCODINGS else None, strict=False)
+    except (Error, ValueError, KeyError, TypeError, IndexError, AttributeError, RecursionError) as error:
+        raise ProblemError([_syntax_error(path, error)]) from None
+    if not getattr(found, "messages", None):
+        hint = "is the file cut off?"
+        raise ProblemError([Diagnostic("it has no CAN messages", file=str(path), line=1, hint=hint)])
+    return found
+
+
+def _syntax_error(path: Path, error: Exception) -> Diagnostic:
+    """What cantools found wrong, with the line and column that it names."""
+    words = re.sub(r"\s+", " ", str(error)).strip()[:NAME_LENGTH]
+    place = re.search(r"line (\d+), column (\d+)", words)
+    line, column = (int(place[1]), max(1, int(place[2]))) if place else (1, 0)
+    return Diagnostic(f"no CAN database: {words or type(error).__name__}", file=str(path), line=line, column=column)
+
+
+class _Reader:
+    """Makes the document of one database."""
+
+    def __init__(self, path: Path, text: str, database: Any, options: Mapping[str, Any]) -> None:
+        self.path, self.database, self.options = path, database, options
+        self.remarks: list[Diagnostic] = []
+        self.places: dict[Key, Place] = {}
+        self.lines = _message_lines(text)
+        self.cycle_ns = _option(options, "cycle", lambda text: parse_duration_ns(text, Rounding.EXACT))
+        self.bandwidth = _option(options, "bandwidth", parse_bandwidth_bps)
+        self.data_bandwidth = _option(options, "data-bandwidth", parse_bandwidth_bps)
+        self.nodes: dict[str, None] = {}
+        self.to = options.get("to", "")
+
+    def _remark(self, message: str, hint: str = "", line: int = 0) -> None:
+        self.remarks.append(Diagnostic(message, file=str(self.path), line=line, hint=hint, severity="warning"))
+
+    def _check_all_were_read(self) -> None:
+        """A message that the text begins, but that was not read: cantools passes over what is not whole."""
+        known = {_key(message) for message in self.database.messages}
+        missing = [line for key, line in self.lines.items() if key not in known]
+        if missing:
+            hint = "is the file cut off?"
+            raise ProblemError(
+                [Diagnostic("this message is not whole", file=str(self.path), line=line, hint=hint) for line in missing]
+            )
+
+    def read(self) -> Imported:
+        self._check_all_were_read()
+        messages = sorted(self.database.messages, key=lambda message: (message.bus_name or "", message.frame_id))
+        names = [node.name for node in self.database.nodes]
+        ends = {name for message in messages for name in (*message.senders, *message.receivers)}
+        if self.to and self.to not in {*names, *ends}:
+            raise UsageError(f"--to {self.to}: there is no such node; nodes: {', '.join(sorted({*names, *ends}))}")
+        buses = dict.fromkeys(message.bus_name or "can0" for message in messages)
+        types = {name: self._bus_type(name, [m for m in messages if (m.bus_name or "can0") == name]) for name in buses}
+        connections = dict(self._connections(messages, {*buses, *names, *ends}))
+        document: dict[str, Any] = {
+            "dse": 1,
+            "name": self.path.stem,
+            "source": f"{self.path.name} (CAN database)",
+            "assumptions": [
+                "Every message is sent once in each cycle; what is sent on events counts with the cycle stated for it.",
+                "Nodes are devices without figures of their own: their latencies and threads are still to be stated.",
+            ],
+            "bus_types": {f"{name}_type": body for name, body in types.items()},
+            "buses": {name: {"type": f"{name}_type"} for name in buses},
+            "devices": {name: {} for name in self.nodes},
+            "connections": connections,
+        }
+        return Imported(document, tuple(self.remarks), self.places)
+
+    def _bus_type(self, name: str, messages: Sequence[Any]) -> dict[str, Any]:
+        stated = next((bus for bus in self.database.buses if (bus.name or "can0") == name), None)
+        bandwidth = self.bandwidth or getattr(stated, "baudrate", None) or self._attribute("Baudrate")
+        if not bandwidth:
+            hint = "give --bandwidth, such as --bandwidth '500 kbit/s'"
+            raise ProblemError(
+                [Diagnostic(f"nothing says the bit rate of {name}", file=str(self.path), line=1, hint=hint)]
+            )
+        long = any(message.is_extended_frame for message in messages)
+        if long and not all(message.is_extended_frame for message in messages):
+            self._remark(f"{name} has identifiers of 11 and of 29 bits: all count as 29")
+        body: dict[str, Any] = {"bandwidth": format_bandwidth(int(bandwidth)), "exclusive": True}
+        frame: dict[str, Any] = {"protocol": "can", "identifier_bits": 29} if long else {"protocol": "can"}
+        if any(message.is_fd for message in messages):
+            rate = self.data_bandwidth or getattr(stated, "fd_baudrate", None)
+            if not rate:
+                hint = "give --data-bandwidth, such as --data-bandwidth '2 Mbit/s'"
+                text = f"{name} has CAN FD messages, and nothing says the bit rate of their data"
+                raise ProblemError([Diagnostic(text, file=str(self.path), line=1, hint=hint)])
+            frame |= {"protocol": "can_fd", "data_bandwidth": format_bandwidth(int(rate))}
+            if not all(message.is_fd for message in messages):
+                self._remark(f"{name} has messages of CAN 2.0 and of CAN FD: all count as CAN FD")
+        return {**body, "frame": frame, "source": self.path.name}
+
+    def _attribute(self, name: str) -> int | None:
+        attributes = getattr(self.database.dbc, "attributes", None) or {}
+        value = getattr(attributes.get(name), "value", None)
+        return value if isinstance(value, int) and value > 0 else None
+
+    def _connections(self, messages: Sequence[Any], taken: set[str]) -> Iterator[tuple[str, dict[str, Any]]]:
+        names = set(taken)
+        for message in messages:
+            name = message.name
+            if name in names or name == "none":
+                name = next(
+                    f"{message.name}_{number}" for number in range(2, 10**6) if f"{message.name}_{number}" not in names
+                )
+            names.add(name)
+            line = self.lines.get(_key(message), 0)
+            if line:
+                self.places["connections", name] = Place(str(self.path), line, 1)
+            yield name, self._connection(message, line)
+
+    def _connection(self, message: Any, line: int) -> dict[str, Any]:
+        sender = message.senders[0] if message.senders else UNKNOWN
+        if not message.senders:
+            self._remark(f"{message.name}: no sender is stated", "it is sent by a device of that name", line)
+        self.nodes[sender] = None
+        receivers = sorted(set(message.receivers) - {sender})
+        body: dict[str, Any] = {"from": sender}
+        to = self.to if self.to in receivers else receivers[0] if len(receivers) == 1 else None
+        if to is not None:
+            self.nodes[to] = None
+            body["to"] = to
+        body["data_size"] = f"{message.length} B"
+        said = [f"identifier {message.frame_id:#x}"]
+        cycle_ns = Fraction(message.cycle_time) * 10**6 if message.cycle_time else self.cycle_ns
+        if cycle_ns:
+            body["rate"] = format_rate(10**9 / Fraction(cycle_ns))
+        if not message.cycle_time:
+            hint = "counts with --cycle" if cycle_ns else "state its `rate`, or give --cycle, such as --cycle '100 ms'"
+            self._remark(f"{message.name}: no cycle time is stated", hint, line)
+            said.append("cycle time assumed" if cycle_ns else "cycle time missing: state a `rate`")
+        if len(receivers) > 1:
+            said.append(f"received by {', '.join(receivers)}")
+        body["bus"] = message.bus_name or "can0"
+        body["source"] = f"{self.path.name}{f':{line}' if line else ''}: {'; '.join(said)}"[:1000]
+        return body
+
+
+def _key(message: Any) -> int:
+    """The identifier as DBC files have it: the topmost bit says that it is long."""
+    key: int = message.frame_id | message.is_extended_frame << 31
+    return key
+
+
+def _option(options: Mapping[str, Any], name: str, parse: Any) -> int | None:
+    text = options.get(name)
+    if text is None:
+        return None
+    try:
+        found = int(parse(str(text)))
+    except UnitError as error:
+        raise UsageError(f"--{name} {text}: {error}") from error
+    if found <= 0:
+        raise UsageError(f"--{name} {text}: it must be above zero")
+    return found
+
+
+def _message_lines(text: str) -> dict[int, int]:
+    """The line of each message of a DBC file by its identifier, whose topmost bit says that it is long."""
+    found: dict[int, int] = {}
+    for number, line in enumerate(text.splitlines(), start=1):
+        match = re.match(r"\s*BO_ (\d{1,10}) ", line)
+        if match and UNUSED_SIGNALS not in line:
+            found.setdefault(int(match[1]), number)
+    return found
