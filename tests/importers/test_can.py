@@ -61,7 +61,7 @@ def put(folder: Path, text: str, name: str = "car.dbc") -> str:
 
 def test_a_database_is_a_problem_with_sizes_rates_senders_and_receivers(tmp_path: Path) -> None:
     found = dse.import_file(put(tmp_path, DBC))
-    with pytest.raises(dse.ProblemError, match=r"Gateway: its rate is needed .*, or its connections a `rate`"):
+    with pytest.raises(dse.ProblemError, match=r"Gateway: its rate is needed, .* or its connections a `rate`"):
         dse.loads(found.text)
     problem = dse.loads(found.text.replace("  Event:", "  Event:\n    rate: 1 Hz"))
     [bus] = dse.analyse(problem).buses
