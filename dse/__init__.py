@@ -27,6 +27,8 @@ if TYPE_CHECKING:
     from dse.api.problem import load as load
     from dse.api.problem import loads as loads
     from dse.api.reopen import reopen as reopen
+    from dse.api.ros_sizes import Sizes as Sizes
+    from dse.api.ros_sizes import sizes as sizes
     from dse.api.simulate import simulate as simulate
     from dse.api.solve import solve as solve
     from dse.errors import Diagnostic as Diagnostic
@@ -64,6 +66,7 @@ _HOMES = {
     "explain": "dse.api.explain",
     "export": "dse.api.export",
     "fit": "dse.api.fit",
+    "sizes": "dse.api.ros_sizes",
     "import_file": "dse.api.importing",
     "ImportedFile": "dse.api.importing",
     "Model": "dse.api.problem",
@@ -88,6 +91,7 @@ _HOMES = {
     "architecture_graph": "dse.results.graph",
     "ranked_by": "dse.results.order",
     "Fit": "dse.fitting.fit",
+    "Sizes": "dse.api.ros_sizes",
     "Result": "dse.results.solve",
     "Simulation": "dse.results.simulate",
     "RobustResult": "dse.results.robust",

@@ -13,6 +13,7 @@ EXTRAS = {
     "cluster": ("Dask", "distributed"),
     "graphs": ("networkx", "networkx"),
     "plots": ("vl-convert", "vl_convert"),
+    "ros": ("rosbags", "rosbags"),
     "sensitivity": ("SciPy", "scipy"),
     "widget": ("anywidget", "anywidget"),
 }

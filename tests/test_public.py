@@ -83,6 +83,10 @@ def verify() -> Any:
     return dse.verify("r.json").to_dict()
 
 
+def sizes() -> Any:
+    return dse.sizes("geometry_msgs/PoseArray", lengths={"poses": 32}).to_dict()
+
+
 def fit() -> Any:
     return dse.fit("delays.csv", method="envelope", name="ipc").to_dict()
 
@@ -111,6 +115,7 @@ JOBS: dict[str, tuple[list[str], Callable[[], Any]]] = {
     "check": (["pump.yaml", *OPTIONS, "--json", "out.json"], check),
     "explain": (["pump.yaml", "--max-jitter", "5 ms", "--json", "out.json"], explain),
     "verify": (["r.json", "--json", "out.json"], verify),
+    "sizes": (["geometry_msgs/PoseArray", "--length", "poses=32", "--json", "out.json"], sizes),
     "fit": (["delays.csv", "--method", "envelope", "--name", "ipc", "--json", "out.json"], fit),
     "import": (["lamp.aadl", "--root", "p::s.i", "-o", "out.json"], import_),
     "new": (["out.json", "--random", "--threads", "8", "--seed", "3"], new),

@@ -27,6 +27,7 @@ COMMANDS = {
     "check": "Validate a problem file and describe its space.",
     "explain": "Why a problem is infeasible, and the smallest changes that mend it.",
     "verify": "Re-check a result without trusting the solver that made it.",
+    "sizes": "How large ROS messages are: by the report's rule, and serialised.",
     "fit": "Measurements as the figures of a problem file: transmission and execution times.",
     "import": "A model of another format (AADL) as a problem file.",
     "new": "Write a problem file to start from.",

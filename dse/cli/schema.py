@@ -22,6 +22,7 @@ FORMATS = (
     "fit",
     "sensitivity",
     "simulation",
+    "sizes",
     "sweep",
     "verification",
 )

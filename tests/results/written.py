@@ -129,7 +129,22 @@ COMMANDS = (
     "verify forged.json --json rejected.json",
     "fit sizes.csv --method quantile --extremes 1000 --without '9 B .. 11 B' --json sizes.json",
     "fit threads.csv --extremes 1000 --json threads.json",
+    "sizes geometry_msgs/PoseArray --length poses=3 --bag bag.bag --json sizes.json",
 )
+
+
+def write_bag(path: Path) -> None:
+    """A bag of ROS 1 with three messages."""
+    from rosbags.rosbag1 import Writer
+    from rosbags.typesys import Stores, get_typestore
+
+    store = get_typestore(Stores.ROS1_NOETIC)
+    text = store.types["std_msgs/msg/String"]
+    with Writer(path) as writer:
+        connection = writer.add_connection("/chatter", "std_msgs/msg/String", typestore=store)
+        for number, stamp_ns in enumerate((0, 10_000_000, 30_000_000)):
+            data = store.serialize_ros1(text("x" * number), "std_msgs/msg/String")
+            writer.write(connection, 10**18 + stamp_ns, data)
 
 
 def written_files(folder: Path) -> Iterator[tuple[str, dict[str, Any]]]:
@@ -142,6 +157,7 @@ def written_files(folder: Path) -> Iterator[tuple[str, dict[str, Any]]]:
     (folder / "threads.csv").write_text("\n".join(["thread,duration_us", *delays]), encoding="utf-8")
     for name, text in PROBLEMS.items():
         (folder / f"{name}.yaml").write_text(text, encoding="utf-8")
+    write_bag(folder / "bag.bag")
     with contextlib.chdir(folder):
         for command in COMMANDS:
             if "forged" in command:

@@ -14,6 +14,7 @@ from dse.errors import UsageError
 from dse.results.forms.design import AnalysisForm, CheckForm, SimulationForm
 from dse.results.forms.fit import FitForm
 from dse.results.forms.result import ResultForm
+from dse.results.forms.sizes import SizesForm
 from dse.results.forms.studies import SensitivityForm, SweepForm
 from dse.results.forms.verdicts import ComparisonForm, ExplanationForm, VerificationForm
 from dse.spec.fields import describe
@@ -28,6 +29,7 @@ FORMS: Mapping[str, type[BaseModel]] = {
     "fit": FitForm,
     "sensitivity": SensitivityForm,
     "simulation": SimulationForm,
+    "sizes": SizesForm,
     "sweep": SweepForm,
     "verification": VerificationForm,
 }

@@ -1,0 +1,95 @@
+"""`dse.sizes`: how large ROS messages are."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Any
+
+from dse.errors import UsageError
+from dse.importers.ros_bags import Topic, read_bag
+from dse.importers.ros_messages import DEFAULT, LONGEST, MessageSize, Types, message_sizes
+
+FORMAT = "dse-sizes/1"
+
+
+@dataclass(frozen=True)
+class Sizes:
+    """Sizes of message types and of the messages of bags.
+
+    Examples
+    --------
+    >>> import dse
+    >>> found = dse.sizes("geometry_msgs/PoseArray", lengths={"poses": 32}, distribution="ros1_noetic")
+    >>> found.types[0].stated
+    1812
+    """
+
+    distribution: str
+    lengths: Mapping[str, int]
+    types: tuple[MessageSize, ...]
+    topics: tuple[Topic, ...]
+
+    def to_dict(self) -> dict[str, Any]:
+        """Everything in the form ``dse-sizes/1``."""
+        return {
+            "format": FORMAT,
+            "distribution": self.distribution,
+            "lengths": dict(self.lengths),
+            "types": [asdict(item) for item in self.types],
+            "topics": [asdict(item) for item in self.topics],
+        }
+
+    def to_json(self) -> str:
+        """The same as JSON text."""
+        return json.dumps(self.to_dict(), ensure_ascii=False, indent=1) + "\n"
+
+
+def sizes(
+    *names: str,
+    definitions: Sequence[str | Path] = (),
+    bags: Sequence[str | Path] = (),
+    lengths: Mapping[str, int] | None = None,
+    distribution: str = DEFAULT,
+) -> Sizes:
+    """The sizes of ROS messages: by the report's rule, serialised at least, with stated lengths, and at most.
+
+    Parameters
+    ----------
+    names
+        message types; all of the definitions, or of the distribution, where there are none and no bags.
+    definitions
+        files (``.msg``, ``.srv``, ``.action``, ``.idl``) or folders with packages.
+    bags
+        bags (``.bag``, ``.mcap``, ``.db3``, or a folder), whose topics are measured.
+    lengths
+        how many elements or characters what has a length has, by its path: ``{"header.frame_id": 8}``.
+    distribution
+        which types there are besides, and how all are serialised: ROS 1, or CDR.
+
+    Raises
+    ------
+    ProblemError
+        when a file is wrong, with its line.
+    UsageError
+        when an argument is, or rosbags is not installed.
+
+    Examples
+    --------
+    >>> import dse
+    >>> [imu, odometry] = dse.sizes("sensor_msgs/Imu", "nav_msgs/Odometry").types
+    >>> imu.rule, imu.least, odometry.rule
+    (128, 316, 152)
+    """
+    stated = dict(lengths or {})
+    for path, length in stated.items():
+        if not 0 <= length <= LONGEST:
+            raise UsageError(f"--length {path}={length}: from 0 to {LONGEST}")
+    topics = tuple(topic for bag in bags for topic in read_bag(Path(bag)))
+    found: list[MessageSize] = []
+    if names or definitions or not bags:
+        types = Types(distribution, [Path(item) for item in definitions])
+        found = message_sizes(types, names or types.names(), stated)
+    return Sizes(distribution, stated, tuple(found), topics)

@@ -1,0 +1,74 @@
+"""``dse sizes``."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import click
+
+from dse.cli.common import check_writable, console, in_time, json_option, write_text
+
+
+def _lengths(ctx: click.Context, param: click.Parameter, values: Sequence[str]) -> dict[str, int]:
+    """``PATH=N``, several times."""
+    found: dict[str, int] = {}
+    for value in values:
+        path, _, number = (part.strip() for part in value.partition("="))
+        if not path or not (number.isascii() and number.isdecimal()) or len(number) > 12:
+            raise click.BadParameter(f"{value!r}: expected PATH=NUMBER", ctx, param)
+        found[path] = int(number)
+    return found
+
+
+@click.command("sizes")
+@click.argument("names", nargs=-1, metavar="[TYPE]...")
+@click.option(
+    "--definitions",
+    multiple=True,
+    type=click.Path(exists=True),
+    metavar="PATH",
+    help="Definitions (.msg, .srv, .action, .idl), or a folder or workspace of them.",
+)
+@click.option(
+    "--bag",
+    "bags",
+    multiple=True,
+    type=click.Path(exists=True),
+    metavar="PATH",
+    help="A bag to measure.",
+)
+@click.option(
+    "--length", "lengths", multiple=True, callback=_lengths, metavar="PATH=N", help="How long an array or string is."
+)
+@click.option(
+    "--distribution",
+    default="ros2_humble",
+    show_default=True,
+    metavar="NAME",
+    help="Whose types there are besides, and how messages are serialised (ros1_noetic: ROS 1, else CDR).",
+)
+@json_option
+@in_time
+def command(
+    names: tuple[str, ...],
+    definitions: tuple[str, ...],
+    bags: tuple[str, ...],
+    lengths: dict[str, int],
+    distribution: str,
+    json_path: str | None,
+) -> int:
+    """How large ROS messages are: by the report's rule, and serialised.
+
+    TYPE is such as sensor_msgs/Imu; all types of the definitions (or of the distribution) where none is named.
+    """
+    check_writable(json_path)
+    from dse.api.ros_sizes import sizes
+
+    found = sizes(*names, definitions=definitions, bags=bags, lengths=lengths, distribution=distribution)
+    if json_path != "-":
+        from dse.report.ros_sizes import print_sizes
+
+        print_sizes(console(), found)
+    if json_path is not None:
+        write_text(json_path, found.to_json())
+    return 0
