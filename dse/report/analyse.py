@@ -17,6 +17,7 @@ from dse.results.analyse import Analysis, FlowTable, Usage
 from dse.results.display import counted, readable
 from dse.space.settings import settings_of
 from dse.units import is_unbounded
+from dse.units.text import count_words
 
 WATERFALL = (
     "Latency of {}: each bar begins where the worst case of the one before it ends; its solid part is the minimum. "
@@ -33,6 +34,8 @@ def analysis_page(analysis: Analysis) -> Page:
     chosen = ", ".join(f"{name.removesuffix('.type')} {value}" for name, value in analysis.decisions.items())
     design = [*texts(f"Design: {chosen}" if chosen else "")]
     design += listing(analysis.breaches, "not a valid design", 0, "wrong")
+    if not analysis.breaches:
+        design += texts(_verdict_words(analysis), tone="strong")
     sections = [Section("design", "The design", tuple(design))]
     if not analysis.breaches:
         sections += [
@@ -41,6 +44,16 @@ def analysis_page(analysis: Analysis) -> Page:
             Section("verdicts", "Requirements", tuple(_verdicts(analysis))),
         ]
     return Page(f"{analysis.space.name}: analysis", lead, tuple(section for section in sections if section.blocks))
+
+
+def _verdict_words(analysis: Analysis) -> str:
+    """The verdict, which comes before the tables: what the design breaks, where it breaks something."""
+    broken = [verdict.requirement.shown for verdict in analysis.verdicts if not verdict.holds]
+    if not broken:
+        return "Verdict: meets every requirement." if analysis.verdicts else ""
+    return (
+        f"Verdict: breaks {len(broken)} of {count_words(len(analysis.verdicts), 'requirement')}: {'; '.join(broken)}."
+    )
 
 
 def _latency(analysis: Analysis) -> Iterator[Block]:

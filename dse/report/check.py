@@ -8,6 +8,9 @@ from dse.report.plain import basis_words, scale_words
 from dse.space.settings import settings_of
 from dse.units.text import count_words
 
+FEW = 3
+"""More requirements, rules or objectives than this have a line each."""
+
 
 def description_page(description: Description) -> Page:
     """The decisions of a problem, the size of its space, and remarks."""
@@ -28,7 +31,10 @@ def description_page(description: Description) -> Page:
         ("Rules", [item.text for item in space.rules]),
         ("Objectives", [f"{item.sense} {item.metric.name}" for item in space.objectives]),
     ):
-        blocks += texts(f"{title}: {'; '.join(found) or 'none'}")
+        if len(found) > FEW:
+            blocks += [*texts(f"{title} ({len(found)}):"), *listing(found)]
+        else:
+            blocks += texts(f"{title}: {'; '.join(found) or 'none'}")
     blocks += texts(scale_words(space))
     impossible = [impossible_words(item, space.currency) for item in description.impossible]
     blocks += listing(impossible, "impossible", 0, "wrong")

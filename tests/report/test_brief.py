@@ -78,3 +78,22 @@ def test_an_infeasible_one_says_why() -> None:
     lines = printed(dse.solve(example_path("inmark"), max_jitter="1 ms"))
     assert lines[1].startswith("Infeasible, proved")
     assert len(lines) <= LINES
+
+
+def test_the_verdict_on_a_design_comes_before_its_tables(capsys: pytest.CaptureFixture[str]) -> None:
+    assert run(["analyse", str(example_path("inmark")), "--max-jitter", "20ms"]) == 4
+    lines = capsys.readouterr().out.splitlines()
+    first = next(at for at, line in enumerate(lines) if line.startswith("Verdict: breaks "))
+    assert first < next(at for at, line in enumerate(lines) if "contributor" in line)
+    assert "jitter of gnss_to_sprayer <= 20 ms" in "".join(lines[first : first + 2])
+
+
+def test_many_rules_have_a_line_each(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
+    rules = [f"filter.period <= {period} ms" for period in (20, 21, 22, 23)]
+    text = (Path(__file__).parents[1] / "fuzz" / "pump.yaml").read_text(encoding="utf-8")
+    text = "\n".join(line for line in text.splitlines() if not line.startswith("rules:")) + f"\nrules: {rules}\n"
+    (tmp_path / "p.yaml").write_text(text, encoding="utf-8")
+    assert run(["check", str(tmp_path / "p.yaml")]) == 0
+    lines = [line.strip() for line in capsys.readouterr().out.splitlines()]
+    at = lines.index("Rules (4):")
+    assert lines[at + 1 : at + 5] == rules
