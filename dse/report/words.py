@@ -17,7 +17,7 @@ from dse.results.solve import Result
 from dse.results.variants import NEAR
 from dse.space.activation import exclusions
 from dse.space.types import Space
-from dse.units import is_unbounded
+from dse.units import format_duration, is_unbounded
 from dse.units.text import format_count
 
 REDUCED = (
@@ -280,7 +280,9 @@ def proof_words(result: Result) -> str:
     count = len(result.front)
     points = f"{count} non-dominated design{'s' if count != 1 else ''}"
     if result.status == "complete":
-        return f"Pareto front, proved complete: {points}."
+        grid = result.space.offset_grid_ns
+        on_the_grid = f", offsets on a grid of {format_duration(grid)}" if grid else ""
+        return f"Pareto front, proved complete: {points}{on_the_grid}."
     if result.status == "infeasible":
         return "Infeasible, proved: no design meets every requirement and rule."
     regions = len(result.unexplored)

@@ -8,7 +8,7 @@ from typing import Any
 
 from dse.errors import Diagnostic, ProblemError, in_order
 from dse.space.activation import check_activation, with_triggers
-from dse.space.clocks import check_clocks
+from dse.space.clocks import check_clocks, grid_in_use
 from dse.space.components import (
     build_component,
     build_connections,
@@ -87,6 +87,7 @@ def build_space(loaded: LoadedSpec) -> Space:
         deadlines=spec.deadlines or default_deadlines(spec.profile),
         overload=spec.overload,
         executors=executors,
+        offset_grid_ns=grid_in_use(spec),
     )
     check_activation(ledger, space)
     check_flow_sizes(ledger, space)

@@ -26,6 +26,13 @@ def speaks_of_clocks(spec: Spec, components: Sequence[Component]) -> bool:
     return said or bool(spec.clocks)
 
 
+def grid_in_use(spec: Spec) -> int:
+    """The grid (ns) on which some offsets are chosen; 0 where none is."""
+    sections = (spec.devices, spec.threads, spec.device_types, spec.thread_types)
+    asked = any("any" in (item.offset or ()) for section in sections for item in section.values())
+    return (spec.offset_grid or 0) if asked else 0
+
+
 def is_always_timed(component: Component) -> bool:
     """Whether a timer releases a component, whatever the design."""
     return not set(UNTIMED) & set(leaves(component.protocol)) and None not in set(leaves(component.period_ns))

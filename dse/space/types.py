@@ -438,6 +438,8 @@ class Space:
     bus_queuing: str = "counted"
     """OSATE's setting for waiting on buses: or ``not_counted``."""
     executors: tuple[Executor, ...] = ()
+    offset_grid_ns: int = 0
+    """The grid on which some offsets are chosen; 0 where none is chosen on one."""
     overload: str = "forbidden"
     """Whether cores and buses may be used beyond all of them: ``forbidden`` or ``allowed`` (`dse.space.implied`)."""
 

@@ -13,6 +13,8 @@ import pytest
 import dse
 from dse.analysis.evaluate import Evaluator
 from dse.pareto.front import search_front
+from dse.report.words import proof_words
+from tests.clocks import let
 from tests.effort import cases
 from tests.oracle.generator import to_yaml
 from tests.properties.pair import Pair
@@ -72,6 +74,17 @@ def test_they_are_proved_again(seed: int, tmp_path: Path) -> None:
     (tmp_path / "r.json").write_text(result.to_json(), encoding="utf-8")
     for method in ("exhaustion", "model"):
         assert dse.verify(tmp_path / "r.json", method=method).status == "verified", method
+
+
+def test_what_is_proved_is_proved_on_the_grid() -> None:
+    data = let.problem([(0, 20, 20), (0, 20, 20)]) | {
+        "offset_grid": "1 ms",
+        "objectives": ["minimise latency of chain"],
+    }
+    assert proof_words(dse.solve(data)) == "Pareto front, proved complete: 1 non-dominated design."
+    data["threads"]["t1"]["offset"] = "any"
+    said = "Pareto front, proved complete: 1 non-dominated design, offsets on a grid of 1 ms."
+    assert proof_words(dse.solve(data)) == said
 
 
 def many(seed: int = 0) -> dict[str, Any]:
