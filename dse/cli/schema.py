@@ -9,8 +9,6 @@ import click
 
 from dse.cli.common import check_writable, write_text
 from dse.errors import UsageError
-from dse.files.plain_json import parse_json
-from dse.files.reading import read_text
 
 FORMATS = (
     "problem",
@@ -26,6 +24,8 @@ FORMATS = (
     "sweep",
     "verification",
 )
+MOST_BYTES = 200
+"""Bytes of a file in which a schema names the language that it is written in."""
 
 
 @click.command("schema")
@@ -59,9 +59,7 @@ def _check_replaced(output: str) -> None:
     path = Path(output)
     if output == "-" or not path.is_file() or not path.stat().st_size:
         return
-    try:
-        known = parse_json(read_text(path))
-    except (UsageError, ValueError):
-        known = None
-    if not isinstance(known, dict) or "$schema" not in known:
+    with path.open("rb") as stream:  # no input of the run: it may be replaced
+        begins = stream.read(MOST_BYTES).lstrip()
+    if not begins.startswith(b"{") or b'"$schema"' not in begins:
         raise UsageError(f"{output}: is no JSON Schema, and is not overwritten; give another name")
