@@ -25,7 +25,14 @@ Format = Literal["problem", "ros2", "dot", "graphml", "aadl"]
 TRIALS = 5
 
 
-def export(result: Result, alternative: int | str, form: Format = "problem", folder: str | Path = ".") -> str:
+def export(
+    result: Result,
+    alternative: int | str,
+    form: Format = "problem",
+    folder: str | Path = ".",
+    *,
+    response_times: bool = False,
+) -> str:
     """One design of a result as text.
 
     Parameters
@@ -39,11 +46,14 @@ def export(result: Result, alternative: int | str, form: Format = "problem", fol
         ``graphml``; ``aadl``: a model, or an implementation that extends the one that the problem is of.
     folder
         where a problem file will stand: it decides how included files are named.
+    response_times
+        whether an AADL model gets the computed response times of its threads as SEI::Response_Time, which OSATE's
+        latencies then count instead of execution times.
 
     Raises
     ------
     UsageError
-        when there is no such design.
+        when there is no such design, or response times are asked for in another form than AADL.
 
     Examples
     --------
@@ -52,6 +62,8 @@ def export(result: Result, alternative: int | str, form: Format = "problem", fol
     >>> chosen.space.baseline is not None
     True
     """
+    if response_times and form != "aadl":
+        raise UsageError("response times are written to AADL models only")
     chosen = find_design(result, alternative)
     title = f"{result.problem.name}: alternative {chosen.id} of dse solve, problem SHA-256 {result.problem.sha256}"
     if form == "ros2":
@@ -63,7 +75,7 @@ def export(result: Result, alternative: int | str, form: Format = "problem", fol
     if form == "aadl":
         from dse.api.exporting_aadl import aadl_text
 
-        return aadl_text(result, chosen.design, title)
+        return aadl_text(result, chosen.design, title, response_times=response_times)
     return _problem(result, chosen.design, title, Path(folder))
 
 

@@ -6,27 +6,30 @@ import re
 import tempfile
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeAlias
 
+from dse.analysis.evaluate import Evaluator
 from dse.api.export import check_same, figures
 from dse.api.problem import Model, complete_design, load, load_carried
 from dse.errors import ProblemError, UsageError
 from dse.importers.aadl.model import read_model
-from dse.importers.aadl.ours import TEXT
 from dse.importers.aadl.problem import Writer
 from dse.importers.registry import is_model
 from dse.results.aadl.chosen import ChosenModel, Side
 from dse.results.aadl.whole import WholeModel
+from dse.results.design_tables import analyse_design
 from dse.results.solve import Result
 from dse.space.settings import settings_of
 from dse.space.types import Design
 from dse.spec.model import Imported
+from dse.units import Exact
 
 TRIALS = 6
+Responses: TypeAlias = Mapping[str, tuple[Exact, Exact]]
 
 
-def aadl_text(result: Result, design: Design, title: str) -> str:
-    """A design as AADL, with the property set that it uses where it is written to a file of its own (`property_set`).
+def aadl_text(result: Result, design: Design, title: str, *, response_times: bool = False) -> str:
+    """A design as AADL, with the response times of its threads where they are asked for.
 
     Raises
     ------
@@ -34,8 +37,9 @@ def aadl_text(result: Result, design: Design, title: str) -> str:
         for what AADL cannot say, naming it.
     """
     loaded = load_carried(result.problem.file, result.problem.texts).loaded
+    responses = _responses(result, design) if response_times else {}
     if loaded.spec.imported is not None:
-        return _chosen(result, design, title, loaded.spec.imported)
+        return _chosen(result, design, title, loaded.spec.imported, responses)
     document = loaded.document
     left_out: list[str] = []
     with tempfile.TemporaryDirectory() as place:
@@ -51,11 +55,13 @@ def aadl_text(result: Result, design: Design, title: str) -> str:
                     raise AssertionError(f"the exported model does not load: {error}") from error
                 left_out += [text for text in dropped if text is not None]
             else:
-                return text
+                return (
+                    WholeModel(document, result.space, design, title, responses).text(left_out) if responses else text
+                )
     raise AssertionError("the exported model does not load")
 
 
-def _chosen(result: Result, design: Design, title: str, imported: Imported) -> str:
+def _chosen(result: Result, design: Design, title: str, imported: Imported, responses: Responses) -> str:
     """An implementation that extends the model; it is read back together with the files of that."""
     path = _model_file(result)
     options = {key: text for key, text in (("root", imported.root), ("mode", imported.mode)) if text is not None}
@@ -65,7 +71,7 @@ def _chosen(result: Result, design: Design, title: str, imported: Imported) -> s
     base = load(Model(path, imported.root, imported.mode)).space
     before, chosen = Side(base, complete_design(base, {})), Side(result.space, design)
     name = f"{imported.root.rpartition('::')[2].partition('.')[0]}_chosen"
-    text = ChosenModel(model, writer, before, chosen, title, name).text()
+    text, given = (ChosenModel(model, writer, before, chosen, title, name).text(told) for told in ({}, responses))
     with tempfile.TemporaryDirectory() as place:
         for number, file in enumerate(model.library.files):
             (Path(place) / f"{number}.aadl").write_bytes(file.read_bytes())
@@ -80,7 +86,18 @@ def _chosen(result: Result, design: Design, title: str, imported: Imported) -> s
     ]
     if differing:
         raise UsageError(f"AADL cannot say all of this design: in the model it would have another {differing[0]}")
-    return text
+    return given
+
+
+def _responses(result: Result, design: Design) -> Responses:
+    """The best and worst response time of each thread, in ns; of those without a bound none."""
+    found = analyse_design(Evaluator(result.space), design, response_times=True).responses
+    return {
+        item.name: (item.best_ns, item.response_ns)
+        for responses in found.values()
+        for item in responses
+        if item.part == "thread" and item.response_ns is not None
+    }
 
 
 def _model_file(result: Result) -> Path:
@@ -91,11 +108,6 @@ def _model_file(result: Result) -> Path:
         if path.exists() and is_model(path):
             return path
     raise UsageError(f"{main}: the AADL model that it is of is not there; it is needed to extend it")
-
-
-def property_set() -> str:
-    """The property set that exported models use."""
-    return TEXT
 
 
 def _of_nothing(document: Mapping[str, Any], left_out: list[str], path: str) -> str | None:

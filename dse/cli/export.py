@@ -31,8 +31,9 @@ FORMATS: tuple[Format, ...] = ("problem", "ros2", "dot", "graphml", "aadl")
     metavar="FILE",
     help="The problem file, if it has moved.",
 )
+@click.option("--response-times", is_flag=True, help="AADL: the computed response times as SEI::Response_Time.")
 @in_time
-def command(result: str, alternative: str, form: Format, output: str, problem: str | None) -> int:
+def command(result: str, alternative: str, form: Format, output: str, problem: str | None, response_times: bool) -> int:
     """A chosen design: the problem file with its decisions fixed, ROS 2 parameters, Graphviz, GraphML or AADL.
 
     The problem file keeps its comments, has the design as its baseline, and is read back before it is handed out:
@@ -48,7 +49,7 @@ def command(result: str, alternative: str, form: Format, output: str, problem: s
     tell_carried(opened.problem.file, is_carried=opened.problem.is_carried)
     folder = Path() if output == "-" else Path(output).parent
     with about(result):
-        text = export(opened, alternative, form, folder)
+        text = export(opened, alternative, form, folder, response_times=response_times)
     write_text(output, text)
     if form == "aadl" and output != "-":
         _write_property_set(Path(output), text)

@@ -140,3 +140,22 @@ def test_a_result_of_a_model_is_opened_again(tmp_path: Path, monkeypatch: pytest
     assert run(["verify", "r.json"]) == 5  # nothing wrong, but a forgery of both would pass
     (folder / "inmark_chapter2.yaml").unlink()
     assert run(["verify", "s.json"]) == 5
+
+
+def test_response_times_on_request(tmp_path: Path) -> None:
+    """Of two threads on one core the less urgent waits for the other: 1 + 2 ms."""
+    text = """{dse: 1, name: two, processor_types: {cpu: {}}, processors: {p: {type: cpu}}, threads: {
+      fast: {processor: p, period: 10 ms, compute_execution_time: 1 ms},
+      slow: {processor: p, period: [20 ms, 40 ms], compute_execution_time: 2 ms}},
+      objectives: [minimise utilisation]}"""
+    (tmp_path / "p.yaml").write_text(text, encoding="utf-8")
+    result = dse.solve(tmp_path / "p.yaml")
+    plain, told = (dse.export(result, 1, "aadl", response_times=asked) for asked in (False, True))
+    assert "Response_Time" not in plain
+    assert "SEI::Response_Time => 1 ms .. 1 ms;" in told and "SEI::Response_Time => 2 ms .. 3 ms;" in told
+    with pytest.raises(UsageError, match="AADL models only"):
+        dse.export(result, 1, "dot", response_times=True)
+    (tmp_path / "m.aadl").write_text(plain, encoding="utf-8")
+    again = dse.solve(tmp_path / "m.aadl", minimise="price")
+    extended = dse.export(again, 1, "aadl", response_times=True)
+    assert "SEI::Response_Time => 2 ms .. 3 ms applies to slow_process.slow;" in extended

@@ -12,10 +12,10 @@ from dse.importers.aadl.instance import Instance
 from dse.importers.aadl.model import Model
 from dse.importers.aadl.problem import Writer
 from dse.importers.aadl.wiring import ConnectionInstance
-from dse.results.aadl.words import comment, identifier, times
+from dse.results.aadl.words import comment, identifier, times, written_range
 from dse.space.trees import NotOffered, Tree, at
 from dse.space.types import EMPTY, Component, Connection, Design, Space
-from dse.units import format_duration, format_time_range
+from dse.units import Exact, format_duration, format_time_range
 
 PROTOCOLS = {"periodic": "Periodic", "aperiodic": "Aperiodic", "sporadic": "Sporadic", "hybrid": "Hybrid"}
 TIMES = (
@@ -67,8 +67,8 @@ class ChosenModel:
         self.components = {model.name(item): item for item in model.root.below()}
         self.wires = {name: item for item, name in writer.connections.names.items()}
 
-    def text(self, response_times: Mapping[str, int] | None = None) -> str:
-        """The package; `response_times` in ns go in as SEI::Response_Time."""
+    def text(self, response_times: Mapping[str, tuple[Exact, Exact]] | None = None) -> str:
+        """The package; `response_times`, best and worst in ns, go in as SEI::Response_Time."""
         self._slots()
         self._components(response_times or {})
         self._connections()
@@ -121,7 +121,7 @@ class ChosenModel:
 
     # --- threads and devices ---------------------------------------------------------------------------------------
 
-    def _components(self, response_times: Mapping[str, int]) -> None:
+    def _components(self, response_times: Mapping[str, tuple[Exact, Exact]]) -> None:
         before = {item.name: item for item in self.base.space.components}
         for item in self.chosen.space.components:
             instance = self.components.get(item.name)
@@ -133,7 +133,7 @@ class ChosenModel:
             self._specified(item, before[item.name], instance)
             self._bound(item, before[item.name], path)
             if item.name in response_times:
-                text = times(format_duration(response_times[item.name]))
+                text = times(written_range(response_times[item.name]))
                 self._set(f"SEI::Response_Time => {text}", path)
 
     def _figures(self, item: Component, old: Component, instance: Instance) -> Iterator[str]:

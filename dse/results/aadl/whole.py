@@ -8,9 +8,10 @@ from typing import Any
 
 from dse.importers.aadl.ours import OURS
 from dse.results.aadl.decided import Decided
-from dse.results.aadl.words import bandwidth, comment, extra, identifier, quoted, size, times
+from dse.results.aadl.words import bandwidth, comment, extra, identifier, quoted, size, times, written_range
 from dse.space.settings import settings_of
 from dse.space.types import Design, Space
+from dse.units import Exact
 
 SETTINGS = (
     "name", "offset_grid", "assumptions", "totals", "clocks", "metrics", "requirements", "objectives",
@@ -39,7 +40,15 @@ class Part:
 class WholeModel:
     """Writes one design of a problem."""
 
-    def __init__(self, document: Mapping[str, Any], space: Space, design: Design, title: str) -> None:
+    def __init__(
+        self,
+        document: Mapping[str, Any],
+        space: Space,
+        design: Design,
+        title: str,
+        responses: Mapping[str, tuple[Exact, Exact]] | None = None,
+    ) -> None:
+        self.responses = responses or {}
         self.document = document
         self.decided = Decided(document, space, design)
         self.title = title
@@ -157,6 +166,8 @@ class WholeModel:
         usual = "device" if section == "devices" else "thread"
         rest = {key: value for key, value in entry.items() if key not in ("source", "processor")}
         category = rest.pop("category", usual)
+        if name in self.responses:
+            rest["response_time"] = written_range(self.responses[name])
         if (category == "device") != (section == "devices") or category not in ("thread", "device", "abstract"):
             rest["category"] = category
             category = usual

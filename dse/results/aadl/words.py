@@ -8,7 +8,7 @@ from collections.abc import Iterable
 from typing import Any
 
 from dse.spec.writing import yaml_text
-from dse.units import UnitError, parse_bandwidth_bps, parse_size_bytes
+from dse.units import Exact, TimeRange, UnitError, format_time_range, parse_bandwidth_bps, parse_size_bytes
 
 _QUANTITY = re.compile(r"(\d+(?:\.\d+)?)\s*([A-Za-zµμ]+)")
 _TIMES = {"ps": "ps", "ns": "ns", "us": "us", "µs": "us", "μs": "us", "ms": "ms", "s": "sec", "min": "min", "h": "hr"}
@@ -59,6 +59,11 @@ def times(text: Any, *, as_range: bool = True) -> str | None:
     if not as_range:
         return ends[0] if len(ends) == 1 else None
     return f"{ends[0]} .. {ends[-1]}"
+
+
+def written_range(ends: tuple[Exact, Exact]) -> str:
+    """A range of times in ns, in whole ns: the least rounded down, the most up."""
+    return format_time_range(TimeRange(int(ends[0] // 1), int(-(-ends[1] // 1))))
 
 
 def size(text: Any) -> str | None:
