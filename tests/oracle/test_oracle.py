@@ -611,9 +611,19 @@ KINDS = {
 }
 
 
+COVERING = (33, 47, 77, 82, 85, 92, 97, 98, 127, 128, 129, 130, 132, 137, 142, 155, 180, 183, 186, 200, 231, 234, 246,
+            248)  # fmt: skip
+"""Seeds that cover every kind as the generator is today; where they do not any more the others are tried, too."""
+
+
 def test_the_generator_covers_every_kind() -> None:
-    covered = set().union(*(features(random_problem(seed, "tiny")) for seed in range(500)))
-    assert KINDS - covered == set()
+    """Within the first 500 seeds."""
+    missing = set(KINDS)
+    for seed in dict.fromkeys((*COVERING, *range(500))):
+        missing -= features(random_problem(seed, "tiny")) if missing else set()
+        if not missing:
+            break
+    assert missing == set()
 
 
 def test_the_generator_makes_feasible_and_infeasible_problems_and_small_fronts() -> None:
