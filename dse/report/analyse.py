@@ -8,7 +8,7 @@ from functools import partial
 
 from dse.report.amounts import amount_words, slack_words
 from dse.report.bars import usage_chart, usage_records, waterfall, waterfall_records
-from dse.report.contention import contended_words, core_words, overhead_words, processing_words
+from dse.report.contention import bus_words, contended_words, core_words, overhead_words, processing_words
 from dse.report.page import MINUS, NOTHING, Block, Page, Plot, Section, Table, listing, texts
 from dse.report.plain import basis_words, scale_words
 from dse.report.scheduling import response_table
@@ -63,7 +63,7 @@ def _latency(analysis: Analysis) -> Iterator[Block]:
             draw = partial(waterfall, flow, records)
             yield Plot(f"latency-{flow.name}", draw, WATERFALL.format(flow.name))
         yield flow_table(flow)
-    yield from texts(REDUCED, processing_words(settings_of(analysis.space)))
+    yield from texts(REDUCED, processing_words(settings_of(analysis.space)), bus_words(analysis.space))
     if analysis.contended is not None:
         said = contended_words(analysis.contended, analysis.space.currency)
         yield from texts(f"With response times, {core_words(analysis.space)}: {said}")

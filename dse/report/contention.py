@@ -15,6 +15,7 @@ from dse.results.display import readable
 from dse.results.solve import Result
 from dse.space.cores import is_scheduled
 from dse.space.settings import told_deadlines
+from dse.space.slots import carriers
 from dse.space.trees import leaves
 from dse.space.types import Design, Space
 
@@ -39,6 +40,14 @@ MOST_BROKEN = 3
 def processing_words(settings: Mapping[str, str]) -> str:
     """Whether contention for the CPU is in the latencies, from the settings by name."""
     return UNCOUNTED if settings["profile"] == "osate-2.2" else PROCESSING[settings["processing"]]
+
+
+def bus_words(space: Space) -> str:
+    """That messages wait for no bus in a latency, where a physical bus may carry them; OSATE has rules of its own."""
+    carried = {bus for item in space.connections for bus in carriers(space.buses, item)}
+    if space.profile != "dse" or all(space.buses[bus].virtual for bus in carried):
+        return ""
+    return "Waiting for a bus is not in the latencies: each message counts as if alone on it."
 
 
 def contention_words(result: Result) -> str:

@@ -14,7 +14,7 @@ from dse.analysis.views import View
 from dse.report.analyse import flow_table, metric_table, tightest_limits, usage_tables, verdict_table
 from dse.report.bars import usage_records, waterfall_records
 from dse.report.charts import front_records
-from dse.report.contention import asks_for_responses, contention_words, overhead_words, processing_words
+from dse.report.contention import asks_for_responses, bus_words, contention_words, overhead_words, processing_words
 from dse.report.explain import conflict_blocks
 from dse.report.insisting import insisting_section
 from dse.report.missing import TITLE, missing_words
@@ -237,7 +237,8 @@ class Document:
     def gaps(self) -> tuple[str, ...]:
         """What the model does not see."""
         counted = overhead_words(self.space) if asks_for_responses(self.space) else ""
-        found = filter(None, (scale_words(self.space), counted, unused_words(self.result), exclusion_words(self.space)))
+        said = (bus_words(self.space), scale_words(self.space), counted, unused_words(self.result))
+        found = filter(None, (*said, exclusion_words(self.space)))
         return (REDUCED, processing_words(self.result.problem.effective), *found, *GAPS)
 
     # --- one alternative ------------------------------------------------------------------------------------------
