@@ -76,9 +76,14 @@ def wait_ns(pair: Pair, least: Exact, most: Exact) -> tuple[Exact, Exact]:
     if is_unbounded(most):
         return 0, pair.receiver_ns
     error, step = pair.error_ns, pair.step_ns
-    soonest = (pair.shift_ns - least + error) % step - 2 * error
-    latest = pair.receiver_ns - step + (pair.shift_ns - most - error) % step + 2 * error
+    soonest = _rest(pair.shift_ns - least + error, step) - 2 * error
+    latest = pair.receiver_ns - step + _rest(pair.shift_ns - most - error, step) + 2 * error
     return max(0, soonest), min(pair.receiver_ns, latest)
+
+
+def _rest(time: Exact, step: Exact) -> Exact:
+    """What is left of a time after whole steps: linear between them, for numbers that remember how they were made."""
+    return time - step * (time // step)
 
 
 def spread_ns(pair: Pair, least: Exact, most: Exact) -> Exact:

@@ -27,6 +27,7 @@ from dse.analysis.limits import (
     sum_comparisons,
     thread_values,
 )
+from dse.analysis.measures import EXACT_KINDS
 from dse.analysis.views import View
 from dse.api.problem import Problem, changed
 from dse.space.build import build_space
@@ -180,7 +181,8 @@ class DesignFunction:
         look_at_the_clock()
         with watching() as guards:
             evaluator = Evaluator(space)
-            measures = list({item.metric.name: item for item in (*evaluator.metrics, *evaluator.objectives)}.values())
+            listed = [item for item in evaluator.metrics if item.metric.kind not in EXACT_KINDS]  # no functions: jobs
+            measures = list({item.metric.name: item for item in (*listed, *evaluator.objectives)}.values())
             guards.clear()  # scales and units are no part of the figures
             view = View(self.design)
             results = [measure.value(view) for measure in measures]

@@ -134,3 +134,12 @@ def test_awkward_periods_keep_the_bound() -> None:
     assert found["exact latency"] == found["latency"] == Fraction(126_666_664, 10**6)
     said = [text for text in dse.analyse(data, {}).warnings if "repeats" in text]
     assert said == ["chain repeats only after more than 10,000 releases: its bound stands for its exact latency"]
+
+
+def test_a_margin_says_how_far_a_time_may_grow_before_a_read_is_missed() -> None:
+    """Released 5 ms later, what takes 1 to 3 ms is read in time up to 5 ms; beyond it waits a period more."""
+    data = let.problem([(0, 20, 20), (5, 20, 20)]) | {"requirements": ["latency of chain <= 30 ms"]}
+    data["threads"]["t0"] |= {"communication": "implicit", "compute_execution_time": "1 ms .. 3 ms"}
+    margins = dse.sensitivity(data, {}).margins
+    [found] = [item for item in margins if item.path == "threads.t0.compute_execution_time.max"]
+    assert found.above is not None and found.above.last == 5_000_000
