@@ -241,7 +241,7 @@ def test_every_page_names_cores_and_what_breaks(tmp_path: Path) -> None:
     assert placed_words(result.space, cheap.design) == [
         "p: core 1 (90 %) a, b; core 2 (30 %) c (stated) (a partition within 100 % of each core)"
     ]
-    shown = CliRunner().invoke(cli, ["solve", str(file)], env={"COLUMNS": "200"}).output
+    shown = CliRunner().invoke(cli, ["solve", str(file), "--explain"], env={"COLUMNS": "200"}).output
     assert contention_words(result) in " ".join(shown.split())
     assert "Breaks latency of f <= 85 ms (96 ms)." in shown
     assert "p: core 1 (90 %) a, b; core 2 (30 %) c (stated)" in shown
