@@ -26,7 +26,7 @@ from dse.cli.common import (
 from dse.timelimit import TimeLimit, until
 
 F = TypeVar("F", bound=Callable[..., Any])
-WITHOUT_EFFECT = ("workers", "scheduler", "top", "rank-by", "further", "within", "insist", "output")
+WITHOUT_EFFECT = ("workers", "scheduler", "top", "rank-by", "further", "within", "insist", "output", "explain")
 """Options of `dse solve` that are about the front: they are taken, and change no explanation."""
 REFUSED = {
     "robust": "explains the figures as the file states them, not a robust question",
@@ -39,7 +39,7 @@ def options_of_solve(command: F) -> F:
     for name in WITHOUT_EFFECT:
         other = {"output": ("-o",), "further": ("--alternatives",)}.get(name, ())
         unused = f"unused_{name.replace('-', '_')}"
-        command = click.option(*other, f"--{name}", unused, is_flag=name == "insist", hidden=True)(command)
+        command = click.option(*other, f"--{name}", unused, is_flag=name in ("insist", "explain"), hidden=True)(command)
     for name in REFUSED:
         command = click.option(
             f"--{name}", is_flag=name != "resume", expose_value=False, callback=_refuse, hidden=True

@@ -56,6 +56,13 @@ def widget(result: Result, height: int = 900) -> Any:
     ------
     UsageError
         when anywidget is not installed, or there is nothing to choose from.
+
+    Examples
+    --------
+    >>> import dse
+    >>> shown = dse.widget(dse.solve("pump.yaml"))
+    >>> shown.chosen
+    1
     """
     with needed_for("An interactive result in a notebook", "widget"):
         import anywidget

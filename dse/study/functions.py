@@ -27,7 +27,7 @@ from dse.analysis.limits import (
     sum_comparisons,
     thread_values,
 )
-from dse.analysis.measures import EXACT_KINDS
+from dse.analysis.measures import EXACT_KINDS, build_measure
 from dse.analysis.views import View
 from dse.api.problem import Problem, changed
 from dse.space.build import build_space
@@ -172,6 +172,11 @@ class DesignFunction:
     def __init__(self, inputs: InputSpace, design: Design, *, cores: bool = True) -> None:
         self.inputs, self.design, self.cores = inputs, design, cores
         self.programs: list[Program] = []
+        evaluator = Evaluator(inputs.problem.space)
+        listed = [item for item in evaluator.metrics if item.metric.kind not in EXACT_KINDS]  # no functions: jobs
+        named = {item.metric.name: item.metric for item in (*listed, *evaluator.objectives)}
+        self.metrics = tuple(named.values())
+        """Those of the problem as stated: with other numbers of cores there are others of single cores."""
         self.outputs, results, guards = self._formulas(inputs.at(inputs.nominal, traced=True))
         self.programs.append(Program(results, guards))
         self.applies = self._agrees()
@@ -181,8 +186,7 @@ class DesignFunction:
         look_at_the_clock()
         with watching() as guards:
             evaluator = Evaluator(space)
-            listed = [item for item in evaluator.metrics if item.metric.kind not in EXACT_KINDS]  # no functions: jobs
-            measures = list({item.metric.name: item for item in (*listed, *evaluator.objectives)}.values())
+            measures = [build_measure(space, metric) for metric in self.metrics]
             guards.clear()  # scales and units are no part of the figures
             view = View(self.design)
             results = [measure.value(view) for measure in measures]

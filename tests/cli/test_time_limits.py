@@ -17,6 +17,7 @@ import pytest
 
 import dse
 from dse import timelimit
+from dse.analysis import scheduling
 from dse.cli.main import COMMANDS, cli, run
 from dse.timelimit import OutOfTime, TimeLimit, in_force, look_at_the_clock, until
 
@@ -70,6 +71,7 @@ def jumping(step_s: float, monkeypatch: pytest.MonkeyPatch) -> Iterator[list[int
 @pytest.fixture
 def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     monkeypatch.chdir(tmp_path)
+    scheduling._respond_alone.cache_clear()  # what another test computed would take no time
     (tmp_path / "p.yaml").write_text(COPRIME, encoding="utf-8")
     return tmp_path
 
@@ -149,6 +151,12 @@ def test_what_is_whole_or_none_leaves_no_part(
 def test_a_report_for_which_there_is_no_time_is_named(
     folder: Path, pump: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
+    def slow(document: object) -> dict[str, str]:
+        for _ in range(100):
+            look_at_the_clock()
+        raise AssertionError(document)
+
+    monkeypatch.setattr("dse.report.writing.report_files", slow)
     with jumping(1000.0, monkeypatch):
         assert run(["solve", "p.yaml", "--json", "out.json", "--report", "--time-limit", "10000s"]) == 5
     assert "no report: the time limit came first" in capsys.readouterr().err

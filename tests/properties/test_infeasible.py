@@ -30,6 +30,7 @@ def made_infeasible(seed: int) -> Document | None:
     if not pair.feasible or not pair.valid:
         return document if pair.valid else None
     measures = [item for item in pair.evaluator.metrics if item.unit in LIMITABLE and item.metric.kind != "derived"]
+    measures = [item for item in measures if not item.metric.kind.startswith("exact ")]  # the oracle has the bounds
     measure = rng.choice(measures)
     kind, _, name = measure.metric.name.partition(" of ")
     subject = f"{kind} of '{name}'" if name else kind
