@@ -104,14 +104,14 @@ def test_what_the_baseline_leaves_out_is_no_change(file: Path, capsys: pytest.Ca
 
 
 def test_reports_name_the_changes(file: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    assert run(["solve", str(file), "--top", "all"]) == 0
+    assert run(["solve", str(file), "--top", "all", "--explain"]) == 0
     said = " ".join(capsys.readouterr().out.split())
     assert "Against the baseline: 2 changes: right from none to cpu; t3.processor from left to right. Gains:" in said
     assert "percentage points more (22.5 percentage points per change)" in said
-    assert run(["solve", str(file), "--minimise", "changes"]) == 0
+    assert run(["solve", str(file), "--minimise", "changes", "--explain"]) == 0
     assert "Against the baseline: No change is counted. Unchanged: changes." in capsys.readouterr().out
     file.write_text(HAND + COSTS, encoding="utf-8")
-    assert run(["solve", str(file), "--fix", "t1.dispatch_protocol = aperiodic", "--minimise", "changes"]) == 0
+    assert run(["solve", str(file), "--fix", "t1.dispatch_protocol = aperiodic", "--minimise", "changes", "--explain"]) == 0
     said = " ".join(capsys.readouterr().out.split())
     assert (
         "1 change at a cost of 0: t1.dispatch_protocol from periodic to aperiodic (0) (with it: no t1.period)" in said

@@ -628,9 +628,9 @@ def test_the_generator_covers_every_kind() -> None:
 
 def test_the_generator_makes_feasible_and_infeasible_problems_and_small_fronts() -> None:
     problems = [load_text(random_problem(seed, "tiny")) for seed in range(60)]
-    assert all(len(list(designs(problem))) <= 200 for problem in problems)
+    assert all(len(list(designs(problem))) <= 400 for problem in problems)
     sizes = [len(front(problem)) for problem in problems]
-    assert 0 < sizes.count(0) < 20
+    assert 0 < sizes.count(0) < 30
     assert sum(size > 2 for size in sizes) > 15
 
 

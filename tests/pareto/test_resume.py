@@ -143,13 +143,13 @@ def test_bounds_are_told_where_nothing_was_found(monkeypatch: pytest.MonkeyPatch
     stopped = stopped_after(0, monkeypatch, max_jitter="20 ms")  # which today's design does not keep
     assert not stopped.front
     text = terminal(stopped)
-    assert "price: no less than 290 EUR; nothing was found yet." in text and "is worse by" not in text
+    assert "price: no less than 290 EUR; nothing was found yet;" in text and "is worse by" not in text
 
 
 def terminal(result: Result) -> str:
     printed = io.StringIO()
     print_page(Console(file=printed, width=300), printed_page(Document(result), 1))
-    return printed.getvalue()
+    return " ".join(printed.getvalue().split())
 
 
 def test_a_changed_problem_is_not_resumed(tmp_path: Path) -> None:
