@@ -325,19 +325,25 @@ def _checked(evaluator: Evaluator, earlier: FrontSearch) -> FrontSearch:
 def _restore(state: _State, earlier: FrontSearch) -> None:
     """Take up a stopped search: its points, refuted and open regions.
 
+    Those of a wider question may be counted otherwise: then regions are those of the same designs here.
+
     Raises
     ------
     UsageError
         when the earlier outcome is not one of this space.
     """
     frame = state.frame
-    state.regions.refuted = RefutedRegions(frame.in_steps(region) for region in earlier.refuted)
     everywhere = frame.counted(frame.everywhere)
     regions = [
         tuple(most if bound >= ANYTHING else bound for bound, most in zip(region, everywhere, strict=True))
         for region in earlier.unexplored
     ]
-    state.regions.open = [frame.in_steps(region) for region in regions]
+    if earlier.frame in (None, frame):
+        state.regions.refuted = RefutedRegions(frame.in_steps(region) for region in earlier.refuted)
+        state.regions.open = [frame.in_steps(region) for region in regions]
+    else:
+        state.regions.refuted = RefutedRegions(frame.held(earlier.refuted))
+        state.regions.open = [region for region in frame.held(regions) if not state.regions.refuted.cover(region)]
     for vector, design in earlier.points.items():
         point = frame.in_steps(signed(state.evaluator, vector))
         if any(strictly_inside(point, region) for region in state.regions.open):  # found, but not proved

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 from dse.errors import UsageError
-from dse.pareto.regions import Bound, RefutedRegions, SearchRegions, strictly_inside
+from dse.pareto.regions import Bound, RefutedRegions, SearchRegions, inside, strictly_inside
 from dse.space.types import Design
 
 ANYTHING = 2**62
@@ -40,6 +40,23 @@ class Frame:
         if any(rest for _, rest in parts):
             raise UsageError(f"the search to go on with has a region {bound}: the objectives cannot have these values")
         return tuple(steps for steps, _ in parts)
+
+    def held(self, bounds: Iterable[Bound]) -> list[Bound]:
+        """What regions of a wider question, in counted objectives, hold of this one: in steps, none inside another.
+
+        A bound is rounded up to the next value that there is here: the region holds the same designs as before. One
+        that is below all values leaves nothing of its region.
+
+        >>> Frame((3, 6), (10, 0), (5, 1)).held([(12, 99), (10, 4), (15, 3)])
+        [(1, 6)]
+        """
+        found: list[Bound] = []
+        for bound in bounds:
+            parts = zip(self.offsets, self.steps, self.everywhere, bound, strict=True)
+            region = tuple(min(most, -((offset - value) // step)) for offset, step, most, value in parts)
+            if all(value > 0 for value in region) and not any(inside(region, other) for other in found):
+                found = [other for other in found if not inside(other, region)] + [region]
+        return found
 
 
 @dataclass(frozen=True)

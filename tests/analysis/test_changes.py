@@ -111,7 +111,10 @@ def test_reports_name_the_changes(file: Path, capsys: pytest.CaptureFixture[str]
     assert run(["solve", str(file), "--minimise", "changes", "--explain"]) == 0
     assert "Against the baseline: No change is counted. Unchanged: changes." in capsys.readouterr().out
     file.write_text(HAND + COSTS, encoding="utf-8")
-    assert run(["solve", str(file), "--fix", "t1.dispatch_protocol = aperiodic", "--minimise", "changes", "--explain"]) == 0
+    assert (
+        run(["solve", str(file), "--fix", "t1.dispatch_protocol = aperiodic", "--minimise", "changes", "--explain"])
+        == 0
+    )
     said = " ".join(capsys.readouterr().out.split())
     assert (
         "1 change at a cost of 0: t1.dispatch_protocol from periodic to aperiodic (0) (with it: no t1.period)" in said

@@ -8,12 +8,16 @@ from __future__ import annotations
 import os
 import random
 import re
+from dataclasses import replace
 from fractions import Fraction
 
 import pytest
 
 import dse
-from dse.pareto.front import search_front
+from dse.analysis.evaluate import Evaluator
+from dse.api.insisting import open_options
+from dse.pareto.front import Budget, search_front
+from dse.pareto.insist import Insistence
 from tests.oracle import evaluator as oracle
 from tests.properties.pair import Pair
 from tests.properties.test_against_oracle import figures_agree, fronts_agree
@@ -64,6 +68,42 @@ def test_both_second_proofs_confirm_it(seed: int) -> None:
     result = dse.solve(problem)
     for method in ("exhaustion", "model"):
         assert dse.verify(result, problem=problem, method=method).status == "verified"
+
+
+def with_decided_cores(seed: int) -> str:
+    """Two to three threads whose cores matter, two of them to be decided, on cores that need not be equal."""
+    rng = random.Random(seed)
+    duo, uni = "{cores: 2, price: 20 EUR}", "{cores: 1, price: 10 EUR}"
+    soc = "{cores: {big: 1, little: 1}, price: 30 EUR}"
+    kinds = rng.choice(["duo", "soc", "[duo, uni]", "[soc, uni]", "[duo, soc]"])
+    lines = [f"dse: 1\nname: Decided {seed}", f"processor_types: {{duo: {duo}, uni: {uni}, soc: {soc}}}"]
+    lines += [f"processors: {{p: {{type: {kinds}}}}}", "threads:"]
+    for name in ["a", "b", "c"][: rng.randint(2, 3)]:
+        periods = rng.sample(["5 ms", "8 ms", "10 ms", "15 ms"], rng.randint(1, 2))
+        least = rng.randint(1, 3)
+        times = f"{{duo: {least} ms, uni: {least} ms, soc/big: {least} ms, soc/little: {least + 1} ms}}"
+        core = ", core: [1, 2]" if rng.random() < 0.7 else ""
+        lines.append(
+            f"  {name}: {{processor: p, period: [{', '.join(periods)}], compute_execution_time: {times}{core}}}"
+        )
+    of_cores = [f"minimise utilisation of core {core} of p" for core in (1, 2)]
+    metrics = ["minimise price", "minimise latency of f", *of_cores, "minimise utilisation of each core of p"]
+    if kinds not in ("duo", "soc", "[duo, soc]"):
+        metrics.remove(of_cores[1])
+    wanted = rng.sample(metrics[:-1], 2) if rng.random() < 0.5 else ["minimise latency of f", metrics[-1]]
+    return "\n".join([*lines, "flows: {f: {path: [a]}}", f"objectives: [{', '.join(wanted)}]"]) + "\n"
+
+
+@pytest.mark.parametrize("seed", range(3000, 3000 + COUNT // 2))
+def test_each_front_with_an_option_is_that_with_it_fixed(seed: int) -> None:
+    """A fixed core changes what figures there may be: what the whole front tells is read in those of the fixed one."""
+    space = dse.loads(with_decided_cores(seed)).ask().space
+    evaluator = Evaluator(space)
+    insistence = Insistence(evaluator, search_front(evaluator))
+    for decision, option in open_options(space):
+        fixed = search_front(Evaluator(replace(space, fixed={**space.fixed, decision: option})))
+        found = insistence.front(decision, option, Budget())
+        assert found.is_complete and found.points == fixed.points, (decision, option)
 
 
 @pytest.mark.parametrize("seed", range(2000, 2000 + COUNT // 2))
