@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import re
-import tempfile
 from fractions import Fraction
 from pathlib import Path
 from typing import Literal
@@ -11,7 +10,7 @@ from typing import Literal
 from dse.analysis.evaluate import Evaluator
 from dse.analysis.measures import all_metrics
 from dse.analysis.views import View
-from dse.api.problem import complete_design, load, load_carried
+from dse.api.problem import complete_design, load_carried
 from dse.errors import ProblemError, UsageError
 from dse.results.export import fixed_problem, without
 from dse.results.export_formats import graphml, graphviz, ros2_parameters
@@ -45,7 +44,7 @@ def export(
         ``problem``: the problem file with its decisions fixed; ``ros2``: a parameter file with the rates; ``dot``;
         ``graphml``; ``aadl``: a model, or an implementation that extends the one that the problem is of.
     folder
-        where a problem file will stand: it decides how included files are named.
+        where a problem file will stand: it decides how included files and those of samples are named.
     response_times
         whether an AADL model gets the computed response times of its threads as SEI::Response_Time, which OSATE's
         latencies then count instead of execution times.
@@ -99,33 +98,43 @@ def find_design(result: Result, alternative: int | str) -> Point | FurtherDesign
 
 
 def _problem(result: Result, design: Design, title: str, folder: Path) -> str:
-    """The fixed problem file, after a copy of it has been read back and has given the very figures."""
+    """The fixed problem file, after a copy has been read back, with the result's texts, and has given the figures."""
     source = Path(result.problem.file)
-    original = _original(result)
-    with tempfile.TemporaryDirectory() as place:
-        texts = [fixed_problem(original, result, design, title, where, source) for where in (folder, Path(place))]
-        path = Path(place) / "exported.yaml"
-        for _ in range(TRIALS):
-            path.write_text(texts[1], encoding="utf-8")
-            try:
-                check_same(result, design, load(path).space)
-            except ProblemError as error:
-                cleaned = [without(text, error) for text in texts]
-                if None in cleaned:
-                    raise AssertionError(f"the exported problem does not load: {error}") from error
-                texts = [text for text in cleaned if text is not None]
-            else:
-                return texts[0]
+    original = _original(result, folder)
+    texts = [fixed_problem(original, result, design, title, where, source) for where in (folder, source.parent)]
+    path = source.parent / "exported.yaml"
+    for _ in range(TRIALS):
+        try:
+            check_same(result, design, load_carried(path, {**result.problem.texts, path.name: texts[1]}).space)
+        except ProblemError as error:
+            cleaned = [without(text, error) for text in texts]
+            if None in cleaned:
+                raise AssertionError(f"the exported problem does not load: {error}") from error
+            texts = [text for text in cleaned if text is not None]
+        else:
+            return texts[0]
     raise AssertionError("the exported problem does not load")
 
 
-def _original(result: Result) -> str:
-    """The problem file as it was read; one with its includes merged in where it is not on the disk."""
+def _original(result: Result, folder: Path) -> str:
+    """The problem file as it was read; with its includes merged in where these cannot be used from `folder`.
+
+    Names of samples are relative to the main file: those of an included one would not be found from another.
+    """
     problem = result.problem
-    decides = re.search(r"^of:", problem.texts[Path(problem.file).name], re.M) is not None
-    if decides or (problem.is_carried and len(problem.texts) > 1):
+    source = Path(problem.file)
+    text = problem.texts[source.name]
+    merges = re.search(r"^of:", text, re.M) is not None or (problem.is_carried and len(problem.texts) > 1)
+    if not merges and folder.resolve() != source.parent.resolve() and len(problem.texts) > 1:
+        loaded = load_carried(problem.file, problem.texts).loaded
+        merges = any(
+            isinstance(stated.samples, str)
+            and loaded.source_of(("uncertainty", key, "samples")) is not loaded.sources[0]
+            for key, stated in loaded.spec.uncertainty.items()
+        )
+    if merges:
         return block_text(load_carried(problem.file, problem.texts).loaded.document)
-    return problem.texts[Path(problem.file).name].removeprefix("\ufeff")
+    return text.removeprefix("\ufeff")
 
 
 def check_same(result: Result, design: Design, space: Space) -> None:

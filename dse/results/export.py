@@ -37,12 +37,13 @@ def fixed_problem(text: str, result: Result, design: Design, title: str, folder:
     title
         a line that says what this is.
     folder
-        where the file will stand: paths of included files are made relative to it.
+        where the file will stand: paths of included files and of samples are made relative to it.
     """
     draft = Draft(text)
     space = result.space
     rest = [decision for decision in _open(space) if not _fix_in_place(draft, space, decision, design)]
     _include(draft, folder, source)
+    _samples(draft, folder, source)
     _question(draft, result)
     _rules(draft, space, rest, design)
     _baseline(draft, space, design)
@@ -169,6 +170,21 @@ def _include(draft: Draft, folder: Path, source: Path) -> None:
         path: list[str | int] = ["include", position] if isinstance(node, yaml.SequenceNode) else ["include"]
         moved = os.path.relpath((source.parent / item.value).resolve(), folder.resolve())
         draft.replace(path, yaml_text(Path(moved).as_posix()))
+
+
+def _samples(draft: Draft, folder: Path, source: Path) -> None:
+    """Files of samples are found from where the new file will stand."""
+    node = draft.find(["uncertainty"])
+    if not isinstance(node, yaml.MappingNode) or folder.resolve() == source.parent.resolve():
+        return
+    done = set()
+    for key, _ in node.value:
+        path = ["uncertainty", key.value, "samples"]
+        item = draft.find(path)
+        if isinstance(item, yaml.ScalarNode) and id(item) not in done:  # an alias leads to one that is moved already
+            done.add(id(item))
+            moved = os.path.relpath((source.parent / item.value).resolve(), folder.resolve())
+            draft.replace(path, yaml_text(Path(moved).as_posix()))
 
 
 def _question(draft: Draft, result: Result) -> None:

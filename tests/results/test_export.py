@@ -353,3 +353,18 @@ def test_chosen_cores_stand_at_their_threads(tmp_path: Path) -> None:
     assert len(chosen) == 6 and stated == {**chosen, "shared": None, "same": None}
     analysis = dse.analyse(dse.loads(text))
     assert analysis.is_feasible and analysis.decisions["same.core"] == point.decisions["same.core"]
+
+
+@pytest.mark.parametrize("place", ["main", "catalogue"])
+def test_files_of_samples_are_found_from_where_the_file_is_written(tmp_path: Path, place: str) -> None:
+    base = "dse: 1\nname: s\nthreads: {a: {processor: p, period: [1 s, 2 s], compute_execution_time: 1 ms}}\n"
+    base += "processor_types: {b: {cores: 1}}\nprocessors: {p: {type: b}}\nobjectives: [minimise utilisation of p]\n"
+    uncertainty = "uncertainty: {threads.a.compute_execution_time: {samples: s.csv, unit: ms}}\n"
+    (tmp_path / "s.csv").write_text("a\n1\n2\n", encoding="utf-8")
+    (tmp_path / "c.yaml").write_text(uncertainty, encoding="utf-8")
+    (tmp_path / "p.yaml").write_text(base + (uncertainty if place == "main" else "include: c.yaml\n"), encoding="utf-8")
+    result = solved(tmp_path / "p.yaml")
+    for folder in (tmp_path, tmp_path / "deep" / "er"):
+        folder.mkdir(parents=True, exist_ok=True)
+        (folder / "o.yaml").write_text(export(result, 1, folder=folder), encoding="utf-8")
+        assert dse.load(folder / "o.yaml").loaded.stated[0].numbers
