@@ -25,6 +25,8 @@ from dse.spec.model import Imported
 from dse.units import Exact
 
 TRIALS = 6
+MOST_TOLD = 3
+INSTEAD = "--format problem writes it as a problem file"
 Responses: TypeAlias = Mapping[str, tuple[Exact, Exact]]
 
 
@@ -49,16 +51,19 @@ def aadl_text(result: Result, design: Design, title: str, *, response_times: boo
             path.write_text(text, encoding="utf-8")
             try:
                 check_same(result, design, load(path).space)
+            except AssertionError as error:
+                raise UsageError(f"AADL cannot say all of this design: {error} ({INSTEAD})") from error
             except ProblemError as error:
                 dropped = [_of_nothing(document, left_out, item.path) for item in error.diagnostics]
                 if None in dropped:
-                    raise AssertionError(f"the exported model does not load: {error}") from error
+                    said = "; ".join(f"{item.path}: {item.message}" for item in error.diagnostics[:MOST_TOLD])
+                    raise UsageError(f"AADL cannot say all of this design: {said} ({INSTEAD})") from error
                 left_out += [text for text in dropped if text is not None]
             else:
                 return (
                     WholeModel(document, result.space, design, title, responses).text(left_out) if responses else text
                 )
-    raise AssertionError("the exported model does not load")
+    raise UsageError(f"AADL cannot say all of this design ({INSTEAD})")
 
 
 def _chosen(result: Result, design: Design, title: str, imported: Imported, responses: Responses) -> str:

@@ -159,3 +159,60 @@ def test_response_times_on_request(tmp_path: Path) -> None:
     again = dse.solve(tmp_path / "m.aadl", minimise="price")
     extended = dse.export(again, 1, "aadl", response_times=True)
     assert "SEI::Response_Time => 2 ms .. 3 ms applies to slow_process.slow;" in extended
+
+
+HEAD = "dse: 1\nname: m\nobjectives: [minimise utilisation of p]\nprocessors: {p: {type: b}}\n"
+OFFSETS = """
+dse: 1
+name: o
+offset_grid: 5 ms
+clocks: {k: {}}
+processor_types: {b: {cores: 1}}
+processors: {p: {type: b, clock: k}}
+threads:
+  t: {processor: p, period: 10 ms, offset: 0 ms, compute_execution_time: 1 ms}
+  u: {processor: p, period: 10 ms, offset: any, compute_execution_time: 1 ms}
+connections: {x: {from: t, to: u}}
+flows: {f: {path: [t, u]}}
+objectives: [minimise latency of f]
+"""
+WORDLESS = {
+    "groups": "processor_types: {b: {cores: {big: 1, little: 1}}}\n"
+    "threads: {t: {processor: p, period: [5 ms, 9 ms], compute_execution_time: {b/big: 1 ms, b/little: 2 ms}}}",
+    "executors": "processor_types: {b: {cores: 1}}\nexecutors: {ros: {kind: [fifo, wait_set], processor: p}}\n"
+    "threads: {t: {executor: ros, period: [5 ms, 9 ms], compute_execution_time: 1 ms}}",
+    "partitions": "processor_types: {b: {cores: 1}}\nprofile: osate-2.19\n"
+    "partitions: {w: {period: 20 ms, offset: 5 ms, duration: 5 ms}}\n"
+    "threads: {t: {processor: p, partition: w, period: [20 ms, 40 ms], compute_execution_time: 1 ms}}",
+    "frames": "processor_types: {b: {cores: 1}}\ndevices: {s: {period: 1 ms}}\n"
+    "bus_types: {c: {bandwidth: 1 Mbit/s, frame: {protocol: can, identifier_bits: 29}}}\nbuses: {c: {type: c}}\n"
+    "connections: {x: {from: s, to: t, data_size: 8 B, bus: c}}\n"
+    "threads: {t: {processor: p, period: [20 ms, 40 ms], compute_execution_time: 1 ms}}",
+    "any": "processor_types: {b: {cores: 1}}\ndeadlines: all\nprocessing: response_time\n"
+    "threads: {t: {processor: p, period: 10 ms, priority: any, compute_execution_time: 1 ms},"
+    " u: {processor: p, period: 20 ms, priority: [2, 4], compute_execution_time: 1 ms}}",
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("name", WORDLESS)
+def test_what_aadl_has_no_word_for_goes_along(name: str, tmp_path: Path) -> None:
+    """Written with our property set, and read back to the same figures."""
+    text = dse.export(dse.solve(dse.loads(HEAD + WORDLESS[name])), 1, "aadl")
+    assert "priority: any" not in text
+    assert ("Priority" in text) == (name == "any")
+    (tmp_path / "m.aadl").write_text(text, encoding="utf-8")
+    dse.load(tmp_path / "m.aadl")
+
+
+def test_a_chosen_offset_is_stated(tmp_path: Path) -> None:
+    path = tmp_path / "p.yaml"
+    path.write_text(OFFSETS, encoding="utf-8")
+    result = dse.solve(path)
+    assert '"offset: ' in dse.export(result, 1, "aadl")
+
+
+def test_what_cannot_be_read_back_is_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("dse.results.aadl.whole.SETTINGS", ("name",))
+    monkeypatch.setattr("dse.results.aadl.whole.settings_of", lambda _: {"rules": ["t.period = nothing"]})
+    with pytest.raises(UsageError, match="AADL cannot say all of this design"):
+        dse.export(dse.solve(dse.loads(HEAD + WORDLESS["executors"])), 1, "aadl")

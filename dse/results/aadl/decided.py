@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from functools import cached_property
 from typing import Any
 
 from dse.analysis.binding import bus_stack, machine_type
@@ -14,6 +15,9 @@ from dse.space.types import EMPTY, Design, Space
 TYPED = {"processors": "processor_types", "buses": "bus_types", "devices": "device_types", "threads": "thread_types"}
 LISTS = ("dispatch_trigger", "path", "interrupts")
 """Fields whose list is no choice."""
+USERS = ("devices", "threads", "executors")
+LEFT_OPEN = ("priority", "core", "offset")
+"""Fields that a problem may leave to the search without a list."""
 
 
 class Decided:
@@ -47,7 +51,22 @@ class Decided:
             types = self.document.get(TYPED[section]) or {}
             inherited = self._chosen(section, name, dict(types.get(kind) or {}))
             chosen = {**inherited, **{key: value for key, value in chosen.items() if key != "type"}}
+        chosen |= self._left_open.get((section, name), {})
         return {key: value for key, value in chosen.items() if value is not None}
+
+    @cached_property
+    def _left_open(self) -> dict[tuple[str, str], dict[str, Any]]:
+        """What the design has chosen for fields that are ``any``, or that a setting of the problem leaves open."""
+        found: dict[tuple[str, str], dict[str, Any]] = {}
+        for item, option in zip(self.space.decisions, self.design, strict=False):
+            section = next((name for name in USERS if item.component in (self.document.get(name) or {})), None)
+            if section is None or item.field not in LEFT_OPEN or option < 0:
+                continue
+            stated = (self.document[section][item.component] or {}).get(item.field)
+            if not isinstance(stated, list):
+                text = item.options[option]
+                found.setdefault((section, item.component), {})[item.field] = int(text) if text.isdigit() else text
+        return found
 
     def _chosen(self, section: str, name: str, given: dict[str, Any]) -> dict[str, Any]:
         found = {}
@@ -68,9 +87,11 @@ class Decided:
             return value
         if isinstance(value, dict):
             value = self._of_machine(section, name, value)
-        return self._one(f"{name}.{key}", value)
+            if isinstance(value, dict):
+                return value
+        return self._one(f"{name}.{key}", value, is_number=key in ("priority", "core"))
 
-    def _one(self, name: str, value: Any) -> Any:
+    def _one(self, name: str, value: Any, *, is_number: bool = False) -> Any:
         if not isinstance(value, list):
             return value
         reference = self.space.references.get(name)
@@ -80,10 +101,14 @@ class Decided:
             leaf = at(reference.tree, self.view)
         except NotOffered:
             return None
-        return None if leaf is None else reference.texts.get(leaf, value[0])
+        chosen = None if leaf is None else reference.texts.get(leaf, value[0])
+        return int(chosen) if is_number and chosen is not None and chosen.isdigit() else chosen
 
     def _of_machine(self, section: str, name: str, by_type: Mapping[str, Any]) -> Any:
         """The figure of the processor type that runs a thread, or whoever sends over a virtual bus."""
+        types = self.document.get("processor_types") or {}
+        if not by_type or not all(str(key).partition("/")[0] in types for key in by_type):
+            return by_type  # figures of other things, such as how a bus frames
         kinds: set[str] = set()
         if section == "threads":
             component = next(item for item in self.space.components if item.name == name)
@@ -91,7 +116,7 @@ class Decided:
             if processor is not None:
                 slot = self.space.processors[processor]
                 kinds.add(slot.types[self.view[slot.type_decision]])
-        else:
+        elif section == "buses":
             number = next(index for index, item in enumerate(self.space.buses) if item.name == name)
             for wire in self.space.connections:
                 if number in bus_stack(self.space, wire, self.view):
@@ -101,4 +126,13 @@ class Decided:
                 f"{name} has figures per processor type and is used from {', '.join(sorted(kinds))}: AADL has one bus "
                 "for each; split it in the problem file"
             )
-        return by_type.get(next(iter(kinds))) if kinds else None
+        kind = next(iter(kinds), None)
+        if kind is None:
+            return None
+        if not any(str(key).startswith(f"{kind}/") for key in by_type):
+            return by_type.get(kind)
+        of_groups = {key: value for key, value in by_type.items() if str(key).partition("/")[0] == kind}
+        for key, value in of_groups.items():
+            if isinstance(value, list):
+                raise UsageError(f"{name} chooses from a list for {key}: AADL cannot say which; state one figure")
+        return of_groups

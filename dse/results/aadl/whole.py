@@ -69,6 +69,9 @@ class WholeModel:
         self._flows()
         settings = {key: self.document[key] for key in SETTINGS if self.document.get(key) not in (None, [], {})}
         settings |= settings_of(self.decided.space)
+        for key in ("executors", "partitions"):
+            entries = self.decided.section(key)
+            settings |= {key: entries} if entries else {}
         dropped = set(left_out)
         for key in ("requirements", "objectives"):
             if key in settings:
