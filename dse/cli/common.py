@@ -65,6 +65,9 @@ def problem_argument(*, required: bool = True) -> Callable[[F], F]:
             if (root or mode) and options["file"] is not None:
                 from dse.api.problem import Model
 
+                if str(options["file"]) == "-" or not is_model(Path(options["file"])):
+                    given = "--root" if root else "--mode"
+                    raise UsageError(f"{given} is for AADL models, and {options['file']} is none: leave it out")
                 options["file"] = Model(options["file"], root, mode)
             return command(*arguments, **options)
 
@@ -351,7 +354,11 @@ def question_of(options: dict[str, Any], objectives: tuple[str, ...] = ()) -> Qu
 
     asked: Question = {"objectives": objectives, "require": options["require"], "fix": options["fix"]}
     for name in (*(f"max_{metric}" for metric in LIMITED), *SETTINGS):
-        value = options.get(name) or options["settings"].get(name)
+        stated, short = options.get(name), options["settings"].get(name)
+        if stated and short and stated != short:
+            shown = f"--{name} {stated}".replace("_", "-")
+            raise UsageError(f"{shown} contradicts --settings, which says {short.replace('_', '-')}: give one of them")
+        value = stated or short
         asked[name] = value  # type: ignore[literal-required]  # every one is a key of Question
     return asked
 

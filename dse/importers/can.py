@@ -25,6 +25,19 @@ UNKNOWN = "unknown sender"
 NAME_LENGTH = 200
 UNUSED_SIGNALS = "VECTOR__INDEPENDENT_SIG_MSG"
 """Under this name DBC files keep signals of no message."""
+_STRING = re.compile(r'"(?:\\"|[^"])*?"')
+_BEGUN = re.compile(r"^[ \t]*(?P<word>BO_|SG_)(?![^\s])", re.MULTILINE)
+_WHOLE = {
+    "BO_": ("message", re.compile(r"BO_\s+\d+\s+[^\s:]+\s*:\s*\d+\s+\w+")),
+    "SG_": (
+        "signal",
+        re.compile(
+            r"SG_\s+[^\s:]+(\s+\w+)?\s*:\s*\d+\s*\|\s*\d+\s*@\s*[01]\s*[+-]\s*\([^()]*\)\s*\[[^\[\]]*\]\s*"
+            r'"\s*"\s*\w+'
+        ),
+    ),
+}
+"""How the statements of a DBC file go, its texts left empty."""
 
 
 def read(path: Path, options: Mapping[str, Any]) -> Imported:
@@ -64,10 +77,27 @@ def _database(path: Path, text: str, form: str) -> Any:
         found = load_string(text, form if form in ENCODINGS else None, strict=False)
     except (Error, ValueError, KeyError, TypeError, IndexError, AttributeError, RecursionError) as error:
         raise ProblemError([_syntax_error(path, error)]) from None
+    if form == "dbc":
+        _check_statements(path, text)
     if not getattr(found, "messages", None):
         hint = "is the file cut off?"
         raise ProblemError([Diagnostic("it has no CAN messages", file=str(path), line=1, hint=hint)])
     return found
+
+
+def _check_statements(path: Path, text: str) -> None:
+    """Every message and signal that a DBC file begins is whole: cantools passes over the rest of a file cut off."""
+    plain = _STRING.sub(lambda found: '"' + "\n" * found[0].count("\n") + '"', text)
+    mistakes = []
+    for found in _BEGUN.finditer(plain):
+        what, whole = _WHOLE[found["word"]]
+        if not whole.match(plain, found.start("word")):
+            line = plain.count("\n", 0, found.start("word")) + 1
+            mistakes.append(
+                Diagnostic(f"this {what} is not whole", file=str(path), line=line, hint="is the file cut off?")
+            )
+    if mistakes:
+        raise ProblemError(mistakes)
 
 
 def _syntax_error(path: Path, error: Exception) -> Diagnostic:
@@ -128,6 +158,11 @@ class _Reader:
             "devices": {name: {} for name in self.nodes},
             "connections": connections,
         }
+        if any("rate" not in body for body in connections.values()):
+            document["assumptions"].append(
+                "Messages without a `rate` have no cycle time: until one is stated they count as often as their sender "
+                "is dispatched, by what it receives, if anything."
+            )
         return Imported(document, tuple(self.remarks), self.places)
 
     def _bus_type(self, name: str, messages: Sequence[Any]) -> dict[str, Any]:
@@ -192,7 +227,11 @@ class _Reader:
         if not message.cycle_time:
             hint = "counts with --cycle" if cycle_ns else "state its `rate`, or give --cycle, such as --cycle '100 ms'"
             self._remark(f"{message.name}: no cycle time is stated", hint, line)
-            said.append("cycle time assumed" if cycle_ns else "cycle time missing: state a `rate`")
+            said.append(
+                "cycle time assumed"
+                if cycle_ns
+                else f"cycle time missing: without a `rate` it counts at the rate of {sender}"
+            )
         if len(receivers) > 1:
             said.append(f"received by {', '.join(receivers)}")
         body["bus"] = message.bus_name or "can0"

@@ -87,3 +87,16 @@ def test_fixing_what_a_design_does_not_use_is_said(tmp_path: Path, capsys: pytes
     used = ["--design", "computer.type=small", "--design", "t.dispatch_protocol=periodic"]
     assert run(["analyse", path, *never[:2], *used]) == 0
     assert "was given, but" not in capsys.readouterr().out
+
+
+def test_settings_that_contradict_each_other_are_refused(path: str, capsys: pytest.CaptureFixture[str]) -> None:
+    assert run(["check", path, "--settings", "ET", "--worst-case", "deadline"]) == 2
+    assert "--worst-case deadline contradicts --settings, which says execution-time" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("option", [["--root", "a::b"], ["--mode", "x"]])
+def test_options_of_models_are_not_for_problem_files(
+    option: list[str], path: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert run(["check", path, *option]) == 2
+    assert f"{option[0]} is for AADL models" in capsys.readouterr().err

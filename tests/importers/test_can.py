@@ -110,6 +110,9 @@ BAD = {
     "empty": ("", "car.dbc:1:1: no CAN database: DBC"),
     "no database": ("hello\nworld\n", "car.dbc:1:1: no CAN database: DBC"),
     "cut off": (DBC[: DBC.index("BO_ 512") + 12], "car.dbc:7: this message is not whole (is the file cut off?)"),
+    "cut off in a message": (DBC[: DBC.index("BO_ 512") + 7], "car.dbc:7: this message is not whole (is the"),
+    "cut off in a signal": (DBC[: DBC.index("[0|100]") + 4], "car.dbc:8: this signal is not whole (is the file cut"),
+    "cut off in a signal's name": (DBC[: DBC.index("pressure") + 3], "car.dbc:8: this signal is not whole (is the"),
     "no messages": (HEAD, "car.dbc:1: it has no CAN messages (is the file cut off?)"),
     "no bit rate": (DBC.replace("Baudrate", "Other"), "car.dbc:1: nothing says the bit rate of can0 (give --bandwidth"),
 }
@@ -161,3 +164,11 @@ def test_what_is_imported_is_solved(tmp_path: Path, monkeypatch: pytest.MonkeyPa
     assert run(["solve", "car.yaml", "--max-load", "25 %", "--maximise", "busy of can0", "--json", "r.json", "-q"]) == 0
     [point] = json.loads(Path("r.json").read_text(encoding="utf-8"))["front"]
     assert "100 kbit/s" in point["decisions"].values()
+
+
+def test_a_message_without_cycle_time_says_at_what_rate_it_counts(tmp_path: Path) -> None:
+    out = tmp_path / "out.yaml"
+    assert run(["import", put(tmp_path, DBC), "-o", str(out)]) == 0
+    text = out.read_text(encoding="utf-8")
+    assert "Messages without a `rate` have no cycle time" in text
+    assert "cycle time missing: without a `rate` it counts at the rate of Gateway" in text
