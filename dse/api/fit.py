@@ -6,16 +6,19 @@ from collections.abc import Mapping, Sequence
 from fractions import Fraction
 from pathlib import Path
 
+from pydantic import TypeAdapter, ValidationError
+
 from dse.errors import UsageError
 from dse.fitting.fit import Fit, Options, Sizes, fit_measurements
 from dse.fitting.lines import Method
+from dse.spec.fields import Name
 from dse.units import UnitError, parse_ratio, parse_size_bytes
 
 
 def fit(
     *files: str | Path,
     method: str = "ols",
-    quantiles: str = "1 % .. 99 %",
+    quantiles: str | None = None,
     round_trip: bool | None = None,
     sizes: str | None = None,
     without: Sequence[str] = (),
@@ -38,7 +41,7 @@ def fit(
         ``ols`` (least squares of minima and of maxima, as ECE-TR-25, section 5.5.1), ``envelope`` (the closest lines
         that nothing measured lies beyond) or ``quantile`` (lines that leave a share of the samples beyond them).
     quantiles
-        the shares of the lower and the upper quantile line.
+        the shares of the lower and the upper quantile line, for ``quantile`` only; None: ``1 % .. 99 %``.
     round_trip
         whether times are halved; None: where a column's name says so.
     sizes, without
@@ -74,10 +77,16 @@ def fit(
     """
     if not files:
         raise UsageError("there is no file of measurements")
+    if quantiles is not None and method != "quantile":
+        raise UsageError(f"--quantiles {quantiles}: is for --method quantile, not {method}: leave it out or change it")
+    if name:
+        _check_name("--name", name)
+    for platform, kind in (platforms or {}).items():
+        _check_name(f"--platform {platform}=", kind)
     chosen: Method = method  # type: ignore[assignment] # refused below where it is none
     options = Options(
         method=chosen,
-        quantiles=_shares(quantiles),
+        quantiles=_shares(quantiles if quantiles is not None else "1 % .. 99 %"),
         is_round_trip=round_trip,
         sizes=_sizes("--sizes", sizes) if sizes is not None else None,
         without=tuple(_sizes("--without", text) for text in without),
@@ -88,6 +97,13 @@ def fit(
         platforms=platforms or {},
     )
     return fit_measurements([Path(file) for file in files], options)
+
+
+def _check_name(option: str, name: str) -> None:
+    try:
+        TypeAdapter(Name).validate_python(name)
+    except ValidationError as error:
+        raise UsageError(f"{option} {name!r}: {error.errors()[0]['msg']}") from error
 
 
 def _ends(option: str, text: str, example: str) -> tuple[str, str]:

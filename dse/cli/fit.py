@@ -30,7 +30,7 @@ def _pairs(ctx: click.Context, param: click.Parameter, values: Sequence[str]) ->
     show_default=True,
     help="Least squares, lines that nothing measured lies beyond, or quantile lines.",
 )
-@click.option("--quantiles", default="1 % .. 99 %", show_default=True, metavar="LOW..HIGH", help="Of quantile lines.")
+@click.option("--quantiles", show_default="1 % .. 99 %", metavar="LOW..HIGH", help="Of quantile lines.")
 @click.option("--round-trip/--one-way", default=None, help="Whether times are halved; else as a column's name says.")
 @click.option("--sizes", metavar="LOW..HIGH", help="Use messages of these sizes only, e.g. '0 B .. 3 KB'.")
 @click.option("--without", multiple=True, metavar="LOW..HIGH", help="Leave messages of these sizes out.")
@@ -53,7 +53,7 @@ def _pairs(ctx: click.Context, param: click.Parameter, values: Sequence[str]) ->
 def command(
     files: tuple[str, ...],
     method: str,
-    quantiles: str,
+    quantiles: str | None,
     round_trip: bool | None,
     sizes: str | None,
     without: tuple[str, ...],

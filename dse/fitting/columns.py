@@ -57,6 +57,10 @@ class ColumnError(ValueError):
         self.message, self.hint = message, hint
 
 
+class OptionError(ColumnError):
+    """An option names a role, a column or a unit that there is not: no mistake of the file."""
+
+
 def find_columns(
     header: Sequence[str], stated: Mapping[str, str], units: Mapping[str, str]
 ) -> tuple[dict[str, Column], list[str]]:
@@ -73,8 +77,10 @@ def find_columns(
 
     Raises
     ------
+    OptionError
+        when a stated column is not there, or a stated unit is none of its kind.
     ColumnError
-        when a stated column is not there, a role has two columns, or a unit is none of its kind.
+        when a role has two columns, or a unit in the name of a column is none of its kind.
 
     Examples
     --------
@@ -87,9 +93,11 @@ def find_columns(
     taken = {name: role for role, name in stated.items()}
     for role, name in stated.items():
         if role not in NAMES:
-            raise ColumnError(f"no column has the role {role!r}", f"roles: {', '.join(NAMES)}")
+            raise OptionError(f"--column {role}={name}: no column has the role {role!r}", f"roles: {', '.join(NAMES)}")
         if name not in header:
-            raise ColumnError(f"there is no column {name!r}", f"columns: {', '.join(header[:12])}")
+            raise OptionError(
+                f"--column {role}={name}: there is no column {name!r}", f"columns: {', '.join(header[:12])}"
+            )
     for index, name in enumerate(header):
         role, unit, plain = _meaning(name)
         role = taken.get(name, role if role not in stated else "")
@@ -99,8 +107,14 @@ def find_columns(
         if role in found:
             hint = f"say which with --column {role}=NAME"
             raise ColumnError(f"{found[role].name!r} and {name!r} may both be the {role}", hint)
-        unit = units.get(name, units.get(role, unit))
-        found[role] = Column(role, index, name, _scale(role, name, unit), plain in ROUND_TRIPS)
+        key = next((key for key in (name, role) if key in units), None)
+        unit = unit if key is None else units[key]
+        try:
+            found[role] = Column(role, index, name, _scale(role, name, unit), plain in ROUND_TRIPS)
+        except ColumnError as error:
+            if key is None:
+                raise
+            raise OptionError(f"--unit {key}={unit}: {error.message}", error.hint) from error
     return found, others
 
 

@@ -149,6 +149,8 @@ def fit_measurements(paths: Sequence[Path], options: Options) -> Fit:
     is_round_trip = measured.is_round_trip if options.is_round_trip is None else options.is_round_trip
     if options.method == "quantile" and not measured.has_samples:
         raise UsageError("--method quantile: needs samples, one a row; the files have figures of many samples")
+    if options.extremes and not measured.has_samples:
+        raise UsageError("--extremes: needs samples, one a row; the files have figures of many samples: leave it out")
     with_size = [item for item in measured.summaries if item.size_bytes is not None]
     without_size = [item for item in measured.summaries if item.size_bytes is None]
     if with_size and without_size:

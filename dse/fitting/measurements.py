@@ -15,8 +15,8 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from dse.errors import Diagnostic, ProblemError
-from dse.fitting.columns import NAMES, TIMES, Column, ColumnError, find_columns
+from dse.errors import Diagnostic, ProblemError, UsageError
+from dse.fitting.columns import NAMES, TIMES, Column, ColumnError, OptionError, find_columns
 from dse.spec.sources import OnDisk, read_source
 from dse.units import DATA, TIME, UnitError, parse_quantity
 
@@ -107,11 +107,18 @@ def read_measurements(
     ------
     ProblemError
         with every mistake and its file and line.
+    UsageError
+        when a column, a unit or a platform is named that there is not.
     """
     readers = [_Reader(path, columns or {}, units or {}, platforms or {}) for path in paths]
     mistakes = [mistake for reader in readers for mistake in reader.mistakes]
     if mistakes:
         raise ProblemError(mistakes)
+    named = [name for reader in readers for name in reader.named]
+    for name, kind in (platforms or {}).items():
+        if name not in named:
+            there = f"platforms: {', '.join(dict.fromkeys(named))}" if named else "no column names platforms"
+            raise UsageError(f"--platform {name}={kind}: no row is of the platform {name!r} ({there})")
     summaries: dict[tuple[Group, int | None], Summary] = {}
     for reader in readers:
         for item in reader.summaries():
@@ -153,11 +160,15 @@ class _Reader:
         self.samples: dict[tuple[Group, int | None], list[Fraction | float]] = {}
         self.extremes: dict[tuple[Group, int | None], tuple[Fraction, Fraction, int]] = {}
         self.known: dict[tuple[str, str], Fraction] = {}
+        self.named: dict[str, None] = {}
         text = self._text(path)
         if text is None:
             return
         try:
             self._read(text, stated, units)
+        except OptionError as error:
+            hint = f" ({error.hint})" if error.hint else ""
+            raise UsageError(f"{error.message} in {self.file}{hint}") from error
         except ColumnError as error:
             self._wrong(error.message, self.header_line, error.hint)
         except csv.Error as error:
@@ -264,7 +275,10 @@ class _Reader:
             self._wrong(
                 "expected a name, got nothing" if not text else "a name is one line of text", self.line, "", column.name
             )
-        return self.platforms.get(text, text) if role == "platform" else text
+        if role != "platform":
+            return text
+        self.named.setdefault(text)
+        return self.platforms.get(text, text)
 
     def _count(self, cells: Sequence[str]) -> int | None:
         column = self.columns.get("count")

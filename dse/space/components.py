@@ -116,7 +116,15 @@ def _partition(ledger: Ledger, spec: Spec, name: str) -> Partition | None:
     if named not in spec.partitions:
         ledger.unknown(("threads", name, "partition"), "partition", named, spec.partitions)
         return None
-    given = spec.partitions[named]
+    given, path = spec.partitions[named], ("partitions", named)
+    if given.duration == 0:
+        ledger.error((*path, "duration"), "a window of no length", "leave `duration` out where no window is known")
+    elif given.offset + (given.duration or 0) > given.period:
+        what = "offset" if given.duration is None else "duration" if not given.offset else "offset or duration"
+        place = "offset" if given.duration is None else "duration"
+        end = format_duration(given.offset + (given.duration or 0))
+        text = f"the window of {shown(named)} ends at {end}, beyond its period of {format_duration(given.period)}"
+        ledger.error((*path, place), text, f"lower its {what}")
     return Partition(named, given.period, given.offset, given.duration)
 
 

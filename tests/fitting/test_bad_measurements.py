@@ -113,7 +113,7 @@ def test_many_mistakes_are_cut_short(tmp_path: Path, capsys: pytest.CaptureFixtu
         (["--sizes", "9 B .. 3 B"], "--sizes 9 B .. 3 B: the lower size comes first"),
         (["--without", "1 s .. 2 s"], "--without 1 s .. 2 s: expected a data size"),
         (["--method", "quantile", "--quantiles", "9 .. 10 %"], "--quantiles 9 .. 10 %"),
-        (["--quantiles", "90 % .. 10 %"], "--quantiles 90 % .. 10 %: expected shares"),
+        (["--method", "quantile", "--quantiles", "90 % .. 10 %"], "--quantiles 90 % .. 10 %: expected shares"),
     ],
 )
 def test_options_that_do_not_go_with_it(
@@ -128,18 +128,23 @@ def test_options_that_do_not_go_with_it(
 @pytest.mark.parametrize(
     ("options", "message"),
     [
-        (["--column", "size=bytes"], "m.csv:1: there is no column 'bytes' (columns: size_bytes, min_us, max_us)"),
-        (["--column", "colour=min_us"], "m.csv:1: no column has the role 'colour' (roles: size, sample"),
-        (["--unit", "min=furlong"], "m.csv:1: 'min_us': 'furlong' is no unit of the min (such as ns, us, ms, s)"),
+        (["--column", "size=bytes"], "there is no column 'bytes' in "),
+        (["--column", "colour=min_us"], "no column has the role 'colour' in "),
+        (["--name", "a\nb"], "--name 'a\\nb': expected a name without line breaks"),
+        (["--name", "none"], 'the name "none" is reserved'),
+        (["--platform", "nope=RT101"], "no row is of the platform 'nope' (no column names platforms)"),
+        (["--extremes", "1000"], "--extremes: needs samples"),
+        (["--quantiles", "5 % .. 95 %"], "is for --method quantile, not ols"),
+        (["--unit", "min=furlong"], "--unit min=furlong: 'min_us': 'furlong' is no unit of the min in "),
     ],
 )
-def test_columns_that_are_not_there(
+def test_options_that_do_not_go_with_the_file(
     options: list[str], message: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     path = tmp_path / "m.csv"
     path.write_text(GOOD, encoding="utf-8")
     code, said = fit(path, capsys, *options)
-    assert code == 3 and message in said, said
+    assert code == 2 and message in said, said
 
 
 def test_measurements_are_not_overwritten(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
