@@ -6,6 +6,7 @@ import os
 import sys
 from collections.abc import Callable
 from functools import wraps
+from itertools import pairwise
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar, cast
 
@@ -170,12 +171,23 @@ def report_option(command: F) -> F:
 
 def _check_report(ctx: click.Context, param: click.Parameter, value: str | None) -> str | None:
     if value is not None and not value.lower().endswith(PAGES):
-        raise click.BadParameter(
-            f"{value or 'no path'}: a report is HTML or Markdown: a path that ends in {' or '.join(PAGES)}"
-        )
+        raise _no_page(value)
     if value is not None:
         tell_plots()
     return value
+
+
+def check_page_or_folder(ctx: click.Context, param: click.Parameter, value: str | None) -> str | None:
+    """A report that is one page where a path is given, and files in a folder where none is."""
+    if value and not value.lower().endswith(PAGES):
+        raise _no_page(value)
+    return value
+
+
+def _no_page(path: str) -> click.BadParameter:
+    """That a report cannot go to `path`."""
+    text = f"{path or 'no path'}: a report is HTML or Markdown: a path that ends in {' or '.join(PAGES)}"
+    return click.BadParameter(text, param_hint="'--report'")
 
 
 def write_page(path: str | None, page: Page) -> OSError | None:
@@ -195,9 +207,13 @@ class OrderedCommand(click.Command):
 
     def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
         """Note the names of the options, one for each time that one was given."""
-        if any("--report" in parameter.opts for parameter in self.params):
+        has_report = any("--report" in parameter.opts for parameter in self.params)
+        if has_report:
             args = _with_reports(args)
-        _, _, given = self.make_parser(ctx).parse_args(list(args))
+        _, extra, given = self.make_parser(ctx).parse_args(list(args))
+        behind = [path for option, path in pairwise(args) if option == "--report=" and not path.startswith("-")]
+        if has_report and extra and behind:  # one word too many: it was to be the path of a page
+            raise _no_page(behind[0])
         ctx.meta[ORDER] = [parameter.name for parameter in given]
         return super().parse_args(ctx, args)
 

@@ -139,7 +139,8 @@ def command(
     """
     if json_path == "-" and csv_path == "-":
         raise click.UsageError("only one of --json and --csv can go to standard output")
-    check_writable(json_path, csv_path, report or None, renews=resume)
+    check_writable(json_path, renews=resume)  # it holds all that the result held; a table or a page does not
+    check_writable(csv_path, report or None)
     target = folder_of(report, folder)
     from dse.api.further import DEFAULT_COUNT, read_share, with_further_designs
     from dse.api.problem import baseline_design

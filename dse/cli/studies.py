@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 import click
 
-from dse.cli.common import check_writable, report_folder, tell_plots
+from dse.cli.common import check_page_or_folder, check_writable, report_folder, tell_plots
 from dse.errors import UsageError, about
 from dse.files.plain_json import parse_json
 from dse.files.reading import UnreadableFileError, read_text
@@ -27,7 +27,7 @@ def study_report_options(command: F) -> F:
     """``--report [PATH]`` of an `OrderedCommand`, and ``-o``."""
     what = "Also write a report: one page (PATH.html or PATH.md), else HTML, Markdown, CSV and JSON in a folder (-o)."
     more = (
-        click.option("--report", metavar="[PATH]", help=what),
+        click.option("--report", metavar="[PATH]", callback=check_page_or_folder, help=what),
         click.option(
             "-o", "--output", "folder", default="reports", show_default=True, metavar="DIR", help="Where reports go."
         ),

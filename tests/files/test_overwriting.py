@@ -273,3 +273,15 @@ def test_devices_may_be_written_twice(tmp_path: Path) -> None:
     guard.claim(os.devnull)
     guard.claim(os.devnull)
     assert not guard.outputs
+
+
+@pytest.mark.parametrize("outputs", [["--csv", "own.json"], ["--json", "more.json", "--csv", "own.json"]])
+def test_only_the_result_itself_takes_the_place_of_one_that_is_resumed(
+    origin: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, outputs: list[str]
+) -> None:
+    folder = copied(origin, tmp_path)
+    monkeypatch.chdir(folder)
+    before = content(folder)
+    assert run(["solve", "--resume", "own.json", "-q", *outputs]) == 2
+    assert content(folder) == before
+    assert run(["solve", "--resume", "own.json", "-q", "--json", "own.json", "--csv", "own.csv"]) == 0

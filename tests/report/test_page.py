@@ -171,3 +171,10 @@ def test_a_terminal_has_every_cell_in_whatever_room_there_is(width: int) -> None
     assert isinstance(table, Table) and table.rows
     for row in table.rows:
         assert all(part in letters for cell in row[1:4] for part in cell.split())
+
+
+@pytest.mark.parametrize("command", ["solve", "sweep", "sensitivity", "explain", "analyse"])
+@pytest.mark.parametrize("given", [["--report", "x.txt", "pump.yaml"], ["pump.yaml", "--report=x.txt"]])
+def test_a_path_that_is_no_page_is_named(command: str, given: list[str], capsys: pytest.CaptureFixture[str]) -> None:
+    assert run([command, *given, *(["--vary", "price=1EUR..2EUR"] if command == "sweep" else [])]) == 2
+    assert "x.txt: a report is HTML or Markdown: a path that ends in .html" in capsys.readouterr().err
