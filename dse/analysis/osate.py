@@ -115,6 +115,11 @@ def _is_sampling(space: Space, component: Component, view: View) -> bool:
     return not (component.category in EXECUTING and protocol in ("sporadic", "aperiodic"))
 
 
+def is_never_sampled(space: Space, wire: Connection, component: Component, view: View) -> bool:
+    """Whether OSATE counts no sampling of what its receiver, a periodic component, gets: by an event port, today."""
+    return space.profile != OLD and wire.port not in ("data", "feature") and _is_sampling(space, component, view)
+
+
 def _sampling_row(space: Space, place: Place, component: Component, view: View) -> Row | None:
     step = place_step(space, place)
     periodic = _is_sampling(space, component, view)
@@ -126,7 +131,7 @@ def _sampling_row(space: Space, place: Place, component: Component, view: View) 
     wire = space.connections[step.via]
     if not periodic:
         return Row(*name, 0, "sampling", 0, "sampling") if printed else None
-    if space.profile != OLD and wire.port not in ("data", "feature"):
+    if is_never_sampled(space, wire, component, view):
         return None
     if wire.timing == "immediate":
         return Row(*name, 0, "immediate", 0, "immediate")

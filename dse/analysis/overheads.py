@@ -17,21 +17,30 @@ that is left ends with that period, so that gaps are no longer than period - bud
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from typing import Any
 
 from dse.analysis.response_time import Task, periodic
 from dse.analysis.views import View
-from dse.space.trees import at, leaves
-from dse.space.types import Space
+from dse.space.trees import Tree, at, leaves
+from dse.space.types import Design, Space
 
 KINDS = ("blocking", "context switches", "interrupts", "throttling")
 """What response times count beside execution times, where the problem states it."""
 
 
-def stated_overheads(space: Space) -> Mapping[str, tuple[str, ...]]:
-    """For each of `KINDS` the threads or processors of which the problem states it, in the order of the file."""
-    slots = {slot.name: [item for leaf in leaves(slot.interference) for item in leaf] for slot in space.processors}
-    switching = [slot.name for slot in space.processors if any(leaves(slot.switch_ns))]
-    blocking = [item.name for item in space.components if any(leaf for leaf in leaves(item.section_ns))]
+def stated_overheads(space: Space, design: Design | None = None) -> Mapping[str, tuple[str, ...]]:
+    """For each of `KINDS` the threads or processors of which the problem states it, in the order of the file.
+
+    With a `design` only what it chooses counts.
+    """
+    made = None if design is None else dict(enumerate(design))
+
+    def found(tree: Tree) -> list[Any]:
+        return list(leaves(tree, made))
+
+    slots = {slot.name: [item for leaf in found(slot.interference) for item in leaf] for slot in space.processors}
+    switching = [slot.name for slot in space.processors if any(found(slot.switch_ns))]
+    blocking = [item.name for item in space.components if any(found(item.section_ns))]
     return {
         "blocking": tuple(blocking),
         "context switches": tuple(switching),

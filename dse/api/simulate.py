@@ -12,7 +12,7 @@ from typing import Literal, TypeAlias, Unpack
 from dse.analysis.contention import cores_of
 from dse.analysis.evaluate import Evaluator
 from dse.analysis.latency import flow_rows, is_logical
-from dse.analysis.osate import is_synchronous
+from dse.analysis.osate import is_never_sampled, is_synchronous
 from dse.analysis.priorities import deadline_ns
 from dse.analysis.rates import is_event_triggered
 from dse.analysis.scheduling import bounded_response_ns, longest_alone_ns, processor_responses
@@ -304,6 +304,8 @@ def _gaps(space: Space, flow: Flow, view: View) -> Iterator[str]:
         wire = space.connections[step.via]
         if space.profile != "dse" and is_synchronous(space, wire, view):
             yield f"OSATE takes the ends of {wire.name} for dispatched together; the clocks of a simulation drift apart"
+        if space.profile != "dse" and is_never_sampled(space, wire, component, view):
+            yield f"OSATE counts no sampling of {wire.name}, a connection of events, by {component.name}"
         triggers = step.via in component.triggers
         protocol = at(component.protocol, view)
         eager = is_event_triggered(component, view)

@@ -12,7 +12,7 @@ from dse.report.contention import bus_words, contended_words, core_words, overhe
 from dse.report.page import MINUS, NOTHING, Block, Page, Plot, Section, Table, listing, texts
 from dse.report.plain import basis_words, scale_words
 from dse.report.scheduling import response_table
-from dse.report.words import EMPTY_SLOT, GAPS, REDUCED
+from dse.report.words import EMPTY_SLOT, GAPS, OTHER_TYPE, REDUCED
 from dse.results.analyse import Analysis, FlowTable, Usage
 from dse.results.display import counted, readable
 from dse.space.settings import settings_of
@@ -78,7 +78,7 @@ def _usage(analysis: Analysis) -> Iterator[Block]:
     for name, responses in analysis.responses.items():
         yield response_table(name, responses)
     if analysis.responses:
-        yield from texts(overhead_words(analysis.space))
+        yield from texts(overhead_words(analysis.space, analysis.design))
 
 
 def _verdicts(analysis: Analysis) -> Iterator[Block]:
@@ -153,7 +153,8 @@ def verdict_table(analysis: Analysis) -> Table:
     currency = analysis.space.currency
     for verdict in analysis.verdicts:
         if analysis.limits_empty_slot(verdict):
-            rows.append((verdict.requirement.shown, NOTHING, NOTHING, NOTHING, EMPTY_SLOT))
+            said = OTHER_TYPE if analysis.is_of_other_type(verdict) else EMPTY_SLOT
+            rows.append((verdict.requirement.shown, NOTHING, NOTHING, NOTHING, said))
             continue
         values = [readable(value, verdict.unit, currency, 6) for value in (verdict.value, verdict.limit)]
         values.append(slack_words(verdict.slack, verdict.unit, currency))

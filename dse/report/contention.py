@@ -90,9 +90,9 @@ def asks_for_responses(space: Space) -> bool:
     return any(is_scheduled(space, metric) for metric in asked)
 
 
-def overhead_words(space: Space) -> str:
-    """What response times count beside execution times, and what they do not."""
-    stated = stated_overheads(space)
+def overhead_words(space: Space, design: Design | None = None) -> str:
+    """What response times count beside execution times, and what they do not: in any design, or in one."""
+    stated = stated_overheads(space, design)
     counted = [
         f"{BLOCKING if kind == 'blocking' else kind} ({', '.join(names[:MOST_NAMES])}"
         f"{', …' if len(names) > MOST_NAMES else ''})"
@@ -100,9 +100,13 @@ def overhead_words(space: Space) -> str:
         if names
     ]
     left = [kind for kind, names in stated.items() if not names]
+    elsewhere = stated_overheads(space)
+    others = any(elsewhere[kind] for kind in left)
     if not counted:
-        return f"Response times count no overheads: the problem states no {', '.join(left[:-1])} and no {left[-1]}."
-    rest = f"; not {' and not '.join(left)}, of which nothing is stated" if left else ""
+        who = "design has" if others else "problem states"
+        return f"Response times count no overheads: the {who} no {', '.join(left[:-1])} and no {left[-1]}."
+    none = "of which the design has none" if others else "of which nothing is stated"
+    rest = f"; not {' and not '.join(left)}, {none}" if left else ""
     return f"Response times count {', '.join(counted)}{rest}."
 
 

@@ -211,6 +211,8 @@ def _following(change: Change) -> str:
 
 EMPTY_SLOT = "holds: the slot is empty"
 """The verdict on a requirement that limits a processor or bus which the design leaves empty."""
+OTHER_TYPE = "does not apply"
+"""The verdict on an implied limit of a bus whose chosen type has none."""
 
 
 def dominant_words(dominant: Dominant) -> str:

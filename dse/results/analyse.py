@@ -11,10 +11,12 @@ from dse.analysis.limits import Verdict
 from dse.analysis.overheads import stated_overheads
 from dse.analysis.rows import Row
 from dse.analysis.scheduling import Response
+from dse.analysis.views import View
 from dse.files.answer import Answer
 from dse.results.contention import Contended
 from dse.results.display import exact
 from dse.space.settings import settings_of
+from dse.space.trees import at
 from dse.space.types import EMPTY, Design, Space
 from dse.units import Exact, whole
 
@@ -118,7 +120,16 @@ class Analysis(Answer):
         if slots is None or not verdict.holds:
             return False
         usage = slots[metric.index or 0]
-        return usage.type == EMPTY or (verdict.requirement.implied and usage.capacity is None)
+        return usage.type == EMPTY or self.is_of_other_type(verdict)
+
+    def is_of_other_type(self, verdict: Verdict) -> bool:
+        """Whether a limit is implied by other types of a bus than the chosen one, which has none."""
+        metric, number = verdict.requirement.metric, verdict.requirement.metric.index or 0
+        if not verdict.requirement.implied or metric.kind not in ("load", "busy") or self.buses[number].type == EMPTY:
+            return False
+        if metric.kind == "busy":
+            return not at(self.space.buses[number].exclusive, View(self.design))
+        return self.buses[number].capacity is None
 
     def flow_frame(self, name: str) -> pandas.DataFrame:
         """A flow's contributor table, in order.
@@ -169,7 +180,7 @@ class Analysis(Answer):
             ],
             **({"contention": self.contended.to_dict()} if self.contended is not None else {}),
             "warnings": list(self.warnings),
-            "overheads": {kind: list(names) for kind, names in stated_overheads(self.space).items()},
+            "overheads": {kind: list(names) for kind, names in stated_overheads(self.space, self.design).items()},
             "response_times": {name: [_response(item) for item in found] for name, found in self.responses.items()},
         }
 

@@ -143,6 +143,8 @@ def _model(path: str, model: Any, kinds: Mapping[str, Kind], make: Make) -> Any:
     stated = model.model_fields_set
     update: dict[str, Any] = {}
     for name, kind in kinds.items():
+        if name == "cores" and isinstance(model.cores, Mapping):
+            continue  # which core is of which group is no figure
         if name in stated and getattr(model, name) is not None:
             update[name] = _field(f"{path}.{name}", getattr(model, name), kind, make)
     if "totals" in stated and model.totals:

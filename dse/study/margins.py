@@ -8,7 +8,10 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from fractions import Fraction
 
+from dse.analysis.views import View
 from dse.results.sensitivity import Bar, Break, Margin, Scaling
+from dse.space.trees import at
+from dse.space.types import Component
 from dse.spec.quantities import COUNT
 from dse.study.functions import Bound, DesignFunction, Variable
 from dse.study.line import Way
@@ -81,12 +84,38 @@ def domain(function: DesignFunction, variable: Variable) -> tuple[Fraction, Frac
         least = variable.nominal / FARTHEST
     if variable.kind is COUNT:
         most = max(variable.nominal, Fraction(1)) * MOST_ITEMS
+        least = min(variable.nominal, max(least, _fewest_cores(function, variable)))
     variables = function.inputs.variables
     if variable.end == "min":
         most = variables[variable.index + 1].nominal
     elif variable.end == "max":
         least = variables[variable.index - 1].nominal
     return least, most
+
+
+def _fewest_cores(function: DesignFunction, variable: Variable) -> Fraction:
+    """The highest stated core that the design has on processors of a type, should the input be its cores."""
+    space, view = function.inputs.problem.space, View(function.design)
+    types = [slot.types[function.design[slot.type_decision]] for slot in space.processors]
+    cores = [
+        at(item.core, view)
+        for item in space.components
+        if _states_core(function, item)
+        and (place := at(item.processor, view)) is not None
+        and variable.path.partition("[")[0] == f"processor_types.{types[place]}.cores"
+    ]
+    return Fraction(max((core for core in cores if isinstance(core, int)), default=0))
+
+
+def _states_core(function: DesignFunction, component: Component) -> bool:
+    """Whether the file states the core of a thread, or of its executor, or a list of these."""
+    problem = function.inputs.problem
+    spec = problem.loaded.spec
+    if component.executor is not None:
+        given = spec.executors[problem.space.executors[component.executor].name].core
+    else:
+        given = spec.threads[component.name].core if component.section == "threads" else None
+    return any(isinstance(item, int) for item in given or ())
 
 
 def _first_break(way: Way, start: Fraction, end: Fraction, is_whole: bool) -> Break | None:

@@ -15,6 +15,7 @@ from dse.analysis.response_time import periodic, response_time_ns
 from dse.analysis.scheduling import processor_responses
 from dse.analysis.views import View
 from dse.api.problem import loads
+from dse.report.contention import overhead_words
 from dse.simulation.engine import Setting, simulate_once
 from dse.simulation.plan import build_plan
 
@@ -143,3 +144,18 @@ def test_analyse_says_what_was_counted() -> None:
     }  # fmt: skip
     [ready, _] = found["response_times"]["p"]
     assert (ready["execution_ns"], ready["switching_ns"], ready["blocking_ns"]) == ([2 * MS] * 2, 200_000, 3 * MS)
+
+
+def test_only_overheads_of_the_chosen_types_are_said_to_count() -> None:
+    text = (
+        "dse: 1\nname: x\nprocessor_types:\n  plain: {context_switch: 10 us}\n"
+        "  full: {interrupts: {tick: {compute_execution_time: 50 us, period: 1 ms}}}\n"
+        "processors: {p: {type: [plain, full]}}\nthreads:\n"
+        "  a: {processor: p, period: 10 ms, compute_execution_time: 1 ms}\n"
+    )
+    problem = dse.loads(text)
+    for name, expected in (("plain", "context switches (p); not blocking"), ("full", "interrupts (p); not blocking")):
+        analysis = dse.analyse(problem, {"p.type": name}, response_times=True)
+        assert overhead_words(analysis.space, analysis.design).startswith(f"Response times count {expected}")
+        assert [kind for kind, names in analysis.to_dict()["overheads"].items() if names] == [expected.split(" (")[0]]
+    assert "context switches (p), interrupts (p)" in overhead_words(problem.space)

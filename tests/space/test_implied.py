@@ -282,3 +282,25 @@ def test_each_design_says_whether_threads_without_a_core_have_a_partition() -> N
     assert use(fits) == {"partition": "found", "used": [1_000_000, 600_000]}
     stated = fits.replace("ms}", "ms, core: 1}")
     assert use(stated) == {"partition": "stated", "used": [1_600_000, 0]}
+
+
+def test_a_limit_that_another_type_implies_does_not_apply(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    file = tmp_path / "p.yaml"
+    types = "{alone: {exclusive: true, transmission_time: {fixed: 1 ms}}, shared: {transmission_time: {fixed: 1 ms}}}"
+    text = f"""
+dse: 1
+name: types
+bus_types: {types}
+buses: {{line: {{type: [alone, shared]}}}}
+devices: {{s: {{period: 2 ms}}, t: {{}}}}
+connections: {{c: {{from: s, to: t, data_size: 1 B, bus: line}}}}
+objectives: [minimise busy of line]
+"""
+    file.write_text(text, encoding="utf-8")
+    for option, expected in (
+        ("alone", "50 % 100 % 50 % holds"),
+        ("shared", "\N{EN DASH} \N{EN DASH} \N{EN DASH} does not apply"),
+    ):
+        assert run(["analyse", str(file), "--design", f"line.type={option}"]) == 0
+        said = " ".join(capsys.readouterr().out.split())
+        assert f"busy of line <= 100 % (implied) {expected}" in said
