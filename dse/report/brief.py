@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
 
-from dse.report.amounts import shortened
 from dse.report.document import Document
 from dse.report.insisting import insisting_section
 from dse.report.page import Block, Page, Section, labelled, texts
@@ -23,7 +22,7 @@ SCREEN = 5
 DECISIONS = 3
 """So many decisions are told of each."""
 ROOM = 280
-"""Letters of a sentence: three lines."""
+"""Letters of a sentence that is said in full: three lines."""
 REASONS = 2
 """So many sentences say why the first alternative is first: what stands out, and the nearest comparison."""
 
@@ -128,7 +127,9 @@ def _choice(document: Document) -> Iterator[Block]:
     wanted = [item for item in reasons if item.label.startswith(("Stands out", "Against"))][:REASONS]
     ranked = "nearest to the best of everything" if result.ranking == "ideal" else f"first by {result.ranking_words}"
     yield from texts(f"Choose #{first.id}, {ranked}: {figures_words(result, first.objectives)}.", tone="strong")
-    yield from labelled((item.label, shortened(item.text, ROOM)) for item in wanted)
+    yield from labelled(
+        (item.label, item.text if len(item.text) <= ROOM else item.brief or item.text) for item in wanted
+    )
 
 
 def _notes(document: Document, more: Sequence[str], top: int | None) -> Iterator[str]:

@@ -26,6 +26,8 @@ REDUCED = (
 PPM = 10**6
 MOST_VARIANTS = 6
 """Maximum number of near-identical designs that are told one by one."""
+FEW_CHANGES = 2
+"""So many changes are named, and as many that follow from them, where there is little room."""
 NEARNESS = f"no objective more than {readable(NEAR * PPM, 'ppm')} of its range away"
 GAPS = (
     "The sum of periods over-estimates when sender and receiver are harmonic and synchronised.",
@@ -39,6 +41,8 @@ class Sentence:
 
     label: str
     text: str
+    brief: str = ""
+    """The same with the first few of the changes, where that is shorter."""
 
 
 def sentences(result: Result, reasons: Reasons) -> list[Sentence]:
@@ -47,16 +51,17 @@ def sentences(result: Result, reasons: Reasons) -> list[Sentence]:
     found = [Sentence("Stands out", best_words(result, reasons))]
     said = baseline_comparison_words(reasons, currency)
     if said:
-        found.append(Sentence("Against the baseline", said))
+        brief = baseline_comparison_words(reasons, currency, FEW_CHANGES)
+        found.append(Sentence("Against the baseline", said, brief))
     above, near = reasons.above, reasons.neighbour
     if above is not None:
         same = near is not None and near.with_ == above.with_
         label = f"Against #{above.with_}, ranked above" + (" and its neighbour on the front" if same else "")
-        found.append(Sentence(label, comparison_words(above, currency)))
+        found.append(_compared(label, above, currency))
     if reasons.variants:
         found.append(Sentence("Near-identical", variants_words(reasons.variants, currency)))
     if near is not None and (above is None or near.with_ != above.with_):
-        found.append(Sentence(f"Against #{near.with_}, its neighbour on the front", comparison_words(near, currency)))
+        found.append(_compared(f"Against #{near.with_}, its neighbour on the front", near, currency))
     if reasons.margins:
         tightest = [margin for margin in reasons.margins if not margin.slack] or reasons.margins[:1]
         said = " ".join(margin_words(margin, currency) for margin in tightest)
@@ -112,47 +117,63 @@ def baseline_words(reasoner: Reasoner) -> str:
     return f"Baseline: {figures_words(result, objectives)}; it {said}."
 
 
-def comparison_words(comparison: Comparison, currency: str) -> str:
-    """What changes, what gains, what is given up."""
-    return f"{changes_words(comparison.changes)}. {deltas_words(comparison.deltas, currency)}."
+def _compared(label: str, comparison: Comparison, currency: str) -> Sentence:
+    return Sentence(label, comparison_words(comparison, currency), comparison_words(comparison, currency, FEW_CHANGES))
 
 
-def baseline_comparison_words(reasons: Reasons, currency: str) -> str:
+def comparison_words(comparison: Comparison, currency: str, most: int | None = None) -> str:
+    """What changes (at `most` so many are named), what gains, what is given up."""
+    return f"{changes_words(comparison.changes, most)}. {deltas_words(comparison.deltas, currency)}."
+
+
+def baseline_comparison_words(reasons: Reasons, currency: str, most: int | None = None) -> str:
     """What changes against the baseline, counted where the question counts it, and what that gains and gives up."""
     if reasons.changed is None:
-        return comparison_words(reasons.baseline, currency) if reasons.baseline is not None else ""
+        return comparison_words(reasons.baseline, currency, most) if reasons.baseline is not None else ""
     counted = {change.name for change in reasons.changed}
     others = [change for change in reasons.baseline.changes if change.name not in counted] if reasons.baseline else []
-    said = [counted_words(reasons.changed) + _tail(others)]
+    said = [counted_words(reasons.changed, most) + _tail(others, most)]
     if reasons.baseline is not None:
         said.append(deltas_words(reasons.baseline.deltas, currency))
     return " ".join(f"{text}." for text in said)
 
 
-def counted_words(changes: Sequence[Change]) -> str:
+def counted_words(changes: Sequence[Change], most: int | None = None) -> str:
     """``2 changes: nav.period from 10 ms to 20 ms; …``; with their costs where these are not 1 each."""
     if not changes:
         return "No change is counted"
     number = "1 change" if len(changes) == 1 else f"{len(changes)} changes"
     if all(change.cost == 1 for change in changes):
-        return f"{number}: {'; '.join(map(_change, changes))}"
+        return f"{number}: {'; '.join(_first(list(map(_change, changes)), most))}"
     costs = sum(change.cost or 0 for change in changes)
-    listed = "; ".join(f"{_change(change)} ({change.cost})" for change in changes)
+    listed = "; ".join(_first([f"{_change(change)} ({change.cost})" for change in changes], most))
     return f"{number} at a cost of {costs}: {listed}"
 
 
-def _tail(changes: Sequence[Change]) -> str:
+def _first(items: list[str], most: int | None) -> list[str]:
+    """The first items, and how many more there are; one more is said rather than counted.
+
+    >>> _first(["a", "b", "c"], 2), _first(["a", "b", "c", "d"], 2)
+    (['a', 'b', 'c'], ['a', 'b', 'and 2 more changes'])
+    """
+    more = len(items) - most if most is not None else 0
+    return [*items[:most], f"and {more} more changes"] if more > 1 else items
+
+
+def _tail(changes: Sequence[Change], most: int | None = None) -> str:
     """What changes besides."""
-    return f" (with it: {', '.join(_following(change) for change in changes)})" if changes else ""
+    return f" (with it: {', '.join(_first(list(map(_following, changes)), most))})" if changes else ""
 
 
-def changes_words(changes: Sequence[Change]) -> str:
+def changes_words(changes: Sequence[Change], most: int | None = None) -> str:
     """``Changes computer from RT101 to Spectra; nav.period, now 20 ms (with it: ser1 is left empty)``."""
     if not changes:
         return "Nothing changes"
     chosen = [_change(change) for change in changes if not change.follows]
     follow = [change for change in changes if change.follows]
-    return f"Changes {'; '.join(chosen)}{_tail(follow)}" if chosen else f"Changes: {', '.join(map(_following, follow))}"
+    if not chosen:
+        return f"Changes: {', '.join(_first(list(map(_following, follow)), most))}"
+    return f"Changes {'; '.join(_first(chosen, most))}{_tail(follow, most)}"
 
 
 def variants_words(variants: Sequence[Comparison], currency: str) -> str:

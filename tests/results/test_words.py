@@ -13,7 +13,8 @@ import pytest
 
 import dse
 from dse.report.amounts import margin_words
-from dse.report.words import baseline_words, sentences, tie_words
+from dse.report.words import baseline_words, changes_words, sentences, tie_words
+from dse.results.changes import Change
 from dse.results.order import ranked_by
 from dse.results.reasons import Reasoner
 from dse.results.solve import Result
@@ -189,3 +190,11 @@ def test_what_follows_from_a_decision_is_no_change_of_its_own() -> None:
         "Changes worker.dispatch_protocol from periodic to aperiodic (with it: no worker.period). Gains: jitter of main"
     )
     assert ranked_by(found, "baseline").front[0].score == "1 change"
+
+
+def test_where_there_is_little_room_whole_changes_are_left_out() -> None:
+    changes = [Change(f"t{number}.period", "1 ms", "2 ms", follows=False) for number in range(4)]
+    assert changes_words(changes, 2) == (
+        "Changes t0.period from 1 ms to 2 ms; t1.period from 1 ms to 2 ms; and 2 more changes"
+    )
+    assert changes_words(changes[:3], 2) == changes_words(changes[:3])
