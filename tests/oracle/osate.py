@@ -10,6 +10,7 @@ from dataclasses import dataclass, field
 from fractions import Fraction
 from typing import Any
 
+from dse.space.frames import Frame, wire_ns
 from dse.space.trees import FROM_BANDWIDTH, Choice, PerProcessorType
 from dse.space.types import Component, Connection, Design, Flow, Partition, Space
 
@@ -156,7 +157,12 @@ class Model:
 
         fixed, each, latency = figure(bus.fixed_ns), None, figure(bus.latency_ns)
         found = NOTHING
-        if fixed is not None and fixed is not FROM_BANDWIDTH:
+        if isinstance(fixed, Frame):
+            least, most = wire_ns(fixed, size, self.at(bus.bandwidth_bps))  # its bits are held to another encoder
+            found = (Fraction(least), Fraction(most))
+            if self.is_old:
+                return found
+        elif fixed is not None and fixed is not FROM_BANDWIDTH:
             each = figure(bus.per_byte_ns)
             found = (Fraction(fixed[0] + each[0] * size), Fraction(fixed[1] + each[1] * size))
             if self.is_old:

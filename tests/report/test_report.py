@@ -338,7 +338,7 @@ def test_the_terminal_is_readable_at_any_width(robot: Result, width: int) -> Non
 
 
 def test_many_decisions_are_told_against_the_first(capsys: pytest.CaptureFixture[str]) -> None:
-    assert run(["solve", str(example_path("autoware_reference")), "--top", "2"]) == 0
+    assert run(["solve", str(example_path("autoware_reference")), "--top", "2", "--explain"]) == 0
     text = capsys.readouterr().out
     assert "as #1, but BehaviorPlanner.period 40 ms" in text
     assert run(["solve", str(example_path("inmark")), "--top", "2"]) == 0
@@ -346,7 +346,7 @@ def test_many_decisions_are_told_against_the_first(capsys: pytest.CaptureFixture
 
 
 def test_the_terminal_says_what_it_leaves_out(capsys: pytest.CaptureFixture[str]) -> None:
-    assert run(["solve", str(example_path("inmark")), "--top", "4"]) == 0
+    assert run(["solve", str(example_path("inmark")), "--top", "4", "--explain"]) == 0
     text = capsys.readouterr().out
     assert "Near-identical to one above" in text
     assert "Not shown here: 26 more of 39" in text

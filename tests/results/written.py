@@ -55,6 +55,17 @@ connections:
   slow_image: {from: slow, to: sink, data_size: 1 KB, bus: eth0}
 objectives: [maximise load of eth0]
 """
+NODE = """
+dse: 1
+name: node
+processing: response_time
+processor_types: {cpu: {}}
+processors: {p: {type: cpu}}
+executors: {node: {kind: fifo, processor: p}}
+threads:
+  timer: {executor: node, period: 10 ms, compute_execution_time: 1 ms}
+  other: {executor: node, period: 20 ms, compute_execution_time: 2 ms}
+"""
 OVERLOADED = """
 dse: 1
 name: overloaded
@@ -80,6 +91,7 @@ connections: {c: {from: s, to: t, data_size: 8 B, bus: b}}
 """
 PROBLEMS = {
     "pump": PUMP,
+    "node": NODE,
     "shared": SHARED,
     "uncertain": UNCERTAIN,
     "rounded": ROUNDED,
@@ -106,6 +118,7 @@ COMMANDS = (
     "analyse shared.yaml --response-times --json busy.json",
     "analyse shared.yaml --design 'p.type = cpu' --json broken.json",
     "analyse framed.yaml --json framed.json",
+    "analyse node.yaml --json node.json",
     "explain pump.yaml --max-jitter 5ms --json explanation.json",
     "explain pump.yaml --max-jitter 5ms --max-price 50EUR --json together.json",
     "explain pump.yaml --json feasible.json",
