@@ -12,7 +12,7 @@ import pytest
 
 _FACTOR, _, _FIRST = os.environ.get("DSE_EFFORT", "1").partition(":")
 FACTOR = float(_FACTOR or "1")
-USUALLY = 0.4
+USUALLY = 0.3
 """So many of the cases that a test names are drawn without more effort: the whole suite has to end in minutes."""
 FIRST = int(_FIRST or "0")
 """The first seed."""
@@ -27,5 +27,5 @@ def cases(usual: int, first: int = 0) -> range:
 
 
 def count(usual: int) -> int:
-    """How many to draw where a test names so many at an effort of 2.5; never none."""
+    """How many to draw where a test names so many at an effort of 1 / `USUALLY`; never none."""
     return max(1, round(usual * FACTOR * USUALLY))

@@ -66,7 +66,7 @@ def test_a_database_is_a_problem_with_sizes_rates_senders_and_receivers(tmp_path
     problem = dse.loads(found.text.replace("  Event:", "  Event:\n    rate: 1 Hz"))
     [bus] = dse.analyse(problem).buses
     wire = {"Speed": 135, "Pressure": 95, "Event": 65, "Lost": 75}
-    rates = {"Event": 1, "Speed": 100, "Pressure": Fraction(100, 3), "Lost": 10}
+    rates: dict[str, Fraction | int] = {"Event": 1, "Speed": 100, "Pressure": Fraction(100, 3), "Lost": 10}
     assert bus.shares == {name: Fraction(wire[name], 8) * rate for name, rate in rates.items()}
     assert bus.capacity == Fraction(250_000, 8)
     assert "identifier 0x123; received by Brake, Gateway" in found.text
