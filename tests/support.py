@@ -7,10 +7,16 @@ from pathlib import Path
 
 from dse.analysis.evaluate import Evaluation, Evaluator
 from dse.analysis.validity import canonical
+from dse.examples import example_files
 from dse.pareto.regions import dominates
 from dse.space.build import build_space
 from dse.space.types import Design, Space
 from dse.spec.load import load_spec, parse_spec
+
+TOO_MANY = ("inmark_clock",)
+"""Problems with millions of designs: nothing looks at every one of them, or verifies them over and over."""
+ENUMERABLE = [path for path in example_files() if path.stem not in TOO_MANY]
+"""The example problems whose designs can all be looked at."""
 
 PROBLEMS = sorted((Path(__file__).parent / "encode" / "problems").glob("*.yaml"))
 

@@ -25,13 +25,12 @@ from dse.analysis.evaluate import Evaluator
 from dse.results.forms.registry import mistakes_in
 from tests.oracle import evaluator as oracle
 from tests.properties.pair import PER_UNIT
+from tests.support import TOO_MANY
 
 HERE = Path(__file__).parent
 SHIPPED = sorted((HERE.parent / "problems").glob("*.yaml"))
 EXPECTED = HERE / "expected"
 STRICTER = {"inmark": {"max_jitter": "20 ms"}}
-TOO_MANY = ("inmark_clock",)
-"""Problems with millions of designs, whose fronts are proved again by a second model and not by brute force."""
 """Problems that are solved with a further limit as well: the keyword arguments of `dse.solve`."""
 QUESTIONS = [(path.stem, {}) for path in SHIPPED] + list(STRICTER.items())
 

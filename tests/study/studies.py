@@ -5,13 +5,14 @@ from __future__ import annotations
 from pathlib import Path
 
 from effort import LONG, long_test
+from support import ENUMERABLE
 
 from dse.api.problem import Problem, load, loads
-from dse.examples import example_files, example_path
+from dse.examples import example_path
 from dse.study.quantities import Inputs, copied, effective_text, merged_data, needed_data
 
 __all__ = ["ALL", "LONG", "NAMES", "QUICK", "edited", "example", "long_test", "written"]
-ALL = [path.stem for path in example_files()]
+ALL = [path.stem for path in ENUMERABLE]
 QUICK = ["starter", "inmark_chapter2", "inmark_chapter3"]
 NAMES = ALL if LONG else QUICK
 

@@ -11,10 +11,10 @@ from typing import Any, Literal
 import pytest
 from effort import count
 from explain.test_random_conflicts import infeasible
+from support import ENUMERABLE
 
 import dse
 from dse.api.solve import Watcher, solve_asked
-from dse.examples import example_files
 from dse.pareto.front import Budget
 
 COUNT = count(12)
@@ -73,7 +73,7 @@ def wrong_give_up(data: dict[str, Any], rng: random.Random) -> Iterator[tuple[st
             break
 
 
-@pytest.mark.parametrize("path", example_files(), ids=lambda path: path.stem)
+@pytest.mark.parametrize("path", ENUMERABLE, ids=lambda path: path.stem)
 def test_conflicts_of_shipped_problems(path: Any) -> None:
     problem = dse.load(path)
     flow = problem.space.flows[0].name

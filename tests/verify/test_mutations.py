@@ -11,6 +11,7 @@ from typing import Any, Literal
 import pytest
 from effort import LONG, cases
 from oracle.generator import random_problem
+from support import ENUMERABLE
 from verify.mutations import mutations
 
 import dse
@@ -18,7 +19,7 @@ from dse.api.problem import Problem
 from dse.errors import ProblemError
 from dse.examples import example_files
 
-SEEDS = {"exhaustion": cases(12), "model": cases(8, 304)}
+SEEDS = {"exhaustion": cases(30), "model": cases(20, 304)}
 OF_EACH = 20 if LONG else 3
 
 
@@ -33,7 +34,7 @@ def test_true_results_of_shipped_problems_are_accepted(
     assert found.status == "verified", found.findings
 
 
-@pytest.mark.parametrize("path", example_files(), ids=lambda path: path.stem)
+@pytest.mark.parametrize("path", ENUMERABLE, ids=lambda path: path.stem)
 def test_wrong_results_of_shipped_problems_are_rejected(path: Path) -> None:
     problem = dse.load(path)
     data = solved(problem)
