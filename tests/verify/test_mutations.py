@@ -19,7 +19,7 @@ from dse.api.problem import Problem
 from dse.errors import ProblemError
 from dse.examples import example_files
 
-SEEDS = {"exhaustion": cases(30), "model": cases(20, 304)}
+SEEDS = {"exhaustion": cases(40), "model": cases(20, 304)}
 OF_EACH = 20 if LONG else 3
 
 
