@@ -15,8 +15,12 @@ from dse.units import NS_PER_S, Exact
 
 def bus_stack(space: Space, connection: Connection, view: View) -> tuple[int, ...]:
     """The bus that the connection is bound to and whatever carries that; empty when unbound or inside one process."""
+    return carriers_from(space, at(connection.bus, view), view)
+
+
+def carriers_from(space: Space, bus: int | None, view: View) -> tuple[int, ...]:
+    """A bus and whatever carries it, in this order."""
     stack = []
-    bus = at(connection.bus, view)
     while bus is not None:
         stack.append(bus)
         bus = at(space.buses[bus].carrier, view)

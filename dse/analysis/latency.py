@@ -13,7 +13,7 @@ from dse.analysis.clocks import LET, LET_METHOD, METHOD, pair_of, spread_ns, wai
 from dse.analysis.osate import Place, place_rows, places_of
 from dse.analysis.priorities import deadline_ns
 from dse.analysis.rates import is_event_triggered, is_periodic
-from dse.analysis.rows import Row, computed_ns, first_given, scheduled_ns
+from dse.analysis.rows import Row, first_given, is_computed, scheduled_ns
 from dse.analysis.views import View
 from dse.space.trees import at
 from dse.space.types import Component, Flow, Space, Step
@@ -58,7 +58,7 @@ def _callback_rows(space: Space, step: Step, component: Component, view: View) -
         return []
     method = "processing time"
     worst, worst_method = callback[1], method
-    if computed_ns(space, component, view):
+    if is_computed(space, component, view):
         worst, worst_method = scheduled_ns(space, component, "callback", view)
     return [Row(component.category, component.name, callback[0], method, worst, worst_method)]
 
@@ -183,6 +183,6 @@ def _worst_ns(space: Space, component: Component, view: View) -> tuple[Exact, st
     ranges = [at(tree, view) for tree in trees]
     methods = ("response time", "processing time", "specified")
     response, execution, latency = ((given and given[1], method) for given, method in zip(ranges, methods, strict=True))
-    if computed_ns(space, component, view) and response[0] is None and execution[0] is not None:
+    if is_computed(space, component, view) and response[0] is None and execution[0] is not None:
         response = scheduled_ns(space, component, "thread", view)
     return first_given(space, [response, execution, latency])

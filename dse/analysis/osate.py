@@ -7,22 +7,16 @@ its period. An element is therefore looked at in its place in the flow. Looking 
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Literal
 
-from dse.analysis.binding import bus_figure
-from dse.analysis.rows import NO_LATENCY, Row, computed_ns, first_given, scheduled_ns
+from dse.analysis.osate_components import OLD, is_sampling, later_rows, period_ns
+from dse.analysis.osate_media import media, medium_ns
+from dse.analysis.rows import NO_LATENCY, Row
 from dse.analysis.views import View
-from dse.space.frames import Frame, wire_ns
-from dse.space.trees import FROM_BANDWIDTH, at
-from dse.space.types import Bus, Component, Connection, Flow, Partition, Space, Step
+from dse.space.trees import at
+from dse.space.types import Component, Connection, Flow, Partition, Space, Step
 from dse.units import Exact
-
-EXECUTING = ("thread", "device", "abstract")
-"""The categories whose execution times and dispatch protocols OSATE reads."""
-OLD = "osate-2.2"
-Kind = Literal["min", "max"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -70,59 +64,20 @@ def place_rows(space: Space, place: Place, view: View, *, queues: bool = True) -
     component = space.components[step.index]
     sampling = _sampling_row(space, place, component, view)
     first = _first_partition_row(space, place, component, view)
-    return tuple(row for row in (sampling, first, *_later_rows(space, step, component, view)) if row is not None)
+    return tuple(row for row in (sampling, first, *later_rows(space, step, component, view)) if row is not None)
 
 
 # --- components ---------------------------------------------------------------------------------------------------
 
 
-def _later_rows(space: Space, step: Step, component: Component, view: View) -> Iterator[Row]:
-    """The rows of a component after its sampling: callback of a hybrid one, queue, processing."""
-    callback = _callback_row(space, step, component, view)
-    if callback is not None:
-        yield callback
-    queue = _queue_row(space, step, component, view)
-    if queue is not None:
-        yield queue
-    best, best_method = _best_ns(space, component, view)
-    worst, worst_method = _worst_ns(space, component, view)
-    yield Row(component.category, component.name, best, best_method, worst, worst_method)
-
-
-def _callback_row(space: Space, step: Step, component: Component, view: View) -> Row | None:
-    """The callback of a hybrid component, which AADL has no word for: counted before its timer samples."""
-    callback = at(component.callback_ns, view) if at(component.protocol, view) == "hybrid" else None
-    if callback is None or step.via is None:
-        return None
-    worst, method = callback[1], "processing time"
-    if computed_ns(space, component, view):
-        worst, method = scheduled_ns(space, component, "callback", view)
-    return Row(component.category, component.name, callback[0], "processing time", worst, method)
-
-
-def _period_ns(component: Component, view: View) -> Exact:
-    """AADL's Period, which counts whatever the dispatch protocol; 0 where none is given."""
-    return at(component.stated_period_ns, view) or 0
-
-
-def _is_sampling(space: Space, component: Component, view: View) -> bool:
-    """Whether a component has a Period and is not dispatched by events, as far as OSATE looks at that."""
-    if not _period_ns(component, view):
-        return False
-    protocol = at(component.protocol, view)
-    if space.profile == OLD:
-        return not (component.category in ("thread", "device") and protocol == "sporadic")
-    return not (component.category in EXECUTING and protocol in ("sporadic", "aperiodic"))
-
-
 def is_never_sampled(space: Space, wire: Connection, component: Component, view: View) -> bool:
     """Whether OSATE counts no sampling of what its receiver, a periodic component, gets: by an event port, today."""
-    return space.profile != OLD and wire.port not in ("data", "feature") and _is_sampling(space, component, view)
+    return space.profile != OLD and wire.port not in ("data", "feature") and is_sampling(space, component, view)
 
 
 def _sampling_row(space: Space, place: Place, component: Component, view: View) -> Row | None:
     step = place_step(space, place)
-    periodic = _is_sampling(space, component, view)
+    periodic = is_sampling(space, component, view)
     # OSATE 2.2 prints the row for every device and abstract component, periodic or not: a slip of its source
     printed = space.profile == OLD and component.category in ("device", "abstract")
     name = (component.category, component.name)
@@ -139,7 +94,7 @@ def _sampling_row(space: Space, place: Place, component: Component, view: View) 
     entered = _crossed(space, place_step(space, Place(place.flow, place.position - 1)))[1] if place.position else None
     method = "delayed sampling" if wire.timing == "delayed" else "sampling"
     if entered is not None:  # added to the minimum, too, as OSATE does
-        more = max(0, period - _frame_ns(entered))
+        more = max(0, period - entered.period_ns)
         return Row(*name, more, method, more, method)
     since = since_sampling(space, place, view) if is_synchronous(space, wire, view) else None
     if wire.timing == "delayed":
@@ -153,10 +108,10 @@ def _sampling_row(space: Space, place: Place, component: Component, view: View) 
 
 def _sampling_period_ns(space: Space, step: Step, wire: Connection, component: Component, view: View) -> Exact:
     """The receiver's period; today the sender's where that divides it and the connection is sampled."""
-    period = _period_ns(component, view)
+    period = period_ns(component, view)
     if space.profile == OLD or wire.timing != "sampled" or step.sender is None:
         return period
-    sending = _period_ns(space.components[step.sender], view)
+    sending = period_ns(space.components[step.sender], view)
     return sending if sending and period % sending == 0 else period
 
 
@@ -229,7 +184,7 @@ def since_sampling(space: Space, place: Place, view: View) -> Sums | None:
                 found = found.with_rows(tuple(row for row in (_output_row(space, before, left, view),) if row))
             continue
         component = space.components[step.index]
-        found = found.with_rows(tuple(_later_rows(space, step, component, view)))
+        found = found.with_rows(tuple(later_rows(space, step, component, view)))
         first = _first_partition_row(space, before, component, view)
         if first is not None or _samples(space, step, component, view):
             return found
@@ -238,7 +193,7 @@ def since_sampling(space: Space, place: Place, view: View) -> Sums | None:
 
 def _samples(space: Space, step: Step, component: Component, view: View) -> bool:
     """Whether a component has a row that samples, whatever its value is."""
-    if not _is_sampling(space, component, view):
+    if not is_sampling(space, component, view):
         return space.profile == OLD and component.category in ("device", "abstract")
     if step.via is None:
         return True
@@ -260,14 +215,10 @@ def _crossed(space: Space, step: Step) -> tuple[Partition | None, Partition | No
     return (None, None) if left == entered else (left, entered)
 
 
-def _frame_ns(partition: Partition) -> Exact:
-    return partition.period_ns
-
-
 def _first_partition_row(space: Space, place: Place, component: Component, view: View) -> Row | None:
     """The partition in which a flow starts with a component that is not periodic: time is counted from there."""
     partition = component.partition
-    if place.position or partition is None or _is_sampling(space, component, view):
+    if place.position or partition is None or is_sampling(space, component, view):
         return None
     return Row("partition", partition.name, 0, "partition", 0, "partition")
 
@@ -283,18 +234,18 @@ def _output_row(space: Space, place: Place, left: Partition, view: View) -> Row 
 
 def _output_ns(space: Space, left: Partition, passed: Exact) -> Exact:
     if space.partition_output == "major_frame":
-        return round_up(passed + left.offset_ns, _frame_ns(left))
+        return round_up(passed + left.offset_ns, left.period_ns)
     window = left.duration_ns
     assert window is not None, left.name
     full = passed // window
-    return (full + 1) * window - passed + full * _frame_ns(left)
+    return (full + 1) * window - passed + full * left.period_ns
 
 
 def _entry_row(space: Space, place: Place, entered: Partition, view: View) -> Row:
     """Input waits for the partition's frame, or for its window: at most a whole frame where clocks differ."""
     wire = space.connections[place_step(space, place).index]
     method = "partition offset" if entered.duration_ns is not None else "partition major frame"
-    frame = _frame_ns(entered)
+    frame = entered.period_ns
     since = _since_crossing(space, place, view) if is_synchronous(space, wire, view) else None
     if since is None:
         return Row("partition", entered.name, 0, method, frame, method)
@@ -337,70 +288,6 @@ def _last_window(space: Space, place: Place, view: View) -> Partition | None:
     return None
 
 
-# --- queues and processing ----------------------------------------------------------------------------------------
-
-
-def _queue_row(space: Space, step: Step, component: Component, view: View) -> Row | None:
-    """0 (or as much, where queues are full at best) .. queue size * delay of each queued item."""
-    if step.via is None:
-        return None
-    wire = space.connections[step.via]
-    size = at(wire.queue_size, view)
-    if size is None:
-        size = at(component.queue_size, view)
-    explicit = at(component.protocol, view)
-    by_period = explicit in ("periodic", "sporadic")
-    if space.profile == OLD:
-        if wire.port not in ("event", "event_data") or component.category not in ("thread", "device"):
-            return None
-        size = 1 if size is None else size
-        size = max(size - 1, 0) if by_period else size
-    else:
-        if size is None:
-            passive = component.category in EXECUTING and explicit in ("aperiodic", "sporadic")
-            size = 1 if wire.port == "data" and passive else 0
-        if size == 0:
-            return None
-    most = size * (_period_ns(component, view) if by_period else _worst_ns(space, component, view)[0])
-    least: Exact = 0
-    if space.best_case == "full_queue":
-        least = size * (_period_ns(component, view) if by_period else _best_ns(space, component, view)[0])
-    return Row(component.category, component.name, least, "queued", most, "queued")
-
-
-def _ranges(component: Component, view: View) -> list[tuple[Exact, Exact] | None]:
-    """Response time, execution time and specified latency, as far as OSATE reads them of its category."""
-    executes = component.category in EXECUTING
-    trees = (component.response_ns, component.execution_ns, component.latency_ns)
-    return [at(tree, view) if executes or tree is component.latency_ns else None for tree in trees]
-
-
-METHODS = ("response time", "processing time", "specified")
-
-
-def _best_ns(space: Space, component: Component, view: View) -> tuple[Exact, str]:
-    """Shortest processing: response time (not in 2014), execution time, specified."""
-    given = list(zip(_ranges(component, view), METHODS, strict=True))[1 if space.profile == OLD else 0 :]
-    return first_given(space, [(found and found[0], method) for found, method in given])
-
-
-def _worst_ns(space: Space, component: Component, view: View) -> tuple[Exact, str]:
-    """Longest processing, by profile and by the worst-case setting; a deadline of 0 is not assigned."""
-    by_deadline = space.worst_case == "deadline"
-    deadline = (at(component.deadline_ns, view), "deadline")
-    response, execution, latency = (
-        (found and found[1], method) for found, method in zip(_ranges(component, view), METHODS, strict=True)
-    )
-    if space.profile == OLD:
-        return first_given(space, [deadline, latency] if by_deadline else [execution, deadline, latency])
-    if computed_ns(space, component, view) and response[0] is None and execution[0] is not None:
-        response = scheduled_ns(space, component, "thread", view)
-    if by_deadline and deadline[0]:
-        return first_given(space, [response, deadline])
-    period = (_period_ns(component, view), "deadline")
-    return first_given(space, [response, execution, latency, deadline, period])
-
-
 # --- connections --------------------------------------------------------------------------------------------------
 
 
@@ -412,7 +299,7 @@ def _connection_rows(space: Space, place: Place, view: View, *, queues: bool = T
     stack = media(space, wire, view)
     rows = [
         Row(*name, least, "transmission time", most, "transmission time")
-        for least, most in (_carrying_ns(space, wire, stack, depth, view) for depth in range(len(stack)))
+        for least, most in (medium_ns(space, wire, stack, depth, view) for depth in range(len(stack)))
         if most
     ]
     period = max((at(space.buses[bus].period_ns, view) or 0 for bus in stack), default=0)
@@ -429,41 +316,6 @@ def _connection_rows(space: Space, place: Place, view: View, *, queues: bool = T
     if waiting:
         rows.append(Row(*name, 0, "queued", waiting, "queued"))
     return tuple(rows) or (Row(*name, 0, nothing, 0, nothing),)
-
-
-def media(space: Space, wire: Connection, view: View) -> tuple[int, ...]:
-    """The buses that a connection is bound to, and whatever carries these; also inside one process."""
-    stack = []
-    bus = at(wire.stated_bus, view)
-    while bus is not None:
-        stack.append(bus)
-        bus = at(space.buses[bus].carrier, view)
-    return tuple(stack)
-
-
-def _carrying_ns(space: Space, wire: Connection, stack: Sequence[int], depth: int, view: View) -> tuple[Exact, Exact]:
-    """What one medium takes for a message with the overheads so far; its latency where that is no time, at each end."""
-    bus = space.buses[stack[depth]]
-    size: int = at(wire.size_bytes, view) or 0
-    if space.profile != OLD:
-        size += sum(at(space.buses[number].overhead_bytes, view) for number in stack[: depth + 1])
-    times = _transmission_ns(space, bus, wire, size, view)
-    latency = bus_figure(space, bus.latency_ns, wire, view) or (0, 0)
-    if space.profile == OLD:
-        return latency if times is None else times
-    least, most = times or (0, 0)
-    return (least if least > 0 else latency[0]), (most if most > 0 else latency[1])
-
-
-def _transmission_ns(space: Space, bus: Bus, wire: Connection, size: int, view: View) -> tuple[Exact, Exact] | None:
-    """Transmission_Time: fixed + per byte * size, or what frames take; None where there is none that OSATE knows."""
-    fixed = bus_figure(space, bus.fixed_ns, wire, view)
-    if isinstance(fixed, Frame):
-        return wire_ns(fixed, size, at(bus.bandwidth_bps, view))
-    if fixed is None or fixed is FROM_BANDWIDTH:
-        return None
-    each = bus_figure(space, bus.per_byte_ns, wire, view)
-    return fixed[0] + each[0] * size, fixed[1] + each[1] * size
 
 
 def _rounds_to_bus(space: Space, place: Place, view: View) -> bool:
@@ -506,4 +358,4 @@ def waiting_for_ns(space: Space, place: Place, other: int, view: View) -> Exact:
     shared = [
         depth for depth, bus in enumerate(stack) if bus in mine and not at(space.buses[bus].period_ns, view)
     ]  # fmt: skip
-    return sum(_carrying_ns(space, rival, stack, depth, view)[1] for depth in shared)
+    return sum(medium_ns(space, rival, stack, depth, view)[1] for depth in shared)

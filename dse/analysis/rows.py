@@ -40,7 +40,7 @@ def scheduled_ns(space: Space, component: Component, part: Part, view: View) -> 
     return worst, "response time" if worst < UNBOUNDED_NS else UNBOUNDED_METHOD
 
 
-def computed_ns(space: Space, component: Component, view: View) -> bool:
+def is_computed(space: Space, component: Component, view: View) -> bool:
     """Whether a component's response time is computed: where these count, of a thread on a processor."""
     return counts_responses(space) and at(component.processor, view) is not None
 
