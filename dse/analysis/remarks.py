@@ -25,7 +25,7 @@ from dse.analysis.terms import PPM
 from dse.analysis.views import View, tabulate
 from dse.space.frames import frame_at
 from dse.space.metrics import busy_obstacle
-from dse.space.trees import at
+from dse.space.trees import FROM_BANDWIDTH, at
 from dse.space.types import EMPTY, Bus, Connection, Flow, Metric, Space, Step
 from dse.units import Exact, format_bandwidth, format_duration, format_ratio, format_size
 
@@ -72,8 +72,8 @@ def _bus_remarks(space: Space, view: View) -> Iterator[str]:
         if bus.virtual or chosen == EMPTY:
             continue
         carried = [item for item in space.connections if number in bus_stack(space, item, view)]
-        if carried and _instant_type(bus, view) is not None:
-            yield _no_time(bus, chosen)
+        if carried and _instant_type(bus, space.profile == "dse", view) is not None:
+            yield _no_time(space, bus, chosen)
         if busy_obstacle(space, number):
             continue
         busy = _value(space, Metric("", "busy", number), view)
@@ -101,9 +101,9 @@ def problem_remarks(space: Space) -> Iterator[str]:
         if bus.virtual:
             continue
         users = [item for item in space.connections if number in reachable_buses(space, item)]
-        cases = tabulate(space, partial(_instant_type, bus), MANY_CASES) if users else None
+        cases = tabulate(space, partial(_instant_type, bus, space.profile == "dse"), MANY_CASES) if users else None
         for chosen in dict.fromkeys(case.value for case in cases or () if case.value is not None):
-            yield _no_time(bus, chosen)
+            yield _no_time(space, bus, chosen)
         yield from _slow(space, number, users)
         least = _least_busy(space, number)
         if least > PPM:
@@ -136,18 +136,23 @@ def _too_small(space: Space, flow: Flow, found: Sequence[str]) -> Iterator[str]:
         )
 
 
-def _instant_type(bus: Bus, view: View) -> str | None:
-    """The type of a bus, where it has a bandwidth but nothing that says how long a message takes."""
+def _instant_type(bus: Bus, knows_bandwidth: bool, view: View) -> str | None:
+    """The type of a bus, where it has a bandwidth but nothing that says how long a message takes.
+
+    A time that follows from the bandwidth OSATE does not know.
+    """
+    none = (None,) if knows_bandwidth else (None, FROM_BANDWIDTH)
     times = (bus.fixed_ns, bus.latency_ns)
-    is_instant = at(bus.bandwidth_bps, view) is not None and all(at(tree, view) is None for tree in times)
+    is_instant = at(bus.bandwidth_bps, view) is not None and all(at(tree, view) in none for tree in times)
     return bus.types[view[bus.type_decision]] if is_instant else None
 
 
-def _no_time(bus: Bus, chosen: str) -> str:
-    return (
-        f"transfers over {bus.name} take no time: its type {chosen} states a bandwidth, but no "
-        "transmission time (`transmission_time: from bandwidth` asks for size / bandwidth)"
-    )
+def _no_time(space: Space, bus: Bus, chosen: str) -> str:
+    why = "`transmission_time: from bandwidth` asks for size / bandwidth"
+    if space.profile != "dse":
+        why = f"{why} under profile dse alone"
+    states = f"its type {chosen} states a bandwidth, but no transmission time"
+    return f"transfers over {bus.name} take no time: {states} ({why})"
 
 
 def _slow(space: Space, number: int, users: list[Connection]) -> Iterator[str]:

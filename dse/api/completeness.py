@@ -9,6 +9,7 @@ from dse.api.points import Bench
 from dse.errors import UsageError
 from dse.results.solve import decisions_of
 from dse.space.types import Design
+from dse.units.text import count_words
 from dse.verification.diagrams import TooLarge
 from dse.verification.exhaustion import TooMany
 from dse.verification.geometry import Bound, inside, uncovered
@@ -203,7 +204,8 @@ def _check_first_designs(bench: Bench, prover: Prover) -> None:
             reply = prover.earlier_design(vector, design)
         _holds(bench, f"front[{at}].decisions", reply, "is not the first design with these objectives; that is")
     if count := len(bench.vectors) - len(silent):
-        bench.checked.append(f"{count} points show the first of the designs with their objectives")
+        shown = "shows the first of the designs with its" if count == 1 else "show the first of the designs with their"
+        bench.checked.append(f"{count_words(count, 'point')} {shown} objectives")
     if silent:
         named = ", ".join(f"#{number}" for number in silent[:MOST_NAMED])
         more = f" and {len(silent) - MOST_NAMED} more" if len(silent) > MOST_NAMED else ""

@@ -16,6 +16,7 @@ from dse.results.contention import NOT_CHECKED, Contended, core_use_dict, judge
 from dse.results.solve import Result
 from dse.space.types import Design
 from dse.timelimit import OutOfTime, TimeLimit, until
+from dse.units.text import count_words
 
 LEAST_TIME_S = 10.0
 """Without a time limit the referee has as long as the search took, at least this long."""
@@ -106,7 +107,7 @@ def check_contention(bench: Bench, deadline: float | None) -> None:
         bench.left_open.append(f"what {left} of {len(listed)} designs keep with response times: the time was too short")
     if listed:
         said = f", and what {judged} of them keep with response times" if judged else ""
-        bench.checked.append(f"the cores of {len(listed)} designs{said}")
+        bench.checked.append(f"the cores of {count_words(len(listed), 'design')}{said}")
 
 
 def _listed(data: Mapping[str, Any]) -> list[tuple[str, Mapping[str, Any]]]:

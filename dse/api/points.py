@@ -21,6 +21,7 @@ from dse.results.verify import Finding
 from dse.space.size import space_size
 from dse.space.types import Design, Space
 from dse.timelimit import OutOfTime, look_at_the_clock
+from dse.units.text import count_words
 from dse.verification.prover import Method
 
 BEYOND = 2**62
@@ -187,9 +188,8 @@ def check_front(bench: Bench) -> None:
                 bench.find("front", f"points {ids[at]} and {ids[later]} have the same objectives")
             elif one != other and all(a <= b for a, b in zip(one, other, strict=True)):
                 bench.find("front", f"point {ids[later]} is dominated by point {ids[at]}")
-    bench.checked.append(
-        f"{len(ids)} points, recomputed from their decisions by the analysis alone; none dominates another"
-    )
+    points = count_words(len(ids), "point")
+    bench.checked.append(f"{points}, recomputed from their decisions by the analysis alone; none dominates another")
     if len(ids) == len(bench.data["front"]) and not bench.findings:
         check_ranks(bench)
 

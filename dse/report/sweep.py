@@ -14,6 +14,7 @@ from dse.report.studyplots import lines_chart
 from dse.results.display import counted, display_unit, figure, readable, titled
 from dse.results.variants import find_variants, varying
 from dse.units import UnitError, parse_quantity
+from dse.units.text import count_words
 
 SHOWN_DESIGNS = 3
 """How many designs of each front are told."""
@@ -82,7 +83,7 @@ def _breaks(run: Data, currency: str) -> Iterator[Block]:
         yield from texts(_best_by_limit(run, info, currency))
     words = "proved" if run["status"] == "complete" else "NOT proved: stopped early"
     count = max(0, len(run["stretches"]) - 1)
-    yield Text(f"{count} break-points of the front, {words}: nothing changes between them.", "strong")
+    yield Text(f"{count_words(count, 'break-point')} of the front, {words}: nothing changes between them.", "strong")
     yield from texts(f"Definition: {run['definition']}.")
 
 

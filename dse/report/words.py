@@ -30,7 +30,7 @@ FEW_CHANGES = 2
 """So many changes are named, and as many that follow from them, where there is little room."""
 NEARNESS = f"no objective more than {readable(NEAR * PPM, 'ppm')} of its range away"
 GAPS = (
-    "The sum of periods over-estimates when sender and receiver are harmonic and synchronised.",
+    "The sum of periods over-estimates when sender and receiver are harmonic and synchronised without stated offsets.",
     "A measured maximum is a sample maximum, not a bound.",
 )
 

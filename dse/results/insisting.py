@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any, Literal
 
-from dse.results.display import figures_of
+from dse.results.points import figures_by_name
 from dse.space.types import Design
 
 
@@ -49,15 +49,7 @@ class Insisting:
 
     def to_dict(self) -> dict[str, Any]:
         """For JSON."""
-        points = [
-            {
-                "id": point.id,
-                "objectives": figures_of(point.objectives),
-                "metrics": figures_of(point.metrics),
-                "decisions": dict(point.decisions),
-            }
-            for point in self.points
-        ]
+        points = [figures_by_name(point) for point in self.points]
         options = [
             {"decision": item.decision, "option": item.option, "status": item.status, "front": list(item.front)}
             for item in self.options

@@ -7,7 +7,7 @@ import json
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from fractions import Fraction
-from typing import Any
+from typing import Any, Protocol
 
 from dse.results.display import exact, figures_of
 from dse.space.types import Design, Space
@@ -108,6 +108,29 @@ class FurtherDesign:
     different: int
 
 
+class Listed(Protocol):
+    """A design in a list of designs."""
+
+    @property
+    def id(self) -> int | str: ...  # noqa: D102
+    @property
+    def objectives(self) -> Mapping[str, int]: ...  # noqa: D102
+    @property
+    def metrics(self) -> Mapping[str, int]: ...  # noqa: D102
+    @property
+    def decisions(self) -> Mapping[str, str]: ...  # noqa: D102
+
+
+def figures_by_name(item: Listed) -> dict[str, Any]:
+    """What every list of designs says of one, for JSON: its id, figures and decisions."""
+    return {
+        "id": item.id,
+        "objectives": figures_of(item.objectives),
+        "metrics": figures_of(item.metrics),
+        "decisions": dict(item.decisions),
+    }
+
+
 @dataclass(frozen=True)
 class FurtherDesigns:
     """Further designs of point `of`: with its objectives (`within` 0), or with each at most that share worse.
@@ -125,10 +148,7 @@ class FurtherDesigns:
         """For JSON."""
         designs = [
             {
-                "id": item.id,
-                "objectives": figures_of(item.objectives),
-                "metrics": figures_of(item.metrics),
-                "decisions": dict(item.decisions),
+                **figures_by_name(item),
                 "dominated_by": list(item.dominated_by),
                 "different_decisions": item.different,
             }

@@ -330,3 +330,20 @@ objectives: [minimise latency of f]
     assert result.front[0].objectives["latency of f"] == 14 * MS
     assert result.problem.effective["system"] == "asynchronous"
     assert dse.verify(result).status != "rejected"
+
+
+@pytest.mark.parametrize("profile", ["osate-2.2", "osate-2.19"])
+def test_a_time_that_follows_from_the_bandwidth_is_none_for_osate_and_that_is_said(profile: str) -> None:
+    text = """
+dse: 1
+name: camera
+bus_types: {eth: {bandwidth: 100 Mbit/s, transmission_time: from bandwidth}}
+buses: {e: {type: eth}}
+devices: {camera: {period: 50 ms}, screen: {period: 50 ms}}
+connections: {image: {from: camera, to: screen, data_size: 100 KB, bus: e}}
+flows: {seen: {path: [camera, screen]}}
+"""
+    problem = dse.loads(text)
+    assert not [remark for remark in dse.check(problem).remarks if "take no time" in remark]
+    [remark] = [item for item in dse.check(problem.ask(profile=profile)).remarks if "take no time" in item]
+    assert "under profile dse alone" in remark
