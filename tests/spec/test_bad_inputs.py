@@ -10,6 +10,7 @@ import pytest
 
 from dse.errors import ProblemError
 from dse.spec.load import load_spec, parse_spec
+from dse.spec.model import Thread
 from dse.spec.reader import MAX_BYTES
 from tests import diagnostics
 from tests.diagnostics import FOLDER, assert_every_input_has_its_messages, bad_inputs, expected_messages
@@ -31,6 +32,13 @@ def test_every_bad_input_has_its_message_and_the_base_is_valid() -> None:
 @pytest.mark.parametrize("path", sorted((FOLDER / "semantic").glob("*.yaml")), ids=lambda path: path.stem)
 def test_semantic_defects_are_structurally_sound(path: Path) -> None:
     load_spec(path)
+
+
+def test_all_keys_of_a_section_are_named_where_none_is_near() -> None:
+    with pytest.raises(ProblemError) as caught:
+        parse_spec(VALID.replace("threads:\n  nav:", "threads:\n  nav:\n    zzzzz: 1", 1))
+    keys = [info.alias or name for name, info in Thread.model_fields.items()]
+    assert caught.value.diagnostics[0].hint == f"allowed: {', '.join(keys)}"
 
 
 def test_windows_line_ends_and_byte_order_mark_are_welcome(tmp_path: Path) -> None:
