@@ -27,6 +27,8 @@ MOST_BYTES = 4_000_000
 """Of a file of definitions."""
 LONGEST = 10**8
 """The most elements of an array or string that may be stated."""
+MOST_MESSAGES = 1_000_000
+"""The most elements of an array or sequence of messages or texts, each of which is serialised."""
 DEFAULT = "ros2_humble"
 
 
@@ -46,7 +48,19 @@ class MessageSize:
 
 
 class _UnboundedError(Exception):
-    """A string or sequence without a bound."""
+    """A string or sequence without a bound, by its path."""
+
+    def __init__(self, path: str) -> None:
+        super().__init__(path)
+        self.path = path
+
+
+class LengthError(UsageError):
+    """A stated length that cannot be; `path` says of what, `reason` why."""
+
+    def __init__(self, path: str, stated: int, reason: str) -> None:
+        super().__init__(f"--length {path}={stated}: {reason}")
+        self.path, self.reason = path, reason
 
 
 class Types:
@@ -176,6 +190,23 @@ class Types:
         serialise = self.store.serialize_ros1 if self.is_ros1 else self.store.serialize_cdr
         return len(serialise(message, name))
 
+    def unstated(self, name: str, lengths: Mapping[str, int]) -> list[str]:
+        """The paths of strings and sequences on which the size depends, that have neither a stated length nor a bound.
+
+        Raises
+        ------
+        LengthError
+            when a stated length is beyond the bound.
+        """
+        found: list[str] = []
+        while True:
+            try:
+                self._message(name, {**lengths, **dict.fromkeys(found, 1)}, "", largest=True)
+            except _UnboundedError as error:
+                found.append(error.path)
+            else:
+                return found
+
     def _message(self, name: str, lengths: Mapping[str, int], path: str, largest: bool) -> Any:
         fields = self.store.fielddefs[name][1]
         values = [self._value(node, lengths, f"{path}.{field}".lstrip("."), largest) for field, node in fields]
@@ -200,6 +231,8 @@ class Types:
         if kind == self.node.BASE and what[0] != "string":
             names = {"byte": "uint8", "char": "uint8", "octet": "uint8"}
             return np.zeros(count, dtype=names.get(what[0], what[0]))
+        if count > MOST_MESSAGES:
+            raise LengthError(path, count, f"of messages or texts at most {MOST_MESSAGES} are counted")
         place = path if kind == self.node.NAME else f"{path}[]"
         return [self._value(inner, lengths, place, largest)] * count if count else []
 
@@ -207,10 +240,10 @@ class Types:
         stated = lengths.get(path)
         if stated is not None:
             if bound and stated > bound:
-                raise UsageError(f"--length {path}={stated}: its bound is {bound}")
+                raise LengthError(path, stated, f"its bound is {bound}")
             return stated
         if largest and not bound:
-            raise _UnboundedError
+            raise _UnboundedError(path)
         return bound if largest else 0
 
     def places(self, name: str, path: str = "") -> Iterator[str]:

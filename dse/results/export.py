@@ -42,7 +42,8 @@ def fixed_problem(text: str, result: Result, design: Design, title: str, folder:
     draft = Draft(text)
     space = result.space
     rest = [decision for decision in _open(space) if not _fix_in_place(draft, space, decision, design)]
-    _include(draft, folder, source)
+    _moved(draft, ["include"], folder, source)
+    _moved(draft, ["messages", "definitions"], folder, source)
     _samples(draft, folder, source)
     _question(draft, result)
     _rules(draft, space, rest, design)
@@ -160,14 +161,14 @@ def _canonical(space: Space, decision: Decision, text: str) -> str:
         return text
 
 
-def _include(draft: Draft, folder: Path, source: Path) -> None:
-    """Included files are found from where the new file will stand."""
-    node = draft.find(["include"])
+def _moved(draft: Draft, place: list[str | int], folder: Path, source: Path) -> None:
+    """The files that a place names, one or several, are found from where the new file will stand."""
+    node = draft.find(place)
     if node is None or folder.resolve() == source.parent.resolve():
         return
     items: list[Any] = node.value if isinstance(node, yaml.SequenceNode) else [node]
     for position, item in enumerate(items):
-        path: list[str | int] = ["include", position] if isinstance(node, yaml.SequenceNode) else ["include"]
+        path = [*place, position] if isinstance(node, yaml.SequenceNode) else place
         moved = os.path.relpath((source.parent / item.value).resolve(), folder.resolve())
         draft.replace(path, yaml_text(Path(moved).as_posix()))
 

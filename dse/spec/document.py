@@ -21,8 +21,11 @@ WORDS = ("description", "source", "assumptions", "imported")
 """Keys that say something to readers only."""
 
 
-def merged_document(trees: Sequence[Node], samples: Samples) -> dict[str, Any]:
-    """Plain data of a problem: the main file first, then what it includes; samples as a list, with their unit."""
+def merged_document(trees: Sequence[Node], samples: Samples, sizes: Mapping[str, int]) -> dict[str, Any]:
+    """Plain data of a problem: the main file first, then what it includes; samples as a list, with their unit.
+
+    Connections that name a message have the `sizes` of theirs, in bytes, instead.
+    """
     main, *others = (tree.to_data() for tree in trees)
     data = {key: value for key, value in main.items() if key != "include"}
     for section in SECTIONS:
@@ -38,7 +41,19 @@ def merged_document(trees: Sequence[Node], samples: Samples) -> dict[str, Any]:
             unit = data["uncertainty"][path].get("unit")
             entry["samples"] = [f"{text} {unit}" if unit else text for text in texts]
             data["uncertainty"] = {**data["uncertainty"], path: entry}
-    return data
+    return _with_sizes(data, sizes)
+
+
+def _with_sizes(data: dict[str, Any], sizes: Mapping[str, int]) -> dict[str, Any]:
+    if not sizes:
+        return data
+    connections = dict(data["connections"])
+    for name, size in sizes.items():
+        named = connections[name]
+        rest = {key: value for key, value in named.items() if key not in ("message", "lengths")}
+        source = named.get("source") or f"size of {named['message']}"
+        connections[name] = {**rest, "data_size": f"{size} B", "source": source}
+    return {key: value for key, value in data.items() if key != "messages"} | {"connections": connections}
 
 
 def _listed(value: Any) -> list[Any]:

@@ -22,6 +22,7 @@ from pydantic import (
 from pydantic_core import CoreSchema, InitErrorDetails, PydanticCustomError, core_schema
 
 from dse import units
+from dse.importers.ros_messages import LONGEST
 from dse.units import Kind, Rounding, UnitError
 
 T = TypeVar("T")
@@ -188,6 +189,11 @@ Priority: TypeAlias = Annotated[
     WithJsonSchema({"anyOf": [{"type": "integer", "minimum": 0}, {"enum": [*PRIORITY_RULES, ANY_PRIORITY]}]}),
 ]
 QueueSize: TypeAlias = Annotated[int, PlainValidator(_count(0)), WithJsonSchema({"type": "integer", "minimum": 0})]
+Length: TypeAlias = Annotated[
+    int,
+    PlainValidator(_count(0, LONGEST)),
+    WithJsonSchema({"type": "integer", "minimum": 0, "maximum": LONGEST}),
+]
 Weight: TypeAlias = Annotated[
     int,
     PlainValidator(_count(0)),

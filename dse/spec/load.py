@@ -20,6 +20,7 @@ from dse.spec.document import SECTIONS, identity_of, merged_document
 from dse.spec.fields import describe
 from dse.spec.foreign import offered, overlaid, strangers, tree_of
 from dse.spec.frames import MODELS as FRAMES
+from dse.spec.messages import CARRIED, Sized, read_sizes, with_sizes
 from dse.spec.model import Catalogue, Model, Spec, TransmissionTime
 from dse.spec.reader import MAX_BYTES, Node, PathPart, RepeatedKeysError, decode_text, dotted, read_yaml
 from dse.spec.salvage import WHOLE, Place, Remains, remains, salvaged
@@ -63,10 +64,11 @@ class Source:
 class LoadedSpec:
     """A problem with its includes merged in, and where it was read.
 
-    `sha256` is that of the main file; `includes` has each included file, as found from the main file's folder, and its
-    hash. `texts` are those of all its files, the main one's under its own name; `samples` what stated uncertainties
-    take from files. `is_carried`: it was not read from the disk, but from such texts. `remains` tells what was
-    taken out of a problem with mistakes. `told` is what the import of a model has left out or not understood.
+    `sha256` is that of the main file; `includes` has each included file, as found from the main file's folder, and
+    its hash. `texts` are those of all its files, the main one's under its own name; `samples` what stated
+    uncertainties take from files, `sized` the sizes of connections that name a message. `is_carried`: it was not
+    read from the disk, but from such texts. `remains` tells what was taken out of a problem with mistakes. `told`
+    is what the import of a model has left out or not understood.
     """
 
     spec: Spec
@@ -77,13 +79,14 @@ class LoadedSpec:
     remains: Remains = WHOLE
     texts: Mapping[str, str] = field(default_factory=dict, repr=False, compare=False)
     samples: Samples = field(default_factory=dict, repr=False, compare=False)
+    sized: Sized = field(default_factory=Sized, repr=False, compare=False)
     is_carried: bool = False
     told: tuple[Diagnostic, ...] = ()
 
     @cached_property
     def document(self) -> Mapping[str, Any]:
         """What it says as plain data, includes and samples merged in."""
-        return merged_document([source.node for source in self.sources], self.samples)
+        return merged_document([source.node for source in self.sources], self.samples, self.sized.sizes)
 
     @cached_property
     def _uncertainties(self) -> tuple[tuple[Stated, ...], tuple[UncertaintyError, ...]]:
@@ -315,16 +318,24 @@ class _Loader:
     def result(self) -> LoadedSpec:
         """The merged problem; raises when there are findings."""
         self._check_repeated_names()
+        can_merge = self._is_complete and all(part.model is not None for part in self.parts)
+        loaded = self._merge() if can_merge else None
+        if loaded is not None:
+            self.findings += [loaded.diagnostic(item.path, item.message, item.hint) for item in loaded.sized.mistakes]
         if self.findings:
-            raise UnreadableError(in_order(self.findings, self._files), self._rest())
-        return self._merge()
+            raise UnreadableError(in_order(self.findings, self._files), self._rest(loaded))
+        assert loaded is not None
+        return loaded
 
-    def _rest(self) -> LoadedSpec | None:
+    def _rest(self, loaded: LoadedSpec | None) -> LoadedSpec | None:
         """The problem without what is wrong."""
-        if not self._is_complete or any(part.model is None for part in self.parts):
+        if loaded is None:
             return None
-        loaded = self._merge()
-        return replace(loaded, remains=remains(loaded.spec, [place for part in self.parts for place in part.lost]))
+        lost = [place for part in self.parts for place in part.lost]
+        lost += [(*item.path[:2], "data_size") for item in loaded.sized.mistakes if item.path[0] == "connections"]
+        if any(item.path[0] == "messages" for item in loaded.sized.mistakes):
+            lost += [("connections", name, "data_size") for name in loaded.spec.connections]
+        return replace(loaded, remains=remains(loaded.spec, lost))
 
     def _merge(self) -> LoadedSpec:
         main, *others = self.parts
@@ -334,15 +345,20 @@ class _Loader:
         samples, texts = read_samples(spec, self.main, self.files)
         texts |= dict(zip((self.main.name, *names), (part.text for part in self.parts), strict=True))
         texts |= self.models
+        lost = {str(place[1]) for part in self.parts for place in part.lost if place[0] == "connections" and place[1:]}
+        sized = read_sizes(spec, self.main, self.files, is_text=self.is_text, doubtful=lost)
+        if sized.sizes:
+            texts[CARRIED] = sized.text
         models = tuple((name, hashlib.sha256(text.encode()).hexdigest()) for name, text in self.models.items())
         return LoadedSpec(
-            spec,
+            with_sizes(spec, sized),
             self.main,
             main.sha256,
             includes=(*models, *zip(names, (part.sha256 for part in others), strict=True)),
             sources=tuple(part.source for part in self.parts),
             texts=texts,
             samples=samples,
+            sized=sized,
             is_carried=isinstance(self.files, Carried),
             told=tuple(self.told),
         )

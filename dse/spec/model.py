@@ -30,6 +30,7 @@ from dse.spec.fields import (
     Demand,
     Duration,
     Items,
+    Length,
     Line,
     Money,
     Name,
@@ -294,12 +295,23 @@ class Bus(Slot):
     bus: Options[Name] | None = None
 
 
+class Messages(Model):
+    """Where the types of ROS messages are defined that connections name, and which size of theirs counts."""
+
+    distribution: Line | None = None
+    definitions: Options[Line] | None = None
+    size: Literal["serialised", "rule"] = "serialised"
+    source: Line | None = None
+
+
 class Connection(Model):
     """A connection; sizes in bytes, rates exact fractions of Hz and B/s."""
 
     from_: Name | None = Field(default=None, alias="from")
     to: Name | None = None
     data_size: Options[DataSize] | None = None
+    message: Line | None = None
+    lengths: dict[Name, Length] = {}
     bus: Options[Name] | None = None
     rate: Options[Rate] | None = None
     data_rate: Options[DataRate] | None = None
@@ -441,6 +453,7 @@ class Spec(Catalogue):
     priorities: Literal["rate_monotonic", "deadline_monotonic", "any"] = "rate_monotonic"
     overload: Literal["forbidden", "allowed"] = "forbidden"
     offset_grid: Period | None = None
+    messages: Messages | None = None
     requirements: Items[Line] = ()
     rules: Items[RuleText] = ()
     objectives: Items[Line] = ()

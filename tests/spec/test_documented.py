@@ -31,6 +31,7 @@ processing: execution_time
 deadlines: stated
 overload: forbidden
 offset_grid: 1 ms
+messages: {distribution: ros2_humble, definitions: parts, size: serialised, source: s}
 priorities: rate_monotonic
 worst_case: deadline
 system: synchronous
@@ -76,6 +77,7 @@ executors: {n: {kind: fifo, processor: p, priority: 1, core: 1, source: s}}
 connections:
   w: {from: e, to: f, data_size: 1 B, bus: x, rate: 1 Hz, data_rate: 1 B/s, port: data, timing: delayed, queue_size: 1,
       latency: 1 us, source: s}
+  x: {from: e, to: f, message: parts/Pose, lengths: {id: 1}}
 flows: {g: {path: [e, f], latency: 1 us .. 1 s, source: s}}
 metrics: {m: latency of g * 2}
 requirements: [price <= 1 EUR]
@@ -103,7 +105,7 @@ WORDS = frozenset(
         "require",
         "forbid", "true", "false", "none", "any", "first_fit", "big", "little", "rate_monotonic",
         "deadline_monotonic", "all", "execution_time", "ppm",
-        "let", "unknown", "implicit",
+        "let", "unknown", "implicit", "ros",
     }
 )  # fmt: skip
 """Words in code spans of the document that are no fields: metrics, rules, units, values, and what is not ours."""
@@ -130,6 +132,8 @@ def places() -> list[tuple[str, ...]]:
 
 def taken(data: dict[str, Any], folder: Path) -> bool:
     (folder / "parts.yaml").write_text("description: nothing\n", encoding="utf-8")
+    (folder / "parts").mkdir(exist_ok=True)
+    (folder / "parts" / "Pose.msg").write_text("string id\n", encoding="utf-8")
     (folder / "p.yaml").write_text(yaml.safe_dump(data), encoding="utf-8")
     try:
         load_spec(folder / "p.yaml")
@@ -214,10 +218,10 @@ def test_every_field_is_documented_where_its_section_is(name: str) -> None:
 
 
 def test_every_key_that_is_documented_is_taken() -> None:
-    parts = ("Interrupt", "Throttling", "Partition")
+    parts = ("Interrupt", "Throttling", "Partition", "Messages")
     frames = ("CanFrame", "CanFdFrame", "SerialFrame", "EthernetFrame")
     known = set().union(*(fields_of(name) for name in (*CLASSES.values(), *frames, "Spec", "TransmissionTime", *parts)))
-    for name in (*CLASSES.values(), *frames, "Spec"):
+    for name in (*CLASSES.values(), *frames, *parts, "Spec"):
         for info in getattr(model, name).model_fields.values():
             known |= set(re.findall(r"'([\w-]+)'", str(info.annotation)))
     known |= {word for kind in (model.Category, model.Protocol, model.Port) for word in _words(kind)}

@@ -36,6 +36,7 @@ processing: response_time
 deadlines: true
 overload: allowed
 offset_grid: 1 ms
+messages: {distribution: ros2_humble}
 clocks: {robot: {synchronisation_error: 10 us}}
 priorities: rate_monotonic
 partitions: {flight: {period: 20 ms, offset: 5 ms, duration: 10 ms}}
