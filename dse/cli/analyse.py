@@ -6,19 +6,9 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from dse.cli.common import (
-    check_writable,
-    console,
-    in_time,
-    json_option,
-    load_told,
-    problem_argument,
-    question_of,
-    question_options,
-    report_option,
-    save,
-    write_page,
-)
+from dse.cli.common import check_writable, in_time, json_option, load_told, problem_argument
+from dse.cli.pages import answer, report_option
+from dse.cli.question import question_of, question_options
 from dse.errors import EXIT_COMPLETE, EXIT_NO
 
 if TYPE_CHECKING:
@@ -52,14 +42,8 @@ def command(
     found = named(design, load_told(file).ask(**question_of(options)))
     analysis = analyse(found.problem, found.texts, response_times=response_times)
     from dse.report.analyse import analysis_page
-    from dse.report.terminal import print_page
 
-    page = analysis_page(analysis)
-    if json_path != "-":
-        print_page(console(), page)
-    failure = save((json_path, analysis.to_json)) or write_page(report, page)
-    if failure is not None:
-        raise failure
+    answer(analysis_page(analysis), (json_path, analysis.to_json), report=report)
     return EXIT_COMPLETE if analysis.is_feasible else EXIT_NO
 
 

@@ -6,19 +6,9 @@ from typing import Any
 
 import click
 
-from dse.cli.common import (
-    check_writable,
-    console,
-    in_time,
-    json_option,
-    load_told,
-    problem_argument,
-    question_of,
-    question_options,
-    report_option,
-    save,
-    write_page,
-)
+from dse.cli.common import check_writable, in_time, json_option, load_told, problem_argument
+from dse.cli.pages import answer, report_option
+from dse.cli.question import question_of, question_options
 
 
 @click.command("check")
@@ -37,12 +27,6 @@ def command(file: str, report: str | None, json_path: str | None, **options: Any
 
     description = check(load_told(file), **question_of(options))
     from dse.report.check import description_page
-    from dse.report.terminal import print_page
 
-    page = description_page(description)
-    if json_path != "-":
-        print_page(console(), page)
-    failure = save((json_path, description.to_json)) or write_page(report, page)
-    if failure is not None:
-        raise failure
+    answer(description_page(description), (json_path, description.to_json), report=report)
     return 0

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import click
 
-from dse.cli.common import check_writable, console, in_time, json_option, report_option, save, tell_carried, write_page
+from dse.cli.common import check_writable, in_time, json_option, tell_carried
+from dse.cli.pages import answer, report_option
 
 
 @click.command("compare")
@@ -28,12 +29,6 @@ def command(one: str, other: str, problem: str | None, report: str | None, json_
     for file in found.carried:
         tell_carried(file, is_carried=True)
     from dse.report.compare import comparison_page
-    from dse.report.terminal import print_page
 
-    page = comparison_page(found)
-    if json_path != "-":
-        print_page(console(), page)
-    failure = save((json_path, found.to_json)) or write_page(report, page)
-    if failure is not None:
-        raise failure
+    answer(comparison_page(found), (json_path, found.to_json), report=report)
     return 0

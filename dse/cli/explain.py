@@ -7,22 +7,9 @@ from typing import Any, TypeVar
 
 import click
 
-from dse.cli.common import (
-    OrderedCommand,
-    check_writable,
-    console,
-    json_option,
-    load_told,
-    objective_options,
-    objectives_of,
-    problem_argument,
-    question_of,
-    question_options,
-    report_option,
-    save,
-    time_limit_option,
-    write_page,
-)
+from dse.cli.common import check_writable, json_option, load_told, problem_argument, time_limit_option
+from dse.cli.pages import answer, report_option
+from dse.cli.question import OrderedCommand, objective_options, objectives_of, question_of, question_options
 from dse.timelimit import TimeLimit, until
 
 F = TypeVar("F", bound=Callable[..., Any])
@@ -100,15 +87,7 @@ def command(
     with until(time_limit):
         asked = load_told(file).ask(**question_of(options, objectives_of(minimise, maximise)))
     found = explain_asked(asked, Wishes(every, limit, offer, time_limit.rest_s, seed))
-    failure = save((json_path, found.to_json), (csv_path, found.to_csv))
     from dse.report.explain import explanation_page
 
-    page = explanation_page(found)
-    if not quiet and "-" not in (json_path, csv_path):
-        from dse.report.terminal import print_page
-
-        print_page(console(), page)
-    failure = failure or write_page(report, page)
-    if failure is not None:
-        raise failure
+    answer(explanation_page(found), (json_path, found.to_json), (csv_path, found.to_csv), report=report, quiet=quiet)
     return found.exit_code

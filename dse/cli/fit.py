@@ -7,7 +7,8 @@ from pathlib import Path
 
 import click
 
-from dse.cli.common import check_writable, console, in_time, json_option, report_folder, write_text
+from dse.cli.common import check_writable, in_time, json_option, report_folder
+from dse.cli.pages import answer, report_option
 
 
 def _pairs(ctx: click.Context, param: click.Parameter, values: Sequence[str]) -> dict[str, str]:
@@ -48,6 +49,7 @@ def _pairs(ctx: click.Context, param: click.Parameter, values: Sequence[str]) ->
 )
 @click.option("-o", "--output", metavar="PATH", help="Write the catalogue, a file that problem files include.")
 @click.option("--figures", "figures", metavar="DIR", help="Write the plots into this folder, as SVG and PNG.")
+@report_option
 @json_option
 @in_time
 def command(
@@ -64,6 +66,7 @@ def command(
     extremes: int | None,
     output: str | None,
     figures: str | None,
+    report: str | None,
     json_path: str | None,
 ) -> int:
     """Measurements (CSV) as transmission times of bus types, or execution times of thread types.
@@ -75,7 +78,7 @@ def command(
     """
     if output == "-" and json_path == "-":
         raise click.UsageError("only one of -o and --json can go to standard output")
-    check_writable(output, json_path, *([_samples_path(output)] if output not in (None, "-") else []))
+    check_writable(output, json_path, report, *([_samples_path(output)] if output not in (None, "-") else []))
     from dse.api.fit import fit
     from dse.fitting.catalogue import samples_table
 
@@ -96,23 +99,19 @@ def command(
     has_samples = any(len(item.summary.samples_ns) for item in found.executions)
     samples = _samples_path(output) if to_file and has_samples else None
     text = found.to_yaml(samples.name if samples is not None else None)
-    if "-" not in (output, json_path):
-        from dse.report.fit import print_fit
+    from dse.report.fit import fit_page
 
-        print_fit(console(), found)
-        if output is None:
-            click.echo(f"\n{text}", nl=False)
-    if samples is not None:
-        write_text(str(samples), samples_table(found))
-    if output is not None:
-        write_text(output, text)
-    if json_path is not None:
-        write_text(json_path, found.to_json())
+    page = fit_page(found)
+    beside = None if samples is None else str(samples)
+    tables = (beside, lambda: samples_table(found)), (output, lambda: text), (json_path, found.to_json)
+    answer(page, *tables, report=report)
+    if output is None and json_path != "-":
+        click.echo(f"\n{text}", nl=False)
     if figures is not None:
         from dse.files.writing import write_files
         from dse.report.fitplots import fit_figures
 
-        for path in write_files(report_folder(figures), fit_figures(found, ("svg", "png"), Path(files[0]).stem)):
+        for path in write_files(report_folder(figures), fit_figures(page, ("svg", "png"), Path(files[0]).stem)):
             click.echo(f"figure: {path}", err=True)
     return 0
 

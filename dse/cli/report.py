@@ -8,7 +8,8 @@ from typing import Any
 
 import click
 
-from dse.cli.common import console, in_time, ranking_options, report_folder, tell_carried
+from dse.cli.common import console, in_time, report_folder, tell_carried
+from dse.cli.question import ranking_options
 from dse.cli.studies import check_study, is_study, read_json, sections_in
 from dse.files.writing import write_files
 

@@ -7,19 +7,9 @@ from typing import Any
 import click
 
 from dse.cli.analyse import named
-from dse.cli.common import (
-    check_writable,
-    console,
-    json_option,
-    load_told,
-    problem_argument,
-    question_of,
-    question_options,
-    report_option,
-    save,
-    time_limit_option,
-    write_page,
-)
+from dse.cli.common import check_writable, json_option, load_told, problem_argument, time_limit_option
+from dse.cli.pages import answer, report_option
+from dse.cli.question import question_of, question_options
 from dse.timelimit import TimeLimit, until
 
 
@@ -107,12 +97,6 @@ def command(
         time_limit_s=time_limit.rest_s,
     )
     from dse.report.simulate import simulation_page
-    from dse.report.terminal import print_page
 
-    page = simulation_page(simulation)
-    if json_path != "-":
-        print_page(console(), page)
-    failure = save((json_path, simulation.to_json)) or write_page(report, page)
-    if failure is not None:
-        raise failure
+    answer(simulation_page(simulation), (json_path, simulation.to_json), report=report)
     return simulation.exit_code

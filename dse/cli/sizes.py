@@ -6,7 +6,8 @@ from collections.abc import Sequence
 
 import click
 
-from dse.cli.common import check_writable, console, in_time, json_option, write_text
+from dse.cli.common import check_writable, in_time, json_option
+from dse.cli.pages import answer, report_option
 
 
 def _lengths(ctx: click.Context, param: click.Parameter, values: Sequence[str]) -> dict[str, int]:
@@ -47,6 +48,7 @@ def _lengths(ctx: click.Context, param: click.Parameter, values: Sequence[str]) 
     metavar="NAME",
     help="Whose types there are besides, and how messages are serialised (ros1_noetic: ROS 1, else CDR).",
 )
+@report_option
 @json_option
 @in_time
 def command(
@@ -55,20 +57,18 @@ def command(
     bags: tuple[str, ...],
     lengths: dict[str, int],
     distribution: str,
+    report: str | None,
     json_path: str | None,
 ) -> int:
     """How large ROS messages are: by the report's rule, and serialised.
 
     TYPE is such as sensor_msgs/Imu; all types of the definitions (or of the distribution) where none is named.
     """
-    check_writable(json_path)
+    check_writable(json_path, report)
     from dse.api.ros_sizes import sizes
 
     found = sizes(*names, definitions=definitions, bags=bags, lengths=lengths, distribution=distribution)
-    if json_path != "-":
-        from dse.report.ros_sizes import print_sizes
+    from dse.report.ros_sizes import sizes_page
 
-        print_sizes(console(), found)
-    if json_path is not None:
-        write_text(json_path, found.to_json())
+    answer(sizes_page(found), (json_path, found.to_json), report=report)
     return 0

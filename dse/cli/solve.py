@@ -12,20 +12,22 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from dse.cli.common import (
-    OrderedCommand,
     check_writable,
     console,
     json_option,
     load_told,
-    objective_options,
-    objectives_of,
     problem_argument,
-    question_of,
-    question_options,
-    ranking_options,
     save,
     tell_carried,
     time_limit_option,
+)
+from dse.cli.question import (
+    OrderedCommand,
+    objective_options,
+    objectives_of,
+    question_of,
+    question_options,
+    ranking_options,
 )
 from dse.cli.studies import folder_of, study_report_options
 from dse.errors import EXIT_INCOMPLETE, about

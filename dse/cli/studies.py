@@ -7,7 +7,8 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 import click
 
-from dse.cli.common import check_page_or_folder, check_writable, report_folder, tell_plots
+from dse.cli.common import check_writable, report_folder, tell_plots
+from dse.cli.pages import check_page_or_folder
 from dse.errors import UsageError, about
 from dse.files.plain_json import parse_json
 from dse.files.reading import UnreadableFileError, read_text

@@ -11,21 +11,9 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from dse.cli.common import (
-    OrderedCommand,
-    check_writable,
-    console,
-    json_option,
-    load_told,
-    objective_options,
-    objectives_of,
-    problem_argument,
-    question_of,
-    question_options,
-    save,
-    time_limit_option,
-    write_page,
-)
+from dse.cli.common import check_writable, console, json_option, load_told, problem_argument, save, time_limit_option
+from dse.cli.pages import write_page
+from dse.cli.question import OrderedCommand, objective_options, objectives_of, question_of, question_options
 from dse.cli.studies import claim_study, folder_of, study_report_options, write_study
 from dse.files.guard import claim
 from dse.files.writing import is_stream

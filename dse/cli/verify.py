@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import click
 
-from dse.cli.common import check_writable, console, json_option, report_option, save, time_limit_option, write_page
+from dse.cli.common import check_writable, json_option, time_limit_option
+from dse.cli.pages import answer, report_option
 from dse.timelimit import TimeLimit
 
 
@@ -38,13 +39,7 @@ def command(
     from dse.study.verify import verify
 
     found = verify(result, problem=problem, method=method, time_limit_s=time_limit.rest_s)  # type: ignore[arg-type]
-    from dse.report.terminal import print_page
     from dse.report.verify import verification_page
 
-    page = verification_page(found)
-    if json_path != "-":
-        print_page(console(), page)
-    failure = save((json_path, found.to_json)) or write_page(report, page)
-    if failure is not None:
-        raise failure
+    answer(verification_page(found), (json_path, found.to_json), report=report)
     return found.exit_code

@@ -13,6 +13,9 @@ from pathlib import Path
 from dse.errors import UsageError
 from dse.files.guard import PathLike, current
 
+PAGES = (".html", ".htm", ".md")
+"""How the names of pages end, which reports are written as."""
+
 
 def check_writable(*paths: PathLike | None) -> None:
     """Fail before the work rather than after it when a file could not be written; None and ``-`` are none.

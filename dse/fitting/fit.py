@@ -56,6 +56,11 @@ class Transport:
     remarks: tuple[Remark, ...]
     tails: tuple[tuple[int, Tail], ...] = ()
 
+    @property
+    def where(self) -> str:
+        """What was measured, and on what."""
+        return " on ".join(part for part in (self.transport, self.platform) if part)
+
 
 @dataclass(frozen=True)
 class Execution:
@@ -66,6 +71,11 @@ class Execution:
     summary: Summary
     remarks: tuple[Remark, ...]
     tails: tuple[Tail, ...] = ()
+
+    @property
+    def where(self) -> str:
+        """What was measured, and on what."""
+        return " on ".join(part for part in (self.name, self.platform) if part)
 
 
 @dataclass(frozen=True)

@@ -5,15 +5,19 @@ from __future__ import annotations
 from typing import TypeAlias
 
 from dse.api.check import Description
+from dse.api.ros_sizes import Sizes
+from dse.fitting.fit import Fit
 from dse.report.analyse import analysis_page
 from dse.report.check import description_page
 from dse.report.compare import comparison_page
 from dse.report.document import Document
 from dse.report.explain import explanation_page
+from dse.report.fit import fit_page
 from dse.report.html import html_page, html_report
 from dse.report.markdown import markdown_page
 from dse.report.page import Page, Section
 from dse.report.robust import robust_section
+from dse.report.ros_sizes import sizes_page
 from dse.report.simulate import simulation_page
 from dse.report.solve import written_page
 from dse.report.study import study_page
@@ -36,8 +40,10 @@ Told: TypeAlias = (
     | Description
     | Comparison
     | Explanation
+    | Fit
     | SensitivityResult
     | Simulation
+    | Sizes
     | SweepResult
     | Verification
 )
@@ -58,6 +64,10 @@ def page_of(answer: Told) -> Page:
         return explanation_page(answer)
     if isinstance(answer, Simulation):
         return simulation_page(answer)
+    if isinstance(answer, Fit):
+        return fit_page(answer)
+    if isinstance(answer, Sizes):
+        return sizes_page(answer)
     if isinstance(answer, Verification):
         return verification_page(answer)
     return comparison_page(answer)

@@ -5,34 +5,33 @@ from __future__ import annotations
 from collections.abc import Iterator
 from fractions import Fraction
 from functools import partial
+from itertools import chain
 from typing import Any
 
 import numpy as np
 
-from dse.fitting.fit import Execution, Fit, Transport
+from dse.fitting.fit import Execution, Transport
 from dse.fitting.measurements import Summary
 from dse.report.charts import Spec, whole_spec
-from dse.report.page import Plot
+from dse.report.page import Page, Plot
 
 MOST_POINTS = 4000
 """So many samples are drawn for each plot: an even choice of them, with least and greatest always."""
 HUES = {"samples": "var(--line)", "maximum": "var(--c2)", "mean": "var(--soft)", "minimum": "var(--c1)"}
 
 
-def fit_plots(fit: Fit) -> Iterator[Plot]:
-    """A plot of each transport on each platform with its residuals below it; one of all execution times."""
-    for item in fit.transports:
-        where = " on ".join(part for part in (item.transport, item.platform) if part)
-        yield Plot(
-            where, partial(_lines, item, where), f"Transmission times of {where}: what was measured, and the lines."
-        )
-        yield Plot(
-            f"{where} residuals", partial(_residuals, item, where), f"Residuals of {where}: measured less fitted."
-        )
-    if fit.executions:
-        yield Plot(
-            "execution times", partial(_ranges, fit.executions), "Execution times: least to greatest, and the mean."
-        )
+def transport_plots(item: Transport) -> Iterator[Plot]:
+    """A plot of a transport on a platform, and its residuals."""
+    words = f"Transmission times of {item.where}: what was measured, and the lines."
+    yield Plot(item.where, partial(_lines, item), words)
+    yield Plot(
+        f"{item.where} residuals", partial(_residuals, item), f"Residuals of {item.where}: measured less fitted."
+    )
+
+
+def execution_plot(found: tuple[Execution, ...]) -> Plot:
+    """A plot of all execution times."""
+    return Plot("execution times", partial(_ranges, found), "Execution times: least to greatest, and the mean.")
 
 
 def _ms(value: Fraction | float) -> float:
@@ -71,7 +70,7 @@ def _colour(names: list[str]) -> Spec:
     return {"field": "what", "type": "nominal", "title": None, "scale": scale}
 
 
-def _lines(item: Transport, where: str) -> Spec:
+def _lines(item: Transport) -> Spec:
     marks = _marks(item)
     names = [name for name in HUES if any(mark["what"] == name for mark in marks)]
     place = {"x": _axis("x", "message size [B]"), "y": _axis("y", "transmission time [ms]")}
@@ -93,10 +92,10 @@ def _lines(item: Transport, where: str) -> Spec:
         },
     ]
     spec = {"data": {"values": marks}, "layer": layers, "height": 260}
-    return whole_spec(spec, f"Transmission time by message size, {where}: measured points, and both lines.")
+    return whole_spec(spec, f"Transmission time by message size, {item.where}: measured points, and both lines.")
 
 
-def _residuals(item: Transport, where: str) -> Spec:
+def _residuals(item: Transport) -> Spec:
     rows = [
         {"x": one.size_bytes, "y": _ms(value - line.at(one.size_bytes or 0)), "what": what}
         for one in item.summaries
@@ -115,14 +114,14 @@ def _residuals(item: Transport, where: str) -> Spec:
         },
     ]
     spec = {"data": {"values": rows}, "layer": layers, "height": 150}
-    return whole_spec(spec, f"Measured less fitted transmission time by message size, {where}.")
+    return whole_spec(spec, f"Measured less fitted transmission time by message size, {item.where}.")
 
 
 def _ranges(executions: tuple[Execution, ...]) -> Spec:
     rows = [
         {
             "row": number,
-            "label": " on ".join(part for part in (item.name, item.platform) if part),
+            "label": item.where,
             "low": _ms(item.summary.min_ns),
             "high": _ms(item.summary.max_ns),
             "mean": None if item.summary.mean_ns is None else _ms(item.summary.mean_ns),
@@ -146,13 +145,13 @@ def _ranges(executions: tuple[Execution, ...]) -> Spec:
     return whole_spec(spec, "Execution times of each thread on each platform: least to greatest, and the mean.")
 
 
-def fit_figures(fit: Fit, formats: tuple[str, ...], stem: str) -> Iterator[tuple[str, str | bytes]]:
-    """(file name, content) of each plot."""
+def fit_figures(page: Page, formats: tuple[str, ...], stem: str) -> Iterator[tuple[str, str | bytes]]:
+    """(file name, content) of each plot of the page of a fit."""
     import re
 
     from dse.report.plot_files import png_of, svg_of
 
-    for plot in fit_plots(fit):
+    for plot in chain.from_iterable(section.plots for section in page.sections):
         svg = svg_of(plot.draw())
         name = re.sub(r"[^\w.-]+", "-", f"{stem}-{plot.name}").strip("-.")[:100]
         for kind in formats:

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 from dse.errors import UsageError
 from dse.files.guard import guarding
-from dse.files.writing import write_files
+from dse.files.writing import PAGES, write_files
 from dse.report.document import Document
 from dse.report.html import html_page, html_report
 from dse.report.markdown import markdown_page
@@ -22,8 +22,6 @@ if TYPE_CHECKING:
     from dse.report.answers import Told
 
 SUFFIXES = (".html", ".md", ".csv", ".json")
-PAGES = (".html", ".htm", ".md")
-"""How the names of pages end."""
 
 
 def report_name(result: Result) -> str:

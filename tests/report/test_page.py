@@ -14,6 +14,7 @@ import pytest
 from rich.console import Console
 
 import dse
+from dse.cli import main
 from dse.cli.main import run
 from dse.errors import UsageError
 from dse.report.answers import page_of
@@ -45,13 +46,18 @@ ANSWERS: dict[str, Callable[[], Any]] = {
     "sweep of an input": lambda: dse.sweep("pump.yaml", "processor_types.small.price=60 EUR,90 EUR", store=None),
     "sensitivity": lambda: dse.sensitivity("pump.yaml", DESIGN, samples=50),
     "verify": lambda: dse.verify("r.json"),
+    "fit": lambda: dse.fit("delays.csv"),
+    "fit of execution times": lambda: dse.fit("times.csv"),
+    "sizes": lambda: dse.sizes("geometry_msgs/PoseArray", lengths={"poses": 32}),
 }
 COMMANDS = {
     "analyse": ["analyse", "pump.yaml", *CHOSEN],
     "check": ["check", "pump.yaml"],
     "compare": ["compare", "r.json#1", "r.json#2"],
     "explain": ["explain", "pump.yaml", "--max-jitter", "5 ms"],
+    "fit": ["fit", "delays.csv"],
     "simulate": ["simulate", "pump.yaml", *CHOSEN, "--runs", "2"],
+    "sizes": ["sizes", "geometry_msgs/PoseArray"],
     "solve": ["solve", "pump.yaml"],
     "sensitivity": ["sensitivity", "pump.yaml", *CHOSEN, "--samples", "50"],
     "sweep": ["sweep", "pump.yaml", "--vary", VARY, "--no-store"],
@@ -63,6 +69,8 @@ COMMANDS = {
 def here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
     Path("pump.yaml").write_text(PUMP.read_text(encoding="utf-8") + UNCERTAIN, encoding="utf-8")
+    Path("delays.csv").write_text("size_bytes,min_us,max_us\n0,10,20\n100,12,24\n300,20,29\n", encoding="utf-8")
+    Path("times.csv").write_text("thread,sample_us\nnav,10\nnav,14\nlog,3\nlog,9\n", encoding="utf-8")
     assert run(["solve", "pump.yaml", "-q", "--json", "r.json"]) == 0
 
 
@@ -178,3 +186,8 @@ def test_a_terminal_has_every_cell_in_whatever_room_there_is(width: int) -> None
 def test_a_path_that_is_no_page_is_named(command: str, given: list[str], capsys: pytest.CaptureFixture[str]) -> None:
     assert run([command, *given, *(["--vary", "price=1EUR..2EUR"] if command == "sweep" else [])]) == 2
     assert "x.txt: a report is HTML or Markdown: a path that ends in .html" in capsys.readouterr().err
+
+
+def test_every_command_that_answers_is_here() -> None:
+    """The others write files alone: problems, designs, schemas, and reports of answers that there are."""
+    assert set(COMMANDS) == set(main.COMMANDS) - {"report", "export", "import", "new", "schema"}

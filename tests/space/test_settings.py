@@ -78,7 +78,7 @@ def test_a_result_states_what_it_was_asked_and_every_command_takes_it(name: str,
 
 def test_both_spellings_are_taken() -> None:
     for word in ("response-time", "response_time"):
-        assert dse.cli.common.Words(["response-time"]).convert(word, None, None) == "response_time"
+        assert dse.cli.question.Words(["response-time"]).convert(word, None, None) == "response_time"
 
 
 def test_a_result_of_an_older_meaning_is_refused_by_name() -> None:

@@ -1,0 +1,73 @@
+"""``--report``, and how a command gives its answer: on the terminal, as a page, in files."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import TYPE_CHECKING
+
+import click
+
+from dse.cli.common import F, console, save, tell_plots
+from dse.files.writing import PAGES
+
+if TYPE_CHECKING:
+    from dse.report.page import Page
+
+
+def report_option(command: F) -> F:
+    """``--report PATH`` of a command whose report is one page."""
+    text = "Also write what is printed as a page: HTML (PATH.html, with plots) or Markdown (PATH.md)."
+    return click.option("--report", metavar="PATH", callback=_check_report, help=text)(command)
+
+
+def _check_report(ctx: click.Context, param: click.Parameter, value: str | None) -> str | None:
+    if value is not None and not value.lower().endswith(PAGES):
+        raise no_page(value)
+    if value is not None:
+        tell_plots()
+    return value
+
+
+def check_page_or_folder(ctx: click.Context, param: click.Parameter, value: str | None) -> str | None:
+    """A report that is one page where a path is given, and files in a folder where none is."""
+    if value and not value.lower().endswith(PAGES):
+        raise no_page(value)
+    return value
+
+
+def no_page(path: str) -> click.BadParameter:
+    """That a report cannot go to `path`."""
+    text = f"{path or 'no path'}: a report is HTML or Markdown: a path that ends in {' or '.join(PAGES)}"
+    return click.BadParameter(text, param_hint="'--report'")
+
+
+def write_page(path: str | None, page: Page) -> OSError | None:
+    """Write a page where ``--report`` says, if it was given; returns the failure to do so."""
+    if path is None:
+        return None
+    from dse.report.writing import page_text
+
+    return save((path, lambda: page_text(page, path)))
+
+
+def answer(
+    page: Page,
+    *files: tuple[str | None, Callable[[], str]],
+    report: str | None = None,
+    quiet: bool = False,
+    every: bool = False,
+) -> None:
+    """Print a page (`every` row of it), unless a file goes to standard output; write the files and the report.
+
+    Raises
+    ------
+    OSError
+        the first failure to write, when everything else was done.
+    """
+    if not quiet and all(path != "-" for path, _ in files):
+        from dse.report.terminal import print_page
+
+        print_page(console(), page, every=every)
+    failure = save(*files) or write_page(report, page)
+    if failure is not None:
+        raise failure
