@@ -6,6 +6,7 @@ import errno
 import os
 import stat
 import tempfile
+import time
 from collections.abc import Iterable
 from contextlib import suppress
 from pathlib import Path
@@ -15,6 +16,8 @@ from dse.files.guard import PathLike, current
 
 PAGES = (".html", ".htm", ".md")
 """How the names of pages end, which reports are written as."""
+READER_WAIT_S = 10.0
+"""So long a named pipe waits for somebody to read from it."""
 
 
 def check_writable(*paths: PathLike | None) -> None:
@@ -71,7 +74,8 @@ def write_file(path: PathLike, content: str | bytes) -> None:
     """Put a file in place of what is there, in one step: a reader finds the old one or the new one.
 
     A symbolic link is followed, and stays. The mode of what is replaced is kept; where the file has further hard links
-    they keep the old content. Pipes and devices are written to as they are.
+    they keep the old content. Pipes and devices are written to as they are; a pipe that nobody opens to read within
+    `READER_WAIT_S` is given up.
 
     Raises
     ------
@@ -85,12 +89,29 @@ def write_file(path: PathLike, content: str | bytes) -> None:
     if guard is not None and not guard.is_claimed(path):
         guard.claim(path)
     if is_stream(path):
-        with open(path, "wb") as stream:  # noqa: PTH123 (a name as the user gave it)
+        with os.fdopen(_opened(path), "wb") as stream:
             stream.write(data)
         return
     _replace(Path(os.path.realpath(path)), data)
     if guard is not None:
         guard.replaced(path)
+
+
+def _opened(path: PathLike) -> int:
+    """A pipe or device to write to; to open a pipe is to wait for its reader, which may never come."""
+    patience = time.monotonic() + READER_WAIT_S
+    while True:
+        try:
+            handle = os.open(path, os.O_WRONLY | getattr(os, "O_NONBLOCK", 0))
+        except OSError as error:
+            if error.errno != errno.ENXIO:
+                raise
+            if time.monotonic() >= patience:
+                raise OSError(errno.ENXIO, "nobody reads from this pipe", os.fspath(path)) from error
+            time.sleep(0.05)
+        else:
+            os.set_blocking(handle, True)
+            return handle
 
 
 def write_files(folder: Path, files: Iterable[tuple[str, str | bytes]]) -> list[Path]:

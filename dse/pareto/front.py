@@ -194,11 +194,11 @@ def search_front(
             encoded = encoded if encoded is not None else encode(evaluator)
         except OutOfTime:
             known = earlier or FrontSearch({}, (tuple(ANYTHING for _ in evaluator.objectives),), (), 0, 0.0)
-            return replace(known, elapsed_s=time.monotonic() - started)
+            return replace(_started(evaluator, known, start, budget.limit), elapsed_s=time.monotonic() - started)
     state = _State(evaluator, encoded, SearchRegions(encoded.everywhere), started, budget.limit)
     state.untaught = encoded.copy() if encoded.learns and not _is_strict(evaluator, encoded) else None
     if start is not None:
-        with until(budget.limit), suppress(OutOfTime):
+        with until(budget.limit.for_the_last_steps()), suppress(OutOfTime):
             state.start_from(start)
     if earlier is not None:
         _restore(state, earlier)
@@ -210,6 +210,17 @@ def search_front(
         regions = local_upper_bounds(encoded.everywhere, sorted(state.designs), MOST_CERTIFYING)
         state.regions.refuted = RefutedRegions(regions) if regions is not None else state.regions.refuted
     return state.snapshot()
+
+
+def _started(evaluator: Evaluator, known: FrontSearch, start: Design | None, limit: TimeLimit) -> FrontSearch:
+    """What is known before anything was searched: where that is no design, the one to start from, if it is feasible."""
+    if start is None or known.points or known.is_complete:
+        return known
+    with until(limit.for_the_last_steps()), suppress(OutOfTime):
+        found = evaluator.evaluate(start)
+        if found.is_feasible:
+            return replace(known, points={found.objectives: found.design}, not_first=frozenset({found.objectives}))
+    return known
 
 
 def _explore(state: _State, budget: Budget, watch: Watch) -> None:

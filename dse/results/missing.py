@@ -46,7 +46,7 @@ def is_proved(result: Result, point: Point) -> bool:
     """
     signs = {info.name: 1 if info.sense == "minimise" else -1 for info in result.objectives}
     return not any(
-        all(sign * point.objectives[name] < sign * region[name] for name, sign in signs.items())
+        all(sign * point.objectives[name] < sign * region[name] for name, sign in signs.items() if name in region)
         for region in result.unexplored
     )
 

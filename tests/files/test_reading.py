@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import contextlib
+import errno
 import os
 import socket
+import threading
 from pathlib import Path
 
 import pytest
@@ -12,6 +14,7 @@ import pytest
 import dse
 from dse.cli.main import run
 from dse.errors import UsageError
+from dse.files import writing
 from dse.files.reading import UnreadableFileError, obstacle, read_bytes, read_text
 
 PUMP = (Path(__file__).parents[1] / "fuzz" / "pump.yaml").read_text(encoding="utf-8")
@@ -125,3 +128,33 @@ def test_a_result_that_is_larger_than_any(folder: Path, monkeypatch: pytest.Monk
     assert read_bytes(path, 5) == b"12345"
     with pytest.raises(UnreadableFileError, match="larger than 4 B"):
         read_bytes(path, 4)
+
+
+def test_a_pipe_as_output_is_given_up_where_nobody_reads_it(
+    folder: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setattr(writing, "READER_WAIT_S", 0.1)
+    os.mkfifo(folder / "out")
+    assert run(["analyse", "pump.yaml", "--json", "out"]) == 2
+    told = capsys.readouterr()
+    assert "out: nobody reads from this pipe" in told.err
+    assert "jitter of sensor_to_valve" in told.out
+
+
+def test_a_pipe_as_output_waits_for_its_reader(folder: Path) -> None:
+    os.mkfifo(folder / "out")
+    read: list[bytes] = []
+    reader = threading.Thread(target=lambda: read.append((folder / "out").read_bytes()))
+    opened = writing.os.open
+
+    def late(path: str, *rest: int) -> int:
+        if not reader.is_alive():
+            reader.start()
+            raise OSError(errno.ENXIO, "no reader")
+        return opened(path, *rest)
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(writing.os, "open", late)
+        writing.write_file(folder / "out", "x" * 200_000)
+    reader.join()
+    assert read == [b"x" * 200_000]

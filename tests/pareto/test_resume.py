@@ -18,8 +18,10 @@ from rich.console import Console
 from support import PROBLEMS
 
 import dse
+from dse.cli.main import run
 from dse.errors import UsageError
 from dse.generator import random_problem
+from dse.pareto import front
 from dse.pareto.answer import Answer, Unfinished
 from dse.pareto.settings import Settings
 from dse.pareto.subproblem import Solver
@@ -28,6 +30,7 @@ from dse.report.solve import printed_page
 from dse.report.terminal import print_page
 from dse.results.missing import outlooks_of
 from dse.results.solve import Result
+from dse.timelimit import OutOfTime
 
 BY_NAME = {path.stem: path for path in PROBLEMS}
 INMARK = Path(__file__).parents[2] / "problems" / "inmark.yaml"
@@ -211,3 +214,33 @@ def test_a_baseline_that_breaks_a_limit_is_not_shown(tmp_path: Path, monkeypatch
     with monkeypatch.context() as patch:
         patch.setattr(Solver, "minimise", lambda *_, **__: Unfinished())
         assert not dse.solve(path, workers=1, max_price="1 EUR").front
+
+
+def test_a_search_stopped_before_its_model_was_made_shows_the_baseline(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def slow(_: object) -> None:
+        raise OutOfTime
+
+    with monkeypatch.context() as patch:
+        patch.setattr(front, "encode", slow)
+        stopped = dse.solve(INMARK)
+    assert (stopped.status, stopped.search.solver_calls) == ("incomplete", 0)
+    assert [point.objectives for point in stopped.front] == [
+        {"jitter of gnss_to_sprayer": 54_923_504, "price": 29_000, "utilisation of computer": 526_162}
+    ]
+    out = io.StringIO()
+    print_page(Console(file=out, width=200), printed_page(Document(stopped)))
+    assert "Stopped before the first point was proved" in out.getvalue()
+    written = tmp_path / "stopped.json"
+    written.write_text(stopped.to_json(), encoding="utf-8")
+    assert dse.verify(written).status == "verified"
+    assert run(["solve", "--resume", str(written), "-q"]) == 0
+
+
+def test_an_infeasible_baseline_is_not_shown(monkeypatch: pytest.MonkeyPatch) -> None:
+    def slow(_: object) -> None:
+        raise OutOfTime
+
+    monkeypatch.setattr(front, "encode", slow)
+    assert dse.solve(dse.load(INMARK).ask(max_jitter="20 ms")).front == ()
