@@ -11,6 +11,7 @@ from typing import Any
 
 from dse.api.problem import Model, Problem, load, load_carried
 from dse.errors import ProblemError, UsageError
+from dse.files.reading import UnreadableFileError, read_text
 from dse.importers.registry import is_model
 from dse.spec.document import differences
 from dse.spec.load import parse_spec
@@ -23,12 +24,14 @@ NO_TEXT = "its text is another, and the result carries none to compare with"
 class Belonging:
     """The problem of a result.
 
-    `is_carried`: it is the one that the result itself carries, for its file is not there. `is_same_text`: the very
-    files that were solved. `differs` says where it means something else; empty where it means the same.
+    `is_carried`: it is the one that the result itself carries, for its file, or one that it names (`absent`), is not
+    there. `is_same_text`: the very files that were solved. `differs` says where it means something else; empty where it
+    means the same.
     """
 
     problem: Problem
     is_carried: bool = False
+    absent: tuple[str, ...] = ()
     is_same_text: bool = True
     differs: tuple[str, ...] = ()
 
@@ -67,7 +70,7 @@ def belonging(data: Mapping[str, Any], path: str | Path, given: Problem | str | 
     candidates, mistakes = _candidates(Path(stated["file"]), Path(path).parent, given, data)
     for item in candidates:
         if _is_same_text(item, data):
-            return Belonging(item)
+            return _belongs(item, data)
     if mistakes and not candidates:
         raise mistakes[0]
     carried = carried_problem(data, path)
@@ -83,9 +86,16 @@ def belonging(data: Mapping[str, Any], path: str | Path, given: Problem | str | 
         )
     for item in candidates:
         if item.loaded.identity == carried.loaded.identity:
-            return Belonging(item, is_same_text=False)
+            return _belongs(item, data, is_same_text=False)
     differs = _differences(carried, candidates[0])
     return Belonging(candidates[0], is_same_text=False, differs=differs)
+
+
+def _belongs(problem: Problem, data: Mapping[str, Any], *, is_same_text: bool = True) -> Belonging:
+    """A problem that is there, perhaps without files that it names."""
+    is_carried = problem.loaded.is_carried
+    absent = _absent_beside(problem.loaded.path, data) if is_carried else ()
+    return Belonging(problem, is_carried=is_carried, absent=absent, is_same_text=is_same_text)
 
 
 def carried_problem(data: Mapping[str, Any], path: str | Path) -> Problem | None:
@@ -129,12 +139,46 @@ def _candidates(
     found: list[Problem] = []
     mistakes: list[ProblemError] = []
     for path in dict.fromkeys((named, folder / named, folder / named.name)):
-        if _is_file(path):
-            try:
-                found.append(load(_as_model(path, data)))
-            except ProblemError as error:
+        if not _is_file(path):
+            continue
+        try:
+            found.append(load(_as_model(path, data)))
+        except ProblemError as error:
+            completed = _completed(path, data)
+            if completed is not None:
+                found.append(completed)
+            else:
                 mistakes.append(error)
     return found, mistakes
+
+
+def _absent_beside(path: Path, data: Mapping[str, Any]) -> tuple[str, ...]:
+    """The files that a problem file named when it was solved, by a result that carries them, and that are not there."""
+    texts = data.get("files")
+    names = texts if isinstance(texts, dict) and not is_model(path) else {}
+    return tuple(name for name in names if name != path.name and not _is_there(path.parent / name))
+
+
+def _is_there(path: Path) -> bool:
+    try:
+        return path.exists()
+    except (OSError, ValueError):
+        return False
+
+
+def _completed(path: Path, data: Mapping[str, Any]) -> Problem | None:
+    """The problem at a path, where files that it names are not there with their texts as the result carries them.
+
+    None where all are there, or that is no problem either.
+    """
+    absent = _absent_beside(path, data)
+    if not absent:
+        return None
+    try:
+        texts = {name: text if name in absent else read_text(path.parent / name) for name, text in data["files"].items()}
+        return load_carried(path, texts)
+    except (ProblemError, UsageError):
+        return None
 
 
 def _as_model(path: Path, data: Mapping[str, Any]) -> Path | Model:

@@ -70,6 +70,8 @@ def stated_verdicts(result: Result, data: Mapping[str, Any], path: str | Path) -
     designs |= {sibling.id: sibling.design for others in result.others for sibling in others.designs}
     for _, item in _listed(data):
         stated, number = item.get("contention"), str(item["id"])
+        if any(item.get(name, {}) != own for name, own in _placed(result.space, designs[number], item).items()):
+            raise UsageError(f"{path}: alternative {number} has other cores than the result says")
         if referee is None or stated is None or stated["status"] == NOT_CHECKED:
             continue
         found[number] = judge(referee, designs[number])
@@ -89,10 +91,8 @@ def check_contention(bench: Bench, deadline: float | None) -> None:
             design = named_design(bench.space, item["decisions"])
         except UsageError:
             continue  # which was found with the design itself
-        cores = {bench.space.components[thread].name: core for thread, core in cores_of(bench.space, design).items()}
-        bench.compare(f"{place}.cores", cores, item.get("cores", {}))
-        if "core_use" in item:  # results that are written elsewhere may leave it out
-            bench.compare(f"{place}.core_use", core_use_dict(bench.space, design), item["core_use"])
+        for name, own in _placed(bench.space, design, item).items():
+            bench.compare(f"{place}.{name}", own, item.get(name, {}))
         stated = item.get("contention", {})
         if referee is None:
             bench.compare(f"{place}.contention", {}, stated)
@@ -108,6 +108,12 @@ def check_contention(bench: Bench, deadline: float | None) -> None:
     if listed:
         said = f", and what {judged} of them keep with response times" if judged else ""
         bench.checked.append(f"the cores of {count_words(len(listed), 'design')}{said}")
+
+
+def _placed(space: Space, design: Design, item: Mapping[str, Any]) -> dict[str, Any]:
+    """Who runs on which core and how full each is, in the words of a result; one from elsewhere may leave out that."""
+    cores = {space.components[thread].name: core for thread, core in cores_of(space, design).items()}
+    return {"cores": cores, **({"core_use": core_use_dict(space, design)} if "core_use" in item else {})}
 
 
 def _listed(data: Mapping[str, Any]) -> list[tuple[str, Mapping[str, Any]]]:

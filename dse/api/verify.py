@@ -132,11 +132,12 @@ def _check_problem(bench: Bench, found: Belonging, name: str) -> None:
     for text in found.differs:
         bench.find("problem.identity", f"{bench.problem.loaded.path} is not the problem that was solved: {text}")
     if found.is_carried:
+        lacking = f"{', '.join(found.absent)}, which {stated['file']} names," if found.absent else ""
         bench.left_open.append(
-            f"the problem file {stated['file']} is not there: this is what the result itself carries, and a forgery of "
-            "both would pass"
+            f"{lacking or 'the problem file ' + stated['file']} is not there: this is what the result itself carries, "
+            "and a forgery of both would pass"
         )
-    elif not found.is_same_text and not found.differs:
+    if not found.is_carried and not found.is_same_text and not found.differs:
         bench.remarks.append(f"{bench.problem.loaded.path} has changed since, in comments, layout or paths only")
     try:
         carried = carried_problem(bench.data, name)

@@ -149,7 +149,8 @@ def tell_plots() -> None:
 def tell_carried(file: str | Path, *, is_carried: bool) -> None:
     """Say on standard error that the problem file is not there, and what was worked with instead."""
     if is_carried:
-        click.echo(f"dse: {file} is not there: working with the problem that the result itself carries", err=True)
+        what = f"{file} names files that are not there" if Path(file).is_file() else f"{file} is not there"
+        click.echo(f"dse: {what}: working with the problem that the result itself carries", err=True)
 
 
 def console(*, quiet: bool = False, err: bool = False) -> Console:

@@ -323,3 +323,50 @@ def test_a_document_as_text_says_the_same(path: Path) -> None:
         loaded.identity,
         True,
     )
+
+
+@pytest.mark.parametrize("gone", ["sizes.csv", "parts/types.yaml"])
+@pytest.mark.parametrize("edit", ["as it was", "a comment"])
+def test_what_the_file_names_is_gone_and_carried(
+    gone: str, edit: str, solved: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """The problem file is there, a file that it names is not: this was a wrong problem file (3)."""
+    (solved / gone).unlink()
+    if edit in SAME:
+        SAME[edit](solved)
+    assert run(["verify", "r.json"]) == 5
+    said = " ".join(capsys.readouterr().out.split())
+    assert f"{gone}, which ferry.yaml names, is not there" in said and "a forgery of both would pass" in said
+    for command in (["report", "r.json", "-o", "rep"], ["export", "r.json", "--alternative", "1", "-o", "one.yaml"]):
+        assert run(command) == 0
+        assert "ferry.yaml names files that are not there" in capsys.readouterr().err
+    changed("ferry.yaml", "8 B", "9 B")(solved)
+    assert run(["verify", "r.json"]) == 4
+    assert run(["report", "r.json"]) == 2
+    assert "9 B" in capsys.readouterr().err
+    changed("ferry.yaml", "9 B", "9 furlongs")(solved)
+    assert run(["verify", "r.json"]) == 3
+
+
+def test_cores_and_their_use_are_checked_by_whoever_reads_a_result(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    assert run(["new", "--example", "inmark"]) == 0
+    assert run(["solve", "inmark.yaml", "--max-jitter", "20ms", "-q", "--json", "r.json"]) == 0
+    data = json.loads(Path("r.json").read_text())
+    thread, core = next(iter(data["front"][0]["cores"].items()))
+    used = data["front"][0]["core_use"]["computer"]["used"]
+    for item, key, value in (
+        (data["front"][0]["cores"], thread, core + 1),
+        (data["front"][0]["core_use"]["computer"], "used", [*used[1:], used[0]]),
+    ):
+        kept = item[key]
+        item[key] = value
+        Path("forged.json").write_text(json.dumps(data), encoding="utf-8")
+        item[key] = kept
+        assert run(["verify", "forged.json"]) == 4
+        for command in (["report", "forged.json"], ["compare", "forged.json", "r.json"]):
+            capsys.readouterr()
+            assert run(command) == 2
+            assert "alternative 1 has other cores than the result says" in capsys.readouterr().err
