@@ -26,7 +26,9 @@ from dse.analysis.measures import (
 from dse.analysis.partition import Room, Spread, even_spread, spread
 from dse.analysis.priorities import deadline_ns
 from dse.analysis.scheduling import UNBOUNDED_NS
+from dse.analysis.unbounded import may_be_unbounded, unbounded_from
 from dse.analysis.views import View, tabulate
+from dse.errors import TooLargeError
 from dse.space.metrics import metric_dimension
 from dse.space.trees import Choice, Tree, at, leaves
 from dse.space.types import EMPTY, Bus, Component, Requirement, Space
@@ -111,6 +113,11 @@ def build_limit(space: Space, requirement: Requirement, *, counted: bool = True)
     """The limit of a resolved requirement; `counted` as for `build_measure`.
 
     An empty slot uses nothing, and keeps every upper limit: its capacity counts as 1.
+
+    Raises
+    ------
+    TooLargeError
+        when what stands for an unbounded response time would keep it.
     """
     metric, quantity = requirement.metric, requirement.limit
     measure = build_measure(space, metric, counted=counted)
@@ -137,6 +144,10 @@ def build_limit(space: Space, requirement: Requirement, *, counted: bool = True)
         return Limit(requirement, measure, lambda view: Fraction(0) + _deadline_ns(space, thread, view))
     dimension = metric_dimension(space, metric)
     bound = quantity.value * (display_unit(dimension)[1] if dimension is not None else 1)
+    if may_be_unbounded(space, metric) and bound > unbounded_from(space, metric):
+        raise TooLargeError(
+            f"{requirement.shown}: no limit; beyond 50 000 s a response time cannot be told from one without a bound"
+        )
     return Limit(requirement, measure, lambda view: bound)
 
 

@@ -11,7 +11,7 @@ from typing import Any
 
 from dse.api.problem import Model, Problem, load, load_carried
 from dse.errors import ProblemError, UsageError
-from dse.files.reading import UnreadableFileError, read_text
+from dse.files.reading import read_text
 from dse.importers.registry import is_model
 from dse.spec.document import differences
 from dse.spec.load import parse_spec
@@ -175,7 +175,9 @@ def _completed(path: Path, data: Mapping[str, Any]) -> Problem | None:
     if not absent:
         return None
     try:
-        texts = {name: text if name in absent else read_text(path.parent / name) for name, text in data["files"].items()}
+        texts = {
+            name: text if name in absent else read_text(path.parent / name) for name, text in data["files"].items()
+        }
         return load_carried(path, texts)
     except (ProblemError, UsageError):
         return None

@@ -137,8 +137,7 @@ def _holds(bench: Bench, place: str, reply: Reply, what: str) -> bool:
 def _design(bench: Bench, reply: Reply) -> str:
     evaluation = Evaluator(bench.space).evaluate(tuple(max(option, 0) for option in reply.design))
     texts = ", ".join(f"{name} {option}" for name, option in decisions_of(bench.space, reply.design).items())
-    figures = zip(bench.names, evaluation.objectives, strict=True)
-    return f"{texts or 'the only design'}, with {', '.join(f'{name} {value}' for name, value in figures)}"
+    return f"{texts or 'the only design'}, with {bench.figures(evaluation.objectives)}"
 
 
 def _check_cover(bench: Bench, prover: Prover, regions: tuple[Sequence[Bound], Sequence[Bound]], outer: Bound) -> None:

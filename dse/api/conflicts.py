@@ -14,16 +14,13 @@ from typing import Any, TypeAlias
 
 from dse.analysis.evaluate import Evaluator
 from dse.analysis.limits import Limit, build_limit
-from dse.analysis.measures import PPM, build_measure, display_unit
-from dse.analysis.rates import NS_PER_S
-from dse.analysis.scheduling import UNBOUNDED_NS
-from dse.analysis.unbounded import unbounded_in
+from dse.analysis.measures import PPM, build_measure
+from dse.analysis.unbounded import unbounded_from, unbounded_in
 from dse.analysis.views import View
 from dse.api.points import Bench
 from dse.results.display import exact
 from dse.space.implied import overload_needed
-from dse.space.metrics import metric_dimension
-from dse.space.types import Metric, Requirement, Rule, Space
+from dse.space.types import Requirement, Rule, Space
 from dse.spec.expressions import Operator
 from dse.units import DIMENSIONLESS
 from dse.verification.diagrams import TooLarge
@@ -166,7 +163,7 @@ class _Court:
         if alone is not None and alone.answer == "none":
             self.bench.find(f"{place}.unbounded", "is not so: giving this requirement up leaves no design")
         space = self.bench.space
-        far = _limit(space, member, "<", _unbounded_from(space, member.metric))
+        far = _limit(space, member, "<", unbounded_from(space, member.metric))
         bounded = self._ask(f"{place}.unbounded", others, [far])
         if bounded is not None and bounded.answer == "design":
             design = tuple(max(option, 0) for option in bounded.design)
@@ -194,21 +191,6 @@ class _Court:
 def _among(demand: Demand, others: Sequence[Demand]) -> bool:
     """Whether it is one of them: two demands may say the same in different places."""
     return any(demand is other for other in others)
-
-
-def _unbounded_from(space: Space, metric: Metric) -> Fraction:
-    """A metric, in its shown unit, with one response time without a bound in it is no less than twice this."""
-    dimension = metric_dimension(space, metric)
-    shown = display_unit(dimension)[1] if dimension is not None else Fraction(1)
-    return Fraction(UNBOUNDED_NS, 2 * NS_PER_S) * _least_weight(space, metric) * shown
-
-
-def _least_weight(space: Space, metric: Metric) -> Fraction:
-    """The least weight with which the response times of a metric count in it, in coherent units."""
-    if metric.kind != "derived":
-        return Fraction(1)
-    terms = [(times.value, inner) for times, inner in space.derived[metric.index or 0].terms if times.value]
-    return min(abs(times) * _least_weight(space, inner) for times, inner in terms)
 
 
 def _figures(item: Mapping[str, Any]) -> dict[str, Any]:

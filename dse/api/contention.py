@@ -14,7 +14,7 @@ from dse.api.stated import named_design
 from dse.errors import UsageError
 from dse.results.contention import NOT_CHECKED, Contended, core_use_dict, judge
 from dse.results.solve import Result
-from dse.space.types import Design
+from dse.space.types import Design, Space
 from dse.timelimit import OutOfTime, TimeLimit, until
 from dse.units.text import count_words
 

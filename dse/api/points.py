@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field
+from fractions import Fraction
 from typing import Any, Protocol
 
 from dse.analysis.changes import cost_of_changes
@@ -12,7 +13,7 @@ from dse.analysis.evaluate import Evaluation, Evaluator
 from dse.analysis.views import View
 from dse.api.problem import Problem, baseline_design
 from dse.errors import UsageError
-from dse.results.display import figures_of
+from dse.results.display import NO_BOUND, figures_of, without_stand_in
 from dse.results.points import unused_choices
 from dse.results.ranking import FORMER_WORDS, rank, same_score
 from dse.results.solve import decisions_of, ranked
@@ -21,6 +22,7 @@ from dse.results.verify import Finding
 from dse.space.size import space_size
 from dse.space.types import Design, Space
 from dse.timelimit import OutOfTime, look_at_the_clock
+from dse.units import Unbounded, is_unbounded
 from dse.units.text import count_words
 from dse.verification.prover import Method
 
@@ -138,9 +140,16 @@ class Bench:
         return tuple(sign * region[name] for sign, name in zip(self.signs, self.names, strict=True))
 
     def words(self, vector: Sequence[int]) -> str:
-        """A vector in the objectives' own sense."""
-        pairs = zip(self.names, self.signs, vector, strict=True)
-        return ", ".join(f"{name} {sign * value}" for name, sign, value in pairs)
+        """A vector in the objectives' own sense, in the units in which they are counted."""
+        return self.figures(sign * value for sign, value in zip(self.signs, vector, strict=True))
+
+    def figures(self, values: Iterable[int]) -> str:
+        """Objectives with their names; what stands for an unbounded one is said to be that."""
+        said = []
+        for info, objective, value in zip(self.data["objectives"], self.space.objectives, values, strict=True):
+            shown = without_stand_in(self.space, objective.metric, info["unit"], value)
+            said.append(f"{objective.metric.name} {NO_BOUND if is_unbounded(shown) else int(value)}")
+        return ", ".join(said)
 
 
 def check_statements(bench: Bench) -> None:
@@ -253,7 +262,7 @@ def _design(bench: Bench, decisions: Mapping[str, Any], place: str) -> Design | 
 def check_ranks(bench: Bench) -> None:
     """Ids in the order of the default ranking, ranks by the stated method, from all `designs` and `vectors`."""
     data = bench.data
-    vectors = [tuple(sign * value for sign, value in zip(bench.signs, vector, strict=True)) for vector in bench.vectors]
+    vectors = [_own(bench, vector, point) for vector, point in zip(bench.vectors, data["front"], strict=True)]
     senses = [item.sense for item in bench.space.objectives]
     order = {
         vector: number for number, (_, vector, _) in enumerate(ranked([(v, ()) for v in vectors], senses), start=1)
@@ -285,6 +294,13 @@ def check_ranks(bench: Bench) -> None:
     bench.checked.append(f"ids, ranks and variants ({method})")
 
 
+def _own(bench: Bench, vector: tuple[int, ...], point: Mapping[str, Any]) -> tuple[int | Fraction, ...]:
+    """The objectives of a listed point in their own sense, what it lists as unbounded being that."""
+    own = [sign * value for sign, value in zip(bench.signs, vector, strict=True)]
+    stated = [point["objectives"][name] for name in bench.names]
+    return tuple(Unbounded(value) if text is None else value for value, text in zip(own, stated, strict=True))
+
+
 def _shown(value: Any) -> str:
-    text = repr(value)
+    text = "null" if value is None else repr(value)
     return text if len(text) <= 200 else f"{text[:200]}…"

@@ -152,12 +152,13 @@ def _potential(evaluator: Evaluator, search: FrontSearch) -> Mapping[str, int]:
 def _points(evaluator: Evaluator, search: FrontSearch) -> tuple[Point, ...]:
     space = evaluator.space
     names = [measure.metric.name for measure in evaluator.objectives]
-    rows = ranked(list(search.points.items()), [objective.sense for objective in space.objectives])
+    found = [(evaluator.evaluate(design).objectives, design) for design in search.points.values()]
+    rows = ranked(found, [objective.sense for objective in space.objectives])
     return tuple(
         Point(
             id=number,
             rank=rank,
-            objectives=dict(zip(names, evaluator.evaluate(design).objectives, strict=True)),
+            objectives=dict(zip(names, vector, strict=True)),
             metrics=evaluator.metric_values(design),
             decisions=decisions_of(space, design),
             design=design,

@@ -214,7 +214,11 @@ class Document:
     def provenance(self) -> list[tuple[str, str]]:
         """Where the figures come from: question, proof, versions, seed."""
         result, search, asked = self.result, self.result.search, self.result.problem.effective
-        carried = "; it, or a file that it names, was not there, and this is what the result carries" if result.problem.is_carried else ""
+        carried = (
+            "; it, or a file that it names, was not there, and this is what the result carries"
+            if result.problem.is_carried
+            else ""
+        )
         found = [
             ("Latency rules", basis_words(asked)),
             ("Objectives", "; ".join(asked["objectives"])),

@@ -3,15 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import cast
 
-from dse.analysis.rows import counts_responses
-from dse.analysis.scheduling import UNBOUNDED_NS
 from dse.report.amounts import amount_words, listed
-from dse.results.display import counted, scaled_unit
+from dse.results.display import counted, without_stand_in
 from dse.results.missing import Outlook, outlooks_of
 from dse.results.solve import Result
-from dse.units import Unbounded, is_unbounded
+from dse.space.types import Objective, Space
+from dse.units import is_unbounded
 
 TITLE = "Proved of every design that may be missing"
 
@@ -19,8 +17,8 @@ TITLE = "Proved of every design that may be missing"
 def missing_words(result: Result) -> list[str]:
     """How good a design can be that a stopped search did not find: phrases that follow `TITLE`; none if it finished."""
     currency, outlooks = result.space.currency, outlooks_of(result)
-    if counts_responses(result.space):
-        outlooks = tuple(map(_without_stand_ins, outlooks))
+    pairs = zip(outlooks, result.space.objectives, strict=bool(outlooks))
+    outlooks = tuple(_without_stand_ins(item, objective, result.space) for item, objective in pairs)
     said = [_outlook(item, currency) for item in outlooks]
     near = [
         f"{amount_words(item.near, item.unit, currency)} in {item.name}"
@@ -30,13 +28,11 @@ def missing_words(result: Result) -> list[str]:
     return [*said, f"some design found is worse by at most {listed(near)}"] if near else said
 
 
-def _without_stand_ins(item: Outlook) -> Outlook:
-    """Regions count with plain numbers; those that only what stands for an unbounded time has reached are unbounded."""
-    scale, base = scaled_unit(item.unit)
-    least = UNBOUNDED_NS * scale // 2
+def _without_stand_ins(item: Outlook, objective: Objective, space: Space) -> Outlook:
+    """The same with what is unbounded instead of what stands for it in regions."""
 
     def marked(value: int) -> int:
-        return cast(int, Unbounded(value)) if base == "ns" and value >= least else value
+        return without_stand_in(space, objective.metric, item.unit, value)
 
     best, near = (None if value is None else marked(value) for value in (item.best, item.near))
     return replace(item, bound=marked(item.bound), best=best, near=near)

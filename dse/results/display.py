@@ -4,9 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from fractions import Fraction
-from typing import Any
+from typing import Any, cast
 
 from dse.analysis.scheduling import UNBOUNDED_NS
+from dse.analysis.unbounded import may_be_unbounded, unbounded_from
+from dse.space.types import Metric, Space
 from dse.units import Exact, Unbounded, is_unbounded
 
 READABLE: dict[str, tuple[tuple[str, Fraction], ...]] = {
@@ -34,6 +36,17 @@ def exact(value: Exact) -> int | str | None:
 def figure(given: int | str | None) -> Fraction:
     """What `exact` wrote."""
     return Unbounded(UNBOUNDED_NS) if given is None else Fraction(given)
+
+
+def without_stand_in(space: Space, metric: Metric, unit: str, value: int) -> int:
+    """What a search or a proof counts with, in a counting unit, as it may be shown: unbounded where it stands for that.
+
+    What only the stand-in for an unbounded response time has reached is unbounded.
+    """
+    scale, _ = scaled_unit(unit)
+    if may_be_unbounded(space, metric) and abs(value) >= unbounded_from(space, metric) * scale:
+        return cast(int, Unbounded(value))
+    return value
 
 
 def figures_of(values: Mapping[str, Exact]) -> dict[str, int | str | None]:

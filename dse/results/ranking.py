@@ -2,6 +2,9 @@
 
 Every score is a fraction of integers, so that ties are real ones; objectives are scaled by the front itself, so that a
 change of units changes nothing. Nothing is left out: each point gets a rank, and equal scores share one.
+
+An objective is scaled to the range of its bounded values. What is unbounded counts as lying as far beyond the worst of
+these as that is from the best, so that the number that stands for it (`dse.units.unbounded`) scales nothing.
 """
 
 from __future__ import annotations
@@ -14,6 +17,7 @@ from math import sqrt
 from typing import Any, TypeAlias
 
 from dse.errors import UsageError
+from dse.units import is_unbounded
 
 METHOD = "distance to the ideal point, objectives scaled to their range on the front (equal weights)"
 METHODS = ("ideal", "topsis", "knee", "weights", "order", "baseline")
@@ -23,6 +27,8 @@ FORMER_WORDS = {
 }
 """How methods were described once: results that say so are still right."""
 MOST_DIGITS = 6
+UNBOUNDED_LOSS = 2
+"""What an unbounded value loses, in ranges of the bounded ones from the best of these."""
 Vectors: TypeAlias = Sequence[Sequence[int | Fraction]]
 Range: TypeAlias = tuple[int | Fraction, int | Fraction]
 """The best and the worst value of an objective."""
@@ -129,15 +135,41 @@ def ideal_distances(
 
 
 def range_of(points: Vectors, senses: Sequence[str]) -> list[Range]:
-    """The best and the worst value of each objective: the ideal and the nadir point of a front.
+    """The best and the worst bounded value of each objective: the ideal and the nadir point of a front.
+
+    An objective that is unbounded in all points has what stands for that.
 
     >>> range_of([(0, 10), (4, 0)], ["minimise", "maximise"])
     [(0, 4), (10, 0)]
     """
-    columns = zip(zip(*points, strict=True), senses, strict=bool(points))
+    columns = [_bounded(column) for column in zip(*points, strict=True)]
     return [
-        (min(column), max(column)) if sense == "minimise" else (max(column), min(column)) for column, sense in columns
+        (min(column), max(column)) if sense == "minimise" else (max(column), min(column))
+        for column, sense in zip(columns, senses, strict=bool(points))
     ]
+
+
+def finite(points: Vectors) -> list[tuple[int | Fraction, ...]]:
+    """The points with a number for what is unbounded: as far beyond the greatest bounded one as that is from the least.
+
+    Where the bounded ones are equal it is twice them and 1, and 0 where there are none.
+
+    >>> from dse.units import Unbounded
+    >>> finite([(3, 1), (5, 2), (Unbounded(10**14), 3)])
+    [(3, 1), (5, 2), (7, 3)]
+    """
+    columns = []
+    for column in zip(*points, strict=True):
+        bounded = [value for value in column if not is_unbounded(value)] or [0]
+        low, high = min(bounded), max(bounded)
+        beyond = 2 * high - low if high > low else 2 * abs(high) + 1
+        columns.append([beyond if is_unbounded(value) else value for value in column])
+    return list(zip(*columns, strict=True)) if columns else [() for _ in points]
+
+
+def _bounded(column: Sequence[int | Fraction]) -> Sequence[int | Fraction]:
+    """The bounded values of a column; all of them where none is."""
+    return [value for value in column if not is_unbounded(value)] or column
 
 
 def competition_ranks(keys: Sequence[Any]) -> list[int]:
@@ -199,15 +231,18 @@ def _losses(points: Vectors, senses: Sequence[str]) -> list[tuple[int | Fraction
 
 
 def _by_range(losses: Vectors, scale: Sequence[Range] = ()) -> list[tuple[Fraction, ...]]:
-    """Each objective from 0 (best of `scale`, else of the front) to 1 (worst); 0 where these are the same."""
-    columns = scale or [(min(column), max(column)) for column in zip(*losses, strict=True)]
-    return [
-        tuple(
-            Fraction(value - low) / (high - low) if high > low else Fraction(0)
-            for value, (low, high) in zip(row, columns, strict=True)
-        )
-        for row in losses
-    ]
+    """Each objective from 0 (best of `scale`, else of the front) to 1 (worst); 0 where these are the same.
+
+    What is unbounded has `UNBOUNDED_LOSS`, where something is bounded.
+    """
+    columns = scale or range_of(losses, ["minimise"] * len(losses[0] if losses else ()))
+    return [tuple(_loss(value, *column) for value, column in zip(row, columns, strict=True)) for row in losses]
+
+
+def _loss(value: int | Fraction, low: int | Fraction, high: int | Fraction) -> Fraction:
+    if is_unbounded(value):
+        return Fraction(UNBOUNDED_LOSS if value > low and not is_unbounded(low) else 0)
+    return Fraction(value - low) / (high - low) if high > low else Fraction(0)
 
 
 def _by_topsis(method: str, points: Vectors, senses: Sequence[str], weights: Sequence[Fraction], said: str) -> Ranking:
@@ -215,6 +250,7 @@ def _by_topsis(method: str, points: Vectors, senses: Sequence[str], weights: Seq
 
     Squared distances are rational, and closeness falls as (d+ / d-)^2 rises, so that no root is compared.
     """
+    points = finite(points)
     norms = [sum(value * value for value in column) for column in zip(*points, strict=True)]
     losses = _losses(points, senses)
     columns = list(zip(*losses, strict=True))

@@ -6,9 +6,10 @@ import csv
 import io
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
+from fractions import Fraction
 from functools import cached_property
 from html import escape
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Any, Literal, TypeVar
 
 from dse.analysis.contention import cores_of, with_contention
 from dse.errors import EXIT_COMPLETE, EXIT_INCOMPLETE, EXIT_NO
@@ -257,9 +258,10 @@ def decisions_of(space: Space, design: Design) -> dict[str, str]:
     }
 
 
-def ranked(
-    rows: Sequence[tuple[tuple[int, ...], Design]], senses: Sequence[str]
-) -> list[tuple[int, tuple[int, ...], Design]]:
+V = TypeVar("V", bound=tuple[int | Fraction, ...])
+
+
+def ranked(rows: Sequence[tuple[V, Design]], senses: Sequence[str]) -> list[tuple[int, V, Design]]:
     """(rank, vector, design) in the order of rank, then of the objectives."""
     distances = ideal_distances([vector for vector, _ in rows], senses)
     found = zip(competition_ranks(distances), rows, strict=True)

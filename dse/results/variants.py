@@ -14,7 +14,9 @@ from collections.abc import Mapping, Sequence
 from fractions import Fraction
 from typing import TypeAlias
 
+from dse.results.ranking import finite, range_of
 from dse.space.types import EMPTY
+from dse.units import is_unbounded
 
 NEAR = Fraction(1, 10)
 """Largest difference between a point and its variant, as a share of an objective's range."""
@@ -26,6 +28,8 @@ def find_variants(
     vectors: Sequence[Vector], decisions: Sequence[Mapping[str, str]], ranges: Vector | None = None
 ) -> list[int | None]:
     """For each point, best ranked first, the position of the one that it is a variant of; None where it is none.
+
+    Ranges are those of bounded values; points are no variants of each other where one is unbounded and one is not.
 
     Parameters
     ----------
@@ -45,8 +49,10 @@ def find_variants(
     found: list[int | None] = [None] * len(vectors)
     if not vectors or not vectors[0]:
         return found
-    columns: list[list[Number]] = [[vector[axis] for vector in vectors] for axis in range(len(vectors[0]))]
-    spans = ranges if ranges is not None else [max(column) - min(column) for column in columns]
+    endless = [tuple(map(is_unbounded, vector)) for vector in vectors]
+    bounded = range_of(vectors, ["minimise"] * len(vectors[0]))
+    vectors = finite(vectors)
+    spans = ranges if ranges is not None else [high - low for low, high in bounded]
     reach: list[Number] = [span * NEAR for span in spans]
     by_first = sorted(range(len(vectors)), key=lambda at: vectors[at][0])
     firsts = [vectors[at][0] for at in by_first]
@@ -55,7 +61,8 @@ def find_variants(
         if leader in taken:
             continue
         inside = by_first[bisect_left(firsts, vector[0] - reach[0]) : bisect_right(firsts, vector[0] + reach[0])]
-        near = [at for at in inside if at > leader and at not in taken and _is_near(vectors[at], vector, reach)]
+        rest = [at for at in inside if at > leader and at not in taken and endless[at] == endless[leader]]
+        near = [at for at in rest if _is_near(vectors[at], vector, reach)]
         edge = [leader]
         while edge and near:
             here = edge.pop()

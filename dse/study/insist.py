@@ -3,16 +3,17 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache
-from typing import Literal, TypeAlias
+from typing import Literal, TypeAlias, cast
 
 from dse.analysis.evaluate import Evaluator
 from dse.api.insisting import open_options
 from dse.api.resume import search_of
 from dse.pareto.front import Budget, FrontSearch
 from dse.pareto.insist import Insistence
+from dse.results.display import figure, figures_of
 from dse.results.insisting import InsistedOption, InsistedPoint, Insisting
 from dse.results.solve import Result, decisions_of
 from dse.space.types import Design
@@ -112,7 +113,7 @@ def _search(
         for done, (number, outcome) in enumerate(_outcomes(payloads, machines, limit), start=1):
             data = json.loads(outcome)
             points = [
-                InsistedPoint(0, item["objectives"], item["metrics"], {}, tuple(item["design"]))
+                InsistedPoint(0, _counted(item["objectives"]), _counted(item["metrics"]), {}, tuple(item["design"]))
                 for item in data["front"]
             ]
             found[wanted[number]] = data["status"], points
@@ -134,16 +135,22 @@ def search_payload(payload: str) -> str:
     content = json.loads(payload)
     insistence = _prepared(content["result"])
     search = insistence.front(content["decision"], content["option"], Budget(in_force(), content["seed"]))
-    names = [measure.metric.name for measure in insistence.evaluator.objectives]
+    evaluator = insistence.evaluator
+    names = [measure.metric.name for measure in evaluator.objectives]
     front = [
         {
             "design": design,
-            "objectives": dict(zip(names, vector, strict=True)),
-            "metrics": insistence.evaluator.metric_values(design),
+            "objectives": figures_of(dict(zip(names, evaluator.evaluate(design).objectives, strict=True))),
+            "metrics": figures_of(evaluator.metric_values(design)),
         }
-        for vector, design in sorted(_certain(search, insistence.senses))
+        for _, design in sorted(_certain(search, insistence.senses))
     ]
     return json.dumps({"status": _status(search), "front": front})
+
+
+def _counted(figures: Mapping[str, int | None]) -> dict[str, int]:
+    """Figures in counting units as `figures_of` wrote them."""
+    return {name: cast(int, figure(None)) if value is None else value for name, value in figures.items()}
 
 
 @lru_cache(maxsize=1)

@@ -19,6 +19,8 @@ import pytest
 import dse
 from dse.cli.main import run
 from dse.report.missing import missing_words
+from dse.results.order import ranked_by
+from dse.results.variants import find_variants
 from dse.units import Unbounded, is_unbounded
 
 FULL = """
@@ -61,6 +63,7 @@ COMMANDS = {
     "report": "report solved.json",
     "verify": "verify solved.json --json out.json",
     "export": "export solved.json --alternative 2 -o out.yaml",
+    "insisting": "solve full.yaml --insist --json out.json --report out.html",
     "resume": "solve --resume solved.json --json out.json",
 }
 
@@ -161,3 +164,61 @@ def test_what_is_unbounded_stays_so() -> None:
         assert is_unbounded(found)
     assert not is_unbounded(0 * number) and 0 * number == 0
     assert number == 10 and hash(number) == hash(10) and max(number, 3) is number
+
+
+SCALED = """
+dse: 1
+name: scaled
+processing: response_time
+overload: allowed
+processor_types: {tiny: {price: 10 EUR}, small: {price: 20 EUR}, mid: {price: 40 EUR}, large: {price: 80 EUR}}
+processors: {cpu: {type: [tiny, small, mid, large]}}
+devices: {s: {period: 10 ms, compute_execution_time: 1 ms}}
+threads:
+  a: {processor: cpu, period: 10 ms, compute_execution_time: {tiny: 1 ms .. 9 ms, small: 6 ms, mid: 3 ms, large: 1 ms}}
+  b: {processor: cpu, period: 20 ms, compute_execution_time: {tiny: 1 ms .. 9 ms, small: 6 ms, mid: 3 ms, large: 1 ms}}
+connections: {c: {from: s, to: a}, d: {from: a, to: b}}
+flows: {f: {path: [s, a, b]}}
+objectives: [minimise latency of f, minimise price]
+"""
+"""Latencies 55, 40 and 34 ms for 20, 40 and 80 EUR, and none that is bounded for 10 EUR."""
+
+
+def test_nothing_is_scaled_by_what_stands_for_unbounded(tmp_path: Path) -> None:
+    """Ranges are 21 ms and 70 EUR: before, the bounded ones were 0.143, 0.429 and 1 from the best, by price alone."""
+    result = dse.solve(SCALED)
+    figures = [tuple(item["objectives"].values()) for item in result.to_dict()["front"]]
+    assert figures == [(40_000_000, 4000), (34_000_000, 8000), (55_000_000, 2000), (None, 1000)]
+    assert [point.score for point in result.front] == ["0.515", "1.000", "1.010", "2.000"]
+    assert [point.id for point in result.front] == [1, 2, 3, 4]
+    for method in ("ideal", "topsis", "knee", "weights:price=2"):
+        ranked = ranked_by(result, method)
+        assert not dse.verify(ranked, problem=dse.load(SCALED)).findings
+        assert all(score != "0.000001" for score in (point.score for point in ranked.front))
+    swept = dse.sweep(SCALED, "threads.a.period=10ms,12ms")
+    assert swept.scale[0].to_dict()["worst"] == 55_000_000
+
+
+def test_findings_name_no_number_for_what_is_unbounded() -> None:
+    data = dse.solve(SCALED).to_dict()
+    data["front"] = [item for item in data["front"] if item["objectives"]["latency of f"] is not None]
+    found = [item.text for item in dse.verify(data, problem=dse.load(SCALED)).findings]
+    assert any("with latency of f unbounded, price 1000" in text for text in found)
+    assert not [text for text in found if list(numbers_in(text)) or re.search(r"\d{13}", text)]
+
+
+def test_near_identical_is_told_by_bounded_ranges() -> None:
+    far = Unbounded(10**14)
+    designs = [{"a": str(number)} for number in range(4)]
+    assert find_variants([(100, 1), (120, 1), (200, 1), (far, 1)], designs) == [None, None, None, None]
+    assert find_variants([(100, 1), (105, 1), (far, 1), (far + 3, 1)], designs) == [None, None, None, 2]
+
+
+def test_a_limit_that_the_stand_in_would_keep_is_refused(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
+    path = tmp_path / "scaled.yaml"
+    path.write_text(SCALED, encoding="utf-8")
+    for command in (["solve"], ["analyse", "--fix", "cpu.type=tiny"], ["explain"], ["check"]):
+        assert run([command[0], str(path), *command[1:], "--max-latency", "200000 s"]) in (0, 3)
+        assert "latency of f <= 200000 s: no limit" in "".join(capsys.readouterr())
+    assert run(["sweep", str(path), "--no-store", "--vary", "latency=20ms..200000s"]) == 3
+    assert "no limit" in " ".join(capsys.readouterr().out.split())
