@@ -6,6 +6,7 @@ from collections.abc import Iterator, Mapping
 from fractions import Fraction
 from functools import partial
 
+from dse.analysis.terms import PPM
 from dse.report.amounts import amount_words, slack_words
 from dse.report.bars import usage_chart, usage_records, waterfall, waterfall_records
 from dse.report.contention import bus_words, contended_words, core_words, overhead_words, processing_words
@@ -24,7 +25,8 @@ WATERFALL = (
     "Contributions without time are in the table only."
 )
 USAGE = (
-    "Use of processors and buses: each piece of a bar is a thread or connection; the mark across a bar is its limit."
+    "Which thread runs on which core, and which connection on which bus: each piece of a bar is one of them; the mark "
+    "across a bar is its limit."
 )
 
 
@@ -183,7 +185,7 @@ def metric_table(analysis: Analysis, base: Analysis | None = None) -> Table:
 
 
 def tightest_limits(analysis: Analysis) -> Mapping[str, Fraction]:
-    """The smallest upper limit of each processor and bus, as a share of its capacity."""
+    """The smallest upper limit of each processor, core (by ``core 2 of computer``) and bus, as a share of capacity."""
     slots = {"utilisation": analysis.processors, "load": analysis.buses}
     found: dict[str, Fraction] = {}
     for verdict in analysis.verdicts:
@@ -193,4 +195,7 @@ def tightest_limits(analysis: Analysis) -> Mapping[str, Fraction]:
             if usage.capacity:
                 share = verdict.limit / usage.capacity
                 found[usage.name] = min(found.get(usage.name, share), share)
+        elif metric.kind == "core utilisation" and verdict.requirement.operator in ("<=", "<"):
+            core, share = metric.name.removeprefix("utilisation of "), verdict.limit / PPM
+            found[core] = min(found.get(core, share), share)
     return found

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
 from fractions import Fraction
 from typing import Any
 
@@ -26,6 +27,11 @@ METHODS = (
 TITLE_LENGTH = 50
 """Letters of a bar's title: as many as a phone has room for. Names give way to figures."""
 SHORTEST_NAME = 9
+SHORTEST_PIECE = 44
+"""Pixels of a piece of a bar from which on its name is written on it; shorter ones tell it when pointed at."""
+BAR = 46
+"""Pixels of a bar of use, with its title."""
+NOBODY = "nothing"
 HUES = ("var(--c1)", "var(--c2)", "var(--c3)", "var(--c4)", "var(--c5)", "var(--c6)", "var(--accent)", "var(--soft)")
 
 
@@ -114,33 +120,63 @@ def waterfall(table: FlowTable, records: Sequence[Mapping[str, Any]]) -> Spec:
     )
 
 
-def usage_records(
-    processors: Sequence[Usage], buses: Sequence[Usage], limits: Mapping[str, Fraction]
-) -> list[dict[str, Any]]:
-    """The shares of each processor and bus that has a capacity, drawn in per cent of it.
+@dataclass(frozen=True)
+class _Bar:
+    """One bar of the plot of use: a core, a processor with one core, or a bus; shares and limit of `capacity`."""
 
-    Words count as everywhere: 100 % is one core, or the bandwidth. `limits` are shares of the capacity.
-    """
-    records = []
+    name: str
+    type: str
+    shares: Mapping[str, Fraction]
+    capacity: Fraction
+    limit: Fraction | None
+
+
+def _bars(processors: Sequence[Usage], buses: Sequence[Usage], limits: Mapping[str, Fraction]) -> Iterator[_Bar]:
+    """The bars, cores on which nothing runs as one."""
     for usage in (*processors, *buses):
         if not usage.capacity:
             continue
-        whole = usage.capacity if usage in processors else PPM
-        total = readable(usage.total / usage.capacity * whole, "ppm", digits=2)
+        count = int(usage.capacity / PPM) if usage.cores else 1
         limit = limits.get(usage.name)
-        of = f" of {readable(whole, 'ppm')}" if whole > PPM else ""
-        figures = f"{total}{of}" if limit is None else f"{total} of at most {readable(limit * whole, 'ppm')}"
-        said = f"{_name_beside(f'{usage.name} ({usage.type})', figures)} · {figures}"
-        for who, share in usage.shares.items():
-            part = share / usage.capacity * 100
+        if count == 1:
+            yield _Bar(usage.name, usage.type, usage.shares, usage.capacity, limit)
+            continue
+        for core in range(1, count + 1):
+            here = {who: share for who, share in usage.shares.items() if usage.cores.get(who) == core}
+            name = f"core {core} of {usage.name}"
+            own = [found for found in (limit, limits.get(name)) if found is not None]
+            if here:
+                yield _Bar(name, usage.type, here, Fraction(PPM), min(own, default=None))
+        if idle := sorted(set(range(1, count + 1)) - set(usage.cores.values())):
+            named = f"cores {', '.join(map(str, idle))}" if len(idle) > 1 else f"core {idle[0]}"
+            yield _Bar(f"{named} of {usage.name}", usage.type, {}, Fraction(PPM), None)
+
+
+def usage_records(
+    processors: Sequence[Usage], buses: Sequence[Usage], limits: Mapping[str, Fraction]
+) -> list[dict[str, Any]]:
+    """Who uses each core and each bus that has a capacity, in per cent of the core or the bandwidth.
+
+    `limits` are shares of the capacity, by the name of a processor, which limits each of its cores, of a core
+    (``core 2 of computer``), or of a bus.
+    """
+    records = []
+    for bar in _bars(processors, buses, limits):
+        total = readable(sum(bar.shares.values(), Fraction(0)) / bar.capacity * PPM, "ppm", digits=2)
+        figures = total if bar.limit is None else f"{total}, limit {readable(bar.limit * PPM, 'ppm')}"
+        if not bar.shares:
+            figures = NOBODY
+        said = f"{_name_beside(f'{bar.name} ({bar.type})', figures)} · {figures}"
+        for who, share in (bar.shares or {NOBODY: Fraction(0)}).items():
+            part = share / bar.capacity * 100
             records.append(
                 {
-                    "name": usage.name,
+                    "name": bar.name,
                     "part": who,
                     "share": float(part),
-                    "text": readable(part / 100 * whole, "ppm"),
+                    "text": readable(part / 100 * PPM, "ppm"),
                     "title": said,
-                    "limit": None if limit is None else float(limit * 100),
+                    "limit": None if bar.limit is None else float(bar.limit * 100),
                 }
             )
     return records
@@ -157,7 +193,7 @@ def stacked_shares(records: Sequence[Mapping[str, Any]]) -> list[dict[str, Any]]
 
 
 def usage_chart(shares: Sequence[Mapping[str, Any]]) -> Spec:
-    """Stacked shares against the limit, which is a mark across the bar."""
+    """Which thread runs on which core and what each bus carries, against the limit, which is a mark across the bar."""
     records = stacked_shares(shares)
     names = list(dict.fromkeys(record["name"] for record in records))
     row = {
@@ -171,9 +207,9 @@ def usage_chart(shares: Sequence[Mapping[str, Any]]) -> Spec:
     most = max([100.0, *(record["end"] for record in records)])
     across = {
         "type": "quantitative",
-        "title": "used, of what there is",
+        "title": "used, in % of the core or the bandwidth",
         "scale": {"domain": [0, most]},
-        "axis": {"tickCount": 6, "labels": False},
+        "axis": {"tickCount": 6},
     }
     tooltip = [
         {"field": "name", "title": "of"},
@@ -181,7 +217,9 @@ def usage_chart(shares: Sequence[Mapping[str, Any]]) -> Spec:
         {"field": "text", "title": "share"},
     ]
     firsts = [next(record for record in records if record["name"] == name) for name in names]
-    shade = {"condition": {"test": "datum.shade === 0", "value": 0.95}, "value": 0.6}
+    first = "datum.shade === 0"
+    shade = {"condition": {"test": first, "value": 0.95}, "value": 0.45}
+    long = "(scale('x', datum.end) - scale('x', datum.start))"
     layers: list[Spec] = [
         {
             "mark": {"type": "bar", "color": "var(--c1)"},
@@ -195,16 +233,35 @@ def usage_chart(shares: Sequence[Mapping[str, Any]]) -> Spec:
         },
         {
             "data": {"values": [record for record in firsts if record["limit"] is not None]},
-            "mark": {"type": "tick", "thickness": 3, "color": "var(--accent)", "height": 20},
+            "mark": {"type": "tick", "thickness": 3, "color": "var(--accent)", "height": 24},
             "encoding": {"y": row, "x": {**across, "field": "limit"}},
         },
         {
             "data": {"values": firsts},
-            "mark": {"type": "text", "align": "left", "baseline": "bottom", "dy": -11, "fontSize": 11, "limit": 320},
+            "mark": {"type": "text", "align": "left", "baseline": "bottom", "dy": -13, "fontSize": 11, "limit": 320},
             "encoding": {"y": row, "x": {"value": 2}, "text": {"field": "title"}},
+        },
+        {
+            "transform": [{"filter": "datum.share > 0"}],
+            "mark": {
+                "type": "text",
+                "align": "left",
+                "dx": 4,
+                "fontSize": 11,
+                "limit": {"expr": f"max(1, {long} - 8)"},
+                "opacity": {"expr": f"{long} > {SHORTEST_PIECE} ? 1 : 0"},
+                "tooltip": True,
+            },
+            "encoding": {
+                "y": row,
+                "x": {**across, "field": "start"},
+                "text": {"field": "part"},
+                "color": {"condition": {"test": first, "value": "var(--paper)"}, "value": "var(--ink)"},
+                "tooltip": tooltip,
+            },
         },
     ]
     return whole_spec(
-        {"data": {"name": "shares", "values": list(records)}, "layer": layers, "height": 40 * len(names) + 8},
+        {"data": {"name": "shares", "values": list(records)}, "layer": layers, "height": BAR * len(names) + 8},
         f"Use of {', '.join(names)} against the limits.",
     )

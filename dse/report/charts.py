@@ -157,7 +157,7 @@ def scatter(
         points["encoding"]["color"] = colour_by(result, 2)
     layers = [points]
     if baseline is not None:
-        baseline, word_of_it = at_the_edge(records, baseline, len(result.objectives))
+        baseline, word_of_it, side = at_the_edge(records, baseline, len(axes))
         layers.append(
             {
                 "data": {"values": [dict(baseline)], "name": "baseline"},
@@ -172,7 +172,7 @@ def scatter(
                 "encoding": {**position, "tooltip": tooltip[1:]},
             }
         )
-        word = {"type": "text", "dy": -13, "color": "var(--ink)", "fontSize": 11}
+        word = {"type": "text", "dy": -13, "color": "var(--ink)", "fontSize": 11, "align": side}
         named = {**position, "text": {"value": word_of_it}}
         layers += [{"data": {"values": [dict(baseline)]}, **layer} for layer in readable_text(word, named)]
     layers += _chosen_point(position, tooltip)
@@ -189,9 +189,12 @@ def scatter(
 
 def at_the_edge(
     records: Sequence[Mapping[str, Any]], baseline: Mapping[str, Any], axes: int
-) -> tuple[dict[str, Any], str]:
-    """The baseline as it is drawn, and its name: one far away is put at the edge, for the axes fit the front."""
-    drawn, is_far = dict(baseline), False
+) -> tuple[dict[str, Any], str, str]:
+    """The baseline as it is drawn, its name, and how that is aligned: `axes` are as many as are drawn.
+
+    One far away is put at the edge, for the axes fit the front (report.js does the same).
+    """
+    drawn, is_far, side = dict(baseline), False, "center"
     for field in (f"o{axis}" for axis in range(axes)):
         values = [record[field] for record in records if record[field] is not None]
         if drawn[field] is None or not values:
@@ -200,8 +203,10 @@ def at_the_edge(
         room = EDGE * ((high - low) or abs(high) or 1.0)
         inside = min(max(drawn[field], low - room), high + room)
         is_far = is_far or inside != drawn[field]
+        if field == "o0" and not low <= inside <= high:
+            side = "right" if inside > high else "left"
         drawn[field] = inside
-    return drawn, "baseline, beyond the edge" if is_far else "baseline"
+    return drawn, "baseline, beyond the edge" if is_far else "baseline", side
 
 
 def _chosen_point(position: Mapping[str, Any], tooltip: Sequence[Mapping[str, Any]]) -> list[Spec]:
@@ -307,6 +312,13 @@ def parallel(result: Result, records: Sequence[Mapping[str, Any]], chosen: int |
     word = {"type": "text", "dx": 6, "align": "left", "fontSize": 11, "color": "var(--ink)"}
     named = {"x": across, "y": up, "text": {"field": "text"}}
     layers += [{"data": {"values": ends}, **layer} for layer in readable_text(word, named)]
+    layers.append(
+        {
+            "data": {"name": "bands", "values": []},  # stretches of axes that a reader draws, two ends each
+            "mark": {"type": "line", "strokeWidth": 16, "color": "var(--accent)", "opacity": 0.3},
+            "encoding": {"x": across, "y": up, "detail": {"field": "name"}},
+        }
+    )
     return whole_spec(
         {"params": _params(chosen), "data": {"name": "lines", "values": values}, "layer": layers, "height": 260},
         f"Parallel coordinates: {', '.join(names)}; the best value of each is on top.",

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import shlex
 from collections.abc import Mapping, Sequence
+from fractions import Fraction
 from typing import Any
 
 from dse.report.insisting import cost_words, prices
@@ -16,18 +17,24 @@ PER_CORE = "utilisation"
 """A limit of this kind holds on each core: another computer makes another limit of it than the sum that is listed."""
 
 
-def decide_data(result: Result) -> dict[str, Any]:
+def decide_data(result: Result, baseline: Mapping[str, Fraction] | None = None) -> dict[str, Any]:
     """Metrics with their exact values, decisions with their options, and fronts with an option fixed.
 
     Values are integers as text, for JavaScript has no exact ones of any size: ``value * den / num`` is in the unit
     shown. ``exact`` is the direction in which a limit on a metric only takes points away from the proven front:
     ``<=`` for what is minimised, ``>=`` for what is maximised, none (an empty text) where it is another question.
+    `baseline` are the metrics of today's design, which is drawn, too.
     """
     currency = result.space.currency
+    figures_of = {point.id: (point.objectives, point.metrics) for point in result.front}
+    if result.insisting is not None:
+        figures_of |= {point.id: (point.objectives, point.metrics) for point in result.insisting.points}
     metrics = []
     for name, unit in result.units.items():
         factor, shown = display_unit(unit, currency)
-        values = {str(point.id): _value(point.objectives, point.metrics, name) for point in result.front}
+        values = {str(number): _value(*figures, name) for number, figures in figures_of.items()}
+        if baseline is not None:
+            values["baseline"] = None if is_unbounded(baseline[name]) else str(round(baseline[name]))
         metrics.append(
             {
                 "name": name,
@@ -47,6 +54,16 @@ def decide_data(result: Result) -> dict[str, Any]:
         "complete": result.status == "complete",
         "insist": _insist_data(result) if result.insisting is not None else None,
     }
+
+
+def further_metrics(result: Result) -> list[tuple[int, str]]:
+    """The metrics that are no objectives and differ on the front: number, as `decide_data` counts them, and name."""
+    objectives = {info.name for info in result.objectives}
+    return [
+        (number, name)
+        for number, name in enumerate(result.units)
+        if name not in objectives and len({point.metrics[name] for point in result.front}) > 1
+    ]
 
 
 def _value(objectives: Mapping[str, int], metrics: Mapping[str, int], name: str) -> str | None:

@@ -20,10 +20,10 @@ from jinja2 import Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup, escape
 
 from dse.extras import how_to_install, is_installed
-from dse.report.bars import HUES, METHODS, usage_chart, waterfall
-from dse.report.charts import axis_title, colour_by, parallel, scatter
+from dse.report.bars import BAR, HUES, METHODS, usage_chart, waterfall
+from dse.report.charts import EDGE, axis_title, colour_by, parallel, scatter
 from dse.report.contention import contention_words
-from dse.report.decide import decide_data, insist_choices
+from dse.report.decide import decide_data, further_metrics, insist_choices
 from dse.report.document import Alternative, Document
 from dse.report.drawing import STYLE, Drafter
 from dse.report.page import Page, Section, numbered
@@ -69,6 +69,7 @@ def html_report(document: Document, chosen: int | None = None, studies: Sequence
         data=packed_json(data),
         studies=numbered(studies),
         choices=insist_choices(result),
+        further=further_metrics(result),
         contention=contention_words(result),
         bundle="" if is_long else bundle,
         library=packed(bundle) if is_long else "",
@@ -193,7 +194,7 @@ def _fragment(environment: Environment, document: Document, drafter: Drafter, al
 
 
 def _data(document: Document, fragments: Mapping[int, Sequence[str]], opened: Alternative | None) -> dict[str, Any]:
-    result = document.result
+    result, today = document.result, document.reasoner.baseline
     lines, rows = Pool(), Pool()
     parts = {str(number): lines.take(fragment) for number, fragment in fragments.items()}
     details = {
@@ -211,12 +212,17 @@ def _data(document: Document, fragments: Mapping[int, Sequence[str]], opened: Al
         "titles": [axis_title(result, axis) for axis in range(len(result.objectives))],
         "colours": [colour_by(result, axis) for axis in range(len(result.objectives))] if result.front else [],
         "methods": {"names": METHODS, "colours": HUES},
-        "decide": decide_data(result) if result.front else None,
+        "bar": BAR,
+        "edge": EDGE,
+        "baseline": document.baseline_record,
+        "decide": decide_data(result, today[0].metrics if today is not None else None) if result.front else None,
         "specs": {},
     }
     if opened is not None:
+        points = scatter(result, document.records, opened.point.id, document.baseline_record)
+        points["data"]["values"] = []  # they are the records of `front`
         data["specs"] = {
-            "scatter": scatter(result, document.records, opened.point.id, document.baseline_record),
+            "scatter": points,
             "parallel": parallel(result, document.records, opened.point.id),
             "flows": [waterfall(flow.source, flow.records) for flow in opened.flows],
             "usage": next((usage_chart(item.usage) for item in document.alternatives if item.usage), None),

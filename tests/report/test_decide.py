@@ -145,6 +145,9 @@ def test_a_link_restores_the_view(page: Browser, browser: Browser, file: Path, r
     page.run(f"dseReport.choose({last})")
     page.run("document.querySelector('#insist button').click()")
     page.wait("document.querySelectorAll('#insist-answer tbody tr').length > 0")
+    page.run("for (const turn of [1, 2]) document.querySelectorAll('#front-table th')[2].click()")
+    page.run("Object.assign(dseReport.state, {bands: {0: [0.1, 1]}, zoomed: true}); dseReport.keep()")
+    order = page.run("[...document.querySelectorAll('#front-table tbody tr')].map((row) => row.dataset.id)")
     before, address = shown(page), page.run("location.hash")
     assert address.startswith("#view?")
     linked = file.with_name("linked.html")
@@ -155,6 +158,8 @@ def test_a_link_restores_the_view(page: Browser, browser: Browser, file: Path, r
     assert shown(browser) == before != sorted(point.id for point in result.front)
     assert browser.run("dseReport.state.chosen") == last
     assert browser.run("document.querySelectorAll('#insist [aria-pressed=true]').length") == 1
+    assert browser.run("[dseReport.state.zoomed, dseReport.state.bands]") == [True, {"0": [0.1, 1]}]
+    assert browser.run("[...document.querySelectorAll('#front-table tbody tr')].map((r) => r.dataset.id)") == order
 
 
 def test_columns_sort_and_what_is_shown_is_saved(page: Browser, result: dse.Result) -> None:

@@ -18,7 +18,8 @@ from rich.console import Console
 import dse
 from dse.cli.main import run
 from dse.examples import example_path
-from dse.report.bars import stacked_rows
+from dse.report.analyse import tightest_limits
+from dse.report.bars import stacked_rows, usage_records
 from dse.report.charts import scatter
 from dse.report.document import Document
 from dse.report.drawing import Drafter
@@ -159,6 +160,32 @@ def test_long_names_leave_room_for_their_figures() -> None:
         "a_worker_with_a_…om_for_in_one_line · 1 ms to 1 ms",
     ]
     assert {row["label"] for row in flow.records} == {LONG}
+
+
+def test_each_core_is_a_bar_with_its_threads_and_its_limit() -> None:
+    """300, 200 and 100 us every ms are 30, 20 and 10 % of a core; nothing runs on the third and fourth core."""
+    run = "period: 1 ms, processor: computer, core"
+    text = f"""
+dse: 1
+name: Cores
+processor_types: {{quad: {{cores: 4}}}}
+processors: {{computer: {{type: quad}}}}
+threads:
+  a: {{{run}: 1, compute_execution_time: 300 us}}
+  b: {{{run}: 2, compute_execution_time: 200 us}}
+  c: {{{run}: 1, compute_execution_time: 100 us}}
+requirements: [utilisation of computer <= 70 %, utilisation of core 1 of computer <= 50 %]
+objectives: [minimise utilisation of computer]
+"""
+    found = dse.analyse(dse.loads(text))
+    records = usage_records(found.processors, found.buses, tightest_limits(found))
+    assert [(row["name"], row["part"], row["share"], row["limit"]) for row in records] == [
+        ("core 1 of computer", "a", 30.0, 50.0),
+        ("core 1 of computer", "c", 10.0, 50.0),
+        ("core 2 of computer", "b", 20.0, 70.0),
+        ("cores 3, 4 of computer", "nothing", 0.0, None),
+    ]
+    assert records[0]["title"] == "core 1 of computer (quad) · 40 %, limit 50 %"
 
 
 def test_processors_and_buses_are_told_apart() -> None:

@@ -86,10 +86,11 @@ window.dseDecide = (page) => {
     verdict.replaceChildren();
     verdict.className = "";
     if (wanted.length) {
-      const exact = decide.complete && !state.brush && wanted.every((item) => item.exact);
+      const marked = state.brush || Object.keys(state.bands).length > 0;
+      const exact = decide.complete && !marked && wanted.every((item) => item.exact);
       verdict.className = exact ? "exact" : "open";
       if (exact) verdict.append("Exactly the proven front under these limits: no other design is on it.");
-      else if (decide.complete && wanted.every((item) => item.exact)) verdict.append("The alternatives in the rectangle.");
+      else if (decide.complete && wanted.every((item) => item.exact)) verdict.append("Of the proven front under these limits, what is marked in the plots.");
       else {
         verdict.append("These alternatives of the front remain; others may come in their place. That needs the solver: ");
         verdict.append(make("code", [decide.command, ...wanted.map((item) => item.option)].join(" ")));
@@ -169,7 +170,7 @@ window.dseDecide = (page) => {
     const option = insisted();
     if (!option) return [];
     const among = new Set(option.front);
-    return decide.insist.points.filter((point) => among.has(point.id));
+    return decide.insist.points.filter((point) => among.has(point.id)).map((point) => ({ ...point, differs: differing(point) }));
   };
 
   function differing(point) {
@@ -249,6 +250,7 @@ window.dseDecide = (page) => {
         rows.sort(([one], [other]) => (both(one, other) ? one.number - other.number : one.text.localeCompare(other.text, "en", { numeric: true })));
         if (down) rows.reverse();
         table.tBodies[0].append(...rows.map(([, row]) => row));
+        remember();
       };
       head.addEventListener("click", sort);
       head.addEventListener("keydown", (event) => {
@@ -289,7 +291,6 @@ window.dseDecide = (page) => {
     zoom.hidden = !page.hasPlots || data.front.length < 2;
     zoom.addEventListener("click", async () => {
       state.zoomed = !state.zoomed;
-      zoom.textContent = state.zoomed ? "Show the whole front" : "Zoom to what is shown";
       await page.plotScatter();
       await page.keep();
     });
@@ -304,10 +305,11 @@ window.dseDecide = (page) => {
     });
   }
 
-  page.zoomed = (axis) => {
+  page.zoomed = (field) => {
     // the ends of what is kept, with some room; nothing where the whole front is to be seen
+    element("zoom").textContent = state.zoomed ? "Show the whole front" : "Zoom to what is shown";
     if (!state.zoomed) return null;
-    const values = data.front.filter((record) => !state.kept || state.kept.includes(record.id)).map((record) => record["o" + axis]);
+    const values = data.front.filter((record) => !state.kept || state.kept.includes(record.id)).map((record) => record[field]);
     const known = values.filter((value) => value !== null);
     if (!known.length) return null;
     const [low, high] = [Math.min(...known), Math.max(...known)];
@@ -329,6 +331,12 @@ window.dseDecide = (page) => {
       if (wish.metric !== undefined) parts.append("r", [decide.metrics[wish.metric].name, wish.sense, wish.text].join("|"));
       else parts.append("o", [wish.decision, wish.option].join("|"));
     }
+    for (const [field, ends] of Object.entries(state.brush || {})) parts.append("q", [field, ...ends].join(":"));
+    for (const [axis, ends] of Object.entries(state.bands)) parts.append("b", [axis, ...ends].join(":"));
+    if (state.zoomed) parts.set("z", "1");
+    const heads = [...element("front-table").tHead.rows[0].cells];
+    const sorted = heads.findIndex((head) => ["ascending", "descending"].includes(head.getAttribute("aria-sort")));
+    if (sorted >= 0) parts.set("s", `${sorted}:${heads[sorted].getAttribute("aria-sort")}`);
     const option = insisted();
     if (option) parts.set("i", [option.decision, option.option].join("|"));
     try {
@@ -367,7 +375,23 @@ window.dseDecide = (page) => {
       listWishes();
       const chosen = Number(parts.get("a"));
       if (data.fragments[chosen]) await page.choose(chosen);
-      if (parts.has("across") || parts.has("up")) await page.plotScatter();
+      const stretch = (text, pattern) => {
+        const [name, low, high] = text.split(":");
+        return pattern.test(name) && Number.isFinite(Number(low)) && Number.isFinite(Number(high)) && high ? [[name, [Number(low), Number(high)]]] : [];
+      };
+      const marked = parts.getAll("q").flatMap((text) => stretch(text, /^[om]\d+$/));
+      if (marked.length) state.brush = Object.fromEntries(marked);
+      const known = ([axis]) => Number(axis) < data.objectives.length;
+      state.bands = Object.fromEntries(parts.getAll("b").flatMap((text) => stretch(text, /^\d+$/)).filter(known));
+      await page.showBands();
+      if (parts.has("s")) {
+        const [column, direction] = parts.get("s").split(":");
+        const head = element("front-table").tHead.rows[0].cells[Number(column)];
+        for (let turn = 0; head && turn < 2 && head.getAttribute("aria-sort") !== direction; turn += 1) head.click();
+      }
+      await page.keep();
+      state.zoomed = parts.get("z") === "1";
+      await page.plotScatter();
       if (parts.has("i") && decide.insist) {
         const number = decide.insist.options.findIndex((one) => [one.decision, one.option].join("|") === parts.get("i"));
         if (number >= 0 && decide.insist.options[number].status !== "infeasible") await insist(number);

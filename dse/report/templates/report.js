@@ -14,9 +14,9 @@
   }
   const data = JSON.parse(await unpacked(document.getElementById("data")));
   const byId = new Map(data.front.map((record) => [record.id, record]));
-  const state = { chosen: data.chosen, kept: null, brush: null, limits: data.objectives.map(() => null), views: {}, details: [] };
+  const state = { chosen: data.chosen, kept: null, brush: null, limits: data.objectives.map(() => null), bands: {}, views: {}, details: [] };
   const hasPlots = typeof vegaEmbed !== "undefined";
-  const page = { data, state, choose, keep, plotScatter, hasPlots, ready: false };
+  const page = { data, state, choose, keep, plotScatter, axisOf, showBands, hasPlots, ready: false };
   window.dseReport = page;
   const element = (id) => document.getElementById(id);
   const options = { actions: false, renderer: "svg", ast: true, tooltip: { theme: "custom" } };
@@ -39,11 +39,32 @@
     return JSON.parse(JSON.stringify(value));
   }
 
+  // on paper everything is open, and the plots are drawn for its width
+  const paper = 680;
+  const drawn = new Set();
+  let folded = [];
+  window.addEventListener("beforeprint", () => {
+    folded = [...document.querySelectorAll("details:not([open])")];
+    folded.forEach((node) => (node.open = true));
+    drawn.forEach((view) => view.container() && view.width(paper).run());
+  });
+  window.addEventListener("afterprint", () => {
+    folded.forEach((node) => (node.open = false));
+    window.dispatchEvent(new Event("resize"));
+  });
+
   async function embed(node, spec) {
     const result = await vegaEmbed(node, narrow(copy(spec)), options);
     const drawing = node.querySelector("svg");
     if (drawing) drawing.setAttribute("focusable", "false");
-    return result;
+    drawn.add(result.view);
+    const finalize = result.finalize;
+    return Object.assign(result, {
+      finalize: () => {
+        drawn.delete(result.view);
+        finalize();
+      },
+    });
   }
 
   function listen(view) {
@@ -113,7 +134,7 @@
   function fitUsage(spec, rows) {
     const names = [...new Set(rows.map((row) => row.name))];
     const firsts = names.map((name) => rows.find((row) => row.name === name));
-    spec.height = 40 * names.length + 8;
+    spec.height = data.bar * names.length + 8;
     const most = Math.max(100, ...rows.map((row) => row.end));
     for (const layer of spec.layer) {
       layer.encoding.y.sort = names;
@@ -162,7 +183,10 @@
     const brushed = Object.entries(state.brush || {}).every(([field, ends]) => {
       return record[field] >= Math.min(...ends) && record[field] <= Math.max(...ends);
     });
-    return limited && brushed && (!page.also || page.also(record));
+    const through = Object.entries(state.bands).every(([axis, [low, high]]) => {
+      return record["n" + axis] >= low && record["n" + axis] <= high;
+    });
+    return limited && brushed && through && (!page.also || page.also(record));
   }
 
   async function keep() {
@@ -207,7 +231,9 @@
     form.addEventListener("reset", () => {
       setTimeout(async () => {
         state.brush = null;
+        state.bands = {};
         if (page.clear) page.clear();
+        await showBands();
         await plotScatter();
         await keep();
       });
@@ -217,21 +243,76 @@
 
   // --- the plots of the front ----------------------------------------------------------------------------------
 
+  function axisOf(value) {
+    // an objective by its number, or ``m7``: a metric by its number
+    if (!value.startsWith("m")) return { field: "o" + value, text: "t" + value, title: data.titles[value], name: data.objectives[value].name };
+    const { name, unit } = data.decide.metrics[value.slice(1)];
+    return { field: value, text: "w" + value.slice(1), title: unit ? `${name} [${unit}]` : name, name };
+  }
+
+  function addMetrics(records) {
+    // every metric as a number to draw; what is unbounded has no place
+    data.decide.metrics.forEach((metric, number) => {
+      for (const record of records) {
+        const value = metric.values[record.id];
+        const known = value !== null && value !== undefined;
+        record["m" + number] = known ? (Number(value) * Number(metric.den)) / Number(metric.num) : null;
+        const text = known ? String(Number(record["m" + number].toPrecision(6))) : "unbounded";
+        record["w" + number] = `${text} ${known ? metric.unit : ""}`.trim();
+      }
+    });
+  }
+
+  function placeBaseline(layer, axes) {
+    // one far away is put at the edge, for the axes fit the front
+    const record = { ...data.baseline };
+    let [far, side] = [false, "center"];
+    for (const [channel, { field }] of Object.entries(axes)) {
+      const values = data.front.map((one) => one[field]).filter((value) => value !== null);
+      if (record[field] === null || record[field] === undefined || !values.length) return false;
+      const [low, high] = [Math.min(...values), Math.max(...values)];
+      const room = data.edge * (high - low || Math.abs(high) || 1);
+      const drawn = Math.min(Math.max(record[field], low - room), high + room);
+      far = far || drawn !== record[field];
+      if (channel === "x" && drawn > high) side = "right";
+      if (channel === "x" && drawn < low) side = "left";
+      record[field] = drawn;
+    }
+    layer.data.values = [record];
+    if (layer.mark.type === "text") {
+      layer.mark.align = side;
+      layer.encoding.text = { value: far ? "baseline, beyond the edge" : "baseline" };
+    }
+    return true;
+  }
+
   async function plotScatter() {
     if (!hasPlots) return;
     const spec = copy(data.specs.scatter);
-    const axes = { x: Number(element("across").value) };
-    if (data.objectives.length > 1) axes.y = Number(element("up").value);
+    spec.data.values = data.front.map((record) => ({ ...record, label: `#${record.id}` }));
+    const chosen = { x: element("across").value };
+    if (data.objectives.length > 1) chosen.y = element("up").value;
+    const axes = Object.fromEntries(Object.entries(chosen).map(([channel, value]) => [channel, axisOf(value)]));
     for (const layer of spec.layer) {
       for (const [channel, axis] of Object.entries(axes)) {
-        layer.encoding[channel].field = "o" + axis;
-        layer.encoding[channel].title = data.titles[axis];
+        layer.encoding[channel].field = axis.field;
+        layer.encoding[channel].title = axis.title;
       }
     }
-    const third = data.objectives.findIndex((_, axis) => axis !== axes.x && axis !== axes.y);
-    if (third >= 0 && data.colours[third]) spec.layer[0].encoding.color = copy(data.colours[third]);
+    const more = Object.values(axes).filter((axis) => axis.field.startsWith("m"));
+    for (const layer of spec.layer) {
+      if (layer.encoding.tooltip) layer.encoding.tooltip.push(...more.map((axis) => ({ field: axis.text, title: axis.name })));
+    }
+    spec.layer = spec.layer.filter((layer) => !layer.data || placeBaseline(layer, axes));
+    const third = data.objectives.findIndex((_, axis) => !Object.values(chosen).includes(String(axis)));
+    const coloured = data.objectives.length > 2 || third < 0 ? third : -1;
+    if (coloured >= 0 && data.colours[coloured]) spec.layer[0].encoding.color = copy(data.colours[coloured]);
+    if (state.brush) {
+      const ends = Object.entries(axes).map(([channel, { field }]) => [channel, state.brush[field]]);
+      spec.layer[0].params[0].value = Object.fromEntries(ends.filter(([, range]) => range));
+    }
     for (const [channel, axis] of Object.entries(axes)) {
-      const ends = page.zoomed ? page.zoomed(axis) : null;
+      const ends = page.zoomed ? page.zoomed(axis.field) : null;
       if (ends) for (const layer of spec.layer) Object.assign(layer.encoding[channel], { scale: { domain: ends, nice: false, zero: false } });
     }
     const diamonds = page.diamonds ? page.diamonds() : [];
@@ -252,8 +333,60 @@
     // the front with an option that is insisted on
     const { x, y } = spec.layer[0].encoding;
     const tooltip = data.objectives.map((objective, axis) => ({ field: "t" + axis, title: objective.name }));
+    tooltip.push({ field: "differs", title: `differs from #${state.chosen} in` });
     const mark = { type: "point", shape: "diamond", filled: false, size: 130, strokeWidth: 2, color: "var(--accent)", tooltip: true, clip: true };
     return { data: { name: "insisted", values }, mark, encoding: y ? { x, y, tooltip } : { x, tooltip } };
+  }
+
+  function showBands() {
+    const rows = Object.entries(state.bands).flatMap(([axis, ends]) => ends.map((place) => ({ name: data.objectives[axis].name, place })));
+    return state.views.parallel ? state.views.parallel.data("bands", rows).runAsync() : null;
+  }
+
+  function setUpBands(view, node) {
+    // a stretch of an axis keeps what passes through it; a click on the axis lets go
+    const reach = 14;
+    const at = (event) => {
+      const drawing = node.querySelector("svg");
+      const box = drawing.getBoundingClientRect();
+      const scale = box.width / drawing.viewBox.baseVal.width;
+      const [left, top] = view.origin();
+      return [(event.clientX - box.left) / scale - left, (event.clientY - box.top) / scale - top];
+    };
+    const axisAt = (x) => data.objectives.findIndex((objective) => Math.abs(view.scale("x")(objective.name) - x) <= reach);
+    let [axis, from, drawn, last] = [-1, 0, false, false];
+    node.addEventListener("pointerdown", (event) => {
+      const [x, y] = at(event);
+      [axis, from, drawn, last] = [axisAt(x), y, false, false];
+    });
+    node.addEventListener("pointermove", (event) => {
+      const [x, y] = at(event);
+      node.style.cursor = axis >= 0 || axisAt(x) >= 0 ? "ns-resize" : "";
+      if (axis < 0 || Math.abs(y - from) < 4) return;
+      if (!drawn) node.setPointerCapture(event.pointerId); // not before: a captured click reaches no line
+      drawn = true;
+      const ends = [view.scale("y").invert(from), view.scale("y").invert(y)];
+      state.bands[axis] = [Math.min(...ends), Math.max(...ends)];
+      showBands();
+    });
+    node.addEventListener("pointerup", async () => {
+      const had = axis >= 0 && state.bands[axis] && !drawn;
+      if (had) delete state.bands[axis];
+      last = drawn || had;
+      axis = -1;
+      if (!last) return;
+      await showBands();
+      await keep();
+    });
+    node.addEventListener(
+      "click",
+      (event) => {
+        if (last) event.stopPropagation();
+        last = false;
+      },
+      true,
+    );
+    node.addEventListener("touchstart", (event) => axisAt(at(event.touches[0])[0]) >= 0 && event.preventDefault(), { passive: false });
   }
 
   async function plotStudies() {
@@ -270,6 +403,7 @@
       window.dseReport.ready = true;
       return;
     }
+    addMetrics([...data.front, ...(data.baseline ? [data.baseline] : []), ...(data.decide.insist ? data.decide.insist.points : [])]);
     setUpLimits();
     if (window.dseDecide) window.dseDecide(page);
     await plotScatter();
@@ -277,6 +411,7 @@
       const lines = await embed(element("parallel"), data.specs.parallel);
       state.views.parallel = lines.view;
       listen(lines.view);
+      setUpBands(lines.view, element("parallel"));
     }
     await plotDetails();
     await keep();
