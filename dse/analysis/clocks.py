@@ -14,6 +14,7 @@ from dataclasses import dataclass
 from fractions import Fraction
 from math import gcd
 
+from dse.analysis.terms import picked
 from dse.analysis.views import View
 from dse.space.trees import at
 from dse.space.types import Component
@@ -76,14 +77,21 @@ def wait_ns(pair: Pair, least: Exact, most: Exact) -> tuple[Exact, Exact]:
     if is_unbounded(most):
         return 0, pair.receiver_ns
     error, step = pair.error_ns, pair.step_ns
-    soonest = _rest(pair.shift_ns - least + error, step) - 2 * error
-    latest = pair.receiver_ns - step + _rest(pair.shift_ns - most - error, step) + 2 * error
-    return max(0, soonest), min(pair.receiver_ns, latest)
+    soonest = _rest(pair.shift_ns - least + error, step)
+    latest = pair.receiver_ns - step + _rest(pair.shift_ns - most - error, step)
+    if not error:
+        return soonest, latest
+    return picked("max", soonest - 2 * error, 0), picked("min", latest + 2 * error, pair.receiver_ns)
 
 
 def _rest(time: Exact, step: Exact) -> Exact:
     """What is left of a time after whole steps: linear between them, for numbers that remember how they were made."""
-    return time - step * (time // step)
+    return time - step * _steps(time, step)
+
+
+def _steps(time: Exact, step: Exact) -> Exact:
+    """How many whole steps are in a time; numbers that remember how they were made remember that, too."""
+    return time.whole_steps(step) if hasattr(time, "whole_steps") else time // step
 
 
 def spread_ns(pair: Pair, least: Exact, most: Exact) -> Exact:
@@ -98,8 +106,10 @@ def spread_ns(pair: Pair, least: Exact, most: Exact) -> Exact:
     if is_unbounded(most):
         return pair.receiver_ns
     step, spread = pair.step_ns, most - least + 2 * pair.error_ns
-    grown = -(-spread // step) * step
-    return min(pair.receiver_ns, pair.receiver_ns - step + grown + 2 * pair.error_ns - (most - least))
+    grown = -_steps(-spread, step) * step
+    within = pair.receiver_ns - step + grown + 2 * pair.error_ns - (most - least)
+    found: Exact = picked("min", within, pair.receiver_ns)
+    return found
 
 
 def common_step(one: Exact, other: Exact) -> Exact:

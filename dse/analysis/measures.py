@@ -169,8 +169,10 @@ def _time_scale(space: Space, components: Iterable[int], connections: Iterable[i
     for component in (space.components[number] for number in components):
         times = (
             component.period_ns, component.execution_ns, component.callback_ns, component.latency_ns,
-            component.deadline_ns, component.response_ns, component.stated_period_ns,
+            component.deadline_ns, component.response_ns, component.stated_period_ns, component.offset_ns,
         )  # fmt: skip
+        errors = [leaf.error_ns for leaf in leaves(component.clock) if leaf is not None]
+        found = lcm(found, *(Fraction(error).denominator for error in errors))
         found = lcm(found, _denominator(*times) * _denominator(component.queue_size))
     for connection in (space.connections[number] for number in connections):
         anywhere = replace(connection, bus=connection.stated_bus)

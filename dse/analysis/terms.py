@@ -74,6 +74,10 @@ class Phased:
 
         return Phased(self.sender, self.receiver, parts)
 
+    def asked_of(self, other: Callable[[View], View]) -> Phased:
+        """The summand by what another view of each design says."""
+        return replace(self, parts=lambda view: self.parts(other(view)))
+
 
 Kind: TypeAlias = Literal["max", "min"]
 
@@ -87,7 +91,7 @@ class Extreme:
 
     def pick(self, values: Iterable[Any]) -> Any:
         """The value that counts; numbers that remember how they were made (`dse.study.trace`) remember that, too."""
-        return reduce(partial(_picked, self.kind), values)
+        return reduce(partial(picked, self.kind), values)
 
     def changed(self, change: Callable[[Term], Term], kind: Kind | None = None) -> Extreme:
         """The extreme with every term changed; of another kind where one is given."""
@@ -176,7 +180,8 @@ def scaled_term(term: Term, factor: Fraction) -> Term:
     )
 
 
-def _picked(kind: Kind, one: Any, other: Any) -> Any:
+def picked(kind: Kind, one: Any, other: Any) -> Any:
+    """The greater or the less of two numbers, which remember it where they remember how they were made."""
     remembers = next((number for number in (one, other) if hasattr(number, "picked")), None)
     if remembers is not None:
         return remembers.picked(kind, other if remembers is one else one)

@@ -56,6 +56,9 @@ class RobustQuestion:
         self._same_rates = not any(
             _moves_rates(self.space, variable) for item in uncertain for variable in item.variables
         )
+        self._same_offsets = not any(
+            "offset" in variable.path.rpartition(".")[2] for item in uncertain for variable in item.variables
+        )
 
     @property
     def space(self) -> Space:
@@ -123,12 +126,47 @@ class RobustQuestion:
         values = self.box.values(self.inputs.nominal, corner)
         limit = build_limit(self.inputs.at(values), self.space.requirements[number])
         key = ("corner", corner)
-        terms = tuple(_elsewhere(term, key, same_rates=self._same_rates) for term in limit.measure.terms)
+        terms = tuple(self._elsewhere(term, key) for term in limit.measure.terms)
         return replace(
             limit,
             measure=replace(limit.measure, terms=terms),
             bound=lambda view: limit.bound(_own(view, key)),
             is_elsewhere=True,
+        )
+
+    def _elsewhere(self, term: Term, key: object) -> Term:
+        """A term of a space with other figures, ready to be evaluated beside those of the nominal one.
+
+        Where the rates are not the nominal ones, it is tabulated as a whole; so it is where offsets are not, which are
+        variables of the search. Rows of the nominal space do not bound it: its threads may wait less.
+        """
+        if term.extreme is not None:
+            return extreme_term(term.label, term.extreme.changed(lambda inner: self._elsewhere(inner, key)))
+        coefficient, inner, phased = term.coefficient, term.ends, term.phased
+
+        def value(view: View) -> Fraction:
+            return term.value(_own(view, key))
+
+        def scaled(view: View) -> Fraction:
+            assert coefficient is not None
+            return coefficient(_own(view, key))
+
+        def ends(view: View) -> tuple[Fraction, Fraction]:
+            assert inner is not None
+            return inner(_own(view, key))
+
+        if phased is not None:
+            phased = phased.asked_of(lambda view: _own(view, key)) if self._same_offsets else None
+        is_rate = coefficient is not None and self._same_rates
+        return replace(
+            term,
+            value=value,
+            coefficient=scaled if is_rate else None,
+            rate=term.rate if is_rate else None,
+            ends=ends if inner is not None else None,
+            waits=None,
+            only_waits=False,
+            phased=phased,
         )
 
     def failures(self, point: int, design: Design) -> list[Failure]:
@@ -173,33 +211,3 @@ def _moves_rates(space: Space, variable: Variable) -> bool:
             for item in space.connections
         )
     return variable.kind in (PERIOD, RATE, RATE_OF_DATA)
-
-
-def _elsewhere(term: Term, key: object, *, same_rates: bool) -> Term:
-    """A term of a space with other figures, ready to be evaluated beside those of the nominal one.
-
-    Where the rates are not the nominal ones, it is tabulated as a whole. Rows of the nominal space do not bound it: its
-    threads may wait less.
-    """
-    if term.extreme is not None:
-        moved_inner = term.extreme.changed(lambda inner: _elsewhere(inner, key, same_rates=same_rates))
-        return extreme_term(term.label, moved_inner)
-    coefficient = term.coefficient
-
-    def value(view: View) -> Fraction:
-        return term.value(_own(view, key))
-
-    def scaled(view: View) -> Fraction:
-        assert coefficient is not None
-        return coefficient(_own(view, key))
-
-    inner = term.ends
-
-    def ends(view: View) -> tuple[Fraction, Fraction]:
-        assert inner is not None
-        return inner(_own(view, key))
-
-    moved = replace(term, value=value, ends=ends if inner is not None else None, waits=None, only_waits=False)
-    if coefficient is None or not same_rates:
-        return replace(moved, coefficient=None, rate=None)
-    return replace(moved, coefficient=scaled)

@@ -58,6 +58,7 @@ OPERATIONS: Mapping[str, Callable[[Any, Any], Any]] = {
     "-": operator.sub,
     "*": operator.mul,
     "/": operator.truediv,
+    "//": operator.floordiv,
     "max": lambda one, other: _extreme("max", one, other),
     "min": lambda one, other: _extreme("min", one, other),
 }
@@ -221,6 +222,11 @@ class Traced(Fraction):
         """The greater (`kind` ``max``) or the less (``min``) of two numbers: an expression, no guard."""
         value = _extreme(kind, self.plain, untraced(other))
         return Traced(value, Node(kind, (self.node, _node(other))))
+
+    def whole_steps(self, step: Any) -> Traced:
+        """How many whole steps are in a number: an expression that jumps, no guard."""
+        value = self.plain // untraced(step)
+        return Traced(value, Node("//", (self.node, _node(step))))
 
     def __neg__(self) -> Any:
         return 0 - self

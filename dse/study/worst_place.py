@@ -13,6 +13,8 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from itertools import product
+from math import inf
+from typing import Any
 
 from dse.errors import UsageError
 from dse.study.functions import Bound, DesignFunction
@@ -23,6 +25,8 @@ MOST_FREE = 10
 """So many inputs without a proved direction are tried at both ends together."""
 Interval = tuple[Fraction, Fraction]
 ZERO = (Fraction(0), Fraction(0))
+INFINITE: Any = inf
+"""The slope of a jump; all others are exact fractions."""
 EXTREMES: dict[str, Callable[..., Fraction]] = {"max": max, "min": min}
 Corner = tuple[int, ...]
 """For each uncertain input its end: 0 low, 1 high."""
@@ -156,16 +160,28 @@ class Box:
         undecided = _undecided(program, ranges)
         if not undecided:
             return [program]
-        if any(
-            operation in STEPS or (operation == "==" and outcome and not _is_zero_test(program, number))
-            for number, operation, outcome in undecided
-        ):
-            raise NotProvedError("a figure moves in steps within the stated ranges, of which nothing can be proved")
+        jumps = [
+            item
+            for item in undecided
+            if item[2] in STEPS or (item[2] == "==" and item[3] and not _is_zero_test(program, item[1]))
+        ]
+        if jumps:
+            names = self._behind(program, [side for item in jumps for side in item[:2]])
+            raise NotProvedError(
+                f"a figure moves in steps within the stated ranges, of which nothing can be proved (with {names})"
+            )
         if len(self.uncertain) > MOST_FREE:
             raise NotProvedError(f"too many uncertain inputs ({len(self.uncertain)}) around a comparison")
         corners = product((0, 1), repeat=len(self.uncertain))
         found = [function.program_at(self.values(function.inputs.nominal, corner))[0] for corner in corners]
         return list({id(item): item for item in found}.values())
+
+    def _behind(self, program: Program, steps: Sequence[int]) -> str:
+        """The uncertain inputs that some steps depend on."""
+        inside = frozenset().union(*map(program.variables, steps))
+        return ", ".join(
+            item.path for item in self.uncertain if inside & {variable.index for variable in item.variables}
+        )
 
 
 class _Part:
@@ -179,7 +195,7 @@ class _Part:
         ]
         values = _intervals(program, ranges)
         self.slopes = [_slopes(program, values, seeds) for seeds in self.seeds]
-        self.degrees = [_degrees(program, seeds) for seeds in self.seeds]
+        self.degrees = [_degrees(program, values, seeds) for seeds in self.seeds]
 
     def direction(self, number: int, bound: Bound) -> int | None:
         """The sign of the derivative of value - limit over the box; None when it is not proved."""
@@ -199,8 +215,8 @@ def _is_zero_test(program: Program, number: int) -> bool:
     return operation == "const" and value == 0
 
 
-def _undecided(program: Program, ranges: Sequence[Interval]) -> list[tuple[int, str, bool]]:
-    """The guards that do not hold in the whole box: number of the right side, operation, outcome."""
+def _undecided(program: Program, ranges: Sequence[Interval]) -> list[tuple[int, int, str, bool]]:
+    """The guards that do not hold in the whole box: both sides' numbers, operation, outcome."""
     values = _intervals(program, ranges)
     found = []
     for operation, left, right, outcome in program.guards:
@@ -216,7 +232,7 @@ def _undecided(program: Program, ranges: Sequence[Interval]) -> list[tuple[int, 
         else:
             decided = low == high == least == most if outcome else high < least or low > most
         if not decided:
-            found.append((right, operation, outcome))
+            found.append((left, right, operation, outcome))
     return found
 
 
@@ -238,8 +254,12 @@ def _combined(operation: str, one: Interval, other: Interval) -> Interval:
     if operation == "-":
         return one[0] - other[1], one[1] - other[0]
     if operation == "*":
-        ends = [a * b for a in one for b in other]
+        ends = [_times(a, b) for a in one for b in other]
         return min(ends), max(ends)
+    if operation == "//":
+        if other[0] != other[1]:
+            raise NotProvedError("the periods of timers on one clock move within the stated ranges")
+        return Fraction(one[0] // other[0]), Fraction(one[1] // other[0])
     if operation in EXTREMES:
         pick = EXTREMES[operation]
         return pick(one[0], other[0]), pick(one[1], other[1])
@@ -249,8 +269,13 @@ def _combined(operation: str, one: Interval, other: Interval) -> Interval:
     return min(ends), max(ends)
 
 
+def _times(one: Fraction, other: Fraction) -> Fraction:
+    """A product; what jumps (`INFINITE`) does not where it is taken 0 times."""
+    return one * other if one and other else Fraction(0)
+
+
 def _slopes(program: Program, values: Sequence[Interval], seeds: dict[int, Fraction]) -> list[Interval]:
-    """The derivative of each step over the box, by interval arithmetic."""
+    """The derivative of each step over the box, by interval arithmetic: infinite where it jumps."""
     slopes: list[Interval] = []
     for operation, left, right in program.steps:
         if operation in ("var", "const"):
@@ -260,6 +285,8 @@ def _slopes(program: Program, values: Sequence[Interval], seeds: dict[int, Fract
             slopes.append(ZERO)
         elif operation in EXTREMES:
             slopes.append(_slope_of_extreme(operation, (values[left], values[right]), (slopes[left], slopes[right])))
+        elif operation == "//":
+            slopes.append(_slope_of_steps(values[len(slopes)], slopes[left]))
         elif operation in "+-":
             slopes.append(_combined(operation, slopes[left], slopes[right]))
         else:
@@ -282,13 +309,23 @@ def _slope_of_extreme(operation: str, values: tuple[Interval, Interval], slopes:
     return min(slopes[0][0], slopes[1][0]), max(slopes[0][1], slopes[1][1])
 
 
-def _degrees(program: Program, seeds: dict[int, Fraction]) -> list[int]:
+def _slope_of_steps(values: Interval, slope: Interval) -> Interval:
+    """Whole steps jump the way that what they count moves; where there are as many everywhere they do not move."""
+    if values[0] == values[1]:
+        return ZERO
+    return -INFINITE if slope[0] < 0 else ZERO[0], INFINITE if slope[1] > 0 else ZERO[1]
+
+
+def _degrees(program: Program, values: Sequence[Interval], seeds: dict[int, Fraction]) -> list[int]:
     degrees: list[int] = []
     for operation, left, right in program.steps:
         if operation in ("var", "const"):
             degrees.append(int(operation == "var" and left in seeds))
         elif operation in EXTREMES:
             degrees.append(2 if degrees[left] or degrees[right] else 0)
+        elif operation == "//":
+            low, high = values[len(degrees)]
+            degrees.append(2 if degrees[left] and low != high else 0)
         elif operation in "+-":
             degrees.append(max(degrees[left], degrees[right]))
         elif operation == "*":
