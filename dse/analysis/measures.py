@@ -38,6 +38,7 @@ from dse.analysis.terms import (
     Extreme,
     Measure,
     Phased,
+    Sampled,
     Term,
     exact_sum,
     extreme_term,
@@ -267,6 +268,7 @@ def _latency_terms(space: Space, flow: Flow, kind: str) -> Iterator[Term]:
             waits=waits,
             only_waits=waits is not None and _counts_waiting_once(space, step),
             phased=None if is_scheduled else _phased(space, step, kind),
+            sampled=Sampled(space, step, kind) if step.since and step.kind == "component" else None,
         )
 
 

@@ -11,7 +11,7 @@ from typing import Any, Literal, TypeAlias, cast
 
 from dse.analysis.rates import RateKey, rate_hz
 from dse.analysis.views import View
-from dse.space.types import Metric, Space
+from dse.space.types import Metric, Space, Step
 from dse.units import Exact, is_unbounded
 
 PPM = 10**6
@@ -43,6 +43,8 @@ class Term:
     """Whether that is all: the figure is the lower end, and so often the waiting."""
     extreme: Extreme | None = None
     phased: Phased | None = None
+    sampled: Sampled | None = None
+    """What it is of, where an element of a flow may sample what another timer made."""
 
     def rounded_up(self, view: View, scale: int) -> int:
         """The value in units of 1 / `scale`, every single figure in it rounded up."""
@@ -52,6 +54,24 @@ class Term:
             sum(term.rounded_up(view, scale) for term in terms) for terms in self.extreme.sums
         )
         return found
+
+
+@dataclass(frozen=True)
+class Sampled:
+    """What `step` of a flow adds to a metric of `kind`, times `factor`: whoever has formulas of his own can ask them.
+
+    The design is asked of the view that `asked` makes of a view of it.
+    """
+
+    space: Space
+    step: Step
+    kind: str
+    factor: Fraction = Fraction(1)
+    asked: Callable[[View], View] = lambda view: view
+
+    def scaled(self, factor: Fraction) -> Sampled:
+        """The summand times a constant."""
+        return replace(self, factor=self.factor * factor)
 
 
 @dataclass(frozen=True)
@@ -177,6 +197,7 @@ def scaled_term(term: Term, factor: Fraction) -> Term:
         ends=scaled_ends if ends is not None else None,
         waits=(term.waits[0], term.waits[1] * factor) if term.waits is not None and factor > 0 else None,
         phased=term.phased.scaled(factor) if term.phased is not None else None,
+        sampled=term.sampled.scaled(factor) if term.sampled is not None else None,
     )
 
 

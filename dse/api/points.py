@@ -25,6 +25,7 @@ from dse.timelimit import OutOfTime, look_at_the_clock
 from dse.units import Unbounded, is_unbounded
 from dse.units.text import count_words
 from dse.verification.prover import Method
+from dse.verification.releases import own_value
 
 BEYOND = 2**62
 """No objective reaches it."""
@@ -226,7 +227,19 @@ def recomputed(
     bench.compare(f"{place}.objectives", figures_of(objectives), point["objectives"])
     metrics = evaluator.metric_values(evaluation.design)
     bench.compare(f"{place}.metrics", figures_of(metrics), point["metrics"])
+    _sample_again(bench, evaluator, evaluation.design, f"{place}.metrics")
     return evaluation if evaluation.is_feasible else None
+
+
+def _sample_again(bench: Bench, evaluator: Evaluator, design: Design, place: str) -> None:
+    """Compare what clocks and offsets do to flows with the second proof's formulas."""
+    view = View(design)
+    for measure in evaluator.metrics:
+        if any(term.sampled is not None for term in measure.terms):
+            own, found = own_value(measure, view), measure.value(view)
+            if own != found:
+                where = f'{place}["{measure.metric.name}"]'
+                bench.find(where, f"is {found} {measure.unit} by the analysis, but {own} release by release")
 
 
 def _hear(bench: Bench, witness: Witness, design: Design, place: str, called: str) -> None:

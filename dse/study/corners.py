@@ -167,6 +167,7 @@ class RobustQuestion:
             waits=None,
             only_waits=False,
             phased=phased,
+            sampled=term.sampled and replace(term.sampled, asked=lambda view: _own(view, key)),
         )
 
     def failures(self, point: int, design: Design) -> list[Failure]:

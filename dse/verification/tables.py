@@ -24,6 +24,7 @@ from dse.space.types import EMPTY, Component, Space
 from dse.verification.contention import is_late_limit, place_of
 from dse.verification.cores import CoreTable, core_table
 from dse.verification.diagrams import NO_DESIGN, Diagram, Diagrams, TooLarge, as_fraction, leaves
+from dse.verification.releases import sampled_ns
 from dse.verification.sums import Figures, Pick, Sum, Waits
 
 EXACT = 2**52
@@ -157,7 +158,8 @@ class _Builder:
     def term(self, term: Term, owner: str) -> Diagram:
         """A summand as a diagram of exact fractions."""
         name = f"{owner}: {term.label}"
-        found = self.make.diagram(term.value, name)
+        formula = term.value if term.sampled is None else partial(sampled_ns, term.sampled)
+        found = self.make.diagram(formula, name)
         self.defined(found, name)
         return self.make.mapped(found, as_fraction)
 
@@ -169,7 +171,7 @@ class _Builder:
                 sums = tuple(self.figures(inner, owner, upper=upper) for inner in term.extreme.sums)
                 extremes.append((term.extreme.kind == "max", sums))
             elif upper and term.only_waits and term.waits is not None and self._is_large(term, owner):
-                plain.append(self.term(replace(term, value=partial(_least_of, term)), owner))
+                plain.append(self.term(replace(term, value=partial(_least_of, term), sampled=None), owner))
                 waits.append(term.waits)
                 self.waiting.add(term.waits[0])
             else:

@@ -11,6 +11,7 @@ from typing import Any
 import pytest
 
 import dse
+from dse.analysis import latency, measures
 from dse.analysis.evaluate import Evaluator
 from dse.pareto.front import search_front
 from dse.report.words import proof_words
@@ -74,6 +75,21 @@ def test_they_are_proved_again(seed: int, tmp_path: Path) -> None:
     (tmp_path / "r.json").write_text(result.to_json(), encoding="utf-8")
     for method in ("exhaustion", "model"):
         assert dse.verify(tmp_path / "r.json", method=method).status == "verified", method
+
+
+@pytest.mark.parametrize("method", ["exhaustion", "model"])
+def test_a_wrong_wait_is_seen_by_the_second_proof(method: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The analysis counts a period where a read is met; the releases say otherwise."""
+    data = let.problem([(0, 20, 20), (0, 20, 20)]) | {"objectives": ["minimise latency of chain"]}
+    data["threads"]["t1"]["offset"] = ["0 ms", "4 ms"]
+    (tmp_path / "p.yaml").write_text(json.dumps(data), encoding="utf-8")
+    right = latency.wait_ns
+    monkeypatch.setattr(latency, "wait_ns", lambda pair, *ends: (right(pair, *ends)[0], pair.receiver_ns))
+    monkeypatch.setattr(measures, "_phased", lambda *_: None)
+    (tmp_path / "r.json").write_text(dse.solve(tmp_path / "p.yaml").to_json(), encoding="utf-8")
+    found = dse.verify(tmp_path / "r.json", method=method)
+    assert found.status == "rejected"
+    assert "60000000 ns by the analysis, but 40000000 release by release" in found.findings[0].text
 
 
 def test_what_is_proved_is_proved_on_the_grid() -> None:

@@ -17,7 +17,6 @@ from dse.study.functions import DesignFunction, InputSpace
 from dse.study.robust import solve_robust
 from dse.study.uncertainty import read_uncertainties
 from dse.study.worst_place import Box
-from tests.clocks import let
 from tests.clocks.test_open_offsets import drawn
 from tests.effort import cases
 from tests.oracle.generator import to_yaml
@@ -65,9 +64,9 @@ def brute(problem: dse.Problem) -> tuple[set[tuple[int, ...]], int]:
             if not any(function.broken(function.analysed(values)) for values in columns):
                 robust[design] = evaluation.objectives
     points = {vector: counted_down(problem.space, vector) for vector in robust.values()}
-    return {
-        one for one, mine in points.items() if not any(dominates(other, mine) for other in points.values())
-    }, len(robust)
+    return {one for one, mine in points.items() if not any(dominates(other, mine) for other in points.values())}, len(
+        robust
+    )
 
 
 @pytest.mark.parametrize("seed", cases(8))

@@ -1,0 +1,134 @@
+"""Sampling for the second proof, release by release: formulas of its own for what clocks and offsets do to a flow.
+
+docs/semantics.md, section 3.6. What the analysis says in closed form (`dse.analysis.clocks`) is found here by going
+through the releases of two timers until their pattern repeats; what else an element of a flow adds is asked of its
+rows.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from fractions import Fraction
+from functools import lru_cache
+from math import lcm
+from typing import Any
+
+from dse.analysis.latency import step_rows
+from dse.analysis.rates import is_periodic
+from dse.analysis.rows import Row
+from dse.analysis.terms import Measure, Sampled, Term
+from dse.analysis.views import View
+from dse.space.trees import at
+from dse.space.types import Component, Space, Step
+from dse.units import Exact, is_unbounded
+
+MOST_RELEASES = 2_000
+"""With more releases before a pattern repeats only what is left of whole steps is looked at."""
+Ends = tuple[Any, Any]
+
+
+def sampled_ns(sampled: Sampled, view: View) -> Fraction:
+    """What an element of a flow adds to a metric, in the metric's own unit."""
+    least, most, spread = _parts(sampled.space, sampled.step, sampled.asked(view))
+    figures = {"min latency": least, "latency": most, "jitter": most - least, "run jitter": spread}
+    found: Fraction = Fraction(0) + figures[sampled.kind]
+    return found * sampled.factor
+
+
+def own_value(measure: Measure, view: View) -> Fraction:
+    """A metric of a design with what its flows sample by the formulas here; other terms are the analysis' own."""
+    return sum((_value(term, view) for term in measure.terms), Fraction(0))
+
+
+def _value(term: Term, view: View) -> Fraction:
+    if term.extreme is not None:
+        found: Fraction = term.extreme.pick(sum(_value(item, view) for item in terms) for terms in term.extreme.sums)
+        return found
+    return term.value(view) if term.sampled is None else sampled_ns(term.sampled, view)
+
+
+def _parts(space: Space, step: Step, view: View) -> tuple[Any, Any, Any]:
+    """The least and the most that an element adds, and the largest difference of that within one run."""
+    component = space.components[step.index]
+    rows = [row for row in step_rows(space, step, view) if not _is_sampling(component, row, view)]
+    least, most = sum(row.min_ns for row in rows), sum(row.max_ns for row in rows)
+    if space.profile != "dse" or step.via is None or not is_periodic(component, view):
+        return least, most, most - least
+    period = at(component.period_ns, view)
+    found = _before(space, step, view)
+    error = None if found is None else _error_ns(found[0], component, view)
+    if found is None or error is None or is_unbounded(found[2]):
+        return least, most + period, most + period - least
+    sender, soonest, latest = found
+    base = at(sender.period_ns, view), period
+    offsets = at(sender.offset_ns, view), at(component.offset_ns, view)
+    if None in offsets:
+        spread = _run_spread(*base, latest - soonest, error)
+        return least, most + period, most - least + spread
+    shift = offsets[1] - offsets[0]
+    low = max(0, _wait(*base, shift - soonest + error)[0] - 2 * error)
+    high = min(period, _wait(*base, shift - latest - error)[1] + 2 * error)
+    return least + low, most + high, most + high - least - low
+
+
+def _is_sampling(component: Component, row: Row, view: View) -> bool:
+    return is_periodic(component, view) and "sampling" in row.max_method
+
+
+def _before(space: Space, step: Step, view: View) -> tuple[Component, Any, Any] | None:
+    """The last timer before an element, and the least and the most time from its release until its data are there."""
+    least: Exact = 0
+    most: Exact = 0
+    for row in _ways(space, step, view):
+        if isinstance(row, Component):
+            return row, least, most
+        least, most = least + row.min_ns, most + row.max_ns
+    return None
+
+
+def _ways(space: Space, step: Step, view: View) -> Iterator[Row | Component]:
+    """The rows from an element back to the timer before it, and that at last."""
+    here = step_rows(space, step, view)
+    yield from here[: next(number for number, row in enumerate(here) if "sampling" in row.max_method)]
+    for earlier in step.since[::-1]:
+        rows = step_rows(space, earlier, view)
+        if earlier.kind == "component" and is_periodic(space.components[earlier.index], view):
+            yield rows[-1]  # its timer's work
+            yield space.components[earlier.index]
+            return
+        yield from rows
+
+
+def _error_ns(one: Component, other: Component, view: View) -> Any:
+    """By how much the clocks of two components may differ; None where they are not the same."""
+    clocks = [at(item.clock, view) for item in (one, other)]
+    if None in clocks:
+        return None
+    if clocks[0].member == clocks[1].member:
+        return 0
+    is_shared = clocks[0].name != "" and clocks[0].name == clocks[1].name
+    return clocks[0].error_ns if is_shared else None
+
+
+@lru_cache(maxsize=65536)
+def _wait(sender: Any, receiver: Any, shift: Any) -> Ends:
+    """The shortest and the longest time from `shift` before a release of the sender to the receiver's next release.
+
+    >>> [int(time) for time in _wait(10, 4, 3 - 10)]
+    [1, 3]
+    """
+    scale = lcm(*(Fraction(time).denominator for time in (sender, receiver, shift)))
+    every, period, first = (int(time * scale) for time in (sender, receiver, shift))
+    count = lcm(every, period) // every
+    if count > MOST_RELEASES:
+        step = every * period // lcm(every, period)
+        rest = first % step
+        return Fraction(rest, scale), Fraction(period - step + rest, scale)
+    waits = [-(number * every - first) % period for number in range(count)]
+    return Fraction(min(waits), scale), Fraction(max(waits), scale)
+
+
+def _run_spread(sender: Any, receiver: Any, spread: Any, error: Any) -> Any:
+    """The largest difference of waits within one run: data just meet a release, or miss it by all that they spread."""
+    just, late = _wait(sender, receiver, Fraction(0)), _wait(sender, receiver, -spread - 2 * error)
+    return min(receiver, late[1] - just[0] + 4 * error)
