@@ -13,13 +13,18 @@ import pytest
 import dse
 from dse.analysis import latency, measures
 from dse.analysis.evaluate import Evaluator
-from dse.pareto.front import search_front
+from dse.pareto.answer import Answer
+from dse.pareto.front import Budget, search_front
+from dse.pareto.regions import dominates
+from dse.pareto.settings import Settings
+from dse.pareto.subproblem import Solver
 from dse.report.words import proof_words
 from tests.clocks import let
 from tests.effort import cases
 from tests.oracle.generator import to_yaml
 from tests.properties.pair import Pair
 from tests.properties.test_against_oracle import fronts_agree
+from tests.support import counted_down, evaluated
 
 
 def drawn(rng: random.Random) -> dict[str, Any]:
@@ -75,6 +80,41 @@ def test_they_are_proved_again(seed: int, tmp_path: Path) -> None:
     (tmp_path / "r.json").write_text(result.to_json(), encoding="utf-8")
     for method in ("exhaustion", "model"):
         assert dse.verify(tmp_path / "r.json", method=method).status == "verified", method
+
+
+@pytest.mark.parametrize("seed", cases(5))
+def test_stopped_fixed_and_by_several(seed: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The same front where a search goes on after a stop; that of an offset which is fixed; by several workers."""
+    rng = random.Random(f"offsets {seed}")
+    problem = dse.load(to_yaml(drawn(rng)))
+    whole = dse.solve(problem)
+    stop, solve, asked = rng.randint(1, 4), Solver._solve_whole, list[bool]()
+
+    def stopping(self: Solver, settings: Settings, work: float) -> Answer:
+        asked.append(True)
+        if len(asked) >= stop:
+            self.stop()
+        return solve(self, settings, work)
+
+    with monkeypatch.context() as changed:
+        changed.setattr(Solver, "_solve_whole", stopping)
+        (tmp_path / "r.json").write_text(dse.solve(problem).to_json(), encoding="utf-8")
+    again = dse.resume(tmp_path / "r.json", workers=2)
+    assert (again.status, again.front, again.refuted) == (whole.status, whole.front, whole.refuted)
+    offsets = [item for item in problem.space.decisions if item.name.endswith(".offset") and item.is_open]
+    for item in offsets[:1]:
+        fixed = problem.ask(fix=f"{item.name} = {rng.choice(item.options)}")
+        found = search_front(Evaluator(fixed.space), Budget(workers=2))
+        allowed = fixed.space.fixed
+        expected = {
+            evaluation.objectives
+            for design, evaluation in evaluated(Evaluator(problem.space)).items()
+            if evaluation.is_feasible and all(design[number] in (option, -1) for number, option in allowed.items())
+        }
+        points = {vector: counted_down(problem.space, vector) for vector in expected}
+        assert set(found.points) == {
+            one for one, mine in points.items() if not any(dominates(other, mine) for other in points.values())
+        }
 
 
 @pytest.mark.parametrize("method", ["exhaustion", "model"])
