@@ -14,7 +14,7 @@ from typing import Any
 
 from thread_executors import LATE, MOST_MS, draw_executors, in_executor
 
-KINDS = ("plain", "chained", "stated", "fixed", "blocked", "ordered", "best", "grouped", "unequal")
+KINDS = ("plain", "chained", "stated", "fixed", "blocked", "ordered", "best", "grouped", "unequal", "mixed")
 ORDERS = (None, 1, 2, (1, 3), (2, 1, 3), "rate_monotonic", "deadline_monotonic", "deadline_monotonic",
           ("rate_monotonic", "deadline_monotonic"))  # fmt: skip
 PERIODS = (4, 5, 6, 8, 10, 12, 15, 20)
@@ -26,15 +26,15 @@ def draw(seed: int, *, kind: str = "plain") -> dict[str, Any]:
     That is plain, chained (event-triggered threads), stated (priorities, deadlines), fixed (cores), blocked
     (non-preemptive sections, context switches, interrupts and throttling, with some of everything else), ordered
     (every way to say priorities, as decisions too, with event-triggered threads and sections, and few priority levels),
-    best (the best order is asked for, with some of that), grouped (executors, with some of all that), or
-    unequal (a core of the slow computer is slower still).
+    best (the best order is asked for, with some of that), grouped (executors, with some of all that),
+    unequal (a core of the slow computer is slower still), or mixed (all of that together, but the best order).
     """
     rng = random.Random(f"{kind} {seed}")
     count = rng.randint(2, 3 if kind == "best" else 4)
     cores = 1 if rng.random() < 0.3 else 2
     types = {"slow": {"cores": cores, "price": 10}, "fast": {"cores": rng.choice((1, cores)), "price": 30}}
     threads: list[dict[str, Any]] = []
-    executors = draw_executors(rng) if kind == "grouped" else []
+    executors = draw_executors(rng) if kind == "grouped" or (kind == "mixed" and rng.random() < 0.7) else []
     for number in range(count):
         periods = sorted(rng.sample(PERIODS, rng.randint(1, 2)))
         work = rng.randint(1, max(1, periods[0] * rng.randint(3, 9) // 10))
@@ -52,7 +52,7 @@ def draw(seed: int, *, kind: str = "plain") -> dict[str, Any]:
             "executor": None,
         }
         _draw_sections(rng, kind, thread, executors)
-        often = {"chained": 1.0, "blocked": 0.4, "grouped": 0.4}.get(kind, 0.0)
+        often = {"chained": 1.0, "blocked": 0.4, "grouped": 0.4, "mixed": 0.4}.get(kind, 0.0)
         if often and number and rng.random() < 0.6 * often:
             thread["trigger"] = rng.randrange(number)
             thread["both"] = rng.random() < 0.5
@@ -65,17 +65,17 @@ def draw(seed: int, *, kind: str = "plain") -> dict[str, Any]:
         if kind == "fixed" or (kind == "stated" and rng.random() < 0.2):
             thread["core"] = 1 if cores == 1 or types["fast"]["cores"] == 1 else rng.randint(1, 2)
         threads.append(thread)
-    if kind == "blocked":
+    if kind == "blocked" or (kind == "mixed" and rng.random() < 0.4):
         for name in types:
             types[name]["switch"] = rng.choice((0, 0, 1))
             types[name]["interrupts"] = rng.choice(([], [], [(1, 7)], [(1, 9), (1, 30)]))
             types[name]["throttling"] = rng.choice((None, None, (9, 10), (28, 30)))
-    if kind == "unequal":
+    if kind in ("unequal", "mixed"):
         types["slow"] |= {"cores": 2, "groups": rng.choice(("{big: 1, little: 1}", "{big: 2}", "{little: 1, big: 1}"))}
         for thread in threads:
             thread["little"] = thread["slow"] + rng.randint(0, 4)
-            thread["core"] = rng.choice((None, None, None, 1))
-    if kind in ("ordered", "best") and rng.random() < (0.4 if kind == "ordered" else 0.2):
+            thread["core"] = rng.choice((None, None, None, 1)) if thread["executor"] is None else None
+    if kind in ("ordered", "best", "mixed") and rng.random() < (0.4 if kind == "ordered" else 0.2):
         types["slow"]["levels"] = rng.randint(1, 3)
         types["fast"]["levels"] = rng.choice((None, 2))
     return {"types": types, "threads": threads}
@@ -83,10 +83,11 @@ def draw(seed: int, *, kind: str = "plain") -> dict[str, Any]:
 
 def _order(rng: random.Random, kind: str, thread: dict[str, Any], number: int) -> None:
     """Draw a thread's priority, and what makes it hard to choose one."""
-    if kind not in ("ordered", "best"):
+    if kind not in ("ordered", "best", "mixed"):
         return
-    if kind == "ordered":
-        thread["priority"] = rng.choice(ORDERS)
+    if kind != "best":
+        if thread["executor"] is None:
+            thread["priority"] = rng.choice(ORDERS)
         thread["section"] = rng.choice((None, None, None, 1, 2))
         thread["deadline"] = rng.choice((None, rng.randint(2, 30)))
     else:

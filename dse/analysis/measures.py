@@ -253,7 +253,7 @@ def _latency_terms(space: Space, flow: Flow, kind: str) -> Iterator[Term]:
             """Response times are no shorter than execution times; each counts for its job and for those queued."""
             least = value(view, step, alone)
             most = least + (2 + _queue_size(space, step, view)) * UNBOUNDED_NS
-            if not step.since:
+            if not _may_move(space, step, kind):
                 return least, most
             period = at(space.components[step.index].period_ns, view) or 0  # how far sampling on one clock may move
             return least - period, most + period
@@ -266,7 +266,7 @@ def _latency_terms(space: Space, flow: Flow, kind: str) -> Iterator[Term]:
             value,
             ends=ends if is_scheduled else None,
             waits=waits,
-            only_waits=waits is not None and _counts_waiting_once(space, step),
+            only_waits=waits is not None and not _may_move(space, step, kind) and _counts_waiting_once(space, step),
             phased=None if is_scheduled else _phased(space, step, kind),
             sampled=Sampled(space, step, kind) if step.since and step.kind == "component" else None,
         )
@@ -332,6 +332,8 @@ def _may_be_wrong(component: Component) -> bool:
 def _counts_waiting(space: Space, number: int) -> bool:
     """Whether the longest processing of a thread is its response time, whatever the design."""
     component = space.components[number]
+    if component.processor is None:
+        return False
     executes = all(leaf is not None for leaf in leaves(component.execution_ns))
     is_logical = LET in set(leaves(component.communication))
     return space.profile == "dse" and component.response_ns is None and executes and not is_logical
@@ -350,6 +352,11 @@ def _may_wait(space: Space, step: Step) -> bool:
     return any(set(leaves(item.communication)) != {LET} for item in asked)
 
 
+def _may_move(space: Space, step: Step, kind: str) -> bool:
+    """Whether sampling on one clock may be cut or spread by what is before an element of a flow."""
+    return bool(step.since) and (kind == "run jitter" or space.components[step.index].offset_ns is not None)
+
+
 def _counts_waiting_once(space: Space, step: Step) -> bool:
     """Whether an element of a flow has no rows that count a response time but that of processing."""
     component = space.components[step.index]
@@ -357,8 +364,6 @@ def _counts_waiting_once(space: Space, step: Step) -> bool:
     if step.via is not None:
         sizes.append(space.connections[step.via].queue_size)
     is_hybrid = "hybrid" in set(leaves(component.protocol)) and component.callback_ns is not None
-    if step.since and component.offset_ns is not None:
-        return False
     return not is_hybrid and all(leaf is None for size in sizes for leaf in leaves(size))
 
 

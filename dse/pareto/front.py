@@ -189,7 +189,7 @@ def search_front(
     started = time.monotonic()
     with until(budget.limit):
         if earlier is not None:
-            earlier = _checked(evaluator, earlier)
+            earlier = checked(evaluator, earlier)
         try:
             encoded = encoded if encoded is not None else encode(evaluator)
         except OutOfTime:
@@ -314,7 +314,7 @@ def _canonical_designs(solver: Solver, evaluator: Evaluator, chain: list[Found])
     return designs
 
 
-def _checked(evaluator: Evaluator, earlier: FrontSearch) -> FrontSearch:
+def checked(evaluator: Evaluator, earlier: FrontSearch) -> FrontSearch:
     """A stopped search, after the referee has looked at its points.
 
     Raises

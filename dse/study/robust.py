@@ -18,7 +18,7 @@ from dse.api.contention import with_verdicts
 from dse.api.problem import Problem, Source, baseline_design, load
 from dse.api.question import Question
 from dse.api.solve import result_of
-from dse.pareto.front import Budget, FrontSearch, Progress, Watch, search_front
+from dse.pareto.front import Budget, FrontSearch, Progress, Watch, checked, search_front
 from dse.pareto.outcome import narrowed
 from dse.results.order import ranked_by
 from dse.results.robust import RobustResult
@@ -114,6 +114,10 @@ class _Run:
 
     def run(self, earlier: RobustSearch | None) -> RobustResult:
         """Both fronts, as far as time suffices."""
+        if earlier is not None:
+            with until(self.limit):
+                nominal = checked(self.question.nominal(), earlier.nominal)
+                earlier = RobustSearch(nominal, checked(self.question.evaluator(), earlier.robust))
         if earlier is not None and earlier.nominal.is_complete:
             nominal = earlier.nominal
         else:

@@ -29,6 +29,7 @@ from dse.report.document import Document
 from dse.report.solve import printed_page
 from dse.report.terminal import print_page
 from dse.results.missing import outlooks_of
+from dse.results.robust import RobustResult
 from dse.results.solve import Result
 from dse.timelimit import OutOfTime
 
@@ -244,3 +245,23 @@ def test_an_infeasible_baseline_is_not_shown(monkeypatch: pytest.MonkeyPatch) ->
 
     monkeypatch.setattr(front, "encode", slow)
     assert dse.solve(dse.load(INMARK).ask(max_jitter="20 ms")).front == ()
+
+
+def test_a_robust_search_that_has_ended_is_read_as_it_was_written(tmp_path: Path) -> None:
+    """Decisions that a design does not use are not among those of its file: they stay unused."""
+    problem, out = tmp_path / "problem.yaml", tmp_path / "r.json"
+    lines = [
+        "dse: 1\nname: unused\nprocessor_types: {P: {}}\nprocessors: {p: {type: P}}\ndevices: {s: {period: 7 ms}}",
+        "threads:\n  t: {processor: p, dispatch_protocol: [aperiodic, periodic], period: [10 ms, 5 ms],",
+        "      compute_execution_time: 1 ms}",
+        "connections: {c: {from: s, to: t}}\nflows: {f: {path: [s, t]}}\nobjectives: [minimise latency of f]",
+        "uncertainty: {threads.t.compute_execution_time: {factor: 1 .. 2}}\n",
+    ]
+    problem.write_text("\n".join(lines), encoding="utf-8")
+    whole = dse.solve_robust(problem)
+    out.write_text(whole.to_json(), encoding="utf-8")
+    again = dse.resume(out)
+    assert isinstance(again, RobustResult)
+    for one, other in ((whole.nominal, again.nominal), (whole.robust, again.robust)):
+        assert [point.decisions for point in one.front] == [{"t.dispatch_protocol": "aperiodic"}]
+        assert [point.decisions for point in other.front] == [point.decisions for point in one.front]

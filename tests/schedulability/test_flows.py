@@ -6,6 +6,7 @@ from fractions import Fraction
 
 import pytest
 from effort import cases
+from support import brute_front
 from thread_systems import KINDS, draw, front, text_of
 
 import dse
@@ -159,3 +160,39 @@ def test_at_other_inputs_threads_wait_as_long_as_they_do_there(limit: str, statu
     """At worst 20 + 4 + 1 ms: the rows of the nominal threads, which make it 26, are none there."""
     study = dse.solve_robust(dse.loads(ROBUST.replace("LIMIT", limit)))
     assert study.robust.status == status
+
+
+@pytest.mark.parametrize("kind", ["plain", "chained", "fixed"])
+@pytest.mark.parametrize("seed", cases(6, 2_000))
+def test_with_clocks_that_nobody_names_nothing_changes(kind: str, seed: int) -> None:
+    """Where a file has clocks, what is sampled without offsets counted a period less in the search than it does."""
+    text = text_of(draw(seed, kind=kind)).replace("deadlines: all", "deadlines: all\nprocessing: response_time")
+    expected = front(draw(seed, kind=kind), by_response=True)
+    assert found(loads(f"{text}clocks: {{other: {{}}}}\n").space) == expected
+    spread = text.replace("minimise latency of f", "minimise run jitter of f")
+    space = loads(f"{spread}clocks: {{other: {{}}}}\n").space
+    assert found(space) == set(brute_front(Evaluator(space)))
+
+
+OFF_PROCESSORS = """
+dse: 1
+name: off processors
+processing: response_time
+processor_types: {cpu: {}}
+processors: {p: {type: cpu}}
+devices:
+  s: {period: [7 ms, 9 ms], compute_execution_time: [1 ms, 2 ms .. 3 ms]}
+threads:
+  a: {processor: p, period: [10 ms, 20 ms], compute_execution_time: 1 ms .. 2 ms}
+  b: {processor: p, period: 5 ms, compute_execution_time: 1 ms}
+  away: {period: [4 ms, 5 ms], compute_execution_time: [1 ms, 2 ms .. 3 ms]}
+connections: {c: {from: s, to: a}, d: {from: a, to: away}}
+flows: {f: {path: [s, a, away]}}
+objectives: [minimise jitter of f, minimise utilisation, maximise min latency of f]
+"""
+
+
+@pytest.mark.parametrize("clocks", ["", "clocks: {other: {}}\n"])
+def test_what_runs_on_no_processor_waits_for_none(clocks: str) -> None:
+    space = loads(OFF_PROCESSORS + clocks).space
+    assert found(space) == set(brute_front(Evaluator(space)))
