@@ -120,11 +120,13 @@ def _round_ups(since: Sums, period: Exact) -> tuple[Exact, Exact]:
 
 
 def round_up(passed: Exact, period: Exact) -> Exact:
-    """What is missing to the next multiple of a period; a whole period where nothing passed.
+    """What is missing to the next multiple of a period; a whole period where nothing passed, nothing where it is 0.
 
-    >>> [round_up(passed, 10) for passed in (0, 3, 10, 12)]
-    [10, 7, 0, 8]
+    >>> [round_up(passed, 10) for passed in (0, 3, 10, 12)], round_up(3, 0)
+    ([10, 7, 0, 8], 0)
     """
+    if not period:
+        return period
     return -passed % period if passed else period
 
 

@@ -104,28 +104,30 @@ def build_component(
         communication=read_communication(ledger, owner, protocol, period) if section == "threads" else None,
         stated_period_ns=_even_where_unused(ledger, f"{name}.period", stated_period, period),
         bound=section != "threads" or not given.figures_of,
-        partition=_partition(ledger, spec, name) if section == "threads" else None,
+        partition=_partition(ledger, spec, section, name),
     )
 
 
-def _partition(ledger: Ledger, spec: Spec, name: str) -> Partition | None:
-    """The partition that a thread runs in."""
-    named = spec.threads[name].partition
+def _partition(ledger: Ledger, spec: Spec, section: str, name: str) -> Partition | None:
+    """The partition that a thread or device runs in; without a period that is its window, as for OSATE."""
+    named = (spec.threads if section == "threads" else spec.devices)[name].partition
     if named is None:
         return None
     if named not in spec.partitions:
-        ledger.unknown(("threads", name, "partition"), "partition", named, spec.partitions)
+        ledger.unknown((section, name, "partition"), "partition", named, spec.partitions)
         return None
     given, path = spec.partitions[named], ("partitions", named)
+    period = given.period or given.duration or 0
+    end = given.offset + (given.duration or 0)
     if given.duration == 0:
         ledger.error((*path, "duration"), "a window of no length", "leave `duration` out where no window is known")
-    elif given.offset + (given.duration or 0) > given.period:
+    elif end > period and spec.imported is None:  # a model that says so is analysed as OSATE does
         what = "offset" if given.duration is None else "duration" if not given.offset else "offset or duration"
         place = "offset" if given.duration is None else "duration"
-        end = format_duration(given.offset + (given.duration or 0))
-        text = f"the window of {shown(named)} ends at {end}, beyond its period of {format_duration(given.period)}"
+        beyond = f"its period of {format_duration(period)}" if period else "a period that is not stated"
+        text = f"the window of {shown(named)} ends at {format_duration(end)}, beyond {beyond}"
         ledger.error((*path, place), text, f"lower its {what}")
-    return Partition(named, given.period, given.offset, given.duration)
+    return Partition(named, period, given.offset, given.duration)
 
 
 def _even_where_unused(ledger: Ledger, decision: str, stated: Tree, used: Tree) -> Tree:

@@ -222,6 +222,7 @@ class Device(DeviceType):
 
     type: Options[Name] | None = None
     clock: Name | None = None
+    partition: Name | None = None
 
 
 class Thread(ThreadType):
@@ -254,11 +255,11 @@ class Clock(Model):
 class Partition(Model):
     """A partition of a processor in time (ARINC 653; AADL's virtual processor), for the OSATE profiles; times in ns.
 
-    It has a window of `duration` from `offset` on in each `period` (the major frame); without a duration no window is
-    known.
+    It has a window of `duration` from `offset` on in each `period` (the major frame; without one the duration); without
+    a duration no window is known.
     """
 
-    period: Period
+    period: Period | None = None
     offset: Duration = 0
     duration: Duration | None = None
     source: Line | None = None

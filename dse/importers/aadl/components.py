@@ -14,6 +14,7 @@ from dse.importers.aadl.instance import Instance
 from dse.importers.aadl.lookup import Found, reference_in
 from dse.importers.aadl.model import Model
 from dse.importers.aadl.ours import OURS
+from dse.importers.aadl.partitions import PartitionWriter
 from dse.importers.registry import Key, Place
 
 EXECUTING = ("thread", "device", "subprogram", "abstract")
@@ -42,13 +43,14 @@ class ComponentWriter:
         self.places = places
         self.choices = choices
         self.hardware = hardware
+        self.partitions = PartitionWriter(model, places)
 
     def name(self, component: Instance) -> str:
         """What the problem calls a component."""
         return self.model.name(component)
 
     def sections(self, used: list[Instance], flows: list[EndToEnd]) -> dict[str, dict[str, Any]]:
-        """The sections ``device_types``, ``thread_types``, ``devices`` and ``threads``."""
+        """The sections ``partitions``, ``device_types``, ``thread_types``, ``devices`` and ``threads``."""
         found: dict[str, dict[str, Any]] = {name: {} for name in ("device_types", "thread_types", "devices", "threads")}
         stops: dict[Instance, list[Stop]] = {}
         for flow in flows:
@@ -71,14 +73,14 @@ class ComponentWriter:
                     if base is component:
                         sheet.fields.pop(field, None)
             found[section][name] = sheet.result()
-        return found
+        return {"partitions": self.partitions.entries, **found}
 
     def _sheet(self, key: Key, component: Instance, stops: list[Stop]) -> Sheet:
         sheet = Sheet(self.model, self.places, key)
         category = component.category
         if category != ("device" if key[0] in ("devices", "device_types") else "thread"):
             sheet.fields["category"] = category.replace(" ", "_")
-        processor = self._processor(sheet, component) if category not in ("device",) else None
+        processor = self._processor(sheet, component)
         self._dispatch(sheet, component)
         if category in EXECUTING:
             self._executing(sheet, component, processor)
@@ -121,15 +123,17 @@ class ComponentWriter:
         bound = self.model.targets(found)
         if not bound or found is None:
             return None
+        virtual = next((item for item in bound if item.category == "virtual processor"), None)
+        if virtual is not None:
+            sheet.put("partition", found, self.partitions.named(virtual))
+        if component.category == "device":
+            return None
         if len(bound) > 1:
             self.model.library.remark("bound to several processors: only the first is looked at", found.place)
         processor = self.model.physical(bound[0])
         if processor is None:
             self.model.library.remark(f"{bound[0].title} runs on no processor", found.place)
             return None
-        if processor is not bound[0]:
-            message = f"{bound[0].title} is a virtual processor: its window is not looked at"
-            self.model.library.remark(message, found.place)
         sheet.put("processor", found, self.model.name(processor))
         return processor
 

@@ -29,8 +29,6 @@ from dse.importers.registry import Key, Place
 
 CARRIERS = ("bus", "virtual bus")
 UNHEEDED = {
-    "processor": (("Module_Major_Frame", "ARINC653"), ("Module_Schedule", "ARINC653")),
-    "virtual processor": (("Period", ""), ("Execution_Time", "")),
     "bus": (("Required_Virtual_Bus_Class", ""),),
     "virtual bus": (("Required_Virtual_Bus_Class", ""),),
 }
