@@ -13,7 +13,7 @@ from dse.analysis.clocks import LET, LET_METHOD, METHOD, pair_of, spread_ns, wai
 from dse.analysis.osate import Place, place_rows, places_of
 from dse.analysis.priorities import deadline_ns
 from dse.analysis.rates import is_event_triggered, is_periodic
-from dse.analysis.rows import Row, first_given, is_computed, scheduled_ns
+from dse.analysis.rows import Row, computed_ns, first_given, in_flow, is_computed, scheduled_ns
 from dse.analysis.views import View
 from dse.space.trees import at
 from dse.space.types import Component, Flow, Space, Step
@@ -42,13 +42,19 @@ def step_rows(space: Space, step: Step, view: View) -> tuple[Row, ...]:
     """
     if step.kind == "connection":
         return (_connection_row(space, step.index, view),)
-    component = space.components[step.index]
+    component = _in_flow(space, step, view)
     rows = _callback_rows(space, step, component, view)
     for row in (_sampling_row(space, step, component, view), _queuing_row(space, step, component, view)):
         if row is not None:
             rows.append(row)
     rows.append(_processing_row(space, component, view))
     return tuple(rows)
+
+
+def _in_flow(space: Space, step: Step, view: View) -> Component:
+    """The component of a step with the figures that it has there."""
+    component = space.components[step.index]
+    return in_flow(space, component, step, is_periodic=is_periodic(component, view))
 
 
 def _callback_rows(space: Space, step: Step, component: Component, view: View) -> list[Row]:
@@ -72,7 +78,7 @@ def arrival_ns(space: Space, step: Step, view: View) -> tuple[Component, Exact, 
     for earlier in reversed(step.since):
         if earlier.kind == "component" and is_periodic(space.components[earlier.index], view):
             sender = space.components[earlier.index]
-            rows.append(_processing_row(space, sender, view))
+            rows.append(_processing_row(space, _in_flow(space, earlier, view), view))
             return sender, sum(row.min_ns for row in rows), sum(row.max_ns for row in rows)
         rows += step_rows(space, earlier, view)
     return None
@@ -102,7 +108,10 @@ def phased_parts(space: Space, step: Step, view: View) -> tuple[tuple[Exact, Exa
     component = space.components[step.index]
     found = arrival_ns(space, step, view)
     pair = None if found is None else pair_of(found[0], component, view, offsets=False)
-    rows = [*_callback_rows(space, step, component, view), _processing_row(space, component, view)]
+    rows = [
+        *_callback_rows(space, step, component, view),
+        _processing_row(space, _in_flow(space, step, view), view),
+    ]
     least, most = sum(row.min_ns for row in rows), sum(row.max_ns for row in rows)
     period = at(component.period_ns, view)
     if found is None or pair is None:
@@ -184,5 +193,5 @@ def _worst_ns(space: Space, component: Component, view: View) -> tuple[Exact, st
     methods = ("response time", "processing time", "specified")
     response, execution, latency = ((given and given[1], method) for given, method in zip(ranges, methods, strict=True))
     if is_computed(space, component, view) and response[0] is None and execution[0] is not None:
-        response = scheduled_ns(space, component, "thread", view)
+        response = computed_ns(space, component, execution, view)
     return first_given(space, [response, execution, latency])

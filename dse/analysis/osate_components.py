@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from dse.analysis.rows import Row, first_given, is_computed, scheduled_ns
+from dse.analysis.rows import Row, computed_ns, first_given, in_flow, is_computed, scheduled_ns
 from dse.analysis.views import View
 from dse.space.trees import at
 from dse.space.types import Component, Space, Step
@@ -18,6 +18,7 @@ METHODS = ("response time", "processing time", "specified")
 
 def later_rows(space: Space, step: Step, component: Component, view: View) -> Iterator[Row]:
     """The rows of a component after its sampling: callback of a hybrid one, queue, processing."""
+    component = in_flow(space, component, step, is_periodic=is_sampling(space, component, view))
     callback = _callback_row(space, step, component, view)
     if callback is not None:
         yield callback
@@ -106,7 +107,7 @@ def _worst_ns(space: Space, component: Component, view: View) -> tuple[Exact, st
     if space.profile == OLD:
         return first_given(space, [deadline, latency] if by_deadline else [execution, deadline, latency])
     if is_computed(space, component, view) and response[0] is None and execution[0] is not None:
-        response = scheduled_ns(space, component, "thread", view)
+        response = computed_ns(space, component, execution, view)
     if by_deadline and deadline[0]:
         return first_given(space, [response, deadline])
     period = (period_ns(component, view), "deadline")

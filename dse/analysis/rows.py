@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from dse.analysis.scheduling import UNBOUNDED_NS, Part, bounded_response_ns
 from dse.analysis.views import View
 from dse.space.trees import at
-from dse.space.types import Component, Space
+from dse.space.types import Component, Space, Step
 from dse.units import Exact
 
 NO_LATENCY = {"dse": "no latency", "osate-2.2": "no latency", "osate-2.19": "no sampling/queuing latency"}
@@ -35,9 +35,38 @@ def counts_responses(space: Space) -> bool:
 
 def scheduled_ns(space: Space, component: Component, part: Part, view: View) -> tuple[Exact, str]:
     """The response time that follows from what shares the core (``processing: response_time``), with its method."""
-    number = next(number for number, item in enumerate(space.components) if item is component)
+    number = next(number for number, item in enumerate(space.components) if item.name == component.name)
     worst = bounded_response_ns(space, number, part, view)
     return worst, "response time" if worst < UNBOUNDED_NS else UNBOUNDED_METHOD
+
+
+def computed_ns(
+    space: Space, component: Component, execution: tuple[Exact | None, str], view: View
+) -> tuple[Exact, str]:
+    """The computed response time of a thread; no less than the execution time that it has in one flow alone."""
+    found = scheduled_ns(space, component, "thread", view)
+    if execution[0] is None or any(item is component for item in space.components):
+        return found
+    return found if found[0] >= execution[0] else (execution[0], execution[1])
+
+
+def in_flow(space: Space, component: Component, step: Step, *, is_periodic: bool) -> Component:
+    """A component with the figures that it has in one flow.
+
+    Execution and response time are those of an event port or event data port, of a component that is not periodic.
+    """
+    figures = step.figures
+    if figures is None:
+        return component
+    by_event = step.via is not None and space.connections[step.via].port in ("event", "event_data")
+    counts = by_event and not is_periodic
+    response, execution = (figures.response_ns, figures.execution_ns) if counts else (None, None)
+    return replace(
+        component,
+        latency_ns=figures.latency_ns or component.latency_ns,
+        execution_ns=execution or component.execution_ns,
+        response_ns=response or component.response_ns,
+    )
 
 
 def is_computed(space: Space, component: Component, view: View) -> bool:

@@ -298,6 +298,9 @@ def _extreme(record: Record, flow: int, goal: str) -> Extreme | None:
 def _gaps(space: Space, flow: Flow, view: View) -> Iterator[str]:
     """Where the additive bounds leave something out that the simulation shows."""
     for step in flow.steps:
+        if step.figures is not None:
+            name = space.components[step.index].name
+            yield f"{name} has figures of its own in this flow, which no simulation knows"
         if step.kind != "component" or step.via is None:
             continue
         component = space.components[step.index]

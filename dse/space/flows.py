@@ -10,8 +10,8 @@ from dse.space.frames import Frame, is_framed
 from dse.space.properties import Ledger, Path
 from dse.space.slots import carriers
 from dse.space.trees import FROM_BANDWIDTH, PerProcessorType, Tree, leaves
-from dse.space.types import Component, Connection, Flow, Space, Step
-from dse.spec.model import Spec
+from dse.space.types import Component, Connection, Flow, Space, Step, StepFigures
+from dse.spec.model import PathElement, Spec
 from dse.units import shown
 
 
@@ -43,15 +43,20 @@ class _Tracer:
     wire: int | None = None
     is_broken: bool = False
 
-    def trace(self, elements: Sequence[str]) -> tuple[Step, ...]:
+    def trace(self, elements: Sequence[str | PathElement]) -> tuple[Step, ...]:
         """The steps of the path; none when it has a mistake."""
         by_name = {item.name: number for number, item in enumerate(self.components)}
         wires = {item.name: number for number, item in enumerate(self.connections)}
-        for position, element in enumerate(elements):
-            where = (*self.path, position)
+        for position, given in enumerate(elements):
+            where: Path = (*self.path, position)
+            element, figures = (given, None) if isinstance(given, str) else (given.element, _figures(given))
+            where = where if figures is None else (*where, "element")
             if element in by_name:
-                self._component(where, by_name[element])
+                self._component(where, by_name[element], figures)
             elif element in wires:
+                if figures is not None:
+                    message = f"{shown(element)} is a connection: only a component has figures in a flow"
+                    self.ledger.error(where, message)
                 self._connection(where, wires[element])
             else:
                 self.ledger.unknown(where, "component or connection", element, [*by_name, *wires])
@@ -61,7 +66,7 @@ class _Tracer:
     def _forget(self) -> None:
         self.is_broken, self.previous, self.wire = True, None, None
 
-    def _component(self, where: Path, here: int) -> None:
+    def _component(self, where: Path, here: int, figures: StepFigures | None) -> None:
         if self.wire is None and self.previous is not None:
             self.wire = self._only_connection(where, self.previous, here)
             if self.wire is None:
@@ -74,7 +79,7 @@ class _Tracer:
                 message = f"connection {shown(connection.name)} does not lead to {shown(self.components[here].name)}"
                 self.ledger.error(where, message)
             self._forget()
-        self.steps.append(Step("component", here, self.wire, self.previous))
+        self.steps.append(Step("component", here, self.wire, self.previous, figures=figures))
         self.previous, self.wire = here, None
 
     def _connection(self, where: Path, number: int) -> None:
@@ -119,6 +124,12 @@ class _Tracer:
                 return True
         names = [item.name for item in self.components]
         return any(names.count(names[end]) > 1 for end in (source, target))
+
+
+def _figures(given: PathElement) -> StepFigures:
+    """What a component has in this flow alone."""
+    ranges = (given.latency, given.compute_execution_time, given.response_time)
+    return StepFigures(*(None if item is None else (item.min_ns, item.max_ns) for item in ranges))
 
 
 def check_flow_sizes(ledger: Ledger, space: Space) -> None:

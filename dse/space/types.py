@@ -230,6 +230,15 @@ class Connection:
 
 
 @dataclass(frozen=True)
+class StepFigures:
+    """Time ranges in ns that a component has in one flow; those of execution and response where it is not periodic."""
+
+    latency_ns: tuple[Exact, Exact] | None = None
+    execution_ns: tuple[Exact, Exact] | None = None
+    response_ns: tuple[Exact, Exact] | None = None
+
+
+@dataclass(frozen=True)
 class Step:
     """One element of a flow: a component reached over connection `via` (None for the first), or a connection.
 
@@ -241,6 +250,7 @@ class Step:
     via: int | None = None
     sender: int | None = None
     since: tuple[Step, ...] = ()
+    figures: StepFigures | None = None
 
 
 @dataclass(frozen=True)

@@ -21,7 +21,7 @@ from dse.spec.fields import describe
 from dse.spec.foreign import offered, overlaid, strangers, tree_of
 from dse.spec.frames import MODELS as FRAMES
 from dse.spec.messages import CARRIED, Sized, read_sizes, with_sizes
-from dse.spec.model import Catalogue, Model, Spec, TransmissionTime
+from dse.spec.model import Catalogue, Model, PathElement, Spec, TransmissionTime
 from dse.spec.reader import MAX_BYTES, Node, PathPart, RepeatedKeysError, decode_text, dotted, read_yaml
 from dse.spec.salvage import WHOLE, Place, Remains, remains, salvaged
 from dse.spec.samples import Samples, read_samples
@@ -462,6 +462,8 @@ def _model_at(path: Sequence[PathPart], root: type[Model]) -> type[BaseModel]:
         return root
     if path[-1] in FRAMES:
         return FRAMES[str(path[-1])]
+    if "path" in path[2:]:
+        return PathElement
     if len(path) > 2:
         return TransmissionTime
     model = get_args(Catalogue.model_fields[str(path[0])].annotation)[1]

@@ -101,6 +101,7 @@ class Throttling(Model):
 
 # Tags of unions appear in the locations of errors: the blanks around them keep them apart from names in the file.
 ONE, BY_PROCESSOR_TYPE, BY_GROUP, IN_WORDS = " one ", " by processor type ", " by group ", " in words "
+WITH_FIGURES = " with figures "
 
 
 def _which_cores(value: Any) -> str:
@@ -323,10 +324,32 @@ class Connection(Model):
     source: Line | None = None
 
 
+class PathElement(Model):
+    """A component of a flow with figures that it has in this flow alone.
+
+    `latency` is that of AADL's flow specification; `compute_execution_time` and `response_time` are those of the port
+    that it is entered by, and count for events where the component is not periodic.
+    """
+
+    element: Name
+    latency: TimeRange | None = None
+    compute_execution_time: TimeRange | None = None
+    response_time: TimeRange | None = None
+
+
+def _which_element(value: Any) -> str:
+    return WITH_FIGURES if isinstance(value, dict | PathElement) else ONE
+
+
+PathItem: TypeAlias = Annotated[
+    Annotated[Name, Tag(ONE)] | Annotated[PathElement, Tag(WITH_FIGURES)], Discriminator(_which_element)
+]
+
+
 class Flow(Model):
     """An end-to-end flow: components in order, connections where they must be named."""
 
-    path: SomeItems[Name]
+    path: SomeItems[PathItem]
     latency: Transmission | None = None
     source: Line | None = None
 

@@ -6,13 +6,13 @@ each element instead: nothing of that is used here. Times in ns, of one design o
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from fractions import Fraction
 from typing import Any
 
 from dse.space.frames import Frame, wire_ns
 from dse.space.trees import FROM_BANDWIDTH, Choice, PerProcessorType
-from dse.space.types import Component, Connection, Design, Flow, Partition, Space
+from dse.space.types import Component, Connection, Design, Flow, Partition, Space, Step
 
 Times = tuple[Fraction, Fraction]
 NOTHING: Times = (Fraction(0), Fraction(0))
@@ -233,14 +233,24 @@ class Model:
                 continue
             wire = self.space.connections[step.via] if step.via is not None else None
             sender = self.space.components[step.sender] if step.sender is not None else None
-            found = self.component(self.space.components[step.index], wire, sender)
+            item = self.here(step, wire)
+            found = self.component(item, wire, sender)
             if wire is not None:
                 found[0].synchronous = self.synchronous(wire)
-            item = self.space.components[step.index]
             if not rows and not self.is_periodic(item) and item.partition is not None:
                 rows.append(Contributor(kind="partition", partition=item.partition))
             rows += found
         return rows
+
+    def here(self, step: Step, wire: Connection | None) -> Component:
+        """A component as this flow states it: latency always, times of the port for events that dispatch it."""
+        item, own = self.space.components[step.index], step.figures
+        if own is None:
+            return item
+        changed = {"latency_ns": own.latency_ns}
+        if wire is not None and wire.port.startswith("event") and not self.is_periodic(item):
+            changed |= {"execution_ns": own.execution_ns, "response_ns": own.response_ns}
+        return replace(item, **{name: value for name, value in changed.items() if value is not None})
 
     def crossing(self, number: int, flow: Flow) -> list[Contributor]:
         wire = self.space.connections[number]

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import json
 import random
+import re
 from collections import Counter
 from dataclasses import dataclass, replace
 from itertools import product
@@ -113,6 +114,9 @@ def with_deadlines(text: str, rng: random.Random) -> str:
     return "\n".join(lines) + "\n"
 
 
+IN_FLOW = ("latency: 3 ms", "compute_execution_time: 1 ms .. 7 ms", "response_time: 2 ms .. 4 ms")
+
+
 def with_osates_words(text: str, rng: random.Random) -> str:
     """Ports, timing, periods of buses and of what events dispatch, threads that only have figures of a processor."""
     lines, section = text.splitlines(), ""
@@ -135,6 +139,10 @@ def with_osates_words(text: str, rng: random.Random) -> str:
             lines[number] = line.replace("processor: computer", "figures_of: computer")
         if section == "threads" and partitioned and rng.random() < 0.8:
             words += [f"partition: {rng.choice(['one', 'one', 'two', 'loose'])}"]
+        if section == "flows" and rng.random() < 0.3 and (path := re.search(r"path: \[(.*)\]", line)):
+            last = path[1].split(", ")[-1]
+            named = f"{{element: {last}, {rng.choice(IN_FLOW)}}}"
+            lines[number] = line.replace(path[0], f"{path[0][: -1 - len(last)]}{named}]")
         if words and line.endswith("}") and not line.endswith("{}"):
             lines[number] = f"{lines[number][:-1]}, {', '.join(words)}}}"
     return "\n".join(lines) + "\n"

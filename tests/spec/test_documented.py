@@ -65,7 +65,7 @@ buses: {x: {type: b, optional: true, overload: allowed, source: s}, y: {type: v,
 devices:
   e: {type: d, period: 1 ms, category: device, dispatch_protocol: periodic, compute_execution_time: 1 us, latency: 1 us,
       deadline: 1 ms, response_time: 1 us, queue_size: 1, price: 1 EUR, power: 1 W, totals: {mass: 1 g}, source: s,
-      clock: k, offset: 1 ms}
+      clock: k, offset: 1 ms, partition: o}
 threads:
   f: {type: t, processor: p, figures_of: p, partition: o, process: q, priority: 1, core: 1, period: 1 ms,
       category: thread,
@@ -78,7 +78,9 @@ connections:
   w: {from: e, to: f, data_size: 1 B, bus: x, rate: 1 Hz, data_rate: 1 B/s, port: data, timing: delayed, queue_size: 1,
       latency: 1 us, source: s}
   x: {from: e, to: f, message: parts/Pose, lengths: {id: 1}}
-flows: {g: {path: [e, f], latency: 1 us .. 1 s, source: s}}
+flows:
+  g: {path: [{element: e, latency: 1 us, compute_execution_time: 1 us, response_time: 1 us}, f], latency: 1 us .. 1 s,
+      source: s}
 metrics: {m: latency of g * 2}
 requirements: [price <= 1 EUR]
 rules: [c requires b]

@@ -15,6 +15,7 @@ from dse.importers.aadl.lookup import Found, reference_in
 from dse.importers.aadl.model import Model
 from dse.importers.aadl.ours import OURS
 from dse.importers.aadl.partitions import PartitionWriter
+from dse.importers.aadl.syntax import Path
 from dse.importers.registry import Key, Place
 
 EXECUTING = ("thread", "device", "subprogram", "abstract")
@@ -25,6 +26,8 @@ DISPATCHED = ("thread", "device", "abstract")
 """Categories whose Dispatch_Protocol counts."""
 LATENT = ("bus", "virtual bus", "device", "processor", "virtual processor", "system", "memory", "abstract")
 """Categories whose own Latency counts where a flow names no flow specification."""
+EVENTS = ("event port", "event data port")
+TIMES = (("compute_execution_time", "Compute_Execution_Time", ""), ("response_time", "Response_Time", "SEI"))
 PROTOCOLS = {"periodic": "periodic", "sporadic": "sporadic", "aperiodic": "aperiodic", "timed": "aperiodic",
              "hybrid": "hybrid"}  # fmt: skip
 
@@ -44,6 +47,8 @@ class ComponentWriter:
         self.choices = choices
         self.hardware = hardware
         self.partitions = PartitionWriter(model, places)
+        self._latencies: dict[Instance, str] = {}
+        self._runs_on: dict[Instance, Instance] = {}
 
     def name(self, component: Instance) -> str:
         """What the problem calls a component."""
@@ -135,14 +140,14 @@ class ComponentWriter:
             self.model.library.remark(f"{bound[0].title} runs on no processor", found.place)
             return None
         sheet.put("processor", found, self.model.name(processor))
+        self._runs_on[component] = processor
         return processor
 
     def _executing(self, sheet: Sheet, component: Instance, processor: Instance | None) -> None:
         """Execution and response times; by processor type where they differ."""
         properties = self.model.properties
         for field, name, group in (
-            ("compute_execution_time", "Compute_Execution_Time", ""),
-            ("response_time", "Response_Time", "SEI"),
+            *TIMES,
             ("callback_execution_time", "Callback_Execution_Time", OURS),
         ):
             found = properties.of(component, name, group)
@@ -197,25 +202,52 @@ class ComponentWriter:
         return f"{number_text(Fraction(low))} ns .. {number_text(Fraction(high))} ns"
 
     def _latency(self, sheet: Sheet, component: Instance, stops: list[Stop]) -> None:
-        """The specified latency: of the flow specifications that lead through it, else its own."""
-        properties = self.model.properties
-        found: list[tuple[Found, Span]] = []
+        """The specified latency of the first flow specification that leads through it, else its own."""
         for stop in stops:
-            value = None
-            if stop.spec is not None:
-                value = properties.of_member(component, stop.spec, "Latency")
-            elif component.category in LATENT:
-                value = properties.of(component, "Latency")
-            span = self.model.read(value, time_range, "Latency")
-            if value is not None and span is not None and span.high > 0:
-                found.append((value, span))
-        if not found:
-            return
-        texts = {span.text for _, span in found}
-        if len(texts) > 1 or len(found) < len(stops):
-            message = f"flows through {component.title} have different latencies: the first is taken for all"
-            self.model.library.remark(message, found[0][0].place)
-        sheet.put("latency", found[0][0], found[0][1].text)
+            found, span = self._specified(stop)
+            if span is not None:
+                sheet.put("latency", found, span.text)
+                self._latencies[component] = span.text
+                return
+
+    def _specified(self, stop: Stop) -> tuple[Found | None, Span | None]:
+        """The Latency of the flow specification of a stop, else of the component."""
+        properties, found = self.model.properties, None
+        if stop.spec is not None:
+            found = properties.of_member(stop.component, stop.spec, "Latency")
+        elif stop.component.category in LATENT:
+            found = properties.of(stop.component, "Latency")
+        span = self.model.read(found, time_range, "Latency")
+        return found, span if span is not None and span.high > 0 else None
+
+    def element(self, stop: Stop) -> str | dict[str, Any]:
+        """A component on a flow: its name, with what it has in this flow alone."""
+        name = self.name(stop.component)
+        fields: dict[str, Any] = {}
+        usual = self._latencies.get(stop.component)
+        span = self._specified(stop)[1]
+        if usual is not None and (span is None or span.text != usual):
+            fields["latency"] = "0 ms" if span is None else span.text
+        if stop.spec is not None and stop.spec.item.kind in ("path", "sink"):
+            fields |= self._entered(stop.component, stop.spec.item.entry)
+        return {"element": name, **fields} if fields else name
+
+    def _entered(self, component: Instance, port: Path) -> dict[str, str]:
+        """The times that an event or event data port states for what enters by it."""
+        leaf = self.model.features.leaf(component, port) if port else None
+        if component.category not in EXECUTING or leaf is None or leaf.member.item.kind not in EVENTS:
+            return {}
+        processor = self._runs_on.get(component)
+        type_name = None if processor is None else self._type_name(processor)
+        found = {}
+        for field, name, group in TIMES:
+            value = self.model.properties.of_feature(component, port, name, group)
+            span = self.model.read(value, time_range, name)
+            if span is None or span.high <= 0:
+                continue
+            flat = self.hardware.type_flats.get(type_name) if type_name is not None else None
+            found[field] = span.text if type_name is None else self._scaled(span, component, type_name, flat)
+        return found
 
 
 def _as_type(entry: dict[str, Any]) -> dict[str, Any]:

@@ -93,7 +93,7 @@ class Writer:
         stated = self.model.properties.of_member(flow.context, flow.member, "Name", OURS)
         name = self.model.read(stated, text_of, "Name") or flow.name
         names = [
-            self.components.name(step.component) if isinstance(step, Stop) else self.connections.name(step)
+            self.components.element(step) if isinstance(step, Stop) else self.connections.name(step)
             for step in flow.steps
             if not (isinstance(step, Stop) and self.model.is_boundary(step.component))
         ]

@@ -8,6 +8,7 @@ from typing import Any
 
 from dse.importers.aadl.ours import OURS
 from dse.results.aadl.decided import Decided
+from dse.results.aadl.paths import PathStep, entered_times, stated_in, steps_of
 from dse.results.aadl.words import bandwidth, comment, extra, identifier, quoted, size, times, written_range
 from dse.space.settings import settings_of
 from dse.space.types import Design, Space
@@ -226,7 +227,9 @@ class WholeModel:
 
     def _connections(self) -> None:
         sizes: dict[str, str] = {}
-        for name, entry in self.decided.section("connections").items():
+        wires = self.decided.section("connections")
+        entered = entered_times(self.decided.section("flows"), self.parts, wires)
+        for name, entry in wires.items():
             own = self.links[name] = self._named(name)
             rest = {key: value for key, value in entry.items() if key not in ("from", "to", "bus", "source")}
             kind = PORTS[rest.pop("port", "event_data")]
@@ -239,12 +242,13 @@ class WholeModel:
                     declared = [f"  data {sizes[data]}", "    properties", f"      Data_Size => {data};"]
                     self.types += [*declared, f"  end {sizes[data]};", ""]
                 classifier = f" {sizes[data]}"
-            queue = rest.pop("queue_size", None) if kind.startswith("event") else None
+            waiting = [f"{word} => {value};" for word, value in entered.get(name, {}).items()]
+            waiting += self._queue(rest.pop("queue_size", None) if kind.startswith("event") else None)
             latency = times(rest["latency"]) if "latency" in rest else None
             if latency is not None:
                 del rest["latency"]
             bus = self.paths.get(str(entry.get("bus")))
-            self._connection(own, entry, kind, classifier, queue)
+            self._connection(own, entry, kind, classifier, waiting)
             block = [f"Latency => {latency};"] if latency is not None else []
             block += (
                 [f"Actual_Connection_Binding => (reference ({bus}));"] if bus and not self._is_inside(entry) else []
@@ -267,11 +271,16 @@ class WholeModel:
         one, other = (self._end(entry.get(key)).parent for key in ("from", "to"))
         return bool(one) and one == other
 
-    def _connection(self, own: str, entry: Mapping[str, Any], kind: str, classifier: str, queue: Any) -> None:
+    def _queue(self, queue: Any) -> list[str]:
+        if queue is None:
+            return []
+        known = isinstance(queue, int) and queue > 0
+        return [f"Queue_Size => {queue};" if known else f'{OURS}::Extra => ("queue_size: {queue}");']
+
+    def _connection(self, own: str, entry: Mapping[str, Any], kind: str, classifier: str, waiting: list[str]) -> None:
         """The features of both ends, and of the processes around them."""
-        waiting = f" {{Queue_Size => {queue};}}" if isinstance(queue, int) and queue > 0 else ""
-        waiting = waiting or (f' {{{OURS}::Extra => ("queue_size: {queue}");}}' if queue is not None else "")
-        for key, direction, block in (("from", "out", ""), ("to", "in", waiting)):
+        receiving = f" {{{' '.join(waiting)}}}" if waiting else ""
+        for key, direction, block in (("from", "out", ""), ("to", "in", receiving)):
             end = self._end(entry.get(key))
             feature = f"{own}_{direction} : {direction} {kind}{classifier}"
             end.features.append(f"{feature}{block};")
@@ -300,14 +309,16 @@ class WholeModel:
     def _flows(self) -> None:
         for name, entry in self.decided.section("flows").items():
             own = self._named(name)
-            steps = self._steps(entry["path"])
+            steps = steps_of(entry["path"], self.parts, self.decided.section("connections"))
+            own_figures = dict(stated_in(entry["path"], steps, self.parts))
             elements: list[str] = []
             for number, (kind, item, before, after) in enumerate(steps):
                 spec = f"{own}_{number}"
                 if kind == "connection":
                     elements.append(self.links[item])
                     continue
-                self._spec(self._end(item or None), spec, before, after, item)
+                given = own_figures.get(number, {}).get("latency") or self._latency(item)
+                self._spec(self._end(item or None), spec, before, after, given)
                 elements.append(f"{self._end(item or None).own}.{spec}")
             latency = entry.get("latency")
             text = times(latency) if latency is not None else None
@@ -319,46 +330,21 @@ class WholeModel:
             stated = f" {{{' '.join(block)}}}" if block else ""
             self.root.flow_implementations.append(f"{own} : end to end flow {line}{stated};")
 
-    def _steps(self, path: list[str]) -> list[tuple[str, str, str, str]]:
-        """Components and connections in turn, each component with the connections before and behind it ("": none)."""
-        flat: list[tuple[str, str]] = []
-        for item in path:
-            kind = "component" if item in self.parts else "connection"
-            if kind == "component" and flat and flat[-1][0] == "component":
-                flat.append(("connection", self._between(flat[-1][1], item)))
-            flat.append((kind, item))
-        if flat[0][0] == "connection":
-            flat.insert(0, ("component", self.decided.section("connections")[flat[0][1]].get("from", "")))
-        if flat[-1][0] == "connection":
-            flat.append(("component", self.decided.section("connections")[flat[-1][1]].get("to", "")))
-        found = []
-        for number, (kind, item) in enumerate(flat):
-            before = flat[number - 1][1] if number else ""
-            after = flat[number + 1][1] if number + 1 < len(flat) else ""
-            found.append((kind, item, before, after))
-        return found
-
-    def _between(self, one: str, other: str) -> str:
-        return next(
-            name for name, item in self.decided.section("connections").items()
-            if item.get("from") == one and item.get("to") == other
-        )  # fmt: skip
-
-    def _spec(self, part: Part, spec: str, before: str, after: str, name: str) -> None:
+    def _spec(self, part: Part, spec: str, before: str, after: str, latency: Any) -> None:
         """A flow specification of a component from the connection before to the one behind."""
         entry, leaving = (f"{self.links[before]}_in" if before else "", f"{self.links[after]}_out" if after else "")
-        latency = self._latency(name)
-        block = f" {{Latency => {latency};}}" if latency else ""
+        text = None if latency is None else times(latency)
+        block = f" {{Latency => {text};}}" if text else ""
         part.flows.append(f"{spec} : flow {_kind(entry, leaving)}{block};")
 
-    def _latency(self, name: str) -> str | None:
+    def _latency(self, name: str) -> Any:
         for section in ("devices", "threads"):
             entry = self.decided.section(section).get(name, {})
             if "latency" in entry:
-                return times(entry["latency"])
+                return entry["latency"]
         return None
 
-    def _lifted(self, own: str, steps: list[tuple[str, str, str, str]], elements: list[str]) -> Iterator[str]:
+    def _lifted(self, own: str, steps: list[PathStep], elements: list[str]) -> Iterator[str]:
         """The elements of the root: what runs within a process becomes a flow of that."""
         number = 0
         while number < len(steps):
