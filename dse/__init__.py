@@ -65,6 +65,7 @@ _HOMES = {
     "compare": "dse.api.compare",
     "explain": "dse.api.explain",
     "export": "dse.api.export",
+    "compare_measured": "dse.study.measured",
     "fit": "dse.api.fit",
     "sizes": "dse.api.ros_sizes",
     "import_file": "dse.api.importing",

@@ -2,33 +2,107 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import click
 
-from dse.cli.common import check_writable, in_time, json_option, tell_carried
+from dse.cli.common import check_writable, in_time, json_option, load_told, report_folder, tell_carried
 from dse.cli.pages import answer, report_option
+from dse.errors import EXIT_COMPLETE, EXIT_NO
 
 
 @click.command("compare")
 @click.argument("one", metavar="A")
-@click.argument("other", metavar="B")
+@click.argument("other", metavar="[B]", required=False)
 @click.option(
     "--problem",
     type=click.Path(exists=True, dir_okay=False, allow_dash=True),
     metavar="FILE",
     help="The problem file, if it has moved.",
 )
+@click.option(
+    "--measured",
+    multiple=True,
+    type=click.Path(exists=True, dir_okay=False),
+    metavar="FILE",
+    help="Measurements (CSV) against which a design of the problem file A is held.",
+)
+@click.option(
+    "--design",
+    multiple=True,
+    metavar="'DECISION = OPTION'",
+    help="With --measured: a decision, on top of the baseline; or RESULT.json#ID, an alternative.",
+)
+@click.option(
+    "--tolerance",
+    metavar="SHARE",
+    help="With --measured: how far the mean of periods and rates may be from what is stated.  [default: 1 %]",
+)
+@click.option("--figures", metavar="DIR", help="With --measured: write the plots into this folder, as SVG and PNG.")
 @report_option
 @json_option
 @in_time
-def command(one: str, other: str, problem: str | None, report: str | None, json_path: str | None) -> int:
-    """Two results (RESULT.json), two designs (RESULT.json#ID), or a design and baseline, side by side."""
+def command(
+    one: str,
+    other: str | None,
+    problem: str | None,
+    measured: tuple[str, ...],
+    design: tuple[str, ...],
+    tolerance: str | None,
+    figures: str | None,
+    report: str | None,
+    json_path: str | None,
+) -> int:
+    """Two results (RESULT.json), two designs (RESULT.json#ID), or a design and baseline, side by side.
+
+    With --measured, A is a problem file: its baseline (or --design) against samples of latencies, loads and
+    utilisations, and of the execution times, periods, rates and sizes that the file states. Exit code 4 when a
+    requirement breaks with figures that have drifted.
+    """
     check_writable(json_path, report)
+    if measured:
+        if other is not None or problem is not None:
+            raise click.UsageError("--measured goes with one problem file; --design names a design of it")
+        return _measured(one, measured, design, tolerance or "1 %", figures, report, json_path)
+    if design or tolerance is not None or figures is not None:
+        given = "--design" if design else "--tolerance" if tolerance is not None else "--figures"
+        raise click.UsageError(f"{given} goes with --measured")
+    if other is None:
+        raise click.UsageError("missing argument B: what A is compared with, or --measured FILE")
     from dse.api.compare import compare
+    from dse.report.compare import comparison_page
 
     found = compare(one, other, problem)
     for file in found.carried:
         tell_carried(file, is_carried=True)
-    from dse.report.compare import comparison_page
-
     answer(comparison_page(found), (json_path, found.to_json), report=report)
-    return 0
+    return EXIT_COMPLETE
+
+
+def _measured(
+    problem: str,
+    files: tuple[str, ...],
+    design: tuple[str, ...],
+    tolerance: str,
+    figures: str | None,
+    report: str | None,
+    json_path: str | None,
+) -> int:
+    if problem.rpartition("#")[0].endswith(".json") or problem.endswith(".json"):
+        raise click.UsageError(f"{problem}: name the problem file, and the design with --design RESULT.json#ID")
+    from dse.cli.analyse import named
+    from dse.report.measured import measured_page
+    from dse.study.measured import compare_measured
+
+    chosen = named(design, load_told(problem))
+    found = compare_measured(chosen.problem, *files, design=chosen.texts, tolerance=tolerance)
+    page = measured_page(found)
+    answer(page, (json_path, found.to_json), report=report)
+    if figures is not None:
+        from dse.files.writing import write_files
+        from dse.report.plot_files import page_figures
+
+        for path in write_files(report_folder(figures), page_figures(page, ("svg", "png"), Path(files[0]).stem)):
+            click.echo(f"figure: {path}", err=True)
+    is_broken = any(item.holds[0] and not item.holds[1] for item in found.requirements)
+    return EXIT_NO if is_broken else EXIT_COMPLETE

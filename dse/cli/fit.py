@@ -109,9 +109,9 @@ def command(
         click.echo(f"\n{text}", nl=False)
     if figures is not None:
         from dse.files.writing import write_files
-        from dse.report.fitplots import fit_figures
+        from dse.report.plot_files import page_figures
 
-        for path in write_files(report_folder(figures), fit_figures(page, ("svg", "png"), Path(files[0]).stem)):
+        for path in write_files(report_folder(figures), page_figures(page, ("svg", "png"), Path(files[0]).stem)):
             click.echo(f"figure: {path}", err=True)
     return 0
 

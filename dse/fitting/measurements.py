@@ -190,7 +190,7 @@ class _Reader:
             return None
 
     def _read(self, text: str, stated: Mapping[str, str], units: Mapping[str, str]) -> None:
-        lines = _lines(text)
+        lines = numbered_lines(text)
         found = next(lines, None)
         if found is None:
             return self._wrong("the file is empty", 1, "expected a header, and a row for each sample or size")
@@ -200,7 +200,7 @@ class _Reader:
         header = [name.strip() for name in header]
         self.columns, self.unused = find_columns(header, stated, units)
         self._check_columns(header)
-        for number, line in _records(lines):
+        for number, line in joined_rows(lines):
             self.line = number
             [cells] = csv.reader(io.StringIO(line, newline=""), delimiter=separator, strict=True)
             if len(cells) != len(header):
@@ -337,14 +337,14 @@ class _Reader:
             yield Summary(*(*key, low, high, mean, median, deviation, len(array), array), place=f"{self.file}:{line}")
 
 
-def _lines(text: str) -> Iterator[tuple[int, str]]:
+def numbered_lines(text: str) -> Iterator[tuple[int, str]]:
     """The lines with their numbers, without remarks and empty ones."""
     for number, line in enumerate(text.splitlines(), start=1):
         if line.strip() and not line.startswith("#"):
             yield number, line
 
 
-def _records(lines: Iterator[tuple[int, str]]) -> Iterator[tuple[int, str]]:
+def joined_rows(lines: Iterator[tuple[int, str]]) -> Iterator[tuple[int, str]]:
     """Rows: lines, joined where a quoted cell goes on in the next one."""
     waiting, start = "", 0
     for number, line in lines:

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Iterator
 from fractions import Fraction
 from functools import partial
-from itertools import chain
 from typing import Any
 
 import numpy as np
@@ -13,7 +12,7 @@ import numpy as np
 from dse.fitting.fit import Execution, Transport
 from dse.fitting.measurements import Summary
 from dse.report.charts import Spec, whole_spec
-from dse.report.page import Page, Plot
+from dse.report.page import Plot
 
 MOST_POINTS = 4000
 """So many samples are drawn for each plot: an even choice of them, with least and greatest always."""
@@ -143,16 +142,3 @@ def _ranges(executions: tuple[Execution, ...]) -> Spec:
     ]
     spec = {"data": {"values": rows}, "layer": layers, "height": 22 * len(rows) + 20}
     return whole_spec(spec, "Execution times of each thread on each platform: least to greatest, and the mean.")
-
-
-def fit_figures(page: Page, formats: tuple[str, ...], stem: str) -> Iterator[tuple[str, str | bytes]]:
-    """(file name, content) of each plot of the page of a fit."""
-    import re
-
-    from dse.report.plot_files import png_of, svg_of
-
-    for plot in chain.from_iterable(section.plots for section in page.sections):
-        svg = svg_of(plot.draw())
-        name = re.sub(r"[^\w.-]+", "-", f"{stem}-{plot.name}").strip("-.")[:100]
-        for kind in formats:
-            yield f"{name}.{kind}", svg if kind == "svg" else png_of(svg)

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import json
+import re
 from collections.abc import Iterator, Sequence
+from itertools import chain
 from typing import Any
 
 from dse.extras import needed_for
@@ -11,6 +13,7 @@ from dse.report.bars import usage_chart, waterfall
 from dse.report.charts import Spec, parallel, scatter
 from dse.report.document import Alternative, Document
 from dse.report.drawing import Drafter
+from dse.report.page import Page
 from dse.report.theme import LIGHT, with_colours
 from dse.report.writing import report_name
 
@@ -30,6 +33,15 @@ def figure_files(
     for name, svg in _drawings(document, item):
         for kind in formats:
             yield f"{stem}-{name}.{kind}", svg if kind == "svg" else png_of(svg)
+
+
+def page_figures(page: Page, formats: Sequence[str], stem: str) -> Iterator[tuple[str, str | bytes]]:
+    """(file name, content) of each plot of a page; names begin with `stem`."""
+    for plot in chain.from_iterable(section.plots for section in page.sections):
+        svg = svg_of(plot.draw())
+        name = re.sub(r"[^\w.-]+", "-", f"{stem}-{plot.name}").strip("-.")[:100]
+        for kind in formats:
+            yield f"{name}.{kind}", svg if kind == "svg" else png_of(svg)
 
 
 def _drawings(document: Document, item: Alternative) -> Iterator[tuple[str, str]]:

@@ -160,7 +160,81 @@ class Results(Form):
     )
 
 
-class ComparisonForm(RootModel[Annotated[Designs | Results, Field(discriminator="of")]]):
+class SeenForm(Form):
+    """What was measured of one thing, in the unit of what it is held against."""
+
+    low: Figure = field("The least.")
+    high: Figure = field("The greatest.")
+    mean: Number | None = field("The mean; null where the file does not say it.")
+    count: int | None = field("How many samples; null where the file does not say it.")
+    place: str = field("`FILE:LINE`, of the first of them.")
+
+
+class PredictedMetric(Form):
+    """A metric against what was measured."""
+
+    metric: str = field("Its name.")
+    unit: Unit = field("The unit of its figures.")
+    predicted: Annotated[list[Figure | None], Field(min_length=2, max_length=2)] = field(
+        "The predicted range; null where it is an upper bound alone."
+    )
+    measured: SeenForm = field("What was measured.")
+    verdict: Literal["inside", "above", "below", "both"] = field("Where the measured values lie.")
+    beyond: Figure = field("How far beyond the prediction, at most.")
+    of_measured: Number | None = field("That as a share of the measured value; null where it is 0.")
+    of_predicted: Number | None = field("That as a share of the predicted value; null where it is 0.")
+    outside: int | None = field("How many samples lie beyond; null where only their extremes are known.")
+
+
+class MeasuredInput(Form):
+    """A figure of the problem file against what was measured of it."""
+
+    figure: str = field("What it is, such as `execution time of filter`.")
+    unit: Unit = field("The unit of its figures.")
+    stated: Annotated[list[Figure], Field(min_length=2, max_length=2)] = field("What the file states.")
+    measured: SeenForm = field("What was measured.")
+    drifted: bool = field("Whether that lies beyond what the file states.")
+    counted: Annotated[list[Figure], Field(min_length=2, max_length=2)] | None = field(
+        "What counts in its place then; null where the stated figure stands."
+    )
+
+
+class KeptValue(Form):
+    """How a requirement is met."""
+
+    value: Figure | None = field("The value; null where it is unbounded.")
+    slack: Figure | None = field("How far it is from the limit; negative where it is broken, null where unbounded.")
+    holds: bool = field("Whether it holds.")
+
+
+class KeptRequirement(Form):
+    """A requirement with the figures of the file, and with those that were measured where they lie beyond."""
+
+    requirement: str = field("In the words of the problem.")
+    unit: Unit = field("The unit of its figures.")
+    limit: Figure = field("Its limit.")
+    stated: KeptValue = field("With the figures of the file.")
+    measured: KeptValue = field("With the measured ones.")
+
+
+class MeasuredForm(Form):
+    """A design against measurements."""
+
+    format: Literal["dse-comparison/1"] = field("The name of this format.")
+    of: Literal["measured"] = field("What is compared.")
+    problem: str = field("The name that the problem gives itself.")
+    files: list[str] = field("The files of measurements.")
+    decisions: Decisions = field("The design.")
+    tolerance_ppm: Figure = field("How far the mean of periods and rates may be from what is stated.")
+    predictions: list[PredictedMetric] = field("Metrics.")
+    inputs: list[MeasuredInput] = field("Figures of the problem file.")
+    requirements: list[KeptRequirement] = field("Each requirement of the question.")
+    as_predicted: bool = field("Every metric inside its prediction, no figure beyond what the file states.")
+    still_holds: bool = field("Every requirement holds with the measured figures.")
+    remarks: list[str] = field("What else is to be known.")
+
+
+class ComparisonForm(RootModel[Annotated[Designs | Results | MeasuredForm, Field(discriminator="of")]]):
     """The outcome of `dse compare`."""
 
 

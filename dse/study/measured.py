@@ -1,0 +1,310 @@
+"""`dse.compare_measured`: a design's prediction against what was measured, and whether its figures have drifted."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from fractions import Fraction
+from math import ceil, floor
+from pathlib import Path
+from typing import Any, Unpack
+
+from dse.analysis.evaluate import Evaluator
+from dse.analysis.limits import build_limit
+from dse.analysis.rates import rate_hz
+from dse.analysis.views import View
+from dse.api.problem import Problem, Source, load, with_stated_cores
+from dse.api.question import Question
+from dse.errors import Diagnostic, ProblemError, UsageError
+from dse.fitting.observed import Observed, read_observed
+from dse.results.analyse import Analysis
+from dse.results.design_tables import analyse_design
+from dse.results.measured import Input, Kept, MeasuredComparison, Prediction, Seen
+from dse.results.solve import decisions_of
+from dse.space.metrics import QuestionError
+from dse.space.questions import read_requirements
+from dse.space.trees import at, graft
+from dse.space.types import Design, Space
+from dse.spec.scan import ExpressionError
+from dse.study.sensitivity import chosen_design
+from dse.units import (
+    DATA,
+    FREQUENCY,
+    TIME,
+    UNITS,
+    Dimension,
+    TimeRange,
+    UnitError,
+    canonical_unit,
+    format_number,
+    parse_ratio,
+)
+
+TOLERANCE = Fraction(1, 100)
+"""How far the mean of periods and rates may be from what the file states, unless told otherwise."""
+INPUTS = ("execution time", "callback execution time", "period", "rate", "data size")
+"""What is held against what the file states, not against a metric."""
+
+
+def compare_measured(
+    problem: Source,
+    *files: str | Path,
+    design: Mapping[str, str] | Sequence[str] | None = None,
+    tolerance: str = "1 %",
+    **question: Unpack[Question],
+) -> MeasuredComparison:
+    """A design's prediction against what was measured.
+
+    Parameters
+    ----------
+    problem
+        a loaded problem, the path of a problem file, or its content as text or mapping.
+    files
+        CSV with samples of metrics (``metric,sample_ms`` with ``latency of steering``; ``flow,latency_ms``) and of
+        what the file states: ``execution time``, ``period`` or ``rate`` of a thread or device, ``rate`` or
+        ``data size`` of a connection.
+    design
+        decisions by name (or texts ``name = option``), on top of the baseline; the baseline alone when left out.
+    tolerance
+        how far the mean of periods and rates may be from what is stated, such as ``1 %``.
+    question
+        changes to the question, in the words of `Problem.ask`.
+
+    Raises
+    ------
+    ProblemError
+        when the problem or a file of measurements is wrong, with every mistake.
+    UsageError
+        when the design is none, or the tolerance is no share.
+
+    Examples
+    --------
+    >>> import dse
+    >>> best = dse.solve("pump.yaml").front[0]
+    >>> path = Path("seen.csv")
+    >>> written = path.write_text("flow,latency_ms\\nsensor_to_valve,5.5\\nsensor_to_valve,90\\n", encoding="utf-8")
+    >>> found = dse.compare_measured("pump.yaml", path, design=best.decisions)
+    >>> [(item.name, item.verdict, item.outside) for item in found.predictions]
+    [('latency of sensor_to_valve', 'above', 1)]
+    """
+    try:
+        share = parse_ratio(tolerance)
+    except UnitError as error:
+        raise UsageError(f"--tolerance {tolerance}: {error}") from error
+    if not files:
+        raise UsageError("name a file of measurements")
+    observed, unused = read_observed([Path(item) for item in files])
+    texts = [f"'{name}' = {option}" for name, option in design.items()] if isinstance(design, Mapping) else design or ()
+    asked = with_stated_cores(load(problem).ask(**question), texts)
+    chosen = chosen_design(asked.space, list(texts))
+    bench = _Bench(asked, chosen, share)
+    for item in observed:
+        try:
+            bench.hold(item)
+        except (_UnknownError, ExpressionError, QuestionError) as error:
+            file, _, line = item.place.rpartition(":")
+            hint = error.hint if isinstance(error, _UnknownError) else ""
+            words = str(error).removeprefix(f"{item.text}: ")
+            bench.mistakes.append(Diagnostic(f"{item.words}: {words}", "", file, int(line), hint=hint))
+    if bench.mistakes:
+        raise ProblemError(bench.mistakes)
+    columns = [f"columns that say nothing for this: {', '.join(unused[:12])}"] if unused else []
+    return MeasuredComparison(
+        problem=asked.name,
+        files=tuple(str(item) for item in files),
+        decisions=decisions_of(asked.space, chosen),
+        tolerance=share,
+        currency=asked.space.currency,
+        predictions=tuple(bench.predictions),
+        inputs=tuple(bench.inputs),
+        requirements=tuple(bench.kept()),
+        remarks=(*columns, *bench.remarks),
+    )
+
+
+class _UnknownError(Exception):
+    """There is nothing to hold a measurement against."""
+
+    def __init__(self, message: str, hint: str = "") -> None:
+        super().__init__(message)
+        self.hint = hint
+
+
+@dataclass(frozen=True)
+class _Stated:
+    """A figure of the space: the fields of its part that hold it, its ends, its unit, and base units per coherent one."""
+
+    section: str
+    number: int
+    fields: tuple[str, ...]
+    low: Fraction
+    high: Fraction
+    unit: str
+    dimension: Dimension
+
+
+class _Bench:
+    """Holds observations against one design."""
+
+    def __init__(self, problem: Problem, design: Design, tolerance: Fraction) -> None:
+        self.space, self.design, self.tolerance = problem.space, design, tolerance
+        self.view = View(design)
+        self.predictions: list[Prediction] = []
+        self.inputs: list[Input] = []
+        self.remarks: list[str] = []
+        self.mistakes: list[Diagnostic] = []
+        self.changed = problem.space
+
+    def hold(self, item: Observed) -> None:
+        """Hold one observation against what it is about."""
+        if item.figure in INPUTS:
+            self._input(item)
+        else:
+            self._metric(item)
+
+    # --- metrics
+
+    def _metric(self, item: Observed) -> None:
+        low = self._limit(item, item.low)
+        high = self._limit(item, item.high)
+        mean = None if item.mean is None else self._limit(item, item.mean)[2]
+        name, value, top, unit = *low[:2], high[2], low[3]
+        least = None
+        if item.figure == "latency":
+            least = self._limit(replace(item, figure="min latency"), item.low)[1]
+        seen = Seen(low[2], top, mean, item.count, item.place)
+        found = Prediction(name, unit, least, value, seen)
+        outside = None
+        if item.samples:
+            scale = top / item.high if item.high else Fraction(1)
+            outside = sum(
+                sample * scale > value or (least is not None and sample * scale < least) for sample in item.samples
+            )
+        self.predictions.append(replace(found, outside=outside))
+
+    def _limit(self, item: Observed, value: Fraction) -> tuple[str, Fraction, Fraction, str]:
+        """Name, predicted value, measured value and unit of a metric, the latter as a limit of it would be read."""
+        unit = canonical_unit(item.unit)
+        text = f"{item.text} <= {format_number(value / UNITS[unit][0])} {unit}"
+        found = read_requirements(self.space, text)
+        if len(found) != 1:
+            raise _UnknownError("say of which", ", ".join(one.metric.name for one in found[:8]))
+        limit = build_limit(self.space, found[0], counted=False)
+        return found[0].metric.name, limit.measure.value(self.view), limit.bound(self.view), limit.measure.unit
+
+    # --- figures of the file
+
+    def _input(self, item: Observed) -> None:
+        stated = self._stated(item)
+        own = UNITS[canonical_unit(item.unit)][1]
+        if own != stated.dimension and {own, stated.dimension} != {TIME, FREQUENCY}:
+            raise _UnknownError(f"{item.unit} is no unit of it")
+
+        def scaled(value: Fraction) -> Fraction:
+            if own != stated.dimension:
+                if not value:
+                    raise _UnknownError("0 is no rate, and no period")
+                value = 1 / value
+            return value * (10**9 if stated.dimension == TIME else 1)
+
+        ends = sorted((scaled(item.low), scaled(item.high)))
+        mean = None if item.mean is None else scaled(item.mean)
+        seen = Seen(ends[0], ends[1], mean, item.count, item.place)
+        counted = self._counted(stated, seen)
+        name = item.words
+        self.inputs.append(Input(name, stated.unit, stated.low, stated.high, seen, counted))
+        if counted is not None and stated.fields:
+            self.changed = _with(self.changed, stated, self.view, counted)
+        elif counted is not None:
+            self.remarks.append(f"{name} follows from others in the file: it counts by what is measured of these")
+
+    def _counted(self, stated: _Stated, seen: Seen) -> tuple[Fraction, Fraction] | None:
+        """The ends that count where what was measured lies beyond what is stated; None where it does not."""
+        if stated.unit == "ns" and "period_ns" not in stated.fields:  # a time range is widened
+            low, high = min(stated.low, seen.low), max(stated.high, seen.high)
+            return None if (low, high) == (stated.low, stated.high) else (low, high)
+        if stated.unit == "B":
+            return (seen.high, seen.high) if seen.high > stated.high else None
+        middle = seen.mean if seen.mean is not None else (seen.low + seen.high) / 2
+        return (middle, middle) if abs(middle - stated.high) > self.tolerance * stated.high else None
+
+    def _stated(self, item: Observed) -> _Stated:
+        numbers = {component.name: number for number, component in enumerate(self.space.components)}
+        wires = {connection.name: number for number, connection in enumerate(self.space.connections)}
+        if item.figure == "data size" or (item.figure == "rate" and item.name in wires):
+            number = _known(item.name, wires, "connection")
+            return self._of_connection(item, number)
+        number = _known(item.name, numbers, "thread or device")
+        component = self.space.components[number]
+        if item.figure in ("period", "rate"):
+            period = at(component.period_ns, self.view)
+            if period is not None:
+                return _Stated("components", number, ("period_ns",), Fraction(period), Fraction(period), "ns", TIME)
+            rate = rate_hz(self.space, ("activation", number), self.view)
+            return _Stated("components", number, (), Fraction(rate), Fraction(rate), "Hz", FREQUENCY)
+        field = "callback_ns" if item.figure == "callback execution time" else "execution_ns"
+        found = at(getattr(component, field), self.view)
+        if found is None:
+            raise _UnknownError("the file states none, as far as this design goes")
+        return _Stated("components", number, (field,), Fraction(found.min_ns), Fraction(found.max_ns), "ns", TIME)
+
+    def _of_connection(self, item: Observed, number: int) -> _Stated:
+        connection = self.space.connections[number]
+        if item.figure == "data size":
+            size = at(connection.size_bytes, self.view)
+            if size is None:
+                raise _UnknownError("the file states none, as far as this design goes")
+            return _Stated("connections", number, ("size_bytes",), Fraction(size), Fraction(size), "B", DATA)
+        rate = rate_hz(self.space, ("delivery", number), self.view)
+        is_own = at(connection.rate_hz, self.view) is not None
+        fields = ("rate_hz",) if is_own else ()
+        return _Stated("connections", number, fields, Fraction(rate), Fraction(rate), "Hz", FREQUENCY)
+
+    # --- requirements
+
+    def kept(self) -> list[Kept]:
+        """Each requirement with the figures of the file, and with what was measured where that lies beyond them."""
+        before, after = _analysed(self.space, self.design), _analysed(self.changed, self.design)
+        return [
+            Kept(
+                one.requirement.shown,
+                one.unit,
+                other.limit,
+                (one.value, other.value),
+                (one.slack, other.slack),
+                (one.holds, other.holds),
+            )
+            for one, other in zip(before.verdicts, after.verdicts, strict=True)
+        ]
+
+
+def _analysed(space: Space, design: Design) -> Analysis:
+    found = analyse_design(Evaluator(space), design)
+    if found.breaches:
+        raise UsageError(f"with the measured figures the design is not valid: {'; '.join(found.breaches)}")
+    return found
+
+
+def _known(name: str, names: Mapping[str, int], kind: str) -> int:
+    if name not in names:
+        from difflib import get_close_matches
+
+        close = get_close_matches(name, names, 1, 0.5)
+        raise _UnknownError(f"there is no such {kind}", f'did you mean "{close[0]}"?' if close else "")
+    return names[name]
+
+
+def _with(space: Space, stated: _Stated, view: View, ends: tuple[Fraction, Fraction]) -> Space:
+    """The space with another figure where the design has the stated one."""
+    parts: list[Any] = list(getattr(space, stated.section))
+    part = parts[stated.number]
+    changes: dict[str, Any] = {}
+    for name in (*stated.fields, *(("stated_period_ns",) if "period_ns" in stated.fields else ())):
+        tree = getattr(part, name)
+        old = at(tree, view)
+        new: Any = ends[1] if name == "rate_hz" else max(1, round(ends[1]))
+        if isinstance(old, TimeRange):
+            new = TimeRange(floor(ends[0]), ceil(ends[1]))
+        changes[name] = graft(tree, lambda leaf, old=old, new=new: new if leaf == old else leaf)
+    parts[stated.number] = replace(part, **changes)
+    return replace(space, **{stated.section: tuple(parts)})
