@@ -7,13 +7,15 @@ from fractions import Fraction
 from functools import partial
 from typing import Any
 
+from dse.report.amounts import amount_words
 from dse.report.charts import Spec, whole_spec
 from dse.report.page import Block, Page, Plot, Section, Table, listing, texts
 from dse.results.display import counted, display_unit
 from dse.results.measured import Input, MeasuredComparison, Prediction, Seen
 from dse.units import is_unbounded
 
-NEUTRAL = {"inside": "inside", "above": "above", "below": "below", "both": "above and below"}
+DIGITS = 4
+VERDICTS = {"inside": "inside", "above": "above", "below": "below", "both": "above and below"}
 
 
 def measured_page(found: MeasuredComparison) -> Page:
@@ -37,16 +39,16 @@ def _blocks(found: MeasuredComparison) -> Iterator[Block]:
             name = f"predicted and measured {display_unit(unit, currency)[1]}"
             yield Plot(name, partial(_ranges, group, currency), "Predicted ranges (bars) and measured ones (lines).")
     if found.inputs:
-        rows = tuple(_input(item) for item in found.inputs)
+        stated = tuple(_input(item) for item in found.inputs)
         yield Table(
             "Figures of the file",
             ("figure", "stated", "measured", "mean", "samples", "", "counts as"),
-            rows,
+            stated,
             (1, 2, 3, 4),
         )
     drifted = [item for item in found.inputs if item.drifted]
     if found.requirements and drifted:
-        rows = tuple(
+        kept = tuple(
             (
                 item.text,
                 *(counted(value, item.unit, currency) for value in item.values),
@@ -55,8 +57,8 @@ def _blocks(found: MeasuredComparison) -> Iterator[Block]:
             )
             for item in found.requirements
         )
-        headings = ("requirement", "as stated", "as measured", "margin as stated", "as measured", "")
-        yield Table("Requirements with the measured figures", headings, rows, (1, 2, 3, 4))
+        columns = ("requirement", "as stated", "as measured", "margin as stated", "as measured", "")
+        yield Table("Requirements with the measured figures", columns, kept, (1, 2, 3, 4))
     yield from listing(found.remarks, "remark", 0)
     yield from texts(_verdict(found, len(drifted)), tone="strong" if found.is_as_predicted else "wrong")
 
@@ -76,10 +78,10 @@ def _verdict(found: MeasuredComparison, drifted: int) -> str:
 
 
 def _prediction(item: Prediction, currency: str) -> tuple[str, ...]:
-    high = counted(item.high, item.unit, currency)
+    high = counted(item.high, item.unit, currency, DIGITS)
     predicted = f"up to {high}" if item.low is None else _range(item.low, item.high, item.unit, currency)
     outside = "" if item.outside is None else str(item.outside)
-    return (item.name, predicted, *_seen(item.seen, item.unit, currency), outside, NEUTRAL[item.verdict])
+    return (item.name, predicted, *_seen(item.seen, item.unit, currency), outside, VERDICTS[item.verdict])
 
 
 def _input(item: Input) -> tuple[str, ...]:
@@ -89,12 +91,12 @@ def _input(item: Input) -> tuple[str, ...]:
 
 
 def _seen(seen: Seen, unit: str, currency: str) -> tuple[str, str, str]:
-    mean = "" if seen.mean is None else counted(seen.mean, unit, currency)
+    mean = "" if seen.mean is None else counted(seen.mean, unit, currency, DIGITS)
     return _range(seen.low, seen.high, unit, currency), mean, "" if seen.count is None else str(seen.count)
 
 
 def _range(low: Fraction, high: Fraction, unit: str, currency: str = "EUR") -> str:
-    ends = counted(low, unit, currency), counted(high, unit, currency)
+    ends = counted(low, unit, currency, DIGITS), counted(high, unit, currency, DIGITS)
     return ends[0] if low == high else " .. ".join(ends)
 
 
@@ -106,7 +108,7 @@ def _beyond(item: Prediction, currency: str) -> str:
     """``load of eth: 324.5 B/s beyond, 6.64 % of the measured value, 7.12 % of the predicted one``."""
     shares = ((item.of_measured, "the measured value"), (item.of_predicted, "the predicted one"))
     said = [f"{float(share * 100):.2f} % of {what}" for share, what in shares if share is not None]
-    return f"{item.name}: {', '.join([f'{counted(item.beyond, item.unit, currency)} beyond', *said])}"
+    return f"{item.name}: {', '.join([f'{amount_words(item.beyond, item.unit, currency, DIGITS)} beyond', *said])}"
 
 
 def _ranges(items: tuple[Prediction, ...], currency: str) -> Spec:

@@ -10,6 +10,7 @@ from typing import Any, Literal
 from dse.files.answer import Answer
 from dse.results.compare import FORMAT
 from dse.results.display import exact
+from dse.units import is_unbounded
 
 
 @dataclass(frozen=True)
@@ -51,19 +52,24 @@ class Prediction:
     def beyond(self) -> Fraction:
         """How far beyond the prediction, at most; 0 inside."""
         under = self.low - self.seen.low if self.low is not None else Fraction(0)
-        return max(Fraction(0), self.seen.high - self.high, under)
+        over = Fraction(0) if is_unbounded(self.high) else self.seen.high - self.high
+        return max(Fraction(0), over, under)
+
+    @property
+    def _is_above(self) -> bool:
+        return is_unbounded(self.high) or self.seen.high - self.high == self.beyond
 
     @property
     def of_measured(self) -> Fraction | None:
         """`beyond` as a share of the measured value that is so far; None where that is 0."""
-        value = self.seen.high if self.seen.high - self.high == self.beyond else self.seen.low
-        return self.beyond / value if value else None
+        value = self.seen.high if self._is_above else self.seen.low
+        return self.beyond / value if value and not is_unbounded(value) else None
 
     @property
     def of_predicted(self) -> Fraction | None:
         """`beyond` as a share of the predicted value next to it; None where that is 0."""
-        value = self.high if self.seen.high - self.high == self.beyond else self.low
-        return self.beyond / value if value else None
+        value = self.high if self._is_above else self.low
+        return self.beyond / value if value and not is_unbounded(value) else None
 
 
 @dataclass(frozen=True)
@@ -184,6 +190,10 @@ class MeasuredComparison(Answer):
 def _seen(item: Seen) -> dict[str, Any]:
     mean = None if item.mean is None else float(item.mean)
     return {"low": exact(item.low), "high": exact(item.high), "mean": mean, "count": item.count, "place": item.place}
+
+
+def _kept(item: Kept, number: int) -> dict[str, Any]:
+    return {"value": exact(item.values[number]), "slack": exact(item.slacks[number]), "holds": item.holds[number]}
 
 
 def _share(value: Fraction | None) -> float | None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
+from functools import partial
 from math import ceil, floor
 from pathlib import Path
 from typing import Any, Unpack
@@ -53,7 +54,7 @@ def compare_measured(
     tolerance: str = "1 %",
     **question: Unpack[Question],
 ) -> MeasuredComparison:
-    """A design's prediction against what was measured.
+    r"""A design's prediction against what was measured.
 
     Parameters
     ----------
@@ -82,7 +83,7 @@ def compare_measured(
     >>> import dse
     >>> best = dse.solve("pump.yaml").front[0]
     >>> path = Path("seen.csv")
-    >>> written = path.write_text("flow,latency_ms\\nsensor_to_valve,5.5\\nsensor_to_valve,90\\n", encoding="utf-8")
+    >>> written = path.write_text("flow,latency_ms\nsensor_to_valve,5.5\nsensor_to_valve,90\n", encoding="utf-8")
     >>> found = dse.compare_measured("pump.yaml", path, design=best.decisions)
     >>> [(item.name, item.verdict, item.outside) for item in found.predictions]
     [('latency of sensor_to_valve', 'above', 1)]
@@ -132,7 +133,7 @@ class _UnknownError(Exception):
 
 @dataclass(frozen=True)
 class _Stated:
-    """A figure of the space: the fields of its part that hold it, its ends, its unit, and base units per coherent one."""
+    """A figure of the space: the fields of its part that hold it (none where it follows), its ends, and its unit."""
 
     section: str
     number: int
@@ -305,6 +306,12 @@ def _with(space: Space, stated: _Stated, view: View, ends: tuple[Fraction, Fract
         new: Any = ends[1] if name == "rate_hz" else max(1, round(ends[1]))
         if isinstance(old, TimeRange):
             new = TimeRange(floor(ends[0]), ceil(ends[1]))
-        changes[name] = graft(tree, lambda leaf, old=old, new=new: new if leaf == old else leaf)
+        changes[name] = graft(tree, partial(_in_place_of, old, new))
     parts[stated.number] = replace(part, **changes)
-    return replace(space, **{stated.section: tuple(parts)})
+    if stated.section == "components":
+        return replace(space, components=tuple(parts))
+    return replace(space, connections=tuple(parts))
+
+
+def _in_place_of(old: Any, new: Any, leaf: Any) -> Any:
+    return new if leaf == old else leaf

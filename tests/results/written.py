@@ -137,6 +137,7 @@ COMMANDS = (
     "simulate pump.yaml --runs 2 --json simulation.json",
     "simulate shared.yaml --contention --runs 2 --json waiting.json",
     "compare pump.json tight.json --json results.json",
+    "compare pump.yaml --measured seen.csv --json seen.json",
     "compare pump.json#1 pump.json#2 --json designs.json",
     "verify pump.json --json verdict.json",
     "verify forged.json --json rejected.json",
@@ -171,6 +172,8 @@ def written_files(folder: Path) -> Iterator[tuple[str, dict[str, Any]]]:
     for name, text in PROBLEMS.items():
         (folder / f"{name}.yaml").write_text(text, encoding="utf-8")
     write_bag(folder / "bag.bag")
+    seen = "metric,sample\nlatency of sensor_to_valve,3 ms\nexecution time of control,3 ms\n"
+    (folder / "seen.csv").write_text(seen, encoding="utf-8")
     with contextlib.chdir(folder):
         for command in COMMANDS:
             if "forged" in command:

@@ -176,7 +176,7 @@ class PredictedMetric(Form):
     metric: str = field("Its name.")
     unit: Unit = field("The unit of its figures.")
     predicted: Annotated[list[Figure | None], Field(min_length=2, max_length=2)] = field(
-        "The predicted range; null where it is an upper bound alone."
+        "The predicted range; null where it is an upper bound alone, or has none."
     )
     measured: SeenForm = field("What was measured.")
     verdict: Literal["inside", "above", "below", "both"] = field("Where the measured values lie.")
