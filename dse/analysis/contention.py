@@ -1,22 +1,25 @@
 """What a design keeps when threads wait for each other, told of fronts whose search does not count that.
 
 docs/semantics.md, section 4.4. The cores are those of the design: stated, decided, else as first-fit gives them
-(`dse.analysis.scheduling.core_of_each`).
+(`dse.analysis.scheduling.core_of_each`), or others where these miss a limit on a response time.
 """
 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
+from functools import cached_property
 
 from dse.analysis.evaluate import Evaluator
 from dse.analysis.limits import Verdict
 from dse.analysis.memo import Recall
+from dse.analysis.packing import placed
 from dse.analysis.partition import Spread
 from dse.analysis.rows import counts_responses
-from dse.analysis.scheduling import placement
+from dse.analysis.scheduling import core_of_each, placement
 from dse.analysis.unbounded import unbounded_in
 from dse.analysis.views import View
+from dse.space.cores import with_open_cores
 from dse.space.settings import told_deadlines
 from dse.space.trees import at
 from dse.space.types import EMPTY, Component, Design, Space
@@ -47,26 +50,67 @@ def with_contention(space: Space) -> Space | None:
     return replace(space, processing="response_time", requirements=(*space.requirements, *told))
 
 
+@dataclass(frozen=True)
+class Judged:
+    """What a design breaks; the core of each thread, by its number, where first-fit's were exchanged for others."""
+
+    misses: tuple[Miss, ...]
+    cores: Mapping[int, int] = field(default_factory=dict)
+
+
 class ContentionReferee:
-    """Judges designs by the question with contention."""
+    """Judges designs by the question with contention.
+
+    Where cores or a best order are open in a design, and are none of the decisions of the question that it is an answer
+    to, it is judged on those that whoever analyses it with contention gets (`dse.analysis.packing.placed`): first-fit's
+    unless a limit on a response time is missed on them.
+    """
 
     def __init__(self, counted: Space) -> None:
         """Judge by `counted`, which `with_contention` gives."""
         self.space = counted
         self._evaluator = Evaluator(counted, ())
 
-    def misses(self, design: Design) -> tuple[Miss, ...]:
-        """The requirements that a valid design breaks, in their order.
+    def judge(self, design: Design) -> Judged:
+        """What a valid design keeps and breaks, in the order of the requirements.
 
         Raises
         ------
         OutOfTime
             when a limit of time (`dse.timelimit.until`) is up.
         """
+        misses = self._misses(self._evaluator, design)
+        late = any(item.verdict.requirement.metric.kind == "response time" for item in misses)
+        if self._open is None or not (late or self.space.open_priorities):
+            return Judged(misses)
+        space = self._open.space
+        added = range(len(self.space.decisions), len(space.decisions))
+        told = told_deadlines(space)
+        asked = tuple(item for item in space.requirements if item not in told)
+        whole = placed(replace(space, requirements=asked), (*design, *(0 for _ in added)), added)
+        if self._open.evaluate(whole).breaches:
+            return Judged(misses)
+        view = View(whole)
+        first = View(design)
+        exchanged = {
+            number: core
+            for processor in range(len(space.processors))
+            if (found := core_of_each(space, processor, view)) != core_of_each(self.space, processor, first)
+            for number, core in found.items()
+        }
+        return Judged(self._misses(self._open, whole), dict(sorted(exchanged.items())))
+
+    @cached_property
+    def _open(self) -> Evaluator | None:
+        """Judges designs with a decision for each open core and order; None where all of them are decisions already."""
+        space = with_open_cores(self.space)
+        return Evaluator(space, ()) if len(space.decisions) > len(self.space.decisions) else None
+
+    def _misses(self, evaluator: Evaluator, design: Design) -> tuple[Miss, ...]:
         view = View(design)
         return tuple(
-            Miss(verdict, unbounded_in(self.space, verdict.requirement.metric, view))
-            for verdict in self._evaluator.evaluate(design).verdicts
+            Miss(verdict, unbounded_in(evaluator.space, verdict.requirement.metric, view))
+            for verdict in evaluator.evaluate(design).verdicts
             if not verdict.holds
         )
 

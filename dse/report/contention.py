@@ -72,6 +72,7 @@ def contention_words(result: Result) -> str:
     if not checked:
         return f"{begin} no design was checked in the time that there was."
     rest = f"; {len(found) - len(checked)} not checked: the time was up" if len(checked) < len(found) else ""
+    rest = _exchanged([number for number, item in checked.items() if item.cores]) + rest
     if len(checked) == 1:
         which = "only design" if len(found) == 1 else "one design that was checked"
         return f"{begin} the {which} {'keeps' if kept else 'does not keep'} every {what}{rest}."
@@ -82,6 +83,10 @@ def contention_words(result: Result) -> str:
     who = f" ({_ids(kept)})" if 0 < len(kept) < len(checked) else ""
     verb = "keep" if len(kept) > 1 else "keeps"
     return f"{begin} {count} {of} {verb} every {what}{who}{rest}."
+
+
+def _exchanged(numbers: list[int]) -> str:
+    return f"; {_ids(numbers)} on others, for a response time is too long on those" if numbers else ""
 
 
 def asks_for_responses(space: Space) -> bool:
@@ -156,11 +161,20 @@ def contended_words(found: Contended | None, currency: str) -> str:
     """What a design keeps or breaks when response times count."""
     if found is None:
         return "Not checked: the time was up."
+    on = f", with {_cores_words(found.cores)}, for a response time is too long by first-fit" if found.cores else ""
     if not found.broken:
-        return "Keeps every requirement."
+        return f"Keeps every requirement{on}."
     shown = "; ".join(broken_words(item, currency) for item in found.broken[:MOST_BROKEN])
     more = len(found.broken) - MOST_BROKEN
-    return f"Breaks {shown}" + (f"; and {more} more." if more > 0 else ".")
+    return f"Breaks {shown}" + (f"; and {more} more" if more > 0 else "") + f"{on}."
+
+
+def _cores_words(cores: Mapping[str, int]) -> str:
+    """``a, b on core 1; c on core 2``."""
+    named = {core: [name for name, its in cores.items() if its == core] for core in sorted(set(cores.values()))}
+    if len(cores) > MOST_THREADS:
+        return "other cores"
+    return "; ".join(f"{', '.join(names)} on core {core}" for core, names in named.items())
 
 
 def broken_words(item: Broken, currency: str) -> str:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from fractions import Fraction
 from typing import Any
 
@@ -48,9 +48,13 @@ class Broken:
 
 @dataclass(frozen=True)
 class Contended:
-    """What a design breaks when response times count; it keeps every requirement where that is nothing."""
+    """What a design breaks when response times count; it keeps every requirement where that is nothing.
+
+    `cores` are those of threads by name, where it is judged on others than first-fit gives.
+    """
 
     broken: tuple[Broken, ...]
+    cores: Mapping[str, int] = field(default_factory=dict)
 
     @property
     def status(self) -> str:
@@ -59,7 +63,8 @@ class Contended:
 
     def to_dict(self) -> dict[str, Any]:
         """For JSON."""
-        return {"status": self.status, "broken": [item.to_dict() for item in self.broken]}
+        found: dict[str, Any] = {"status": self.status, "broken": [item.to_dict() for item in self.broken]}
+        return {**found, "cores": dict(self.cores)} if self.cores else found
 
 
 def judge(referee: ContentionReferee, design: Design) -> Contended:
@@ -70,7 +75,9 @@ def judge(referee: ContentionReferee, design: Design) -> Contended:
     OutOfTime
         when a limit of time (`dse.timelimit.until`) is up.
     """
-    return Contended(tuple(Broken.of(miss) for miss in referee.misses(design)))
+    found = referee.judge(design)
+    cores = {referee.space.components[number].name: core for number, core in found.cores.items()}
+    return Contended(tuple(Broken.of(miss) for miss in found.misses), cores)
 
 
 def contention_dict(contended: Mapping[str, Contended], number: str) -> dict[str, Any]:

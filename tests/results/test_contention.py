@@ -43,6 +43,7 @@ flows: {f: {path: [a, b, c]}}
 requirements: [latency of f <= 85 ms]
 objectives: [minimise latency of f, minimise price]
 """
+LATE = SHARED.replace("deadline: 19 ms", "deadline: 17 ms, core: 1").replace("a: {", "a: {core: 1, ")
 # On cpu: c (30 %) stands on core 2, a (60 %) fits on core 1, b (30 %) too. b: 6 + 6 = 12 and then a again: 18 ms.
 # Alone the flow takes 6 + 20 + 6 + 40 + 12 = 84 ms, with contention 6 + 20 + 18 + 40 + 12 = 96 ms.
 
@@ -102,7 +103,7 @@ def test_the_figures_of_a_design_with_contention() -> None:
             | {"unbounded": []}
         ],
     }
-    tighter = dse.solve(loads(SHARED.replace("deadline: 19 ms", "deadline: 17 ms")))
+    tighter = dse.solve(loads(LATE))
     item = next(item for item in tighter.to_dict()["front"] if item["objectives"]["price"] == 500)
     assert [(broken["requirement"], broken["value"], broken["limit"]) for broken in item["contention"]["broken"]] == [
         ("latency of f <= 85 ms", 96_000_000, 85_000_000),
@@ -139,12 +140,16 @@ def test_where_contention_is_counted_nothing_more_is_said() -> None:
 
 @pytest.mark.parametrize("seed", range(40))
 def test_the_word_of_the_referee_is_that_of_the_analysis_and_of_the_simulation(seed: int) -> None:
-    """A design is kept where it is feasible with response times and deadlines; such a one is never observed outside."""
+    """A design is kept where it is feasible with response times and deadlines; such a one is never observed outside.
+
+    On the cores that it is judged on, which whoever leaves cores open and asks for response times gets as well.
+    """
     problem = loads(threads(seed))
     result = dse.solve(problem)
     deadlines = deadline_requirements(result.space, lambda _: "")
     for point in result.front:
-        cores = {
+        judged = result.contended[str(point.id)]
+        cores = judged.cores or {
             problem.space.components[number].name: core for number, core in cores_of(result.space, point.design).items()
         }
         open_ = {item.decision.component for item in problem.space.open_cores}
@@ -160,12 +165,48 @@ def test_the_word_of_the_referee_is_that_of_the_analysis_and_of_the_simulation(s
         ]
         holds = counted.is_feasible and not late
         assert kept(result)[point.id] == ("kept" if holds else "broken"), (point.decisions, late)
+        free = dse.analyse(problem, point.decisions, processing="response_time")
+        if free.contended is not None:
+            assert free.contended.broken == judged.broken
+        assert free.is_feasible or judged.broken
+        assert free.contended is not None or free.is_feasible == holds
         if holds and seed % 4 == 0:
-            seen = dse.simulate(problem, point.decisions, runs=4, endless_queues=True)
+            seen = dse.simulate(problem, chosen, runs=4, endless_queues=True)
             limits = {item.metric.kind: item.limit.value * 10**9 for item in result.space.requirements}
             for flow in seen.flows:
                 assert max(flow.latencies, default=0) <= limits["latency"]
     assert dse.verify(result, problem=problem).status == "verified"
+
+
+EXCHANGED = """
+dse: 1
+name: exchanged
+processor_types: {quad: {cores: 2, price: 5 EUR}, more: {cores: 2, price: 9 EUR}}
+processors: {p: {type: [quad, more]}}
+threads:
+  fast: {processor: p, period: 10 ms, compute_execution_time: 4 ms}
+  slow: {processor: p, period: 100 ms, compute_execution_time: {quad: 50 ms, more: 20 ms}}
+  late: {processor: p, period: 100 ms, compute_execution_time: 8 ms, deadline: 10 ms}
+objectives: [minimise price]
+"""
+# First-fit by decreasing use: slow (50 %), fast (40 %) and late (8 %) all on core 1, where late waits for fast.
+
+
+def test_where_first_fit_misses_a_deadline_other_cores_are_judged() -> None:
+    """Before, the front said that none keeps its deadlines, and `analyse --processing response-time` found cores."""
+    result = dse.solve(loads(EXCHANGED))
+    [point] = result.front
+    assert cores_of(result.space, point.design) == {0: 1, 1: 1, 2: 1}
+    judged = result.to_dict()["front"][0]["contention"]
+    assert judged == {"status": "kept", "broken": [], "cores": {"fast": 1, "slow": 1, "late": 2}}
+    assert contention_words(result).endswith(
+        "the only design keeps every stated deadline; #1 on others, for a response time is too long on those."
+    )
+    told = dse.analyse(loads(EXCHANGED), {"p.type": "quad"}).contended
+    assert told == result.contended["1"]
+    counted = dse.analyse(loads(EXCHANGED), {"p.type": "quad"}, deadlines="all", response_times=True)
+    assert counted.is_feasible
+    assert dse.verify(result, problem=loads(EXCHANGED)).status == "verified"
 
 
 def test_random_problems_are_of_every_kind() -> None:
@@ -174,10 +215,11 @@ def test_random_problems_are_of_every_kind() -> None:
         result = dse.solve(loads(threads(seed)))
         seen.update(kept(result).values())
         seen["unbounded"] += any(item.value is None for found in result.contended.values() for item in found.broken)
+        seen["exchanged"] += any(found.cores for found in result.contended.values())
         seen["late"] += any(
             item.requirement.endswith("deadline") for found in result.contended.values() for item in found.broken
         )
-    assert min(seen[name] for name in ("kept", "broken", "unbounded", "late")) >= 4, seen
+    assert min(seen[name] for name in ("kept", "broken", "unbounded", "late", "exchanged")) >= 4, seen
 
 
 def out_of_time(*_: Any) -> Any:
@@ -282,7 +324,7 @@ def test_one_core_needs_no_word() -> None:
 
 
 def test_an_analysis_says_what_its_design_keeps(capsys: pytest.CaptureFixture[str]) -> None:
-    late = loads(SHARED.replace("deadline: 19 ms", "deadline: 17 ms"))
+    late = loads(LATE)
     found = dse.analyse(late, {"p.type": "cpu"})
     assert found.is_feasible
     assert [item["requirement"] for item in found.to_dict()["contention"]["broken"]] == [

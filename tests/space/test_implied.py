@@ -195,7 +195,7 @@ def test_a_result_of_the_other_question_is_not_its_result(tmp_path: Path) -> Non
     assert dse.verify(data, problem=file).status == "rejected"
     data["semantics"] = 3
     out.write_text(json.dumps(data), encoding="utf-8")
-    with pytest.raises(UsageError, match="semantics 3, here 4"):
+    with pytest.raises(UsageError, match="semantics 3, here 5"):
         dse.resume(out, problem=file)
 
 

@@ -62,6 +62,11 @@ class Contention(Form):
 
     status: Literal["kept", "broken", "not checked"] = field("Whether it keeps every requirement then.")
     broken: list[Broken] = field("What it misses then.")
+    cores: dict[str, int] = field(
+        "The core of each thread of the processors where others than first-fit's are counted, because a response time "
+        "is too long on those.",
+        default={},
+    )
 
 
 class CoreUse(Form):
