@@ -21,7 +21,7 @@ from dse.analysis.unbounded import unbounded_in
 from dse.analysis.views import View
 from dse.space.cores import with_open_cores
 from dse.space.settings import told_deadlines
-from dse.space.trees import at
+from dse.space.trees import at, leaves
 from dse.space.types import EMPTY, Component, Design, Space
 
 
@@ -52,9 +52,14 @@ def with_contention(space: Space) -> Space | None:
 
 @dataclass(frozen=True)
 class Judged:
-    """What a design breaks; the core of each thread, by its number, where first-fit's were exchanged for others."""
+    """What a design breaks, as `design` of `space`, the question with contention, with the cores that it is judged on.
+
+    `cores` has the core of each thread, by its number, where first-fit's were exchanged for others.
+    """
 
     misses: tuple[Miss, ...]
+    space: Space
+    design: Design
     cores: Mapping[int, int] = field(default_factory=dict)
 
 
@@ -82,14 +87,14 @@ class ContentionReferee:
         misses = self._misses(self._evaluator, design)
         late = any(item.verdict.requirement.metric.kind == "response time" for item in misses)
         if self._open is None or not (late or self.space.open_priorities):
-            return Judged(misses)
+            return Judged(misses, self.space, design)
         space = self._open.space
         added = range(len(self.space.decisions), len(space.decisions))
         told = told_deadlines(space)
         asked = tuple(item for item in space.requirements if item not in told)
         whole = placed(replace(space, requirements=asked), (*design, *(0 for _ in added)), added)
         if self._open.evaluate(whole).breaches:
-            return Judged(misses)
+            return Judged(misses, self.space, design)
         view = View(whole)
         first = View(design)
         exchanged = {
@@ -98,7 +103,7 @@ class ContentionReferee:
             if (found := core_of_each(space, processor, view)) != core_of_each(self.space, processor, first)
             for number, core in found.items()
         }
-        return Judged(self._misses(self._open, whole), dict(sorted(exchanged.items())))
+        return Judged(self._misses(self._open, whole), space, whole, dict(sorted(exchanged.items())))
 
     @cached_property
     def _open(self) -> Evaluator | None:
@@ -122,6 +127,18 @@ def core_by(space: Space, component: Component, view: View) -> str:
     owner = component.name if component.executor is None else space.executors[component.executor].name
     decision = space.decision_index(f"{owner}.core")
     return "stated" if decision is None or not space.decisions[decision].is_open else "decided"
+
+
+def core_origins(space: Space) -> frozenset[str]:
+    """Who chooses the cores of threads on processors with several, in the words of `core_by`, in any design."""
+    several = {number for number, slot in enumerate(space.processors) if max(leaves(slot.cores), default=1) > 1}
+    open_ = {decision.name for decision in space.decisions if decision.field == "core" and decision.is_open}
+    found = set()
+    for item in space.components:
+        if several & set(leaves(item.processor)):
+            stated = "decided" if f"{item.name}.core" in open_ else "stated"
+            found.add("first-fit" if item.core is None else stated)
+    return frozenset(found)
 
 
 _PLACEMENTS: Recall[Mapping[int, Spread]] = Recall()

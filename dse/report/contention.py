@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
+from typing import Any
 
-from dse.analysis.contention import core_by, is_left_out, placements_of
+from dse.analysis.contention import core_by, core_origins, is_left_out, placements_of
 from dse.analysis.overheads import stated_overheads
 from dse.analysis.partition import Spread
 from dse.analysis.scheduling import core_room
@@ -16,7 +17,6 @@ from dse.results.solve import Result
 from dse.space.cores import is_scheduled
 from dse.space.settings import told_deadlines
 from dse.space.slots import carriers
-from dse.space.trees import leaves
 from dse.space.types import Design, Space
 
 PROCESSING = {
@@ -85,6 +85,31 @@ def contention_words(result: Result) -> str:
     return f"{begin} {count} {of} {verb} every {what}{who}{rest}."
 
 
+def study_contention_words(data: Mapping[str, Any]) -> str:
+    """The same of all fronts of a sweep, from what ``dse-sweep/1`` holds; empty where they leave out nothing."""
+    basis = data.get("contention")
+    judged = [
+        item["contention"]
+        for run in data["runs"]
+        for item in run.get("front", run.get("alternatives", ()))
+        if "contention" in item
+    ]
+    if basis is None or not judged:
+        return ""
+    told = {"none": "", "all": " and deadline", "stated": " and stated deadline"}[basis["deadlines"]]
+    out = "CPU contention is not in the latencies: with" if basis["left_out"] else "With"
+    kept = sum(item["status"] == "kept" for item in judged)
+    count = f"{kept or 'none'} of the" if kept < len(judged) else "all"
+    designs = f"{len(judged)} designs of all fronts" if len(judged) > 1 else "only design"
+    count = count if len(judged) > 1 else "the"
+    verb = ("keep" if kept > 1 else "keeps") if kept or len(judged) > 1 else "does not keep"
+    varied = " (a limit that varies counts apart)" if any(run["kind"] == "breaks" for run in data["runs"]) else ""
+    exchanged = sum(bool(item.get("cores")) for item in judged)
+    on = f"; {exchanged} on others, for a response time is too long on those" if exchanged else ""
+    cores = cores_of_origins(basis["cores"])
+    return f"{out} response times, {cores}, {count} {designs} {verb} every requirement{told}{varied}{on}."
+
+
 def _exchanged(numbers: list[int]) -> str:
     return f"; {_ids(numbers)} on others, for a response time is too long on those" if numbers else ""
 
@@ -122,7 +147,11 @@ def told_words(space: Space) -> str:
 
 def core_words(space: Space) -> str:
     """Which cores response times are counted on."""
-    origins = _origins(space)
+    return cores_of_origins(core_origins(space))
+
+
+def cores_of_origins(origins: Collection[str]) -> str:
+    """The same, from who chooses them."""
     given = " or ".join(word for word in ("stated", "decided") if word in origins)
     if not origins:
         return "on the only core of each processor"
@@ -133,22 +162,10 @@ def core_words(space: Space) -> str:
 
 def cores_origin(space: Space) -> str:
     """That first-fit chooses the cores of a design, in brackets, as far as it does."""
-    origins = _origins(space)
+    origins = core_origins(space)
     if "first-fit" not in origins:
         return ""
     return " (by first-fit)" if len(origins) == 1 else " (by first-fit, where none is stated)"
-
-
-def _origins(space: Space) -> set[str]:
-    """Who chooses the cores of threads on processors with several, as `core_by` says."""
-    several = {number for number, slot in enumerate(space.processors) if max(leaves(slot.cores), default=1) > 1}
-    open_ = {decision.name for decision in space.decisions if decision.field == "core" and decision.is_open}
-    found = set()
-    for item in space.components:
-        if several & set(leaves(item.processor)):
-            stated = "decided" if f"{item.name}.core" in open_ else "stated"
-            found.add("first-fit" if item.core is None else stated)
-    return found
 
 
 def _ids(numbers: list[int]) -> str:

@@ -8,6 +8,7 @@ from functools import partial
 from typing import Any
 
 from dse.report.charts import Spec
+from dse.report.contention import study_contention_words
 from dse.report.figuretext import MOST_ROWS, Data, decisions_text, number_of
 from dse.report.page import Block, Item, Listing, Plot, Section, Table, Text, listing, texts
 from dse.report.studyplots import lines_chart
@@ -18,6 +19,8 @@ from dse.units.text import count_words
 
 SHOWN_DESIGNS = 3
 """How many designs of each front are told."""
+KEPT: Data = {"status": "kept"}
+"""What is said of designs that are not judged: results of earlier versions."""
 UNSOLVED = {"invalid": "made no valid problem", "open": "not solved", "incomplete": "stopped early"}
 
 
@@ -36,7 +39,7 @@ def sweep_sections(data: Data) -> Iterator[Section]:
         grid = list(data["runs"][0]["values"]) if data["runs"] else []
         name, title = "sweep", f"Front as a function of {' and '.join(grid)}" if grid else "Sweep"
         blocks += _grid(data, currency)
-    blocks += texts(*_counted_runs(data))
+    blocks += texts(*_counted_runs(data), study_contention_words(data))
     blocks += listing(data.get("remarks", ()), "remark", 0)
     yield Section(name, title, tuple(blocks))
 
@@ -90,18 +93,29 @@ def _breaks(run: Data, currency: str) -> Iterator[Block]:
 def _break_table(run: Data, currency: str) -> Table:
     known = {item["id"]: item for item in run["alternatives"]}
     names = varying([item["decisions"] for item in known.values()])
+    is_judged = any("contention" in item for item in known.values())
     rows = []
     for stretch in _merged(run["stretches"]):
         best = known[stretch["best"]]
         ends = [readable(Fraction(stretch[end]), run["unit"], currency, 6) for end in ("from", "to")]
-        cells = (*ends, *_figures(run, best, currency), stretch["sizes"], f"#{best['id']}")
+        shown = [_contended(run, best, currency)] if is_judged else []
+        cells = (*ends, *_figures(run, best, currency), stretch["sizes"], *shown, f"#{best['id']}")
         rows.append((*cells, decisions_text(best["decisions"], names)))
     objectives = [info["name"] for info in run["objectives"]]
-    headings = ("from limit", "to", *objectives, "on the front", "design", "decisions")
+    judged = ["needs with response times"] if is_judged else []
+    headings = ("from limit", "to", *objectives, "on the front", *judged, "design", "decisions")
     last = len(headings) - 1
     where = f" at {_where(run)}" if run["values"] else ""
     caption = f"Best choice under the limit{where}"
     return Table(caption, headings, tuple(rows), tuple(range(last)), most=MOST_ROWS, wide=last, label=last - 1)
+
+
+def _contended(run: Data, item: Data, currency: str) -> str:
+    """The limit that a design needs when response times count, in the break table; that it breaks something else."""
+    judged = item["contention"]
+    limited = judged.get("limited", item["limited"])
+    words = readable(figure(limited), run["unit"], currency, 6)
+    return f"{words}, breaks others" if judged["broken"] else words
 
 
 def _best_by_limit(run: Data, info: Data, currency: str) -> str:
@@ -187,18 +201,23 @@ def _grid(data: Data, currency: str) -> Iterator[Block]:
 
 def _grid_table(data: Data, infos: Sequence[Data], currency: str) -> Table:
     rows: list[tuple[str, ...]] = []
+    is_judged = data.get("contention") is not None
     for run in data["runs"]:
         best = [_best(run, info) for info in infos]
         shown = [
             "none" if value is None else counted(value, info["unit"], currency)
             for value, info in zip(best, infos, strict=True)
         ]
+        front = run.get("front", ())
+        kept = sum(item.get("contention", KEPT)["status"] == "kept" for item in front)
+        judged = [f"{kept} of {len(front)}" if front else ""] if is_judged else []
         change = run["change"]
         moved = ("", "", "") if change is None else tuple(str(len(change[key])) for key in ("entered", "left", "moved"))
-        rows.append((*run["values"].values(), run["status"], str(len(run.get("front", ()))), *shown, *moved))
+        rows.append((*run["values"].values(), run["status"], str(len(front)), *judged, *shown, *moved))
     grid = list(data["runs"][0]["values"]) if data["runs"] else []
     bests = (f"best {info['name']}" for info in infos)
-    headings = (*grid, "status", "on the front", *bests, "enter", "leave", "stay, moved")
+    keep = ["keep with response times"] if is_judged else []
+    headings = (*grid, "status", "on the front", *keep, *bests, "enter", "leave", "stay, moved")
     numbers = tuple(range(len(grid) + 1, len(headings)))
     caption = "Front by value, and what enters and leaves it against the value before"
     return Table(caption, headings, tuple(rows), numbers, most=MOST_ROWS)

@@ -7,9 +7,18 @@ from dataclasses import dataclass, field
 from fractions import Fraction
 from typing import Any
 
-from dse.analysis.contention import ContentionReferee, Miss, placements_of
+from dse.analysis.contention import (
+    ContentionReferee,
+    Judged,
+    Miss,
+    core_origins,
+    is_left_out,
+    placements_of,
+    with_contention,
+)
 from dse.analysis.terms import PPM
 from dse.results.display import exact
+from dse.space.settings import told_deadlines
 from dse.space.types import Design, Space
 
 NOT_CHECKED = "not checked"
@@ -75,9 +84,24 @@ def judge(referee: ContentionReferee, design: Design) -> Contended:
     OutOfTime
         when a limit of time (`dse.timelimit.until`) is up.
     """
-    found = referee.judge(design)
+    return contended(referee, referee.judge(design))
+
+
+def contended(referee: ContentionReferee, found: Judged) -> Contended:
+    """What the referee said of a design."""
     cores = {referee.space.components[number].name: core for number, core in found.cores.items()}
     return Contended(tuple(Broken.of(miss) for miss in found.misses), cores)
+
+
+def basis_dict(space: Space) -> dict[str, Any] | None:
+    """What the fronts of a study leave out and are judged by, for JSON; None where they leave out nothing.
+
+    Whether response times are left out, which deadlines are only told, and who chooses the cores.
+    """
+    if with_contention(space) is None:
+        return None
+    told = space.deadlines if told_deadlines(space) else "none"
+    return {"left_out": is_left_out(space), "deadlines": told, "cores": sorted(core_origins(space))}
 
 
 def contention_dict(contended: Mapping[str, Contended], number: str) -> dict[str, Any]:

@@ -113,7 +113,8 @@ class SweepResult(Answer):
     The same problem, changes and seed give the same text, however often the sweep was stopped and wherever its runs
     were solved; `solved` and `found` (in the store) tell what this sitting did and are no part of it. `scale` has for
     each objective its best and worst value on all fronts together: ranks and scores of every run rest on it.
-    `remarks` say what varying an input cannot show. `files` are the texts of the problem, of what it includes and of
+    `remarks` say what varying an input cannot show, `contention` what all fronts leave out of the latencies and their
+    designs are judged by all the same (None: nothing). `files` are the texts of the problem, of what it includes and of
     its samples, by name.
 
     Examples
@@ -131,6 +132,7 @@ class SweepResult(Answer):
     seed: int = 0
     scale: tuple[ScaledObjective, ...] = ()
     remarks: tuple[str, ...] = ()
+    contention: Mapping[str, Any] | None = None
     files: Mapping[str, str] = field(default_factory=dict)
     solved: int = field(default=0, compare=False)
     found: int = field(default=0, compare=False)
@@ -182,6 +184,7 @@ class SweepResult(Answer):
             "status": self.status,
             "ranking": {"words": RANKING, "scale": [item.to_dict() for item in self.scale]},
             "remarks": list(self.remarks),
+            "contention": None if self.contention is None else dict(self.contention),
             "vary": [_axis(axis) for axis in self.axes],
             "runs": [
                 {
@@ -197,7 +200,8 @@ class SweepResult(Answer):
     def to_csv(self) -> str:
         """A row for each alternative of each run (and stretch of limits), units in the header.
 
-        Exact figures, fractions as text.
+        Exact figures, fractions as text. Column ``contention`` says whether the design keeps every requirement when
+        response times count, where the fronts leave them out.
         """
         out = io.StringIO()
         writer = csv.writer(out, lineterminator="\n")
@@ -212,8 +216,9 @@ class SweepResult(Answer):
         """The rows of `to_csv` as a frame.
 
         Columns: each axis with values (text); ``from`` and ``to`` where a limit has break-points (exact, in the
-        limit's unit); ``status``, ``rank``; each metric as ``NAME [UNIT]`` (integer, or a fraction as text); each
-        decision (text, missing where inactive). `units` as for `Result.frame`.
+        limit's unit); ``status``, ``rank``; ``contention`` (``kept`` or ``broken``) where fronts leave that out; each
+        metric as ``NAME [UNIT]`` (integer, or a fraction as text); each decision (text, missing where inactive).
+        `units` as for `Result.frame`.
         """
         return unit_frame(self.columns, list(self._rows()), self._units(), units, str(self.problem["currency"]))
 
@@ -223,11 +228,12 @@ class SweepResult(Answer):
         names = [axis.name for axis in self.grid_axes]
         if any(axis.interval for axis in self.axes):
             names += ["from", "to"]
+        judged = ["contention"] if self.contention is not None else []
         rows = list(self._rows())
         metrics = list(self._units())
         decisions = dict.fromkeys(name for row in rows for name in row)
-        known = {*names, "status", "rank", *metrics}
-        return [*names, "status", "rank", *metrics, *(name for name in decisions if name not in known)]
+        known = {*names, "status", "rank", *judged, *metrics}
+        return [*names, "status", "rank", *judged, *metrics, *(name for name in decisions if name not in known)]
 
     def _units(self) -> dict[str, str]:
         units: dict[str, str] = {}
@@ -243,12 +249,12 @@ class SweepResult(Answer):
                 for stretch in run.outcome["stretches"]:
                     for item in run.of_stretch(stretch):
                         limits = {"from": stretch["from"], "to": stretch["to"]}
-                        yield {**head, **limits, "rank": item["rank"], **_figures(item), **item["decisions"]}
+                        yield {**head, **limits, **_row(item)}
                 continue
             if not run.front:
                 yield head
             for item in run.front:
-                yield {**head, "rank": item["rank"], **_figures(item), **item["decisions"]}
+                yield {**head, **_row(item)}
 
 
 def _axis(axis: VariedAxis) -> dict[str, Any]:
@@ -281,6 +287,12 @@ def _best(run: SweepRun, info: Mapping[str, str]) -> Fraction | None:
     if not values:
         return None
     return min(values) if info["sense"] == "minimise" else max(values)
+
+
+def _row(item: Mapping[str, Any]) -> dict[str, Any]:
+    """A design in its row."""
+    judged = {"contention": item["contention"]["status"]} if "contention" in item else {}
+    return {"rank": item["rank"], **judged, **_figures(item), **item["decisions"]}
 
 
 def _figures(item: Mapping[str, Any]) -> dict[str, Any]:

@@ -25,6 +25,7 @@ from dse.space.cores import with_open_cores
 from dse.space.metrics import metric_dimension
 from dse.space.types import Design, Objective, Space
 from dse.study.axes import LimitAxis, limit_requirements, limited
+from dse.study.contention import Jury
 from dse.study.fronts import Figures, check_objectives, minimised, non_dominated, objective_infos, search_space, senses
 from dse.units import DIMENSIONLESS, Quantity
 
@@ -56,7 +57,8 @@ def break_points(space: Space, axis: LimitAxis, seed: int) -> dict[str, Any]:
     rest = tuple(item for item in space.objectives if item.metric != axis.metric) or space.objectives
     question = _Question(replace(space, objectives=rest), axis, seed)
     stretches, proved = question.stretches()
-    figures = Figures(Evaluator(question.space))
+    jury = Jury(question.space, None if question.is_share else axis.metric)
+    figures = Figures(Evaluator(question.space), jury)
     status = "incomplete" if not proved else "complete" if stretches else "infeasible"
     return {
         "kind": "breaks",

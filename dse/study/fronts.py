@@ -13,6 +13,7 @@ from dse.pareto.front import Budget, FrontSearch, search_front
 from dse.results.display import exact
 from dse.results.solve import decisions_of
 from dse.space.types import Design, Space
+from dse.study.contention import Jury
 from dse.timelimit import in_force
 
 Vector = tuple[int, ...]
@@ -20,9 +21,13 @@ Vector = tuple[int, ...]
 
 @dataclass(frozen=True)
 class Figures:
-    """How to say what a design amounts to: the evaluator of a space, every metric in its base unit."""
+    """How to say what a design amounts to: the evaluator of a space, every metric in its base unit.
+
+    `jury` says what it keeps with contention.
+    """
 
     evaluator: Evaluator
+    jury: Jury
 
     @property
     def units(self) -> dict[str, str]:
@@ -37,8 +42,15 @@ class Figures:
         return {measure.metric.name: exact(measure.value(view)) for measure in measures}
 
     def alternative(self, design: Design) -> dict[str, Any]:
-        """A design as data: its decisions and metrics."""
-        return {"decisions": decisions_of(self.evaluator.space, design), "metrics": self.metrics(design)}
+        """A design as data: its decisions and metrics, and what it keeps with contention where that is left out.
+
+        Raises
+        ------
+        OutOfTime
+            when the limit of time in force is up.
+        """
+        decisions = decisions_of(self.evaluator.space, design)
+        return {"decisions": decisions, "metrics": self.metrics(design), **self.jury.says(design)}
 
 
 def search_space(evaluator: Evaluator, seed: int) -> FrontSearch:
@@ -73,7 +85,7 @@ def front_outcome(space: Space, seed: int) -> dict[str, Any]:
     check_objectives(space)
     evaluator = Evaluator(space)
     search = search_space(evaluator, seed)
-    figures = Figures(evaluator)
+    figures = Figures(evaluator, Jury(space))
     status = "incomplete" if not search.is_complete else "complete" if search.points else "infeasible"
     return {
         "kind": "front",

@@ -12,6 +12,7 @@ from typing import Any, Unpack
 from dse.api.problem import Problem, Source, load
 from dse.api.question import Changes, Question
 from dse.errors import DseError, UsageError
+from dse.results.contention import basis_dict
 from dse.results.sweep import SweepResult, SweepRun, VariedAxis
 from dse.results.sweepranking import rank_together
 from dse.space.settings import SETTINGS, settings_of
@@ -150,6 +151,7 @@ def sweep_asked(
         seed=seed,
         scale=scale,
         remarks=tuple(_remarks(asked, axes)),
+        contention=basis_dict(asked.space),
         files=asked.loaded.texts,
         solved=len(done) - found,
         found=found,

@@ -348,3 +348,43 @@ def test_the_terminal_says_whether_contention_is_in_a_latency(tmp_path: Path) ->
     assert "first-fit gives: Breaks latency of f <= 85 ms (96 ms)." in said()
     assert "CPU contention is in the latencies" in said("--processing", "response-time")
     assert "this profile counts no response times" in said("--profile", "osate-2.2")
+
+
+SWEPT = SHARED + "deadlines: stated\n"
+
+
+def test_fronts_of_sweeps_say_what_their_designs_keep(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """In one line, in the JSON, in the CSV, by the same function as `solve`; of break-points which limit is needed."""
+    monkeypatch.chdir(tmp_path)
+    Path("p.yaml").write_text(SWEPT.lstrip(), encoding="utf-8")
+    for vary in ("price=5EUR,9EUR", "latency of f=70ms..84ms"):
+        out = CliRunner().invoke(
+            cli, ["sweep", "p.yaml", "--vary", vary, "--no-store", "--json", "s.json", "--csv", "s.csv"]
+        )
+        assert out.exit_code == 0, out.output
+        data = json.loads(Path("s.json").read_text(encoding="utf-8"))
+        assert data["contention"] == {"left_out": True, "deadlines": "stated", "cores": ["first-fit", "stated"]}
+        said = " ".join(out.output.split())
+        begin = "with response times, on the cores stated, else those that first-fit gives, "
+        assert (
+            f"{begin}1 of the {'3' if 'price' in vary else '2'} designs of all fronts keeps every requirement" in said
+        )
+        rows = Path("s.csv").read_text(encoding="utf-8").splitlines()
+        assert "contention" in rows[0].split(",") and any(",broken," in row for row in rows[1:])
+        page = CliRunner().invoke(cli, ["report", "s.json", "-o", "pages"])
+        assert page.exit_code == 0
+        [text] = [path.read_text(encoding="utf-8") for path in Path("pages").glob("*.md")]
+        assert begin in " ".join(text.split())
+    limited = {item["limited"]: item["contention"]["limited"] for item in data["runs"][0]["alternatives"]}
+    assert limited[84_000_000] == 96_000_000
+    assert "96 ms, breaks others" in said
+    solved = {item["decisions"]["p.type"]: item["contention"] for item in dse.solve(loads(SWEPT)).to_dict()["front"]}
+    swept = dse.sweep(loads(SWEPT), "price=5EUR,9EUR")
+    for run in swept.runs:
+        assert all(item["contention"] == solved[item["decisions"]["p.type"]] for item in run.front)
+
+
+def test_a_sweep_that_counts_contention_says_no_more() -> None:
+    counted = dse.sweep(loads(SHARED.replace(", deadline: 19 ms", "") + "processing: response_time\n"), "price=9EUR")
+    assert counted.contention is None and "contention" not in counted.columns
+    assert all("contention" not in item for run in counted.runs for item in run.front)

@@ -12,7 +12,9 @@ import dse
 from dse.api.problem import loads
 from dse.cli.main import run
 from dse.errors import UsageError
+from dse.space.settings import SETTINGS
 from dse.spec.schema import json_schema
+from dse.version import SEMANTICS
 
 CORES = """
 dse: 1
@@ -304,3 +306,13 @@ objectives: [minimise busy of line]
         assert run(["analyse", str(file), "--design", f"line.type={option}"]) == 0
         said = " ".join(capsys.readouterr().out.split())
         assert f"busy of line <= 100 % (implied) {expected}" in said
+
+
+SETTINGS_BY_SEMANTICS = {
+    5: "profile worst_case system partition_output best_case bus_queuing processing deadlines overload",
+}
+
+
+def test_a_new_setting_is_a_new_meaning() -> None:
+    """A result without it would not be told from a forgery: the number in `dse.version` is raised with the settings."""
+    assert " ".join(SETTINGS) == SETTINGS_BY_SEMANTICS[SEMANTICS]

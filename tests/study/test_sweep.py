@@ -38,7 +38,7 @@ def unranked(run: SweepRun) -> dict[str, Any]:
     """An outcome as it was found, before the sweep ranked its fronts together."""
     assert run.outcome is not None
     names = [info["name"] for info in run.outcome["objectives"]]
-    front = [{key: item[key] for key in ("decisions", "metrics")} for item in run.front]
+    front = [{key: value for key, value in item.items() if key not in ("rank", "score")} for item in run.front]
     front.sort(key=lambda item: [Fraction(item["metrics"][name]) for name in names])
     return {**run.outcome, "front": front}
 

@@ -7,6 +7,7 @@ from typing import Annotated, Any, Literal, TypeAlias
 from pydantic import Discriminator, Field, Tag
 
 from dse.results.forms.base import Decisions, Figure, Form, Number, Objective, Settings, Unit, field
+from dse.results.forms.result import Contention
 
 
 class Changes(Form):
@@ -73,6 +74,24 @@ class FrontChange(Form):
     )
 
 
+class ContentionBasis(Form):
+    """What the fronts leave out, and how their designs are judged all the same."""
+
+    left_out: bool = field("Whether response times are left out of the latencies.")
+    deadlines: Literal["stated", "all", "none"] = field("Which deadlines are told of designs, and not searched for.")
+    cores: list[Literal["stated", "decided", "first-fit"]] = field("Who chooses the cores that threads are judged on.")
+
+
+class LimitedContention(Contention):
+    """The same of a design whose limit varies."""
+
+    limited: Figure | None = field(
+        "The tightest limit that it keeps then, in the `unit` of the limit; null where none. Left out where it is a "
+        "share, which response times do not change.",
+        default=None,
+    )
+
+
 class Alternative(Form):
     """A design of a front, with its rank there."""
 
@@ -81,6 +100,9 @@ class Alternative(Form):
     decisions: Decisions = field("The chosen option of each open decision that matters in it.")
     metrics: dict[str, Figure | None] = field(
         "Every metric and objective, in the `units` of the run; null where it is unbounded."
+    )
+    contention: Contention = field(
+        "What it keeps when response times count, where the front leaves that out.", default=None
     )
 
 
@@ -92,6 +114,9 @@ class LimitedDesign(Form):
     decisions: Decisions = field("The chosen option of each open decision that matters in it.")
     metrics: dict[str, Figure | None] = field(
         "Every metric and objective, in the `units` of the run; null where it is unbounded."
+    )
+    contention: LimitedContention = field(
+        "What it keeps when response times count, beside the limit that varies.", default=None
     )
 
 
@@ -194,6 +219,7 @@ class SweepForm(Form):
     status: Literal["complete", "infeasible", "incomplete", "invalid"] = field("That of all runs together.")
     ranking: SweepRanking = field("How designs are ranked.")
     remarks: list[str] = field("What varying an input cannot show.")
+    contention: ContentionBasis | None = field("What all fronts leave out; null where that is nothing.", default=None)
     vary: list[VariedAxis] = field("What was varied.")
     runs: list[AnyRun] = field("What was found for each value, the last axis fastest.")
     files: dict[str, str] = field(
