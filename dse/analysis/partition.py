@@ -10,7 +10,7 @@ import operator
 from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
-from functools import partial
+from functools import lru_cache, partial
 from math import ceil, floor, lcm
 from typing import Any, Literal, TypeAlias, cast
 
@@ -96,10 +96,10 @@ def partition(work: Sequence[Work], taken: Sequence[Fraction], room: Room) -> Pa
     if status != "found" and _is_hopeless(counted):
         status = "none"
     elif status != "found" and len(work) <= MOST_THREADS:
-        search = _Search(counted, order, MOST_STEPS)
-        status = search.run()
+        found = _searched(counted, order, MOST_STEPS)
+        status = found.status
         if status == "found":
-            cores, loads = search.cores, search.loads
+            cores, loads = list(found.cores), list(found.loads)
     return Partition(status, tuple(cores), tuple(load / counted.scale for load in loads))
 
 
@@ -114,37 +114,44 @@ def tightest(work: Sequence[Work], taken: Sequence[Fraction]) -> Partition:
     steps = MOST_STEPS if len(work) <= MOST_THREADS else 0
     while status == "found" and max(loads) > least:
         peak = max(loads)
-        search = _Search(replace(counted, fits=partial(operator.gt, peak), most=peak), order, steps)
-        status, steps = search.run(), search.steps
+        found = _searched(replace(counted, room=Room(peak, is_strict=True)), order, steps)
+        status, steps = found.status, found.steps
         if status == "found":
-            cores, loads = search.cores, search.loads
-    found: Status = "undecided" if status == "undecided" else "found"
-    return Partition(found, tuple(cores), tuple(load / counted.scale for load in loads))
+            cores, loads = list(found.cores), list(found.loads)
+    said: Status = "undecided" if status == "undecided" else "found"
+    return Partition(said, tuple(cores), tuple(load / counted.scale for load in loads))
 
 
 @dataclass(frozen=True)
 class _Counted:
     """The question in whole parts of a core, `scale` of them, where figures are plain numbers: they add up quickly.
 
-    Figures that remember how they were made stay as they are. `most` is what no load that fits is above.
+    Figures that remember how they were made stay as they are: these are not `is_plain`.
     """
 
     work: Sequence[Work]
     taken: Sequence[Any]
-    fits: Callable[[Any], bool]
-    most: Any
+    room: Room
     scale: Fraction
+    is_plain: bool
+
+    @property
+    def fits(self) -> Callable[[Any], bool]:
+        """Whether a core may carry a load."""
+        if not self.is_plain:
+            return self.room.fits
+        return partial(operator.gt if self.room.is_strict else operator.ge, self.room.share)  # by far quicker
 
 
 def _counted(work: Sequence[Work], taken: Sequence[Fraction], room: Room) -> _Counted:
     figures = [*taken, *(item.share for item in work)]
     if not all(type(figure) in (int, Fraction) for figure in figures):
-        return _Counted(work, taken, room.fits, room.share, Fraction(1))
+        return _Counted(work, taken, room, Fraction(1), is_plain=False)
     scale = lcm(*(figure.denominator for figure in figures))
     share = room.share * scale
     most = ceil(share) - 1 if room.is_strict else floor(share)
     whole = [Work(cast(Any, int(item.share * scale)), item.cores) for item in work]
-    return _Counted(whole, [int(load * scale) for load in taken], partial(operator.ge, most), most, Fraction(scale))
+    return _Counted(whole, [int(load * scale) for load in taken], Room(cast(Any, most)), Fraction(scale), is_plain=True)
 
 
 def _is_hopeless(counted: _Counted) -> bool:
@@ -256,11 +263,11 @@ def first_fit(work: Sequence[Work], taken: Sequence[Fraction]) -> Partition:
 
 
 def _first_fit(counted: _Counted, order: Sequence[int]) -> tuple[Status, list[int], list[Any]]:
-    loads, cores = list(counted.taken), [0] * len(counted.work)
-    status: Status = "found" if all(map(counted.fits, counted.taken)) else "undecided"
+    loads, cores, fits = list(counted.taken), [0] * len(counted.work), counted.fits
+    status: Status = "found" if all(map(fits, counted.taken)) else "undecided"
     for number in order:
         item = counted.work[number]
-        core = next((core for core in item.cores if counted.fits(loads[core] + item.share)), None)
+        core = next((core for core in item.cores if fits(loads[core] + item.share)), None)
         if core is None:
             status = "undecided"
             core = min(item.cores or range(len(loads)), key=lambda one: (loads[one], one))
@@ -279,27 +286,52 @@ def _least_used(counted: _Counted, order: Sequence[int]) -> tuple[list[int], lis
     return cores, loads
 
 
+@dataclass(frozen=True)
+class _Found:
+    """What a complete search found, and how many of its steps were left."""
+
+    status: Status
+    cores: tuple[int, ...]
+    loads: tuple[Any, ...]
+    steps: int
+
+
+def _searched(counted: _Counted, order: Sequence[int], steps: int) -> _Found:
+    """The complete search; remembered, for designs that differ elsewhere use their cores alike."""
+    if not counted.is_plain:
+        return _Search(counted, order, steps).run()
+    work = tuple((item.share, tuple(item.cores)) for item in counted.work)
+    return _recalled(work, tuple(counted.taken), counted.room, steps)
+
+
+@lru_cache(maxsize=4096)
+def _recalled(work: tuple[tuple[Any, tuple[int, ...]], ...], taken: tuple[Any, ...], room: Room, steps: int) -> _Found:
+    counted = _Counted([Work(*item) for item in work], taken, room, Fraction(1), is_plain=True)
+    return _Search(counted, _largest_first(counted.work), steps).run()
+
+
 class _Search:
     """Depth first, the largest thread first; cores that are alike are tried once."""
 
     def __init__(self, counted: _Counted, order: Sequence[int], steps: int) -> None:
-        self.counted, self.work, self.order = counted, counted.work, order
+        self.work, self.order, self.fits, self.most = counted.work, order, counted.fits, counted.room.share
         self.loads, self.cores, self.steps = list(counted.taken), [0] * len(counted.work), steps
         self.left: list[Any] = [0] * (len(order) + 1)
         for position in range(len(order) - 1, -1, -1):
             self.left[position] = self.left[position + 1] + self.work[order[position]].share
         self.alike = {core for core in range(len(self.loads)) if all(core in item.cores for item in self.work)}
 
-    def run(self) -> Status:
-        """Whether there is a partition; `cores` and `loads` are one, and so many `steps` are left."""
+    def run(self) -> _Found:
+        """Whether there is a partition, and one where there is."""
         found = self._place(0)
-        return "undecided" if found is None else "found" if found else "none"
+        status: Status = "undecided" if found is None else "found" if found else "none"
+        return _Found(status, tuple(self.cores), tuple(self.loads), self.steps)
 
     def _place(self, position: int) -> bool | None:
         """Put the threads from `position` on; None when effort ends."""
         if position == len(self.order):
             return True
-        most = self.counted.most
+        most = self.most
         if sum(most - load for load in self.loads if most > load) < self.left[position]:
             return False
         number = self.order[position]
@@ -307,7 +339,7 @@ class _Search:
         tried = set()
         for core in item.cores:
             load = self.loads[core]
-            if (core in self.alike and load in tried) or not self.counted.fits(load + item.share):
+            if (core in self.alike and load in tried) or not self.fits(load + item.share):
                 continue
             tried |= {load} if core in self.alike else set()
             self.steps -= 1

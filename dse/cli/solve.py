@@ -63,9 +63,8 @@ REPORT_S = 2.0
 @click.option(
     "--workers",
     type=click.IntRange(1, 64),
-    default=1,
-    show_default=True,
-    help="Regions searched at the same time; the front does not depend on it.",
+    help="Regions searched at the same time, one unless told otherwise; of --insist options, then on the cores of this "
+    "machine. What is found does not depend on it.",
 )
 @click.option(
     "--resume",
@@ -115,7 +114,7 @@ def command(
     maximise: tuple[str, ...],
     time_limit: TimeLimit,
     seed: int,
-    workers: int,
+    workers: int | None,
     resume: str | None,
     robust: bool,
     rank_by: str | None,
@@ -170,12 +169,12 @@ def command(
         from dse.cli.robust import show_robust, solve_robustly
 
         with _Reporter(quiet=quiet) as progress:
-            budget, tell = Budget(time_limit, seed, workers), (progress, _checkpoint(json_path))
+            budget, tell = Budget(time_limit, seed, workers or 1), (progress, _checkpoint(json_path))
             study = solve_robustly(asked, (resume, file) if resume is not None else None, budget, tell)
         return show_robust(study, rank_by or "ideal", top, (json_path, csv_path, target, report), quiet=quiet)
     with _Reporter(quiet=quiet) as progress, about(resume) if resume is not None else nullcontext():
         watcher = Watcher(progress, _checkpoint(json_path))
-        result = solve_asked(asked, Budget(time_limit, seed, workers), watcher, earlier)
+        result = solve_asked(asked, Budget(time_limit, seed, workers or 1), watcher, earlier)
     result = ranked_by(result, rank_by or "ideal")
     if further is not None or within is not None:
         result = with_further_designs(
@@ -202,9 +201,10 @@ def command(
     return result.exit_code if in_time and is_whole else EXIT_INCOMPLETE
 
 
-def _insisted(result: Result, workers: int, scheduler: str | None, limit: TimeLimit, *, quiet: bool) -> Result:
+def _insisted(result: Result, workers: int | None, scheduler: str | None, limit: TimeLimit, *, quiet: bool) -> Result:
     """The result with the price of insisting; on a terminal it is told how far that is."""
     from dse.study.insist import Machines, insisted
+    from dse.study.workers import usable_cores
 
     live = sys.stderr.isatty() and not quiet
 
@@ -212,7 +212,7 @@ def _insisted(result: Result, workers: int, scheduler: str | None, limit: TimeLi
         if live:
             click.echo(f"\r\033[K{done} of {whole} options", err=True, nl=False)
 
-    found = insisted(result, Machines(workers, scheduler), limit, tell)
+    found = insisted(result, Machines(workers or usable_cores(), scheduler), limit, tell)
     if live:
         click.echo("\r\033[K", err=True, nl=False)
     return found

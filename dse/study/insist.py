@@ -6,6 +6,7 @@ import json
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache
+from time import monotonic
 from typing import Literal, TypeAlias, cast
 
 from dse.analysis.evaluate import Evaluator
@@ -21,6 +22,8 @@ from dse.study.cluster import run_on_cluster
 from dse.study.workers import check_workers, run_all
 from dse.timelimit import OutOfTime, TimeLimit, in_force
 
+ALONE_S = 2.0
+"""So long options are searched in this process before others are started."""
 Status: TypeAlias = Literal["complete", "incomplete", "infeasible"]
 Fronts: TypeAlias = "dict[tuple[int, int], tuple[Status, list[InsistedPoint]]]"
 
@@ -51,7 +54,7 @@ def insist(
     result
         what `dse.solve` or `dse.reopen` returned.
     workers
-        on how many cores of this machine; what is found does not depend on it.
+        on how many cores of this machine, once it has taken some seconds; what is found does not depend on it.
     scheduler
         the address of a Dask scheduler, to search on its workers instead.
     time_limit_s
@@ -126,8 +129,17 @@ def _search(
 
 def _outcomes(payloads: Sequence[str], machines: Machines, limit: TimeLimit) -> Iterator[tuple[int, str]]:
     if machines.scheduler is not None:
-        return run_on_cluster(search_payload, payloads, machines.scheduler, limit)
-    return run_all(search_payload, payloads, machines.workers, limit)
+        yield from run_on_cluster(search_payload, payloads, machines.scheduler, limit)
+        return
+    begun, done = monotonic(), 0
+    if machines.workers > 1:  # processes take seconds to start: most problems are through by then
+        for number, outcome in run_all(search_payload, payloads, 1, limit):
+            done = number + 1
+            yield number, outcome
+            if monotonic() - begun > ALONE_S:
+                break
+    for number, outcome in run_all(search_payload, payloads[done:], machines.workers, limit):
+        yield done + number, outcome
 
 
 def search_payload(payload: str) -> str:

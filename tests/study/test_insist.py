@@ -40,7 +40,8 @@ def test_each_options_front_is_that_of_fix(result: dse.Result) -> None:
         assert item.status == fixed.status
 
 
-def test_it_is_the_same_on_several_cores(result: dse.Result) -> None:
+def test_it_is_the_same_on_several_cores(result: dse.Result, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("dse.study.insist.ALONE_S", 0.0)
     assert dse.insist(dse.solve(PUMP), workers=2).insisting == result.insisting
 
 
