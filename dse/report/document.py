@@ -11,6 +11,7 @@ from typing import Any
 from dse.analysis.binding import bus_stack, message_bytes
 from dse.analysis.rates import rate_hz
 from dse.analysis.views import View
+from dse.api.feasible import Feasible, feasible_designs
 from dse.report.analyse import flow_table, metric_table, tightest_limits, usage_tables, verdict_table
 from dse.report.bars import usage_records, waterfall_records
 from dse.report.charts import front_records
@@ -119,6 +120,11 @@ class Document:
             found[f"o{axis}"] = None if is_unbounded(value) else float(value / factor)
             found[f"t{axis}"] = counted(value, info.unit, self.space.currency)
         return found
+
+    @cached_property
+    def feasible(self) -> Feasible | None:
+        """All feasible designs, where they are few enough to look at each."""
+        return feasible_designs(self.result)
 
     @cached_property
     def alternatives(self) -> tuple[Alternative, ...]:

@@ -29,7 +29,9 @@ from dse.report.drawing import STYLE, Drafter
 from dse.report.page import Page, Section, numbered
 from dse.report.theme import DARK, LIGHT, css_variables
 from dse.report.words import proof_words
+from dse.results.display import display_unit
 from dse.timelimit import look_at_the_clock
+from dse.units import is_unbounded
 
 MOST_ON_PAPER = 8
 """Decisions that the table of the front shows on paper: more would not fit."""
@@ -193,6 +195,20 @@ def _fragment(environment: Environment, document: Document, drafter: Drafter, al
     return [line.strip() for line in text.splitlines() if line.strip()]
 
 
+def _feasible(document: Document) -> list[list[float | None]]:
+    """Readable objectives of each feasible design that is not on the front, as `front_records` has them."""
+    if document.feasible is None:
+        return []
+    result = document.result
+    front = {tuple(point.objectives[info.name] for info in result.objectives) for point in result.front}
+    factors = [display_unit(info.unit, result.space.currency)[0] for info in result.objectives]
+    return [
+        [None if is_unbounded(value) else float(value / factor) for value, factor in zip(vector, factors, strict=True)]
+        for vector in document.feasible.vectors
+        if vector not in front
+    ]
+
+
 def _data(document: Document, fragments: Mapping[int, Sequence[str]], opened: Alternative | None) -> dict[str, Any]:
     result, today = document.result, document.reasoner.baseline
     lines, rows = Pool(), Pool()
@@ -215,6 +231,7 @@ def _data(document: Document, fragments: Mapping[int, Sequence[str]], opened: Al
         "bar": BAR,
         "edge": EDGE,
         "baseline": document.baseline_record,
+        "feasible": _feasible(document) if result.front else [],
         "decide": decide_data(result, today[0].metrics if today is not None else None) if result.front else None,
         "specs": {},
     }

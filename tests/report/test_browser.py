@@ -274,6 +274,18 @@ def test_axes_show_any_metric(page: Browser, folder: Path) -> None:
     assert page.problems() == []
 
 
+def test_the_front_is_shown_among_all_feasible_designs(page: Browser) -> None:
+    assert plotted(page, "views.scatter", "front")  # the axes fit it
+    narrow = page.run("dseReport.state.views.scatter.scale('x').domain()[1]")
+    page.run("document.getElementById('among').click()")
+    page.wait("dseReport.data.feasible.length === (dseReport.state.views.scatter.data('feasible') || []).length")
+    rows = plotted(page, "views.scatter", "feasible")
+    said = page.run("document.getElementById('among').parentElement.textContent")
+    assert len(rows) > 3000 and "3,554 feasible designs" in said
+    assert page.run("dseReport.state.views.scatter.scale('x').domain()[1]") > narrow
+    assert page.problems() == []
+
+
 def test_the_keyboard_is_enough(page: Browser) -> None:
     page.press("Tab", 9)
     assert page.run("document.activeElement.className") == "skip"

@@ -10,10 +10,12 @@ from collections.abc import Iterator
 from fractions import Fraction
 from pathlib import Path
 
+import numpy as np
 import pytest
 from report.browser import Browser, needs_browser
 
 import dse
+from dse.api.feasible import feasible_designs
 from dse.report.decide import decide_data
 from dse.report.document import Document
 from dse.report.html import html_report
@@ -22,7 +24,8 @@ from tests.effort import count
 pytestmark = needs_browser
 
 PUMP = Path(__file__).parents[1] / "fuzz" / "pump.yaml"
-DRAWN = 40
+SOLVED = 15
+FILTERED = 2500
 
 
 @pytest.fixture(scope="module")
@@ -80,7 +83,7 @@ def test_a_filtered_front_is_the_solved_front(page: Browser, result: dse.Result)
     problem = dse.loads(next(iter(result.problem.texts.values())))
     names = [info.name for info in result.objectives]
     data = {item["name"]: item for item in decide_data(result)["metrics"]}
-    for _ in range(count(DRAWN)):
+    for _ in range(count(SOLVED)):
         page.run("document.getElementById('limits').reset()")
         page.run("new Promise((done) => setTimeout(done, 30))")
         limits = []
@@ -98,6 +101,39 @@ def test_a_filtered_front_is_the_solved_front(page: Browser, result: dse.Result)
         found = [point.objectives for point in result.front if point.id in shown(page)]
         assert len(found) == len(expected) and all(one in expected for one in found), limits
         assert page.run("document.getElementById('verdict').className") == "exact"
+
+
+def test_a_thousand_filtered_fronts_are_those_of_all_designs(page: Browser, result: dse.Result) -> None:
+    """What no other design within the limits dominates, of all designs that there are: nothing is solved here."""
+    draw = random.Random(2)
+    among = feasible_designs(result)
+    assert among is not None and len(among.vectors) > 2 * len(result.front)
+    every, names = np.array(among.vectors), [info.name for info in result.objectives]
+    metrics = {item["name"]: item for item in decide_data(result)["metrics"]}
+    scales = [Fraction(int(metrics[name]["num"]), int(metrics[name]["den"])) for name in names]
+    numbers = [metric(page, name) for name in names]
+    drawn, expected = [], []
+    for _ in range(count(FILTERED)):
+        wishes, within = [], np.ones(len(every), dtype=bool)
+        for axis in draw.sample(range(len(names)), draw.randint(1, len(names))):
+            value = int(draw.choice(every)[axis]) / scales[axis] + Fraction(draw.choice([0, 0, 1, -1, 10**8]), 10**9)
+            nano = max(0, int(value * 10**9))  # nine digits, as they are written
+            wishes.append({"metric": numbers[axis], "sense": "<=", "text": f"{nano // 10**9}.{nano % 10**9:09}"})
+            within &= every[:, axis] <= int(nano * scales[axis] / 10**9)
+        drawn.append(wishes)
+        left = every[within]
+        dominated = [((left <= row).all(axis=1) & (left < row).any(axis=1)).any() for row in left]
+        expected.append({tuple(map(int, row)) for row, worse in zip(left, dominated, strict=True) if not worse})
+    found = page.run(
+        f"""{json.dumps(drawn)}.map((wishes) => {{
+          dseReport.state.wishes = wishes;
+          return dseReport.data.front.filter(dseReport.also).map((record) => record.id);
+        }})"""
+    )
+    vectors = {point.id: tuple(point.objectives[name] for name in names) for point in result.front}
+    assert [{vectors[number] for number in ids} for ids in found] == expected
+    assert len({frozenset(item) for item in expected}) > 10
+    page.run("dseReport.state.wishes = []")
 
 
 @pytest.mark.parametrize(

@@ -334,6 +334,7 @@ window.dseDecide = (page) => {
     for (const [field, ends] of Object.entries(state.brush || {})) parts.append("q", [field, ...ends].join(":"));
     for (const [axis, ends] of Object.entries(state.bands)) parts.append("b", [axis, ...ends].join(":"));
     if (state.zoomed) parts.set("z", "1");
+    if (element("among") && element("among").checked) parts.set("f", "1");
     const heads = [...element("front-table").tHead.rows[0].cells];
     const sorted = heads.findIndex((head) => ["ascending", "descending"].includes(head.getAttribute("aria-sort")));
     if (sorted >= 0) parts.set("s", `${sorted}:${heads[sorted].getAttribute("aria-sort")}`);
@@ -391,6 +392,7 @@ window.dseDecide = (page) => {
       }
       await page.keep();
       state.zoomed = parts.get("z") === "1";
+      if (element("among")) element("among").checked = parts.get("f") === "1";
       await page.plotScatter();
       if (parts.has("i") && decide.insist) {
         const number = decide.insist.options.findIndex((one) => [one.decision, one.option].join("|") === parts.get("i"));

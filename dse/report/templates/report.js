@@ -315,6 +315,10 @@
       const ends = page.zoomed ? page.zoomed(axis.field) : null;
       if (ends) for (const layer of spec.layer) Object.assign(layer.encoding[channel], { scale: { domain: ends, nice: false, zero: false } });
     }
+    if (element("among")) {
+      element("among").disabled = more.length > 0; // of the others only the objectives are known
+      if (element("among").checked && !more.length) spec.layer.unshift(feasibleLayer(spec));
+    }
     const diamonds = page.diamonds ? page.diamonds() : [];
     if (diamonds.length) spec.layer.push(diamondLayer(spec, diamonds));
     spec.params[0].value = state.chosen;
@@ -329,9 +333,17 @@
     });
   }
 
+  function feasibleLayer(spec) {
+    // what the front is the best of
+    const { x, y } = spec.layer[0].encoding;
+    const values = data.feasible.map((row) => Object.fromEntries(row.map((value, axis) => ["o" + axis, value])));
+    const mark = { type: "point", filled: true, size: 12, color: "var(--soft)", opacity: 0.45, clip: true };
+    return { data: { name: "feasible", values }, mark, encoding: y ? { x, y } : { x } };
+  }
+
   function diamondLayer(spec, values) {
     // the front with an option that is insisted on
-    const { x, y } = spec.layer[0].encoding;
+    const { x, y } = spec.layer.find((layer) => layer.name === "points").encoding;
     const tooltip = data.objectives.map((objective, axis) => ({ field: "t" + axis, title: objective.name }));
     tooltip.push({ field: "differs", title: `differs from #${state.chosen} in` });
     const mark = { type: "point", shape: "diamond", filled: false, size: 130, strokeWidth: 2, color: "var(--accent)", tooltip: true, clip: true };
@@ -430,6 +442,7 @@
         await keep();
       });
     }
+    if (element("among")) element("among").addEventListener("change", () => plotScatter().then(keep));
     if (page.restore) await page.restore();
     window.dseReport.ready = true;
   }
