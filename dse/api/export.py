@@ -12,15 +12,17 @@ from dse.analysis.measures import all_metrics
 from dse.analysis.views import View
 from dse.api.problem import complete_design, load_carried
 from dse.errors import ProblemError, UsageError
+from dse.results.cie import cie_configuration
 from dse.results.export import fixed_problem, without
 from dse.results.export_formats import graphml, graphviz, ros2_parameters
 from dse.results.points import FurtherDesign, Point
 from dse.results.solve import Result
 from dse.space.metrics import counts_changes
 from dse.space.types import Design, Space
+from dse.spec.model import Ros2
 from dse.spec.writing import block_text
 
-Format = Literal["problem", "ros2", "dot", "graphml", "aadl"]
+Format = Literal["problem", "ros2", "cie", "dot", "graphml", "aadl"]
 TRIALS = 5
 
 
@@ -41,7 +43,8 @@ def export(
     alternative
         the id of a point (``3``), or of another design (``3.1``).
     form
-        ``problem``: the problem file with its decisions fixed; ``ros2``: a parameter file with the rates; ``dot``;
+        ``problem``: the problem file with its decisions fixed; ``ros2``: a parameter file with the rates; ``cie``: a
+        configuration of the callback-isolated executor, with priorities and cores; ``dot``;
         ``graphml``; ``aadl``: a model, or an implementation that extends the one that the problem is of.
     folder
         where a problem file will stand: it decides how included files and those of samples are named.
@@ -66,7 +69,9 @@ def export(
     chosen = find_design(result, alternative)
     title = f"{result.problem.name}: alternative {chosen.id} of dse solve, problem SHA-256 {result.problem.sha256}"
     if form == "ros2":
-        return ros2_parameters(result.space, chosen.design, title)
+        return ros2_parameters(result.space, chosen.design, title, _names(result))
+    if form == "cie":
+        return cie_configuration(result.space, chosen.design, title, _names(result))
     if form == "dot":
         return graphviz(result.space, chosen.design)
     if form == "graphml":
@@ -76,6 +81,11 @@ def export(
 
         return aadl_text(result, chosen.design, title, response_times=response_times)
     return _problem(result, chosen.design, title, Path(folder))
+
+
+def _names(result: Result) -> Ros2 | None:
+    """How ROS 2 calls what the problem names."""
+    return load_carried(result.problem.file, result.problem.texts).loaded.spec.ros2
 
 
 def find_design(result: Result, alternative: int | str) -> Point | FurtherDesign:

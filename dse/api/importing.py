@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -24,7 +25,9 @@ class ImportedFile:
     remarks: tuple[Diagnostic, ...] = ()
 
 
-def import_file(path: str | Path, form: str | None = None, **options: str | None) -> ImportedFile:
+def import_file(
+    path: str | Path, form: str | None = None, times: Sequence[str | Path] = (), **options: str | None
+) -> ImportedFile:
     """A file of another format as the text of a problem file.
 
     Parameters
@@ -33,6 +36,8 @@ def import_file(path: str | Path, form: str | None = None, **options: str | None
         the file; for some formats a folder.
     form
         the name of the format; told by the file's suffix where it is left out.
+    times
+        measured execution times, as `dse fit` reads them, for the threads that the file has.
     options
         those of the format; ``dse import --help`` lists them.
 
@@ -53,4 +58,9 @@ def import_file(path: str | Path, form: str | None = None, **options: str | None
     """
     given = {name: value for name, value in options.items() if value is not None}
     found = read_foreign(Path(path), form, given)
-    return ImportedFile(block_text(found.document), found.remarks)
+    if not times:
+        return ImportedFile(block_text(found.document), found.remarks)
+    from dse.api.timed import with_times
+
+    document, remarks = with_times(found, times)
+    return ImportedFile(block_text(document), (*found.remarks, *remarks))

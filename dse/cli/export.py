@@ -13,7 +13,7 @@ from dse.errors import UsageError, about
 if TYPE_CHECKING:
     from dse.api.export import Format
 
-FORMATS: tuple[Format, ...] = ("problem", "ros2", "dot", "graphml", "aadl")
+FORMATS: tuple[Format, ...] = ("problem", "ros2", "cie", "dot", "graphml", "aadl")
 
 
 @click.command("export")
@@ -34,7 +34,9 @@ FORMATS: tuple[Format, ...] = ("problem", "ros2", "dot", "graphml", "aadl")
 @click.option("--response-times", is_flag=True, help="AADL: the computed response times as SEI::Response_Time.")
 @in_time
 def command(result: str, alternative: str, form: Format, output: str, problem: str | None, response_times: bool) -> int:
-    """A chosen design: the problem file with its decisions fixed, ROS 2 parameters, Graphviz, GraphML or AADL.
+    """A chosen design: the problem file with its decisions fixed, for ROS 2, as Graphviz, GraphML or AADL.
+
+    For ROS 2 there are parameters (ros2), and priorities and cores for the callback-isolated executor (cie).
 
     The problem file keeps its comments, has the design as its baseline, and is read back before it is handed out:
     `dse analyse` gives the same figures for it. As AADL it is an implementation that extends the model that the problem

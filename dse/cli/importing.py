@@ -25,9 +25,16 @@ def _format_options(command: click.Command) -> click.Command:
 @click.option(
     "--format", "form", type=click.Choice([item.name for item in IMPORTERS]), help="What FILE is; else by its suffix."
 )
+@click.option(
+    "--times",
+    multiple=True,
+    type=click.Path(exists=True, dir_okay=False),
+    metavar="CSV",
+    help="Measured execution times (as `dse fit` reads them) for the threads of FILE.",
+)
 @click.option("-o", "--output", default="-", metavar="PATH", help="The file to write; standard output if left out.")
 @in_time
-def command(file: str, form: str | None, output: str, **options: str | None) -> int:
+def command(file: str, form: str | None, times: tuple[str, ...], output: str, **options: str | None) -> int:
     """A file of another format as a problem file, or as a file that problem files include.
 
     Each figure says where it comes from (`source`). What was not understood is told on standard error, with its place.
@@ -36,7 +43,7 @@ def command(file: str, form: str | None, output: str, **options: str | None) -> 
     from dse.api.importing import import_file
 
     given: dict[str, Any] = {name.replace("_", "-"): value for name, value in options.items()}
-    found = import_file(file, form, **given)
+    found = import_file(file, form, times, **given)
     for remark in found.remarks:
         click.echo(str(remark), err=True)
     write_text(output, found.text)

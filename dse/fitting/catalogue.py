@@ -26,6 +26,12 @@ def catalogue_text(fit: Fit, samples_file: str | None = None) -> str:
         the name of the file that `samples_table` writes, for the uncertainty of execution times; None: their mean and
         deviation are stated instead.
     """
+    data = catalogue(fit, samples_file)
+    return HEAD + "".join(f"# {line}\n" for line in remark_lines(fit)) + "\n" + block_text(data)
+
+
+def catalogue(fit: Fit, samples_file: str | None = None) -> dict[str, Any]:
+    """The same as plain data, without the remarks."""
     data: dict[str, Any] = {}
     limits = _limits(fit)
     if limits:
@@ -37,7 +43,7 @@ def catalogue_text(fit: Fit, samples_file: str | None = None) -> str:
         uncertain = dict(_uncertainty(fit, samples_file))
         if uncertain:
             data["uncertainty"] = uncertain
-    return HEAD + "".join(f"# {line}\n" for line in remark_lines(fit)) + "\n" + block_text(data)
+    return data
 
 
 def remark_lines(fit: Fit) -> Iterator[str]:

@@ -51,7 +51,8 @@ class Importer:
 
     `home` is the module whose function ``read`` (see `Read`) reads it, imported when it is used. `options` has a help
     text for each option of the command line (``--name``) and keyword of `dse.import_file`. `is_problem`: its documents
-    are whole problems, so that every command takes such a file where it takes a problem file.
+    are whole problems, so that every command takes such a file where it takes a problem file. `telltale`, where several
+    formats share a suffix, is a key at the beginning of a line that only files of this one have.
     """
 
     name: str
@@ -60,6 +61,7 @@ class Importer:
     home: str
     options: Mapping[str, str] = field(default_factory=dict)
     is_problem: bool = False
+    telltale: str = ""
 
     @property
     def read(self) -> Read:
@@ -68,6 +70,11 @@ class Importer:
         return found
 
 
+YAML = (".yaml", ".yml")
+OF_ROS2 = {
+    "cores": "how many cores the computer has; else as many as callbacks are pinned to, at least one.",
+    "rate": "how often topics come that nothing in the file publishes, such as 10 Hz.",
+}
 IMPORTERS: tuple[Importer, ...] = (
     Importer(
         "aadl",
@@ -92,9 +99,27 @@ IMPORTERS: tuple[Importer, ...] = (
             "to": "the node at which messages end that several receive.",
         },
     ),
+    Importer(
+        "caret",
+        YAML,
+        "architecture files of CARET (ROS 2)",
+        "dse.importers.ros2.caret",
+        OF_ROS2,
+        telltale="named_paths:",
+    ),
+    Importer(
+        "cie",
+        YAML,
+        "configurations and templates of the callback-isolated executor (ROS 2)",
+        "dse.importers.ros2.cie",
+        OF_ROS2,
+        telltale="callback_groups:",
+    ),
 )
 
 
+MOST_LOOKED_AT = 4_000_000
+"""So many characters of a file are looked at for what tells its format."""
 CHOICES = "choices"
 """The option of importers of whole problems that names what may be chosen: for each section, types by component."""
 
@@ -117,11 +142,23 @@ def importer_of(path: Path, form: str | None = None) -> Importer | None:
     """
     for importer in IMPORTERS:
         is_its = path.name.lower().endswith(importer.suffixes) or (importer.name == "aadl" and path.is_dir())
+        is_its = is_its and (form is not None or _tells(path, importer.telltale))
         if importer.name == form or (form is None and is_its):
             return importer
     if form is not None:
         raise UsageError(f"there is no format {form!r}: there are {', '.join(item.name for item in IMPORTERS)}")
     return None
+
+
+def _tells(path: Path, key: str) -> bool:
+    """Whether a file has a line that begins with a key."""
+    if not key:
+        return True
+    try:
+        with path.open(encoding="utf-8", errors="replace") as stream:
+            return any(line.startswith(key) for line in stream.read(MOST_LOOKED_AT).splitlines())
+    except OSError:
+        return False
 
 
 def read_foreign(path: Path, form: str | None = None, options: Mapping[str, Any] | None = None) -> Imported:

@@ -4,39 +4,54 @@ from __future__ import annotations
 
 import io
 import re
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
+from fractions import Fraction
 
 from dse.analysis.contention import core_by, cores_of
 from dse.analysis.rates import rate_hz
 from dse.analysis.views import View
+from dse.errors import UsageError
 from dse.extras import needed_for
 from dse.results.graph import architecture_graph
 from dse.space.trees import at
 from dse.space.types import Design, Space
+from dse.spec.model import Ros2
+from dse.spec.ros2 import Parameter, read_parameter
 from dse.spec.writing import yaml_text
 
 
-def ros2_parameters(space: Space, design: Design, title: str) -> str:
+def ros2_parameters(space: Space, design: Design, title: str, names: Ros2 | None = None) -> str:
     """A ROS 2 parameter file: a node per process (or per thread without one), with rates and periods of threads.
 
     Node and parameter names become what ROS allows; where that changes one, the original is in a comment. Rates are
     those of activation, in Hz. On a processor with several cores ``cpu_affinity`` holds the CPU to pin a thread to,
     counted from 0 as operating systems do: response times hold on these cores only. ROS itself does not look at it.
+    `names` has the nodes' full names and the user's own parameters, which then stand in place of ours.
     """
-    return "\n".join([f"# {_line(title)}", *_nodes(space, design)]) + "\n"
+    return "\n".join([f"# {_line(title)}", *_nodes(space, design, names or Ros2())]) + "\n"
 
 
-def _nodes(space: Space, design: Design) -> Iterator[str]:
+def _nodes(space: Space, design: Design, names: Ros2) -> Iterator[str]:
     view, cores = View(design), cores_of(space, design)
     nodes: dict[str, list[int]] = {}
     for number, component in enumerate(space.components):
         if component.section == "threads":
             nodes.setdefault(at(component.process, view) or component.name, []).append(number)
-    taken: set[str] = set()
+    own: dict[str, list[Parameter]] = {}
+    for key, text in names.parameters.items():
+        parameter = read_parameter(key, text)
+        if isinstance(parameter, Parameter):
+            own.setdefault(parameter.thread, []).append(parameter)
+    taken = set(names.nodes.values())
     for name, numbers in nodes.items():
-        yield f"{_unique(name, taken)}:{_original(name)}"
+        full = _node_name(space, name, numbers, names)
+        yield f"{full}:" if full is not None else f"{_unique(name, taken)}:{_original(name)}"
         yield "  ros__parameters:"
         inside: set[str] = set()
+        stated = [item for number in numbers for item in own.get(space.components[number].name, ())]
+        if stated:
+            yield from _own_parameters(space, stated, view)
+            continue
         for number in numbers:
             component = space.components[number]
             indent = "    "
@@ -46,6 +61,29 @@ def _nodes(space: Space, design: Design) -> Iterator[str]:
                 indent += "  "
             for line in _parameters(space, number, view, cores.get(number)):
                 yield indent + line
+
+
+def _node_name(space: Space, name: str, numbers: Sequence[int], names: Ros2) -> str | None:
+    """The full name of a node: that of the process, of the thread, or of the executor of all of its threads."""
+    executors = {space.components[number].executor for number in numbers}
+    of_all = next(iter(executors)) if len(executors) == 1 else None
+    candidates = [name, space.executors[of_all].name if of_all is not None else name]
+    return next((names.nodes[item] for item in candidates if item in names.nodes), None)
+
+
+def _own_parameters(space: Space, stated: Sequence[Parameter], view: View) -> Iterator[str]:
+    """The parameters that the user names, with the chosen figures."""
+    numbers = {component.name: number for number, component in enumerate(space.components)}
+    for item in stated:
+        period = at(space.components[numbers[item.thread]].period_ns, view)
+        rate = rate_hz(space, ("activation", numbers[item.thread]), view)
+        if item.field == "period" and period is None:
+            raise UsageError(f"{item.thread} has no period in this design, which the parameter {item.name} would have")
+        value = item.value(Fraction(period or 0), Fraction(rate))
+        if item.is_whole and value.denominator != 1:
+            raise UsageError(f"{item.name}: {float(value):g} {item.unit} is no whole number")
+        text = str(value) if item.is_whole else _float(float(value))
+        yield f"    {yaml_text(item.name)}: {text}  # {_line(item.thread)}, {item.field} [{item.unit}]"
 
 
 def _parameters(space: Space, number: int, view: View, core: int | None) -> Iterator[str]:

@@ -24,6 +24,7 @@ from dse.space.questions import with_questions
 from dse.space.settings import default_deadlines
 from dse.space.slots import build_buses, build_processor, check_bus_types, check_overheads
 from dse.space.types import Space
+from dse.spec import ros2
 from dse.spec.load import LoadedSpec, UnreadableError
 from dse.spec.model import Spec
 from dse.spec.scan import CALL
@@ -43,6 +44,8 @@ def build_space(loaded: LoadedSpec) -> Space:
     spec, ledger = loaded.spec, Ledger(loaded)
     _check_names(spec, ledger)
     _check_totals(spec, ledger)
+    for path, message in ros2.mistakes(spec):
+        ledger.error(path, message)
     check_bus_types(ledger, spec)
     check_overheads(ledger, spec)
     check_processor_types(ledger, spec)

@@ -17,8 +17,8 @@ from dse.spec.reader import Node
 from dse.spec.samples import SampleError, Samples
 
 SECTIONS = tuple(name for name, info in Catalogue.model_fields.items() if str(info.annotation).startswith("dict["))
-WORDS = ("description", "source", "assumptions", "imported")
-"""Keys that say something to readers only."""
+WORDS = ("description", "source", "assumptions", "imported", "ros2")
+"""Keys that say something to readers and to other tools only."""
 
 
 def merged_document(trees: Sequence[Node], samples: Samples, sizes: Mapping[str, int]) -> dict[str, Any]:

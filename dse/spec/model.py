@@ -457,6 +457,15 @@ class Imported(Model):
     mode: Line | None = None
 
 
+class Ros2(Model):
+    """How ROS 2 calls what the file names, for exports: nodes, parameters, and callback groups of OS threads."""
+
+    nodes: dict[Name, Line] = {}
+    parameters: dict[Name, Line] = {}
+    callback_groups: dict[Name, Line] = {}
+    source: Line | None = None
+
+
 class Spec(Catalogue):
     """A whole problem file."""
 
@@ -478,6 +487,7 @@ class Spec(Catalogue):
     overload: Literal["forbidden", "allowed"] = "forbidden"
     offset_grid: Period | None = None
     messages: Messages | None = None
+    ros2: Ros2 | None = None
     requirements: Items[Line] = ()
     rules: Items[RuleText] = ()
     objectives: Items[Line] = ()

@@ -26,6 +26,7 @@ description: several lines
 assumptions: [none so far]
 include: [parts.yaml]
 profile: dse
+ros2: {nodes: {f: /f}, parameters: {f.period: a}, callback_groups: {f: "/f@Timer({f})"}, source: s}
 imported: {from: robot.aadl, root: "robots::robot.impl", mode: cruise}
 processing: execution_time
 deadlines: stated
@@ -107,7 +108,7 @@ WORDS = frozenset(
         "require",
         "forbid", "true", "false", "none", "any", "first_fit", "big", "little", "rate_monotonic",
         "deadline_monotonic", "all", "execution_time", "ppm",
-        "let", "unknown", "implicit", "ros",
+        "let", "unknown", "implicit", "ros", "int", "fps",
     }
 )  # fmt: skip
 """Words in code spans of the document that are no fields: metrics, rules, units, values, and what is not ours."""
@@ -220,7 +221,7 @@ def test_every_field_is_documented_where_its_section_is(name: str) -> None:
 
 
 def test_every_key_that_is_documented_is_taken() -> None:
-    parts = ("Interrupt", "Throttling", "Partition", "Messages")
+    parts = ("Interrupt", "Throttling", "Partition", "Messages", "Ros2")
     frames = ("CanFrame", "CanFdFrame", "SerialFrame", "EthernetFrame")
     known = set().union(*(fields_of(name) for name in (*CLASSES.values(), *frames, "Spec", "TransmissionTime", *parts)))
     for name in (*CLASSES.values(), *frames, *parts, "Spec"):

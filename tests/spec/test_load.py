@@ -36,6 +36,7 @@ processing: response_time
 deadlines: true
 overload: allowed
 offset_grid: 1 ms
+ros2: {source: launch files}
 messages: {distribution: ros2_humble}
 clocks: {robot: {synchronisation_error: 10 us}}
 priorities: rate_monotonic

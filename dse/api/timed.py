@@ -1,0 +1,120 @@
+"""Measured execution times put into an imported problem: structure from one file, times from others."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from difflib import get_close_matches
+from pathlib import Path
+from typing import Any
+
+from dse.errors import Diagnostic, UsageError
+from dse.fitting.catalogue import catalogue
+from dse.fitting.fit import Execution, Fit, Options, fit_measurements
+from dse.importers.registry import Imported
+
+
+def with_times(imported: Imported, files: Sequence[str | Path]) -> tuple[dict[str, Any], tuple[Diagnostic, ...]]:
+    """The document with measured execution times for its threads, and what fits no thread or is still missing.
+
+    Parameters
+    ----------
+    imported
+        the structure.
+    files
+        measurements as `dse fit` reads them: rows with a thread (callback) and where needed a component (node).
+
+    Raises
+    ------
+    ProblemError
+        when a file of measurements is wrong, with every mistake.
+    UsageError
+        when nothing in the files is a time of one of the threads.
+    """
+    document = dict(imported.document)
+    threads: Mapping[str, Any] = document.get("threads") or {}
+    found = fit_measurements([Path(file) for file in files], Options())
+    by_thread: dict[str, list[Execution]] = {}
+    remarks: list[Diagnostic] = []
+    for item in found.executions:
+        name = _thread_of(item, threads)
+        if name is None:
+            close = get_close_matches(item.name, [key.replace(".", "_") for key in threads], 1, 0.5)
+            hint = f"did you mean {close[0]}?" if close else ""
+            file, _, line = item.summary.place.rpartition(":")
+            text = f"there is no thread for the times of {item.name}"
+            remarks.append(Diagnostic(text, file=file, line=int(line or 0), hint=hint, severity="warning"))
+        else:
+            by_thread.setdefault(name, []).append(item)
+    if not by_thread:
+        raise UsageError(f"{files[0]}: it has no times of threads that there are: {', '.join(list(threads)[:8])}")
+    return _filled(document, found, by_thread), (*remarks, *_missing(threads, by_thread))
+
+
+def _thread_of(item: Execution, threads: Mapping[str, Any]) -> str | None:
+    """The thread of which these are the times: by its name, or by node and callback."""
+    group = item.summary.group
+    plain = {name.replace(".", "_").strip("_"): name for name in threads}
+    texts = [f"{group.component}/{group.thread}", group.thread, group.component, item.name]
+    for text in texts:
+        name = ".".join(part for part in text.split("/") if part)
+        if name and name in threads:
+            return name
+        if name and (found := plain.get(name.replace(".", "_").strip("_"))) is not None:
+            return found
+    return None
+
+
+def _filled(document: dict[str, Any], found: Fit, by_thread: Mapping[str, list[Execution]]) -> dict[str, Any]:
+    """The document with a thread type for each measured thread."""
+    figures = catalogue(found, None)
+    names = {item.name for items in by_thread.values() for item in items}
+    types = {name: body for name, body in figures["thread_types"].items() if name in names}
+    uncertain = {
+        path: body
+        for path, body in figures.get("uncertainty", {}).items()
+        if path.removeprefix("thread_types.").partition(".compute_execution_time")[0] in names
+    }
+    threads = {
+        name: {"type": by_thread[name][0].name, **body} if name in by_thread else body
+        for name, body in document["threads"].items()
+    }
+    order: dict[str, Any] = {}
+    for key, value in _on_platforms(document, types).items():
+        if key == "threads":
+            order["thread_types"] = {**document.get("thread_types", {}), **types}
+        order[key] = threads if key == "threads" else value
+    order["assumptions"] = _assumptions(document, [name for name in threads if name not in by_thread])
+    if uncertain:
+        order["uncertainty"] = {**document.get("uncertainty", {}), **uncertain}
+    return order
+
+
+def _on_platforms(document: Mapping[str, Any], types: Mapping[str, Any]) -> dict[str, Any]:
+    """The document with a processor type for each platform that was measured, where there is one computer."""
+    times = [body["compute_execution_time"] for body in types.values()]
+    platforms = list(dict.fromkeys(name for item in times if isinstance(item, dict) for name in item))
+    processors = document.get("processors", {})
+    if not platforms or len(processors) != 1:
+        return dict(document)
+    [(slot, body)] = processors.items()
+    kind = document["processor_types"][body["type"]]
+    return {
+        **document,
+        "processor_types": dict.fromkeys(platforms, kind),
+        "processors": {slot: {**body, "type": platforms if len(platforms) > 1 else platforms[0]}},
+    }
+
+
+def _assumptions(document: Mapping[str, Any], missing: Sequence[str]) -> list[str]:
+    kept = [text for text in document.get("assumptions", ()) if not text.startswith("MISSING: execution times")]
+    kept.append("Execution times are the least and greatest of samples: the greatest of a sample is no bound.")
+    if missing:
+        kept.insert(0, f"MISSING: execution times of {', '.join(missing)}. They count as taking no time."[:900])
+    return kept
+
+
+def _missing(threads: Mapping[str, Any], by_thread: Mapping[str, Any]) -> list[Diagnostic]:
+    missing = [name for name in threads if name not in by_thread]
+    if not missing:
+        return []
+    return [Diagnostic(f"no times of {', '.join(missing)}: they count as taking no time", severity="warning")]

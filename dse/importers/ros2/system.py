@@ -1,0 +1,244 @@
+"""A ROS 2 system, whatever described it, and the problem file that it makes."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+from dse.errors import UsageError
+from dse.importers.registry import Key
+from dse.importers.registry import Place as Found
+from dse.importers.ros2.located import LocatedFile, Names, Place, ros_name
+from dse.units import UnitError, format_duration, format_rate, parse_rate_hz
+
+COMPUTER = "computer"
+NO_TIMES = (
+    "MISSING: execution times. Threads without `compute_execution_time` count as taking no time: measure them, and "
+    "import again with --times, or state them."
+)
+
+
+@dataclass
+class Callback:
+    """A callback: a timer with a period, or what runs when a message of a topic comes."""
+
+    name: str
+    node: str
+    place: Place
+    period_ns: int | None = None
+    topic: str = ""
+
+
+@dataclass
+class Group:
+    """Callbacks of which one runs at a time, unless it is reentrant; `id` as the callback-isolated executor has it.
+
+    `priority` is that of its OS thread (None: none is stated), `cores` those it may run on, from 1.
+    """
+
+    name: str
+    callbacks: list[Callback]
+    place: Place
+    is_reentrant: bool = False
+    id: str = ""
+    priority: int | None = None
+    cores: tuple[int, ...] = ()
+    is_isolated: bool = False
+
+
+@dataclass
+class Wire:
+    """A message from callback to callback: of a topic, or within a node (then it waits to be read)."""
+
+    name: str
+    place: Place
+    source: Callback | None
+    target: Callback
+    is_kept: bool = False
+    words: str = ""
+
+
+@dataclass
+class System:
+    """Everything that a description says; `executors` are groups that share an OS thread, by the executor's name."""
+
+    groups: list[Group] = field(default_factory=list)
+    executors: list[tuple[str, list[Group]]] = field(default_factory=list)
+    wires: list[Wire] = field(default_factory=list)
+    flows: dict[str, tuple[Place, list[Callback | Wire]]] = field(default_factory=dict)
+
+
+def stated_options(options: Mapping[str, Any]) -> tuple[int | None, str | None]:
+    """The cores and the rate that the user states.
+
+    Raises
+    ------
+    UsageError
+        when one of them is none.
+    """
+    cores, rate = options.get("cores"), options.get("rate")
+    if cores is not None and not (str(cores).isdecimal() and 0 < int(cores) <= 1024):
+        raise UsageError(f"--cores {cores}: expected a number of cores from 1 to 1024")
+    if rate is None:
+        return (None if cores is None else int(cores)), None
+    try:
+        return (None if cores is None else int(cores)), format_rate(parse_rate_hz(str(rate)))
+    except UnitError as error:
+        raise UsageError(f"--rate {rate}: {error}") from error
+
+
+class Writer:
+    """Makes the document of a system; `places` tell where its parts come from."""
+
+    def __init__(self, file: LocatedFile, system: System, options: Mapping[str, Any], kind: str) -> None:
+        self.file, self.system, self.kind = file, system, kind
+        self.cores, self.rate = stated_options(options)
+        self.places: dict[Key, Found] = {}
+        self.names = Names()
+        self.names.new(COMPUTER)
+        self.threads = {
+            id(one): self.names.new(ros_name(one.name)) for group in system.groups for one in group.callbacks
+        }
+        self.executor_of: dict[int, str] = {}
+
+    def document(self) -> dict[str, Any]:
+        """The problem file as plain data."""
+        executors = dict(self._executors())
+        threads = dict(self._threads())
+        connections = dict(self._connections())
+        cores = self._cores()
+        missing = [name for name, body in connections.items() if "from" not in body and "rate" not in body]
+        source = f"{self.file.path.name} ({self.kind})"
+        found: dict[str, Any] = {
+            "dse": 1,
+            "name": self.file.path.stem,
+            "source": source,
+            "assumptions": [
+                NO_TIMES,
+                "MISSING: sizes of messages, and what carries them. Without a `bus` they cost nothing.",
+            ],
+            "processor_types": {f"{COMPUTER}_type": {"cores": cores}},
+            "processors": {COMPUTER: {"type": f"{COMPUTER}_type", "source": self._cores_source()}},
+        }
+        if executors:
+            found["executors"] = executors
+        found["threads"] = threads
+        if connections:
+            found["connections"] = connections
+        flows = {name: {"path": self._path(path), "source": self._at(place)} for name, (place, path) in self._flows()}
+        if flows:
+            found["flows"] = flows
+        found["ros2"] = self._mapping()
+        if missing:
+            found["assumptions"].append(
+                f"MISSING: how often these come from outside, a `rate` each (or --rate): {', '.join(missing)}."[:900]
+            )
+        return found
+
+    def _at(self, place: Place, *words: str) -> str:
+        text = "; ".join(word for word in words if word)
+        return f"{self.file.path.name}:{place.line}{f': {text}' if text else ''}"[:900]
+
+    def _note(self, place: Place, *key: str) -> None:
+        self.places[key] = Found(str(self.file.path), place.line, place.column)
+
+    def _cores(self) -> int:
+        pinned = max((core for group in self.system.groups for core in group.cores), default=1)
+        if self.cores is not None and self.cores < pinned:
+            raise UsageError(f"--cores {self.cores}: the file pins a callback group to core {pinned}")
+        return self.cores or pinned
+
+    def _cores_source(self) -> str:
+        if self.cores is not None:
+            return "stated at the import (--cores)"
+        return f"{self.file.path.name}: as many cores as callbacks are pinned to, at least one; --cores says otherwise"
+
+    def _executors(self) -> Iterator[tuple[str, dict[str, Any]]]:
+        for title, groups in self.system.executors:
+            members = [one for group in groups for one in group.callbacks]
+            if len(members) < 2 and not groups[0].is_isolated:
+                continue
+            name = self.names.new(ros_name(title))
+            for one in members:
+                self.executor_of[id(one)] = name
+            group = groups[0]
+            self._note(group.place, "executors", name)
+            yield (
+                name,
+                {
+                    "kind": "callback_group" if group.is_isolated else "wait_set",
+                    "processor": COMPUTER,
+                    **_urgency(group),
+                    "source": self._at(group.place, group.id),
+                },
+            )
+
+    def _threads(self) -> Iterator[tuple[str, dict[str, Any]]]:
+        for group in self.system.groups:
+            for one in group.callbacks:
+                name = self.threads[id(one)]
+                executor = self.executor_of.get(id(one))
+                body: dict[str, Any] = {"process": ros_name(one.node)}
+                body |= {"executor": executor} if executor else {"processor": COMPUTER}
+                if one.period_ns is not None:
+                    body |= {"dispatch_protocol": "periodic", "period": format_duration(one.period_ns)}
+                else:
+                    body["dispatch_protocol"] = "aperiodic"
+                what = f"timer of {one.node}" if one.period_ns is not None else f"{one.node}, on {one.topic}"
+                body["source"] = self._at(one.place, what)
+                self._note(one.place, "threads", name)
+                yield name, body
+
+    def _connections(self) -> Iterator[tuple[str, dict[str, Any]]]:
+        self.wire_names: dict[int, str] = {}
+        for wire in self.system.wires:
+            name = self.names.new(ros_name(wire.name))
+            self.wire_names[id(wire)] = name
+            body: dict[str, Any] = {}
+            if wire.source is not None:
+                body["from"] = self.threads[id(wire.source)]
+            body["to"] = self.threads[id(wire.target)]
+            if wire.source is None and self.rate is not None:
+                body["rate"] = self.rate
+            if wire.is_kept:
+                body["port"] = "data"
+            body["source"] = self._at(wire.place, wire.words, "rate stated at the import" if "rate" in body else "")
+            self._note(wire.place, "connections", name)
+            yield name, body
+
+    def _flows(self) -> Iterator[tuple[str, tuple[Place, list[Callback | Wire]]]]:
+        names = Names()
+        for name, found in self.system.flows.items():
+            yield names.new(ros_name(name)), found
+
+    def _path(self, path: list[Callback | Wire]) -> list[str]:
+        """Threads by name; between two of them the connection where there are several."""
+        return [self.wire_names[id(item)] if isinstance(item, Wire) else self.threads[id(item)] for item in path]
+
+    def _mapping(self) -> dict[str, Any]:
+        """How threads, nodes and groups are called in ROS."""
+        nodes = {ros_name(one.node): one.node for group in self.system.groups for one in group.callbacks}
+        found: dict[str, Any] = {"nodes": nodes}
+        groups = {}
+        for _, members in self.system.executors:
+            group = members[0]
+            if group.id:
+                groups[self.executor_of[id(group.callbacks[0])]] = self._pattern(group)
+        return {**found, **({"callback_groups": groups} if groups else {})}
+
+    def _pattern(self, group: Group) -> str:
+        """The id of a group with the names of its timers' threads where their periods stand."""
+        text = group.id
+        for one in group.callbacks:
+            if one.period_ns is not None:
+                text = text.replace(f"@Timer({one.period_ns})", f"@Timer({{{self.threads[id(one)]}}})", 1)
+        return text
+
+
+def _urgency(group: Group) -> dict[str, Any]:
+    """Priority and cores of the OS thread of a callback group; nothing where several share one."""
+    if not group.is_isolated:
+        return {}
+    found: dict[str, Any] = {} if group.priority is None else {"priority": group.priority}
+    return found | {"core": (list(group.cores) if len(group.cores) > 1 else group.cores[0]) if group.cores else "any"}
