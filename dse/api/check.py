@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import partial
@@ -16,13 +16,13 @@ from dse.api.meanings import changed_meanings
 from dse.api.problem import Problem, Source, load
 from dse.api.question import Question
 from dse.api.sizes import too_large
-from dse.files.answer import Answer
+from dse.results.answer import Answer
 from dse.space.activation import exclusions
 from dse.space.implied import overload_needed
 from dse.space.metrics import asks_for_changes, busy_obstacle
 from dse.space.properties import mentions
 from dse.space.rules import unoffered_types
-from dse.space.settings import settings_of, told_deadlines
+from dse.space.settings import told_deadlines
 from dse.space.size import space_size
 from dse.space.trees import leaves
 from dse.space.types import Component, Decision, Slot, Space
@@ -49,22 +49,18 @@ class Description(Answer):
     ['computer.type', 'can0.type']
     """
 
+    FORM = "design.CheckForm"
+
     space: Space
     decisions: tuple[Decision, ...]
     size: int
     remarks: tuple[str, ...]
     impossible: tuple[Impossible, ...] = ()
 
-    def to_dict(self) -> dict[str, Any]:
-        """The description in the form ``dse-check/1``."""
+    def _told(self) -> Mapping[str, Any]:
         space = self.space
         return {
-            "format": "dse-check/1",
-            "problem": space.name,
-            "valid": True,
-            **settings_of(space),
-            "space_size": self.size,
-            "decisions": {decision.name: list(decision.options) for decision in self.decisions},
+            "decisions": {decision.name: decision.options for decision in self.decisions},
             "flows": [flow.name for flow in space.flows],
             "requirements": [item.text for item in space.requirements if not item.implied],
             "implied": [item.text for item in space.requirements if item.implied],
@@ -80,7 +76,6 @@ class Description(Answer):
                 }
                 for item in self.impossible
             ],
-            "remarks": list(self.remarks),
         }
 
 

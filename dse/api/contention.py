@@ -12,7 +12,9 @@ from dse.analysis.contention import ContentionReferee, cores_of, with_contention
 from dse.api.points import Bench
 from dse.api.stated import named_design
 from dse.errors import UsageError
-from dse.results.contention import NOT_CHECKED, Contended, core_use_dict, judge
+from dse.results.contention import NOT_JUDGED, Contended, core_use, judge
+from dse.results.forms.result import Contention, CoreUse
+from dse.results.forms.writing import written
 from dse.results.solve import Result
 from dse.space.types import Design, Space
 from dse.timelimit import OutOfTime, TimeLimit, until
@@ -72,10 +74,10 @@ def stated_verdicts(result: Result, data: Mapping[str, Any], path: str | Path) -
         stated, number = item.get("contention"), str(item["id"])
         if any(item.get(name, {}) != own for name, own in _placed(result.space, designs[number], item).items()):
             raise UsageError(f"{path}: alternative {number} has other cores than the result says")
-        if referee is None or stated is None or stated["status"] == NOT_CHECKED:
+        if referee is None or stated is None or stated == NOT_JUDGED:
             continue
         found[number] = judge(referee, designs[number])
-        if found[number].to_dict() != stated:
+        if written(Contention, found[number]) != stated:
             raise UsageError(f"{path}: alternative {number} keeps and breaks something else with response times")
     return found
 
@@ -96,10 +98,10 @@ def check_contention(bench: Bench, deadline: float | None) -> None:
         stated = item.get("contention", {})
         if referee is None:
             bench.compare(f"{place}.contention", {}, stated)
-        elif stated != {"status": NOT_CHECKED, "broken": []}:
+        elif stated != NOT_JUDGED:
             try:
                 with until(deadline):
-                    bench.compare(f"{place}.contention", judge(referee, design).to_dict(), stated)
+                    bench.compare(f"{place}.contention", written(Contention, judge(referee, design)), stated)
                 judged += 1
             except OutOfTime:
                 left += 1
@@ -113,7 +115,9 @@ def check_contention(bench: Bench, deadline: float | None) -> None:
 def _placed(space: Space, design: Design, item: Mapping[str, Any]) -> dict[str, Any]:
     """Who runs on which core and how full each is, in the words of a result; one from elsewhere may leave out that."""
     cores = {space.components[thread].name: core for thread, core in cores_of(space, design).items()}
-    return {"cores": cores, **({"core_use": core_use_dict(space, design)} if "core_use" in item else {})}
+    if "core_use" not in item:
+        return {"cores": cores}
+    return {"cores": cores, "core_use": {name: written(CoreUse, use) for name, use in core_use(space, design).items()}}
 
 
 def _listed(data: Mapping[str, Any]) -> list[tuple[str, Mapping[str, Any]]]:

@@ -2,21 +2,18 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 from dse.errors import UsageError
 from dse.importers.ros_bags import Topic, read_bag
 from dse.importers.ros_messages import DEFAULT, LONGEST, MessageSize, Types, message_sizes
-
-FORMAT = "dse-sizes/1"
+from dse.results.answer import Answer
 
 
 @dataclass(frozen=True)
-class Sizes:
+class Sizes(Answer):
     """Sizes of message types and of the messages of bags.
 
     Examples
@@ -27,24 +24,12 @@ class Sizes:
     1812
     """
 
+    FORM = "sizes.SizesForm"
+
     distribution: str
     lengths: Mapping[str, int]
     types: tuple[MessageSize, ...]
     topics: tuple[Topic, ...]
-
-    def to_dict(self) -> dict[str, Any]:
-        """Everything in the form ``dse-sizes/1``."""
-        return {
-            "format": FORMAT,
-            "distribution": self.distribution,
-            "lengths": dict(self.lengths),
-            "types": [asdict(item) for item in self.types],
-            "topics": [asdict(item) for item in self.topics],
-        }
-
-    def to_json(self) -> str:
-        """The same as JSON text."""
-        return json.dumps(self.to_dict(), ensure_ascii=False, indent=1) + "\n"
 
 
 def sizes(

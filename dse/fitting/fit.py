@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from fractions import Fraction
@@ -23,6 +22,7 @@ from dse.fitting.judging import (
 )
 from dse.fitting.lines import Line, Method, Points, envelope, least_squares, quantile_line
 from dse.fitting.measurements import Group, Measurements, Summary, read_measurements
+from dse.results.answer import Answer, With
 from dse.units import format_duration
 from dse.units.parse import round_to_int
 from dse.units.table import Rounding
@@ -79,7 +79,7 @@ class Execution:
 
 
 @dataclass(frozen=True)
-class Fit:
+class Fit(Answer):
     """Everything that measurements give, by transport and platform or by thread and platform.
 
     Examples
@@ -91,6 +91,8 @@ class Fit:
     >>> print(found.to_yaml().splitlines()[-2].strip())
     per_byte: "10 ns .. 25 ns"
     """
+
+    FORM = "fit.FitForm"
 
     files: tuple[str, ...]
     method: Method
@@ -106,15 +108,22 @@ class Fit:
 
         return catalogue_text(self, samples_file)
 
-    def to_dict(self) -> dict[str, Any]:
-        """The fit in the form ``dse-fit/1``, its catalogue included."""
-        from dse.fitting.written import fit_data
-
-        return fit_data(self)
-
-    def to_json(self) -> str:
-        """The same as JSON text."""
-        return json.dumps(self.to_dict(), ensure_ascii=False, indent=1) + "\n"
+    def _told(self) -> Mapping[str, Any]:
+        transports = [
+            With(
+                item,
+                {
+                    "low": With(item.low, vars(item.low_fit)),
+                    "high": With(item.high, vars(item.high_fit)),
+                    "tails": [With(tail, {"size_bytes": size}) for size, tail in item.tails],
+                },
+            )
+            for item in self.transports
+        ]
+        executions = [
+            With(item, {"tails": [With(tail, {"size_bytes": None}) for tail in item.tails]}) for item in self.executions
+        ]
+        return {"transports": transports, "executions": executions, "catalogue": self.to_yaml()}
 
 
 @dataclass(frozen=True)

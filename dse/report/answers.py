@@ -15,6 +15,7 @@ from dse.report.explain import explanation_page
 from dse.report.fit import fit_page
 from dse.report.html import html_page, html_report
 from dse.report.markdown import markdown_page
+from dse.report.measured import measured_page
 from dse.report.page import Page, Section
 from dse.report.robust import robust_section
 from dse.report.ros_sizes import sizes_page
@@ -25,6 +26,7 @@ from dse.report.verify import verification_page
 from dse.results.analyse import Analysis
 from dse.results.compare import DesignComparison, ResultComparison
 from dse.results.explain import Explanation
+from dse.results.measured import MeasuredComparison
 from dse.results.robust import RobustResult
 from dse.results.sensitivity import SensitivityResult
 from dse.results.simulate import Simulation
@@ -41,6 +43,7 @@ Told: TypeAlias = (
     | Comparison
     | Explanation
     | Fit
+    | MeasuredComparison
     | SensitivityResult
     | Simulation
     | Sizes
@@ -68,6 +71,8 @@ def page_of(answer: Told) -> Page:
         return fit_page(answer)
     if isinstance(answer, Sizes):
         return sizes_page(answer)
+    if isinstance(answer, MeasuredComparison):
+        return measured_page(answer)
     if isinstance(answer, Verification):
         return verification_page(answer)
     return comparison_page(answer)

@@ -14,8 +14,9 @@ from dse.report.robust import robust_section
 from dse.report.sensitivity import sensitivity_sections
 from dse.report.sweep import sweep_sections
 from dse.report.words import GAPS, REDUCED
-from dse.results import sensitivity, sweep
-from dse.results.solve import FORMAT as RESULT_FORMAT
+from dse.results.sensitivity import SensitivityResult
+from dse.results.solve import Result
+from dse.results.sweep import SweepResult
 from dse.space.settings import SETTINGS
 
 
@@ -28,21 +29,21 @@ def sections_of(data: Data) -> list[Section]:
         when the data are not those of a study.
     """
     makers: dict[str, Callable[[Data], Iterator[Section]]] = {
-        sweep.FORMAT: sweep_sections,
-        sensitivity.FORMAT: sensitivity_sections,
-        RESULT_FORMAT: lambda data: iter([robust_section(data)]),
+        SweepResult.format(): sweep_sections,
+        SensitivityResult.format(): sensitivity_sections,
+        Result.format(): lambda data: iter([robust_section(data)]),
     }
     form = data.get("format")
-    if form not in makers or (form == RESULT_FORMAT and "robust" not in data):
-        known = f"{sweep.FORMAT}, {sensitivity.FORMAT} or {RESULT_FORMAT} of solve --robust"
-        raise UsageError(f"it is no study: expected {known}")
+    if form not in makers or (form == Result.format() and "robust" not in data):
+        raise UsageError(f"it is no study: expected {', '.join([*makers][:-1])} or {Result.format()} of solve --robust")
     return list(makers[form](data))
 
 
 def study_page(data: Data) -> Page:
     """The whole page of a study."""
     problem, settings = data["problem"], _settings(data)
-    kind = {sweep.FORMAT: "sweep", sensitivity.FORMAT: "sensitivity"}.get(data["format"], "robustness")
+    kinds = {SweepResult.format(): "sweep", SensitivityResult.format(): "sensitivity"}
+    kind = kinds.get(data["format"], "robustness")
     lead = f"{problem['name']} ({basis_words(settings)})" if settings else str(problem["name"])
     return Page(f"{problem['name']}: {kind}", lead, (*sections_of(data), _basis(data)))
 

@@ -12,18 +12,14 @@ from dse.analysis.overheads import stated_overheads
 from dse.analysis.rows import Row
 from dse.analysis.scheduling import Response
 from dse.analysis.views import View
-from dse.files.answer import Answer
+from dse.results.answer import Answer, With
 from dse.results.contention import Contended
-from dse.results.display import exact
-from dse.space.settings import settings_of
 from dse.space.trees import at
 from dse.space.types import EMPTY, Design, Space
 from dse.units import Exact, whole
 
 if TYPE_CHECKING:
     import pandas
-
-FORMAT = "dse-analysis/1"
 
 
 @dataclass(frozen=True)
@@ -67,6 +63,7 @@ class Usage:
     no_busy: str = ""
     cores: Mapping[str, int] = field(default_factory=dict)
     payload: Mapping[str, Fraction] | None = None
+    unit: str = "ppm"
 
     @property
     def total(self) -> Fraction:
@@ -77,6 +74,13 @@ class Usage:
     def busy_total(self) -> Fraction | None:
         """The share of the time, in ppm, that a physical bus is busy; None where that is not computable."""
         return None if self.busy is None else sum(self.busy.values(), Fraction(0))
+
+    @property
+    def busy_use(self) -> Mapping[str, Any]:
+        """The share of the time that a bus is busy, by connection; or why it is not known."""
+        if self.busy is None:
+            return {"total": None, "reason": self.no_busy or None}
+        return {"unit": "ppm", "shares": self.busy, "total": self.busy_total}
 
 
 @dataclass(frozen=True)
@@ -91,6 +95,8 @@ class Analysis(Answer):
     >>> [(item.requirement.text, item.holds) for item in found.verdicts][:1]
     [('jitter of sensor_to_valve <= 30 ms', True)]
     """
+
+    FORM = "design.AnalysisForm"
 
     space: Space
     design: Design
@@ -138,100 +144,25 @@ class Analysis(Answer):
         """
         import pandas
 
-        table = next(table for table in self.flows if table.name == name)
-        return pandas.DataFrame([_row(row) for row in table.rows])
+        from dse.results.forms.design import Row as RowForm
+        from dse.results.forms.writing import written
 
-    def to_dict(self) -> dict[str, Any]:
-        """The analysis in the form ``dse-analysis/1``: exact numbers, fractions as text where they are no integers."""
+        table = next(table for table in self.flows if table.name == name)
+        return pandas.DataFrame([written(RowForm, row) for row in table.rows])
+
+    def _told(self) -> Mapping[str, Any]:
         return {
-            "format": FORMAT,
-            "problem": self.space.name,
-            **settings_of(self.space),
-            "feasible": self.is_feasible,
-            "breaches": list(self.breaches),
-            "decisions": dict(self.decisions),
-            "flows": {
-                table.name: {
-                    "rows": [_row(row) for row in table.rows],
-                    "min_ns": exact(table.min_ns),
-                    "max_ns": exact(table.max_ns),
-                    "jitter_ns": exact(table.jitter_ns),
-                }
-                for table in self.flows
-            },
-            "processors": {usage.name: _usage(usage, "ppm") for usage in self.processors},
-            "buses": {usage.name: {**_usage(usage, "B/s"), "busy": _busy(usage)} for usage in self.buses},
-            "metrics": {
-                name: {"value": exact(value), "unit": self.metric_units[name]} for name, value in self.metrics.items()
-            },
-            "requirements": [
-                {
-                    "requirement": verdict.requirement.text,
-                    "implied": verdict.requirement.implied,
-                    "origin": verdict.requirement.origin,
-                    "value": exact(verdict.value),
-                    "limit": exact(verdict.limit),
-                    "slack": exact(verdict.slack),
-                    "unit": verdict.unit,
-                    "holds": verdict.holds,
-                    "worst_thread": verdict.who or None,
-                }
-                for verdict in self.verdicts
-            ],
-            **({"contention": self.contended.to_dict()} if self.contended is not None else {}),
-            "warnings": list(self.warnings),
-            "overheads": {kind: list(names) for kind, names in stated_overheads(self.space, self.design).items()},
+            "metrics": {name: (value, self.metric_units[name]) for name, value in self.metrics.items()},
+            "overheads": stated_overheads(self.space, self.design),
             "response_times": {name: [_response(item) for item in found] for name, found in self.responses.items()},
         }
 
 
-def _row(row: Row) -> dict[str, Any]:
-    return {
-        "category": row.category,
-        "contributor": row.contributor,
-        "min_ns": exact(row.min_ns),
-        "min_method": row.min_method,
-        "max_ns": exact(row.max_ns),
-        "max_method": row.max_method,
-    }
-
-
-def _response(response: Response) -> dict[str, Any]:
-    return {
-        "thread": response.name,
-        "core": response.core,
-        **({"executor": response.executor} if response.executor else {}),
-        "rank": response.rank,
-        "execution_ns": [response.best_ns, response.worst_ns],
-        "releases": [
-            {"period_ns": stream.period_ns, "jitter_ns": exact(stream.jitter_ns)} for stream in response.task.streams
-        ],
-        "switching_ns": response.task.worst_ns - response.worst_ns,
-        "blocking_ns": response.blocked_ns,
-        "interference": [
-            {"thread": item.name, "jobs": item.jobs, "work_ns": exact(item.work_ns)} for item in response.delays
-        ],
-        "response_ns": None if response.response_ns is None else exact(response.response_ns),
-        "deadline_ns": response.deadline_ns,
-        "meets_deadline": response.meets_deadline,
-    }
-
-
-def _usage(usage: Usage, unit: str) -> dict[str, Any]:
-    return {
-        "type": usage.type,
-        "unit": unit,
-        "shares": {name: exact(value) for name, value in usage.shares.items()},
-        "total": exact(usage.total),
-        "capacity": None if usage.capacity is None else exact(usage.capacity),
-        **({"cores": dict(usage.cores)} if usage.cores else {}),
-        **({} if usage.payload is None else {"payload": {name: exact(value) for name, value in usage.payload.items()}}),
-    }
-
-
-def _busy(usage: Usage) -> dict[str, Any]:
-    """The busy time in ppm, or why there is none."""
-    if usage.busy is None or usage.busy_total is None:
-        return {"total": None, "reason": usage.no_busy or None}
-    shares = {name: exact(value) for name, value in usage.busy.items()}
-    return {"unit": "ppm", "shares": shares, "total": exact(usage.busy_total)}
+def _response(response: Response) -> With:
+    return With(
+        response,
+        {
+            "execution_ns": (response.best_ns, response.worst_ns),
+            "switching_ns": response.task.worst_ns - response.worst_ns,
+        },
+    )

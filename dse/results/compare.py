@@ -8,9 +8,9 @@ from fractions import Fraction
 from typing import Any
 
 from dse.analysis.measures import all_metrics
-from dse.files.answer import Answer
 from dse.results.analyse import Analysis
-from dse.results.display import exact, figures_of, scaled_unit
+from dse.results.answer import Answer
+from dse.results.display import scaled_unit
 from dse.results.points import ObjectiveInfo, Point
 from dse.results.renumbering import numbered_like
 from dse.results.solve import Result, decisions_of
@@ -18,7 +18,6 @@ from dse.space.metrics import parts_of
 from dse.space.settings import SETTINGS, settings_of
 from dse.space.types import Metric, Space
 
-FORMAT = "dse-comparison/1"
 LATENCIES = ("latency", "min latency", "jitter")
 COUNTING = {"profile": (*LATENCIES, "busy"), "worst_case": LATENCIES, "processing": LATENCIES}
 """The kinds of metric that each setting counts otherwise; which deadlines are required changes no figure."""
@@ -60,6 +59,8 @@ class DesignComparison(Answer):
     names the problem files that were not there, so that the problems that results carry were compared.
     """
 
+    FORM = "verdicts.Designs"
+
     names: tuple[str, str]
     decisions: tuple[Line, ...]
     metrics: tuple[Line, ...]
@@ -68,20 +69,11 @@ class DesignComparison(Answer):
     unlike: tuple[str, ...] = ()
     carried: tuple[str, ...] = ()
 
-    def to_dict(self) -> dict[str, Any]:
-        """In the form ``dse-comparison/1``."""
+    def _told(self) -> Mapping[str, Any]:
         return {
-            "format": FORMAT,
-            "of": "designs",
-            "names": list(self.names),
-            "currencies": list(self.currencies),
-            "decisions": {line.name: [line.one, line.other] for line in self.decisions},
-            "metrics": {
-                line.name: {"values": [_number(line.one), _number(line.other)], "unit": line.unit}
-                for line in self.metrics
-            },
-            "requirements": {line.name: [line.one, line.other] for line in self.verdicts},
-            "not_comparable": list(self.unlike),
+            "decisions": {line.name: (line.one, line.other) for line in self.decisions},
+            "metrics": {line.name: ((line.one, line.other), line.unit) for line in self.metrics},
+            "requirements": {line.name: (line.one, line.other) for line in self.verdicts},
         }
 
 
@@ -102,6 +94,8 @@ class ResultComparison(Answer):
     problem files that were not there, so that the problems that the results carry were compared.
     """
 
+    FORM = "verdicts.Results"
+
     names: tuple[str, str]
     results: tuple[Result, Result]
     facts: tuple[Line, ...]
@@ -109,27 +103,8 @@ class ResultComparison(Answer):
     unlike: tuple[str, ...] = ()
     carried: tuple[str, ...] = ()
 
-    def to_dict(self) -> dict[str, Any]:
-        """In the form ``dse-comparison/1``."""
-        return {
-            "format": FORMAT,
-            "of": "results",
-            "names": list(self.names),
-            "facts": {line.name: [line.one, line.other] for line in self.facts},
-            "points": [
-                [
-                    {
-                        "id": item.point.id,
-                        "objectives": figures_of(item.point.objectives),
-                        "equal": list(item.equal),
-                        "dominated_by": list(item.dominated_by),
-                    }
-                    for item in points
-                ]
-                for points in self.points
-            ],
-            "not_comparable": list(self.unlike),
-        }
+    def _told(self) -> Mapping[str, Any]:
+        return {"facts": {line.name: (line.one, line.other) for line in self.facts}}
 
 
 def compare_designs(names: tuple[str, str], one: Analysis, other: Analysis) -> DesignComparison:
@@ -260,7 +235,3 @@ def _lines(one: Mapping[str, Any], other: Mapping[str, Any]) -> tuple[Line, ...]
 
 def _verdict(holds: bool) -> str:
     return "holds" if holds else "broken"
-
-
-def _number(value: Fraction | None) -> int | str | None:
-    return None if value is None else exact(value)

@@ -17,11 +17,8 @@ from dse.analysis.contention import (
     with_contention,
 )
 from dse.analysis.terms import PPM
-from dse.results.display import exact
 from dse.space.settings import told_deadlines
 from dse.space.types import Design, Space
-
-NOT_CHECKED = "not checked"
 
 
 @dataclass(frozen=True)
@@ -44,16 +41,6 @@ class Broken:
         value = None if miss.unbounded else verdict.value
         return cls(verdict.requirement.shown, value, verdict.limit, verdict.unit, miss.unbounded)
 
-    def to_dict(self) -> dict[str, Any]:
-        """For JSON: exact numbers, fractions as text."""
-        return {
-            "requirement": self.requirement,
-            "value": None if self.value is None else exact(self.value),
-            "limit": exact(self.limit),
-            "unit": self.unit,
-            "unbounded": list(self.unbounded),
-        }
-
 
 @dataclass(frozen=True)
 class Contended:
@@ -70,10 +57,9 @@ class Contended:
         """``kept`` or ``broken``."""
         return "broken" if self.broken else "kept"
 
-    def to_dict(self) -> dict[str, Any]:
-        """For JSON."""
-        found: dict[str, Any] = {"status": self.status, "broken": [item.to_dict() for item in self.broken]}
-        return {**found, "cores": dict(self.cores)} if self.cores else found
+
+NOT_JUDGED = {"status": "not checked", "broken": []}
+"""What the JSON of a result says of a design that was not looked at."""
 
 
 def judge(referee: ContentionReferee, design: Design) -> Contended:
@@ -104,22 +90,16 @@ def basis_dict(space: Space) -> dict[str, Any] | None:
     return {"left_out": is_left_out(space), "deadlines": told, "cores": sorted(core_origins(space))}
 
 
-def contention_dict(contended: Mapping[str, Contended], number: str) -> dict[str, Any]:
-    """What the JSON of a result says of the design with that id."""
-    found = contended.get(number)
-    return {"status": NOT_CHECKED, "broken": []} if found is None else found.to_dict()
+def core_use(space: Space, design: Design) -> dict[str, tuple[str, list[Fraction]]]:
+    """Whether open threads of each processor with several cores have a partition, and what each core carries (ppm).
 
-
-def core_use_dict(space: Space, design: Design) -> dict[str, dict[str, Any]]:
-    """What each core of processors with several carries (ppm), and whether open threads have a partition, for JSON.
-
-    `partition` is ``stated`` where every core is stated or decided; else ``found``, ``none`` (proved), ``undecided``.
+    The first is ``stated`` where every core is stated or decided; else ``found``, ``none`` (proved), ``undecided``.
     """
     return {
-        space.processors[number].name: {
-            "partition": item.status if item.is_open else "stated",
-            "used": [exact(load * PPM) for load in item.loads],
-        }
+        space.processors[number].name: (
+            item.status if item.is_open else "stated",
+            [load * PPM for load in item.loads],
+        )
         for number, item in placements_of(space, design).items()
         if item.cores
     }

@@ -84,6 +84,7 @@ def _bus_usage(space: Space, number: int, view: View) -> Usage:
     """Load and busy time of a bus by connection."""
     bus = space.buses[number]
     usage = _usage(bus, load_terms(space, number), view, _bytes_per_s(at(bus.bandwidth_bps, view)))
+    usage = replace(usage, unit="B/s")
     if usage.type != EMPTY and frame_at(bus.fixed_ns, view) is not None:
         plain = {term.label: term.value(view) for term in payload_terms(space, number)}
         usage = replace(usage, payload={label: plain[label] for label in usage.shares})

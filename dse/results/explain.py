@@ -8,12 +8,9 @@ from fractions import Fraction
 from typing import Any, Literal
 
 from dse.errors import EXIT_COMPLETE, EXIT_INCOMPLETE, EXIT_NO
-from dse.files.answer import Answer
-from dse.results.display import exact
+from dse.results.answer import Answer, With
 from dse.results.points import Origin
 from dse.results.solve import csv_text
-
-FORMAT = "dse-explanation/1"
 
 COLUMNS = ("conflict", "kind", "text", "origin", "helps", "limit", "closest", "unit", "requirement")
 Decisions = Mapping[str, str]
@@ -27,10 +24,6 @@ class Demand:
     text: str
     origin: str
 
-    def to_dict(self) -> dict[str, Any]:
-        """For JSON."""
-        return dict(vars(self))
-
 
 @dataclass(frozen=True)
 class Example:
@@ -38,6 +31,11 @@ class Example:
 
     design: Decisions
     breaks: tuple[Demand, ...] = ()
+
+    @property
+    def broken_texts(self) -> list[str]:
+        """What it breaks, in the user's words."""
+        return [demand.text for demand in self.breaks]
 
     def besides(self, *expected: Demand) -> tuple[Demand, ...]:
         """What it breaks beyond what is expected of it."""
@@ -50,14 +48,13 @@ class MinimalConflict:
 
     members: tuple[tuple[Demand, Example], ...]
 
-    def to_dict(self) -> dict[str, Any]:
-        """For JSON."""
-        return {
-            "members": [
-                {**demand.to_dict(), "without_it": dict(example.design), "breaks": _texts(example.breaks)}
-                for demand, example in self.members
-            ]
-        }
+    @property
+    def listed(self) -> list[With]:
+        """The members as JSON has them."""
+        return [
+            With(demand, {"without_it": example.design, "breaks": example.broken_texts})
+            for demand, example in self.members
+        ]
 
 
 @dataclass(frozen=True)
@@ -91,27 +88,6 @@ class Relaxation:
         """Whether the requirement, which is strict, holds beyond the closest limit only."""
         return self.operator in ("<", ">")
 
-    def to_dict(self) -> dict[str, Any]:
-        """For JSON: exact numbers, as text where they are no integers."""
-        figures = {
-            name: None if value is None else exact(value)
-            for name, value in (("limit", self.limit), ("closest", self.closest))
-        }
-        return {
-            **self.demand.to_dict(),
-            "helps": self.helps,
-            **figures,
-            "unit": self.unit,
-            "beyond": self.beyond,
-            "thread": self.thread or None,
-            "requirement": self.text or None,
-            "overload": self.overload or None,
-            "unbounded": list(self.unbounded),
-            "looked_for": self.is_sought,
-            "design": dict(self.example.design),
-            "breaks": _texts(self.example.breaks),
-        }
-
 
 @dataclass(frozen=True)
 class GiveUp:
@@ -119,14 +95,6 @@ class GiveUp:
 
     members: tuple[Relaxation, ...]
     example: Example
-
-    def to_dict(self) -> dict[str, Any]:
-        """For JSON."""
-        return {
-            "members": [item.to_dict() for item in self.members],
-            "design": dict(self.example.design),
-            "breaks": _texts(self.example.breaks),
-        }
 
 
 @dataclass(frozen=True)
@@ -137,10 +105,6 @@ class Offer:
     price: int | None
     unit: str
     design: Decisions
-
-    def to_dict(self) -> dict[str, Any]:
-        """For JSON."""
-        return {"options": list(self.texts), "price": self.price, "unit": self.unit, "design": dict(self.design)}
 
 
 @dataclass(frozen=True)
@@ -160,6 +124,8 @@ class Explanation(Answer):
     >>> dse.explain("pump.yaml").status
     'feasible'
     """
+
+    FORM = "verdicts.ExplanationForm"
 
     problem: Origin
     status: Literal["feasible", "infeasible", "no structure", "incomplete"]
@@ -190,33 +156,6 @@ class Explanation(Answer):
             return EXIT_INCOMPLETE
         return EXIT_COMPLETE if self.status == "feasible" else EXIT_NO
 
-    def to_dict(self) -> dict[str, Any]:
-        """The explanation in the form ``dse-explanation/1``."""
-        return {
-            "format": FORMAT,
-            "problem": {
-                "name": self.problem.name,
-                "file": self.problem.file,
-                "sha256": self.problem.sha256,
-                "includes": [{"file": file, "sha256": digest} for file, digest in self.problem.includes],
-                "effective": dict(self.problem.effective),
-            },
-            "status": self.status,
-            "complete": self.complete,
-            "left_open": list(self.left_open),
-            "design": dict(self.design),
-            "conflicts": [item.to_dict() for item in self.conflicts],
-            "all_conflicts": self.every,
-            "limit_reached": self.limited,
-            "impossible_together": [demand.to_dict() for demand in self.reduced],
-            "relaxations": [item.to_dict() for item in self.relaxations],
-            "give_up": None if self.give_up is None else self.give_up.to_dict(),
-            "excluded": list(self.excluded),
-            "offered": list(self.offered),
-            "offers": [item.to_dict() for item in self.offers],
-            "search": {"solver_calls": self.solver_calls, "wall_s": self.wall_s},
-        }
-
     def to_csv(self) -> str:
         """The conflicts as CSV text: a row for each member of each; what would mend it alone beside it.
 
@@ -224,14 +163,13 @@ class Explanation(Answer):
         design), ``limit`` and ``closest`` in ``unit``, exact, and ``requirement``, as it may be written then. The last
         five are empty where that was not looked at. There are no rows where the problem has designs.
         """
-        alone = {item.demand: item.to_dict() for item in self.relaxations}
+        from dse.results.forms.verdicts import Relaxation as RelaxationForm
+        from dse.results.forms.writing import written
+
+        alone = {item.demand: written(RelaxationForm, item) for item in self.relaxations}
         rows: list[list[Any]] = [[*COLUMNS]]
         for number, conflict in enumerate(self.conflicts, start=1):
             for demand, _ in conflict.members:
-                row = {"conflict": number, **alone.get(demand, {}), **demand.to_dict()}
+                row = {"conflict": number, **alone.get(demand, {}), **vars(demand)}
                 rows.append([row.get(name) for name in COLUMNS])
         return csv_text(rows)
-
-
-def _texts(demands: Sequence[Demand]) -> list[str]:
-    return [demand.text for demand in demands]

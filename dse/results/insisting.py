@@ -4,9 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any, Literal
+from typing import Literal
 
-from dse.results.points import figures_by_name
 from dse.space.types import Design
 
 
@@ -46,12 +45,3 @@ class Insisting:
     def is_complete(self) -> bool:
         """Whether every option's front is proved."""
         return all(item.status != "incomplete" for item in self.options)
-
-    def to_dict(self) -> dict[str, Any]:
-        """For JSON."""
-        points = [figures_by_name(point) for point in self.points]
-        options = [
-            {"decision": item.decision, "option": item.option, "status": item.status, "front": list(item.front)}
-            for item in self.options
-        ]
-        return {"points": points, "options": options}

@@ -7,9 +7,8 @@ from dataclasses import dataclass
 from fractions import Fraction
 from typing import Any, Literal
 
-from dse.files.answer import Answer
-from dse.results.compare import FORMAT
-from dse.results.display import exact
+from dse.analysis.terms import PPM
+from dse.results.answer import Answer
 from dse.units import is_unbounded
 
 
@@ -40,6 +39,11 @@ class Prediction:
     high: Fraction
     seen: Seen
     outside: int | None = None
+
+    @property
+    def predicted(self) -> tuple[Fraction | None, Fraction]:
+        """The predicted range."""
+        return self.low, self.high
 
     @property
     def verdict(self) -> Literal["inside", "above", "below", "both"]:
@@ -87,6 +91,11 @@ class Input:
     counted: tuple[Fraction, Fraction] | None = None
 
     @property
+    def stated(self) -> tuple[Fraction, Fraction]:
+        """What the file states."""
+        return self.low, self.high
+
+    @property
     def drifted(self) -> bool:
         """Whether what was measured lies beyond what the file states."""
         return self.counted is not None
@@ -103,6 +112,16 @@ class Kept:
     slacks: tuple[Fraction, Fraction]
     holds: tuple[bool, bool]
 
+    @property
+    def stated(self) -> tuple[Fraction, Fraction, bool]:
+        """Value, slack, and whether it holds with the figures of the file."""
+        return self.values[0], self.slacks[0], self.holds[0]
+
+    @property
+    def measured(self) -> tuple[Fraction, Fraction, bool]:
+        """The same with those that were measured."""
+        return self.values[1], self.slacks[1], self.holds[1]
+
 
 @dataclass(frozen=True)
 class MeasuredComparison(Answer):
@@ -110,6 +129,8 @@ class MeasuredComparison(Answer):
 
     `remarks` say what could not be held against anything, and why.
     """
+
+    FORM = "verdicts.MeasuredForm"
 
     problem: str
     files: tuple[str, ...]
@@ -133,68 +154,5 @@ class MeasuredComparison(Answer):
         """Whether every requirement holds with the measured figures."""
         return all(item.holds[1] for item in self.requirements)
 
-    def to_dict(self) -> dict[str, Any]:
-        """In the form ``dse-comparison/1``."""
-        return {
-            "format": FORMAT,
-            "of": "measured",
-            "problem": self.problem,
-            "files": list(self.files),
-            "decisions": dict(self.decisions),
-            "tolerance_ppm": exact(self.tolerance * 10**6),
-            "predictions": [
-                {
-                    "metric": item.name,
-                    "unit": item.unit,
-                    "predicted": [None if item.low is None else exact(item.low), exact(item.high)],
-                    "measured": _seen(item.seen),
-                    "verdict": item.verdict,
-                    "beyond": exact(item.beyond),
-                    "of_measured": _share(item.of_measured),
-                    "of_predicted": _share(item.of_predicted),
-                    "outside": item.outside,
-                }
-                for item in self.predictions
-            ],
-            "inputs": [
-                {
-                    "figure": item.name,
-                    "unit": item.unit,
-                    "stated": [exact(item.low), exact(item.high)],
-                    "measured": _seen(item.seen),
-                    "drifted": item.drifted,
-                    "counted": None if item.counted is None else [exact(value) for value in item.counted],
-                }
-                for item in self.inputs
-            ],
-            "requirements": [
-                {
-                    "requirement": item.text,
-                    "unit": item.unit,
-                    "limit": exact(item.limit),
-                    "stated": {"value": exact(item.values[0]), "slack": exact(item.slacks[0]), "holds": item.holds[0]},
-                    "measured": {
-                        "value": exact(item.values[1]),
-                        "slack": exact(item.slacks[1]),
-                        "holds": item.holds[1],
-                    },
-                }
-                for item in self.requirements
-            ],
-            "as_predicted": self.is_as_predicted,
-            "still_holds": self.still_holds,
-            "remarks": list(self.remarks),
-        }
-
-
-def _seen(item: Seen) -> dict[str, Any]:
-    mean = None if item.mean is None else float(item.mean)
-    return {"low": exact(item.low), "high": exact(item.high), "mean": mean, "count": item.count, "place": item.place}
-
-
-def _kept(item: Kept, number: int) -> dict[str, Any]:
-    return {"value": exact(item.values[number]), "slack": exact(item.slacks[number]), "holds": item.holds[number]}
-
-
-def _share(value: Fraction | None) -> float | None:
-    return None if value is None else float(value)
+    def _told(self) -> Mapping[str, Any]:
+        return {"tolerance_ppm": self.tolerance * PPM}

@@ -7,9 +7,8 @@ import json
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from fractions import Fraction
-from typing import Any, Protocol
+from typing import Any
 
-from dse.results.display import exact, figures_of
 from dse.space.types import Design, Space
 from dse.version import SEMANTICS
 
@@ -68,21 +67,6 @@ class Clash:
         """How far the closest value is beyond the limit."""
         return None if self.closest is None or self.limit is None else abs(self.closest - self.limit)
 
-    def to_dict(self) -> dict[str, Any]:
-        """For JSON: exact numbers, as text where they are no integers."""
-        figures = {"limit": self.limit, "closest": self.closest, "miss": self.miss}
-        shown = {name: None if value is None else exact(value) for name, value in figures.items()}
-        return {
-            "text": self.text,
-            "origin": self.origin,
-            **shown,
-            "unit": self.unit,
-            "thread": self.thread or None,
-            **({"unbounded": list(self.unbounded)} if self.unbounded else {}),
-            **({} if self.is_sought else {"looked_for": False}),
-            **({"overload": self.overload} if self.overload else {}),
-        }
-
 
 @dataclass(frozen=True)
 class Conflict:
@@ -108,29 +92,6 @@ class FurtherDesign:
     different: int
 
 
-class Listed(Protocol):
-    """A design in a list of designs."""
-
-    @property
-    def id(self) -> int | str: ...  # noqa: D102
-    @property
-    def objectives(self) -> Mapping[str, int]: ...  # noqa: D102
-    @property
-    def metrics(self) -> Mapping[str, int]: ...  # noqa: D102
-    @property
-    def decisions(self) -> Mapping[str, str]: ...  # noqa: D102
-
-
-def figures_by_name(item: Listed) -> dict[str, Any]:
-    """What every list of designs says of one, for JSON: its id, figures and decisions."""
-    return {
-        "id": item.id,
-        "objectives": figures_of(item.objectives),
-        "metrics": figures_of(item.metrics),
-        "decisions": dict(item.decisions),
-    }
-
-
 @dataclass(frozen=True)
 class FurtherDesigns:
     """Further designs of point `of`: with its objectives (`within` 0), or with each at most that share worse.
@@ -144,18 +105,6 @@ class FurtherDesigns:
     designs: tuple[FurtherDesign, ...]
     more: bool | None
 
-    def to_dict(self) -> dict[str, Any]:
-        """For JSON."""
-        designs = [
-            {
-                **figures_by_name(item),
-                "dominated_by": list(item.dominated_by),
-                "different_decisions": item.different,
-            }
-            for item in self.designs
-        ]
-        return {"of": self.of, "within": exact(self.within), "designs": designs, "more": self.more}
-
 
 @dataclass(frozen=True)
 class FurtherAsked:
@@ -164,11 +113,6 @@ class FurtherAsked:
     count: int
     within: Fraction | None
     points: tuple[int, ...]
-
-    def to_dict(self) -> dict[str, Any]:
-        """For JSON."""
-        within = None if self.within is None else exact(self.within)
-        return {"count": self.count, "within": within, "points": list(self.points)}
 
 
 @dataclass(frozen=True)

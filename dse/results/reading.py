@@ -10,7 +10,7 @@ from dse.errors import UsageError
 from dse.files.plain_json import parse_json
 from dse.files.reading import UnreadableFileError, read_text
 from dse.results.forms.agreement import check_whole
-from dse.results.solve import FORMAT
+from dse.results.solve import Result
 from dse.version import SEMANTICS
 
 
@@ -41,8 +41,8 @@ def read_stated(path: str | Path) -> dict[str, Any]:
         raise UsageError(f"{path}: cannot be read as a result: {error.reason}") from error
     except ValueError as error:
         raise UsageError(f"{path}: cannot be read as a result: not JSON: {error}") from error
-    if not isinstance(data, dict) or data.get("format") != FORMAT:
-        raise UsageError(f"{path}: is no result of `dse solve --json` ({FORMAT})")
+    if not isinstance(data, dict) or data.get("format") != Result.format():
+        raise UsageError(f"{path}: is no result of `dse solve --json` ({Result.format()})")
     check_semantics(data, path)
     return data
 

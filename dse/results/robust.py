@@ -10,13 +10,9 @@ from dataclasses import dataclass
 from fractions import Fraction
 from typing import Any
 
-from dse.files.answer import Answer
-from dse.results.display import exact
+from dse.results.answer import Answer, With
 from dse.results.points import Point
 from dse.results.solve import Result
-
-STATE = ("status", "unexplored", "refuted", "potential", "ranking")
-"""What else is told of the nominal front: how far it is proved, from which a stopped search goes on."""
 
 
 @dataclass(frozen=True)
@@ -32,17 +28,6 @@ class Failure:
     limit: Fraction
     unit: str
     inputs: Mapping[str, Fraction]
-
-    def to_dict(self) -> dict[str, Any]:
-        """For JSON: exact numbers, fractions as text; `point` is the id on the nominal front."""
-        return {
-            "nominal_id": self.point,
-            "requirement": self.requirement,
-            "worst": exact(self.value),
-            "limit": exact(self.limit),
-            "unit": self.unit,
-            "inputs": {path: exact(value) for path, value in self.inputs.items()},
-        }
 
 
 @dataclass(frozen=True)
@@ -63,6 +48,8 @@ class RobustResult(Answer):
     >>> dse.solve_robust(text).price["price"]
     (6000, 6000)
     """
+
+    FORM = "result.ResultForm"
 
     robust: Result
     nominal: Result
@@ -101,29 +88,14 @@ class RobustResult(Answer):
 
     def to_dict(self) -> dict[str, Any]:
         """The robust front in the form ``dse-result/1``, with a further entry ``robust``."""
+        from dse.results.forms.result import Robust
+        from dse.results.forms.writing import written
+
         nominal = self.nominal.to_dict()
-        return {
-            **self.robust.to_dict(),
-            "robust": {
-                "inputs": dict(self.inputs),
-                "currency": self.robust.space.currency,
-                "corners": self.corners,
-                "nominal_front": nominal["front"],
-                "nominal": {name: nominal[name] for name in STATE},
-                "price": {
-                    name: {
-                        key: None if best is None else exact(best)
-                        for key, best in zip(("nominal", "robust"), pair, strict=True)
-                    }
-                    for name, pair in self.price.items()
-                },
-                "kept": [point.id for point in self.kept],
-                "entered": [point.id for point in self.entered],
-                "lost": [item.to_dict() for item in self.failures],
-                **({"unjudged": list(self.unjudged)} if self.unjudged else {}),
-            },
+        told = {
+            "nominal_front": nominal["front"],
+            "nominal": nominal,
+            "kept": [point.id for point in self.kept],
+            "entered": [point.id for point in self.entered],
         }
-
-
-def _plain(value: int | None) -> int | str | None:
-    return None if value is None else exact(value)
+        return {**self.robust.to_dict(), "robust": written(Robust, With(self, told))}

@@ -10,13 +10,11 @@ from fractions import Fraction
 from typing import TYPE_CHECKING, Any
 
 from dse.errors import EXIT_COMPLETE, EXIT_INCOMPLETE, EXIT_NO
-from dse.files.answer import Answer
+from dse.results.answer import Answer
 from dse.results.display import exact
 
 if TYPE_CHECKING:
     import pandas
-
-FORMAT = "dse-sensitivity/1"
 
 
 @dataclass(frozen=True)
@@ -32,16 +30,6 @@ class Break:
     first: Fraction | None
     requirement: str
     thread: str = ""
-
-    def to_dict(self) -> dict[str, Any]:
-        """For JSON."""
-        first = None if self.first is None else exact(self.first)
-        return {
-            "last": exact(self.last),
-            "first": first,
-            "requirement": self.requirement,
-            "thread": self.thread or None,
-        }
 
 
 @dataclass(frozen=True)
@@ -65,16 +53,10 @@ class Margin:
         moves = [abs(item.last - self.nominal) for item in (self.below, self.above) if item is not None]
         return min(moves) / self.nominal if moves and self.nominal else None
 
-    def to_dict(self) -> dict[str, Any]:
-        """For JSON."""
-        return {
-            "path": self.path,
-            "unit": self.unit,
-            "nominal": exact(self.nominal),
-            "below": None if self.below is None else self.below.to_dict(),
-            "above": None if self.above is None else self.above.to_dict(),
-            "searched": [exact(self.least), exact(self.most)],
-        }
+    @property
+    def searched(self) -> tuple[Fraction, Fraction]:
+        """Between which values borders were looked for."""
+        return self.least, self.most
 
 
 @dataclass(frozen=True)
@@ -96,20 +78,6 @@ class Scaling:
     utilisations: Mapping[str, Fraction]
     most: Fraction
 
-    def to_dict(self) -> dict[str, Any]:
-        """For JSON."""
-        return {
-            "factor": None if self.factor is None else exact(self.factor),
-            "requirement": self.requirement or None,
-            "thread": self.thread or None,
-            "exact": self.is_exact,
-            "by_requirement": {
-                text: None if item is None else exact(item) for text, item in self.by_requirement.items()
-            },
-            "utilisations_ppm": {name: exact(value) for name, value in self.utilisations.items()},
-            "searched_to": exact(self.most),
-        }
-
 
 @dataclass(frozen=True)
 class Bar:
@@ -128,19 +96,6 @@ class Bar:
         """The length of the bar."""
         return max(*self.values, self.nominal) - min(*self.values, self.nominal)
 
-    def to_dict(self) -> dict[str, Any]:
-        """For JSON."""
-        return {
-            "metric": self.metric,
-            "unit": self.unit,
-            "path": self.path,
-            "input_unit": self.input_unit,
-            "inputs": [exact(value) for value in self.inputs],
-            "values": [exact(value) for value in self.values],
-            "nominal": exact(self.nominal),
-            "swing": exact(self.swing),
-        }
-
 
 @dataclass(frozen=True)
 class Chance:
@@ -150,10 +105,6 @@ class Chance:
     all_met: float
     standard_error: float
     by_requirement: Mapping[str, float]
-
-    def to_dict(self) -> dict[str, Any]:
-        """For JSON."""
-        return {**vars(self), "decisions": dict(self.decisions), "by_requirement": dict(self.by_requirement)}
 
 
 @dataclass(frozen=True)
@@ -174,10 +125,6 @@ class Indices:
     spread: Mapping[str, float]
     over: Mapping[str, tuple[float, float]]
 
-    def to_dict(self) -> dict[str, Any]:
-        """For JSON."""
-        return {key: dict(value) if isinstance(value, Mapping) else value for key, value in vars(self).items()}
-
 
 @dataclass(frozen=True)
 class UncertainResult:
@@ -193,18 +140,6 @@ class UncertainResult:
     indices: tuple[Indices, ...]
     design_chance: Chance
     unbounded: tuple[str, ...] = ()
-
-    def to_dict(self) -> dict[str, Any]:
-        """For JSON."""
-        return {
-            "inputs": dict(self.inputs),
-            "samples": self.samples,
-            "seed": self.seed,
-            "design": self.design_chance.to_dict(),
-            "alternatives": [item.to_dict() for item in self.chances],
-            "indices": [item.to_dict() for item in self.indices],
-            **({"unbounded": list(self.unbounded)} if self.unbounded else {}),
-        }
 
 
 @dataclass(frozen=True)
@@ -223,6 +158,8 @@ class SensitivityResult(Answer):
     >>> found.broken, found.scaling.requirement
     ((), 'utilisation of computer <= 30 %')
     """
+
+    FORM = "studies.SensitivityForm"
 
     problem: Mapping[str, Any]
     decisions: Mapping[str, str]
@@ -251,25 +188,6 @@ class SensitivityResult(Answer):
     def metrics(self) -> list[str]:
         """The metrics that some input moves."""
         return list(dict.fromkeys(bar.metric for bar in self.bars))
-
-    def to_dict(self) -> dict[str, Any]:
-        """The result in the form ``dse-sensitivity/1``.
-
-        Times in ns, rates of use in ppm, as the units beside the figures say.
-        """
-        return {
-            "format": FORMAT,
-            "problem": dict(self.problem),
-            "decisions": dict(self.decisions),
-            "broken": list(self.broken),
-            "margins": [item.to_dict() for item in self.margins],
-            "execution_times": None if self.scaling is None else self.scaling.to_dict(),
-            "swing": self.swing,
-            "tornado": [item.to_dict() for item in self.bars],
-            "uncertainty": None if self.uncertain is None else self.uncertain.to_dict(),
-            **({"left_out": list(self.left_out)} if self.left_out else {}),
-            "files": dict(self.files),
-        }
 
     def _rows(self) -> list[list[Any]]:
         rows = []

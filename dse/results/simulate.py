@@ -8,16 +8,13 @@ from fractions import Fraction
 from typing import TYPE_CHECKING, Any
 
 from dse.errors import EXIT_COMPLETE, EXIT_INCOMPLETE, EXIT_NO
-from dse.files.answer import Answer
-from dse.results.display import exact
-from dse.space.settings import settings_of
+from dse.results.answer import Answer
 from dse.space.types import Design, Space
 from dse.units import Exact
 
 if TYPE_CHECKING:
     import pandas
 
-FORMAT = "dse-simulation/1"
 LATENCY = (
     "The latency of a datum runs from the dispatch of the job that produces it in the first component to the first "
     "moment at which the end of the flow has processed it or a newer one that overwrote it (reduced reaction time)."
@@ -92,24 +89,25 @@ class FlowObservation:
             return None
         return Fraction(max(self.latencies) - min(self.latencies), most - least)
 
-    def to_dict(self) -> dict[str, Any]:
-        """Plain data."""
-        return {
-            "count": self.count,
-            "min_ns": _exact(min(self.latencies, default=None)),
-            "max_ns": _exact(max(self.latencies, default=None)),
-            "mean_ns": None if self.mean_ns is None else round(float(self.mean_ns), 3),
-            "bounds_ns": [exact(end) for end in self.bounds_ns],
-            "scheduled_bounds_ns": None if self.scheduled_ns is None else [exact(end) for end in self.scheduled_ns],
-            "allowance_ns": self.allowance_ns,
-            "outside": self.outside,
-            "contradiction": self.is_contradiction,
-            "excuse": self.excuse or None,
-            "reach": None if self.reach is None else round(float(self.reach), 6),
-            "histogram": [{name: exact(value) for name, value in item.items()} for item in self.histogram],
-            "worst": _extreme(self.worst),
-            "best": _extreme(self.best),
-        }
+    @property
+    def min_ns(self) -> Exact | None:
+        """The least latency; None when nothing arrived."""
+        return min(self.latencies, default=None)
+
+    @property
+    def max_ns(self) -> Exact | None:
+        """The greatest latency; None when nothing arrived."""
+        return max(self.latencies, default=None)
+
+    @property
+    def shown_mean_ns(self) -> float | None:
+        """The mean as JSON has it."""
+        return None if self.mean_ns is None else round(float(self.mean_ns), 3)
+
+    @property
+    def shown_reach(self) -> float | None:
+        """The reach as JSON has it."""
+        return None if self.reach is None else round(float(self.reach), 6)
 
 
 @dataclass(frozen=True)
@@ -141,6 +139,8 @@ class Simulation(Answer):
     >>> found.flows[0].name, found.flows[0].count > 0
     ('sensor_to_valve', True)
     """
+
+    FORM = "design.SimulationForm"
 
     space: Space
     design: Design
@@ -194,9 +194,9 @@ class Simulation(Answer):
                 {
                     "flow": flow.name,
                     "count": flow.count,
-                    "min_ns": min(flow.latencies, default=None),
+                    "min_ns": flow.min_ns,
                     "mean_ns": None if flow.mean_ns is None else float(flow.mean_ns),
-                    "max_ns": max(flow.latencies, default=None),
+                    "max_ns": flow.max_ns,
                     "bound_min_ns": flow.bounds_ns[0],
                     "bound_max_ns": flow.bounds_ns[1],
                 }
@@ -204,47 +204,5 @@ class Simulation(Answer):
             ]
         )
 
-    def to_dict(self) -> dict[str, Any]:
-        """The simulation in the form ``dse-simulation/1``."""
-        return {
-            "format": FORMAT,
-            "problem": self.space.name,
-            **settings_of(self.space),
-            "decisions": dict(self.decisions),
-            "offsets": self.offsets,
-            "contention": self.contention,
-            "runs": self.runs,
-            "events": self.events,
-            "duration_ns": self.duration_ns,
-            "seed": self.seed,
-            "definition": LATENCY,
-            "contradictions": list(self.contradictions),
-            "flows": {flow.name: flow.to_dict() for flow in self.flows},
-            "threads": {
-                task.name: {
-                    "observed_ns": exact(task.observed_ns),
-                    "response_time_ns": _exact(task.bound_ns),
-                    "contradiction": task.is_contradiction,
-                }
-                for task in self.tasks
-            },
-            "lost": dict(self.lost),
-            "notes": list(self.notes),
-            **({"stopped": True} if self.is_stopped else {}),
-        }
-
-
-def _exact(value: Exact | None) -> int | str | None:
-    return None if value is None else exact(value)
-
-
-def _extreme(extreme: Extreme | None) -> dict[str, Any] | None:
-    if extreme is None:
-        return None
-    return {
-        "latency_ns": exact(extreme.latency_ns),
-        "offsets_ns": {name: exact(offset) for name, offset in extreme.offsets_ns.items()},
-        "drift_ppm": dict(extreme.drift_ppm),
-        "execution": extreme.execution,
-        "seed": extreme.seed,
-    }
+    def _told(self) -> Mapping[str, Any]:
+        return {"definition": LATENCY}

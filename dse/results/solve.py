@@ -13,15 +13,16 @@ from typing import TYPE_CHECKING, Any, Literal, TypeVar
 
 from dse.analysis.contention import cores_of, with_contention
 from dse.errors import EXIT_COMPLETE, EXIT_INCOMPLETE, EXIT_NO
-from dse.files.answer import Answer
-from dse.results.contention import Contended, contention_dict, core_use_dict
-from dse.results.display import figures_of, in_table, titled
+from dse.results.answer import Answer, With
+from dse.results.contention import NOT_JUDGED, Contended, core_use
+from dse.results.display import in_table, titled
 from dse.results.frames import unit_frame
 from dse.results.insisting import Insisting
 from dse.results.points import (
     Clash,
     Conflict,
     FurtherAsked,
+    FurtherDesign,
     FurtherDesigns,
     ObjectiveInfo,
     Origin,
@@ -37,7 +38,6 @@ from dse.version import SEMANTICS
 if TYPE_CHECKING:
     import pandas
 
-FORMAT = "dse-result/1"
 FORMULA = ("=", "+", "-", "@", "\t", "\r")
 
 
@@ -65,6 +65,8 @@ class Result(Answer):
     >>> result.frame(("ms", "EUR")).columns[2]
     'jitter of sensor_to_valve [ms]'
     """
+
+    FORM = "result.ResultForm"
 
     problem: Origin
     space: Space
@@ -116,67 +118,31 @@ class Result(Answer):
         """The fixed decisions that some points have no use for: see `dse.results.points.unused_choices`."""
         return unused_choices(self.space, ((point.id, point.decisions) for point in self.front))
 
-    def to_dict(self) -> dict[str, Any]:
-        """The result in the form ``dse-result/1``."""
+    def _told(self) -> Mapping[str, Any]:
+        listed = [
+            With(point, {"variant_of": self.variants.get(point.id), "reasons": None, **self._said_of(point)})
+            for point in self.front
+        ]
+        others = [
+            With(item, {"designs": [With(design, self._said_of(design)) for design in item.designs]})
+            for item in self.others
+        ]
         return {
-            "format": FORMAT,
             "semantics": SEMANTICS,
-            "problem": {
-                "name": self.problem.name,
-                "file": self.problem.file,
-                "sha256": self.problem.sha256,
-                "includes": [{"file": file, "sha256": digest} for file, digest in self.problem.includes],
-                "identity": self.problem.identity,
-                "effective": dict(self.problem.effective),
-                "question": self.problem.question,
-            },
-            "status": self.status,
-            "ranking": {"method": self.ranking, "words": self.ranking_words},
-            "objectives": [vars(item) for item in self.objectives],
-            "metric_units": dict(self.metric_units),
-            **({"rounded": list(self.rounded)} if self.rounded else {}),
-            "front": [
-                {
-                    "id": point.id,
-                    "rank": point.rank,
-                    "score": point.score,
-                    "objectives": figures_of(point.objectives),
-                    "metrics": figures_of(point.metrics),
-                    "decisions": dict(point.decisions),
-                    **({} if point.is_first else {"is_first": False}),
-                    **({"variant_of": self.variants[point.id]} if point.id in self.variants else {}),
-                    **self._design_dict(str(point.id), point.design),
-                }
-                for point in self.front
-            ],
-            **({"unused": self.unused} if self.unused else {}),
-            "unexplored": [dict(region) for region in self.unexplored],
-            "refuted": [dict(region) for region in self.refuted],
-            "potential": dict(self.potential),
-            "conflicts": [{"members": [clash.to_dict() for clash in item.members]} for item in self.conflicts],
-            **({"give_up": [clash.to_dict() for clash in self.give_up]} if self.give_up else {}),
-            "others": [self._others_dict(item) for item in self.others],
-            **({"others_asked": self.others_asked.to_dict()} if self.others_asked is not None else {}),
-            **({"insisting": self.insisting.to_dict()} if self.insisting is not None else {}),
-            "search": vars(self.search),
-            "files": dict(self.problem.texts),
+            "ranking": (self.ranking, self.ranking_words),
+            "front": listed,
+            "others": others,
+            "robust": None,
         }
 
-    def _others_dict(self, others: FurtherDesigns) -> dict[str, Any]:
-        found = others.to_dict()
-        for item, sibling in zip(found["designs"], others.designs, strict=True):
-            item |= self._design_dict(sibling.id, sibling.design)
-        return found
-
-    def _design_dict(self, number: str, design: Design) -> dict[str, Any]:
+    def _said_of(self, item: Point | FurtherDesign) -> dict[str, Any]:
         """The core of each thread that has several to choose from, and what the design keeps with contention."""
-        cores = {self.space.components[thread].name: core for thread, core in cores_of(self.space, design).items()}
-        found: dict[str, Any] = {"cores": cores} if cores else {}
-        if cores:
-            found["core_use"] = core_use_dict(self.space, design)
-        if self.leaves_out_contention:
-            found["contention"] = contention_dict(self.contended, number)
-        return found
+        chosen = cores_of(self.space, item.design)
+        return {
+            "cores": {self.space.components[thread].name: core for thread, core in chosen.items()},
+            "core_use": core_use(self.space, item.design) if chosen else {},
+            "contention": self.contended.get(str(item.id), NOT_JUDGED) if self.leaves_out_contention else None,
+        }
 
     def frame(self, units: str | Sequence[str] | None = None) -> pandas.DataFrame:
         """The front as a frame, in the order of rank.

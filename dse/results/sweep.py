@@ -11,14 +11,13 @@ from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 from dse.errors import EXIT_COMPLETE, EXIT_INCOMPLETE, EXIT_INVALID, EXIT_NO
-from dse.files.answer import Answer
-from dse.results.display import exact, figure, in_table, titled
+from dse.results.answer import Answer
+from dse.results.display import figure, in_table, titled
 from dse.results.frames import unit_frame
 
 if TYPE_CHECKING:
     import pandas
 
-FORMAT = "dse-sweep/1"
 RANKING = "distance to the ideal point, objectives scaled to their range on all fronts of the sweep (equal weights)"
 
 
@@ -44,15 +43,6 @@ class Change:
     left: tuple[Mapping[str, str], ...]
     moved: tuple[Mapping[str, str], ...]
     best: Mapping[str, tuple[Fraction | None, Fraction | None]]
-
-    def to_dict(self) -> dict[str, Any]:
-        """For JSON: exact numbers, fractions as text."""
-        return {
-            "entered": [dict(item) for item in self.entered],
-            "left": [dict(item) for item in self.left],
-            "moved": [dict(item) for item in self.moved],
-            "best": {name: [_plain(value) for value in pair] for name, pair in self.best.items()},
-        }
 
 
 @dataclass(frozen=True)
@@ -101,10 +91,6 @@ class ScaledObjective:
     best: Fraction
     worst: Fraction
 
-    def to_dict(self) -> dict[str, Any]:
-        """For JSON: exact numbers, fractions as text."""
-        return {**vars(self), "best": _plain(self.best), "worst": _plain(self.worst)}
-
 
 @dataclass(frozen=True)
 class SweepResult(Answer):
@@ -124,6 +110,8 @@ class SweepResult(Answer):
     >>> [str(stretch["from"]) for stretch in found.runs[0].outcome["stretches"]]
     ['6000', '7500', '24000', '25500']
     """
+
+    FORM = "studies.SweepForm"
 
     problem: Mapping[str, Any]
     semantics: str
@@ -174,28 +162,19 @@ class SweepResult(Answer):
             found.append(_change(before, run) if before is not None and usable else None)
         return tuple(found)
 
-    def to_dict(self) -> dict[str, Any]:
-        """The sweep in the form ``dse-sweep/1``."""
-        return {
-            "format": FORMAT,
-            "problem": dict(self.problem),
-            "semantics": self.semantics,
-            "seed": self.seed,
-            "status": self.status,
-            "ranking": {"words": RANKING, "scale": [item.to_dict() for item in self.scale]},
-            "remarks": list(self.remarks),
-            "contention": None if self.contention is None else dict(self.contention),
-            "vary": [_axis(axis) for axis in self.axes],
-            "runs": [
-                {
-                    "values": dict(zip((axis.name for axis in self.grid_axes), run.values, strict=True)),
-                    **(run.outcome or {"kind": "open", "status": "open"}),
-                    "change": change.to_dict() if change is not None else None,
-                }
-                for run, change in zip(self.runs, self.changes, strict=True)
-            ],
-            "files": dict(self.files),
-        }
+    def _told(self) -> Mapping[str, Any]:
+        from dse.results.forms.studies import FrontChange
+        from dse.results.forms.writing import written
+
+        runs = [
+            {
+                "values": dict(zip((axis.name for axis in self.grid_axes), run.values, strict=True)),
+                **(run.outcome or {"kind": "open", "status": "open"}),
+                "change": written(FrontChange, change) if change is not None else None,
+            }
+            for run, change in zip(self.runs, self.changes, strict=True)
+        ]
+        return {"ranking": (RANKING, self.scale), "vary": [_axis(axis) for axis in self.axes], "runs": runs}
 
     def to_csv(self) -> str:
         """A row for each alternative of each run (and stretch of limits), units in the header.
@@ -298,7 +277,3 @@ def _row(item: Mapping[str, Any]) -> dict[str, Any]:
 def _figures(item: Mapping[str, Any]) -> dict[str, Any]:
     """The metrics of a design as a table has them: those that JSON has as null are unbounded."""
     return {name: figure(None) if value is None else value for name, value in item["metrics"].items()}
-
-
-def _plain(value: Fraction | None) -> int | str | None:
-    return None if value is None else exact(value)

@@ -3,12 +3,10 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any, Literal
+from typing import Literal
 
 from dse.errors import EXIT_COMPLETE, EXIT_INCOMPLETE, EXIT_NO
-from dse.files.answer import Answer
-
-FORMAT = "dse-verification/1"
+from dse.results.answer import Answer
 
 
 @dataclass(frozen=True)
@@ -38,6 +36,8 @@ class Verification(Answer):
     ('verified', (), ())
     """
 
+    FORM = "verdicts.VerificationForm"
+
     result: str
     problem: str
     status: Literal["verified", "rejected", "unfinished"]
@@ -51,17 +51,3 @@ class Verification(Answer):
     def exit_code(self) -> int:
         """What the command line answers with: 0 verified, 4 rejected, 5 unfinished."""
         return {"verified": EXIT_COMPLETE, "rejected": EXIT_NO, "unfinished": EXIT_INCOMPLETE}[self.status]
-
-    def to_dict(self) -> dict[str, Any]:
-        """The verdict in the form ``dse-verification/1``."""
-        return {
-            "format": FORMAT,
-            "result": self.result,
-            "problem": self.problem,
-            "status": self.status,
-            "findings": [vars(item) for item in self.findings],
-            "checked": list(self.checked),
-            "left_open": list(self.left_open),
-            "remarks": list(self.remarks),
-            "wall_s": self.wall_s,
-        }

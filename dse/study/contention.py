@@ -9,6 +9,8 @@ from dse.analysis.measures import Measure, build_measure
 from dse.analysis.views import View
 from dse.results.contention import contended
 from dse.results.display import exact
+from dse.results.forms.result import Contention
+from dse.results.forms.writing import written
 from dse.space.types import Design, Metric, Space
 
 
@@ -33,7 +35,7 @@ class Jury:
         if self._referee is None:
             return {}
         found = self._referee.judge(design)
-        said = contended(self._referee, found).to_dict()
+        said = written(Contention, contended(self._referee, found))
         if self._limited is not None:
             said["limited"] = exact(self._measure(found.space, self._limited).value(View(found.design)))
         return {"contention": said}

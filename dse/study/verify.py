@@ -23,6 +23,8 @@ from dse.api.problem import Problem
 from dse.api.stated import restated
 from dse.api.verify import verify_with
 from dse.results.display import exact, figure
+from dse.results.forms.result import Lost
+from dse.results.forms.writing import written
 from dse.results.robust import RobustResult
 from dse.results.solve import Result, decisions_of
 from dse.results.verify import Verification
@@ -133,7 +135,7 @@ class RobustWitness:
         if unjudged and bench.data["status"] != "incomplete":
             bench.find("robust.unjudged", "there is none where the search was not stopped")
         lost = [
-            failure.to_dict()
+            written(Lost, failure)
             for point, design in zip(nominal.data["front"], nominal.designs, strict=False)
             if point["id"] not in unjudged
             for failure in self.question.failures(point["id"], design)

@@ -196,7 +196,7 @@ def test_nothing_is_scaled_by_what_stands_for_unbounded(tmp_path: Path) -> None:
         assert not dse.verify(ranked, problem=dse.load(SCALED)).findings
         assert all(score != "0.000001" for score in (point.score for point in ranked.front))
     swept = dse.sweep(SCALED, "threads.a.period=10ms,12ms")
-    assert swept.scale[0].to_dict()["worst"] == 55_000_000
+    assert swept.to_dict()["ranking"]["scale"][0]["worst"] == 55_000_000
 
 
 def test_findings_name_no_number_for_what_is_unbounded() -> None:

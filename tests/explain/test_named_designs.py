@@ -22,6 +22,9 @@ from dse.cli.main import run
 from dse.examples import example_path
 from dse.pareto.feasibility import Oracle
 from dse.results.explain import Demand, Example, Explanation
+from dse.results.forms.result import Member
+from dse.results.forms.verdicts import Demand as DemandForm
+from dse.results.forms.writing import written
 from dse.results.solve import decisions_of
 from dse.space.types import INACTIVE, Design
 from dse.timelimit import OutOfTime
@@ -163,7 +166,7 @@ def test_the_conflicts_of_a_stopped_solve_are_confirmed(drawn: list[tuple[int, P
                 for clash in conflict.members:
                     if not clash.is_sought:
                         seen += 1
-                        assert (clash.limit, clash.closest, clash.to_dict()["looked_for"]) == (None, None, False)
+                        assert (clash.limit, clash.closest, written(Member, clash)["looked_for"]) == (None, None, False)
     assert seen
 
 
@@ -255,7 +258,7 @@ def test_offers_that_were_not_tried_are_said() -> None:
     found = explain_asked(problem, Wishes(offers=("first.period += 5 ms",), time_limit_s=0.0))
     assert found.status == "incomplete" and found.left_open == ("whether there is a design",)
     assert isinstance(found.to_dict()["left_open"], list)
-    assert Demand("rule", "x", "y").to_dict() == {"kind": "rule", "text": "x", "origin": "y"}
+    assert written(DemandForm, Demand("rule", "x", "y")) == {"kind": "rule", "text": "x", "origin": "y"}
     assert decisions_of(problem.space, (0,) * len(problem.space.decisions))
 
 

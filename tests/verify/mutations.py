@@ -11,6 +11,8 @@ from dse.analysis.contention import ContentionReferee, cores_of, with_contention
 from dse.analysis.evaluate import Evaluator
 from dse.api.problem import Problem
 from dse.results.contention import judge
+from dse.results.forms.result import Contention
+from dse.results.forms.writing import written
 from dse.results.ranking import rank
 from dse.results.solve import decisions_of, ranked
 from dse.space.types import Design, Space
@@ -134,7 +136,7 @@ def listed(evaluator: Evaluator, design: Design) -> Data:
     space = evaluator.space
     cores = {space.components[thread].name: core for thread, core in cores_of(space, evaluation.design).items()}
     counted = with_contention(space)
-    judged = {} if counted is None else judge(ContentionReferee(counted), evaluation.design).to_dict()
+    judged = {} if counted is None else written(Contention, judge(ContentionReferee(counted), evaluation.design))
     return {
         "objectives": dict(zip(names, evaluation.objectives, strict=True)),
         "metrics": evaluator.metric_values(evaluation.design),

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import re
+from dataclasses import dataclass
 from fractions import Fraction
-from typing import Annotated, Any, Literal, TypeAlias
+from typing import Annotated, Any, ClassVar, Literal, TypeAlias
 
 from pydantic import BaseModel, ConfigDict, Field, PlainSerializer, PlainValidator, WithJsonSchema
 from pydantic_core import PydanticCustomError
@@ -17,9 +18,17 @@ FRACTION = r"-?\d{1,400}/0*[1-9]\d{0,399}"
 
 
 class Form(BaseModel):
-    """Base of every part of a format: unknown fields are errors, nothing is coerced, nothing changes."""
+    """Base of every part of a format: unknown fields are errors, nothing is coerced, nothing changes.
 
-    model_config = ConfigDict(strict=True, frozen=True, extra="forbid", populate_by_name=False)
+    `dse.results.forms.writing` makes data of objects by it. Fields of a base come first there, or behind the own field
+    `INHERITED_BEHIND`, from the attribute `INHERITED_OF` of what is written; the fields `LAST` come last.
+    """
+
+    INHERITED_BEHIND: ClassVar[str] = ""
+    INHERITED_OF: ClassVar[str] = ""
+    LAST: ClassVar[tuple[str, ...]] = ()
+
+    model_config = ConfigDict(strict=True, frozen=True, extra="forbid", populate_by_name=False, defer_build=True)
 
 
 def _figure(value: Any) -> Fraction:
@@ -30,14 +39,19 @@ def _figure(value: Any) -> Fraction:
     raise PydanticCustomError("figure", 'expected an integer, or a fraction as text such as "50/3"')
 
 
+def _plain(value: Any) -> int | str | None:
+    """A figure as JSON has it, also if it is one already."""
+    return value if isinstance(value, str) else exact(value)
+
+
 Figure: TypeAlias = Annotated[
     Fraction,
     PlainValidator(_figure),
-    PlainSerializer(exact),
+    PlainSerializer(_plain),
     WithJsonSchema({"anyOf": [{"type": "integer"}, {"type": "string", "pattern": f"^{FRACTION}$"}]}),
 ]
 """An exact number: an integer, or a fraction as text."""
-Count: TypeAlias = Annotated[int, Field(ge=-(2**62), le=2**62)]
+Count: TypeAlias = Annotated[int, Field(ge=-(2**62), le=2**62), PlainSerializer(_plain)]
 """A figure that the search has counted with."""
 Counts: TypeAlias = dict[str, Count]
 Values: TypeAlias = dict[str, Count | None]
@@ -51,8 +65,24 @@ Decisions: TypeAlias = dict[str, str]
 Sense: TypeAlias = Literal["minimise", "maximise"]
 
 
-def field(text: str, **more: Any) -> Any:
-    """A field with its description; one with a `default` may be missing in a file."""
+NOT_GIVEN = object()
+
+
+@dataclass(frozen=True)
+class Of:
+    """Where a field comes from, if not from the attribute of its name: ``requirement.text``, or ``.`` for the whole."""
+
+    path: str
+
+
+def field(text: str, *, earlier: Any = NOT_GIVEN, **more: Any) -> Any:
+    """A field with its description.
+
+    One with a `default` is left out where that is its value; one that files of `earlier` versions do not have is always
+    written, and stands for this value where it is missing.
+    """
+    if earlier is not NOT_GIVEN:
+        return Field(description=text, default_factory=lambda: earlier, **more)
     return Field(description=text, **more)
 
 
@@ -62,13 +92,13 @@ class Settings(Form):
     profile: Literal["dse", "osate-2.2", "osate-2.19"] = field("The latency rules that were applied.")
     worst_case: Literal["execution_time", "deadline"] = field("OSATE's worst-case setting.")
     system: Literal["asynchronous", "synchronous"] = field(
-        "OSATE's setting for ends that may or may not share a clock.", default="asynchronous"
+        "OSATE's setting for ends that may or may not share a clock.", earlier="asynchronous"
     )
     partition_output: Literal["major_frame", "partition_end"] = field(
-        "OSATE's setting for when output leaves a partition.", default="major_frame"
+        "OSATE's setting for when output leaves a partition.", earlier="major_frame"
     )
-    best_case: Literal["empty_queue", "full_queue"] = field("OSATE's setting for queues.", default="empty_queue")
-    bus_queuing: Literal["counted", "not_counted"] = field("OSATE's setting for buses.", default="counted")
+    best_case: Literal["empty_queue", "full_queue"] = field("OSATE's setting for queues.", earlier="empty_queue")
+    bus_queuing: Literal["counted", "not_counted"] = field("OSATE's setting for buses.", earlier="counted")
     processing: Literal["execution_time", "response_time"] = field("What a flow counts for a thread.")
     deadlines: Literal["stated", "all", "none"] = field("Which deadlines count.")
     overload: Literal["forbidden", "allowed"] = field("Whether cores and buses may be used beyond all of them.")

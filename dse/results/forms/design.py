@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from typing import Literal
+from typing import Annotated, Literal
 
-from dse.results.forms.base import Decisions, Figure, Form, Number, Settings, Unit, field
+from dse.results.forms.base import Decisions, Figure, Form, Number, Of, Settings, Unit, field
 from dse.results.forms.result import Contention
 
 
@@ -48,7 +48,7 @@ class Busy(Form):
     """The share of the time that a bus is busy."""
 
     unit: Unit = field("`ppm`, where the busy time is known.", default="")
-    shares: dict[str, Figure] = field("What each connection takes of the time.", default={})
+    shares: dict[str, Figure] = field("What each connection takes of the time.", default=None)
     total: Figure | None = field("The sum; null where it cannot be computed.")
     reason: str | None = field("Why it cannot be computed, where it cannot.", default=None)
 
@@ -56,11 +56,11 @@ class Busy(Form):
 class BusUse(Use):
     """How much of a bus is used, by whom, and for how long."""
 
-    busy: Busy = field("The share of the time that it is busy.")
     payload: dict[str, Figure] = field(
         "Of a bus with frames: what each connection carries without them, as OSATE counts; `shares` are of the wire.",
-        default={},
+        default=None,
     )
+    busy: Annotated[Busy, Of("busy_use")] = field("The share of the time that it is busy.")
 
 
 class Metric(Form):
@@ -73,9 +73,11 @@ class Metric(Form):
 class Verdict(Form):
     """How a design meets a requirement."""
 
-    requirement: str = field("In the words of the problem.")
-    implied: bool = field("Whether nobody states it: 100 % of a core, a bandwidth or the time of an exclusive bus.")
-    origin: str = field("Where it stands: `FILE:LINE`, or `command line`.")
+    requirement: Annotated[str, Of("requirement.text")] = field("In the words of the problem.")
+    implied: Annotated[bool, Of("requirement.implied")] = field(
+        "Whether nobody states it: 100 % of a core, a bandwidth or the time of an exclusive bus."
+    )
+    origin: Annotated[str, Of("requirement.origin")] = field("Where it stands: `FILE:LINE`, or `command line`.")
     value: Figure | None = field("What the design has, in `unit`; null where it is unbounded.")
     limit: Figure = field("The limit in this design, in `unit`.")
     slack: Figure | None = field(
@@ -83,7 +85,7 @@ class Verdict(Form):
     )
     unit: Unit = field("What the figures count.")
     holds: bool = field("Whether the requirement holds.")
-    worst_thread: str | None = field("The thread or core that alone decides, where one does.")
+    worst_thread: Annotated[str | None, Of("who")] = field("The thread or core that alone decides, where one does.")
 
 
 class Releases(Form):
@@ -96,7 +98,7 @@ class Releases(Form):
 class Interference(Form):
     """What goes before the worst job of a thread."""
 
-    thread: str = field("The more urgent thread, or the interrupt.")
+    thread: Annotated[str, Of("name")] = field("The more urgent thread, or the interrupt.")
     jobs: int = field("How many of its jobs, from the beginning of the busy period on.")
     work_ns: Figure = field("What these take together.")
 
@@ -104,16 +106,18 @@ class Interference(Form):
 class ResponseTime(Form):
     """The response time of a thread on its core."""
 
-    thread: str = field("The thread.")
+    thread: Annotated[str, Of("name")] = field("The thread.")
     core: int = field("Its core, from 1.")
     executor: str = field("The executor that runs it beside others, where one does.", default="")
     rank: int = field("Its rank among the threads of the core, from 1, the most urgent.")
     execution_ns: list[int] = field("Its shortest and its longest execution time.", min_length=2, max_length=2)
-    releases: list[Releases] = field("What releases it.")
-    switching_ns: int = field("What the context switches of a job take.", default=0)
-    blocking_ns: int = field("How long a less urgent thread of the core may keep it.", default=0)
-    interference: list[Interference] = field(
-        "What goes before its worst job; empty where an executor orders it, or it has no bound.", default=[]
+    releases: Annotated[list[Releases], Of("task.streams")] = field("What releases it.")
+    switching_ns: int = field("What the context switches of a job take.", earlier=0)
+    blocking_ns: Annotated[int, Of("blocked_ns")] = field(
+        "How long a less urgent thread of the core may keep it.", earlier=0
+    )
+    interference: Annotated[list[Interference], Of("delays")] = field(
+        "What goes before its worst job; empty where an executor orders it, or it has no bound.", earlier=[]
     )
     response_ns: Figure | None = field("The longest time from release to completion; null where it has no bound.")
     deadline_ns: int | None = field("The deadline that it is compared with; null where there is none.")
@@ -123,25 +127,30 @@ class ResponseTime(Form):
 class AnalysisForm(Settings):
     """The outcome of `dse analyse`: everything that is computed of one design."""
 
+    INHERITED_BEHIND = "problem"
+    INHERITED_OF = "space"
+
     format: Literal["dse-analysis/1"] = field("The name of this format.")
-    problem: str = field("The name of the problem.")
-    feasible: bool = field("Whether the design is valid and meets every requirement.")
+    problem: Annotated[str, Of("space.name")] = field("The name of the problem.")
+    feasible: Annotated[bool, Of("is_feasible")] = field("Whether the design is valid and meets every requirement.")
     breaches: list[str] = field("Why it is no valid design; then the tables are empty.")
     decisions: Decisions = field("The chosen option of each open decision that matters in it.")
     flows: dict[str, Flow] = field("The contributors to the latency of each flow.")
     processors: dict[str, ProcessorUse] = field("The utilisation of each processor.")
     buses: dict[str, BusUse] = field("The load of each bus.")
     metrics: dict[str, Metric] = field("Every metric.")
-    requirements: list[Verdict] = field("How it meets each requirement.")
-    contention: Contention = field(
+    requirements: Annotated[list[Verdict], Of("verdicts")] = field("How it meets each requirement.")
+    contention: Annotated[Contention, Of("contended")] = field(
         "What it keeps when response times count, where the question leaves them out.", default=None
     )
     warnings: list[str] = field("What no requirement forbids but an engineer should know.")
     overheads: dict[str, list[str]] = field(
         "What response times count beside execution times, with the threads or processors of which it is stated.",
-        default={},
+        earlier={},
     )
-    response_times: dict[str, list[ResponseTime]] = field("The threads of each processor, where these were asked for.")
+    response_times: Annotated[dict[str, list[ResponseTime]], Of("responses")] = field(
+        "The threads of each processor, where these were asked for."
+    )
 
 
 class Impossible(Form):
@@ -158,10 +167,13 @@ class Impossible(Form):
 class CheckForm(Settings):
     """The outcome of `dse check`: the space of a valid problem."""
 
+    INHERITED_BEHIND = "valid"
+    INHERITED_OF = "space"
+
     format: Literal["dse-check/1"] = field("The name of this format.")
-    problem: str = field("The name of the problem.")
+    problem: Annotated[str, Of("space.name")] = field("The name of the problem.")
     valid: Literal[True] = field("A problem with mistakes has no description.")
-    space_size: int = field("The number of designs that the decisions make at most.")
+    space_size: Annotated[int, Of("size")] = field("The number of designs that the decisions make at most.")
     decisions: dict[str, list[str]] = field("The options of each open decision, in the order of the file.")
     flows: list[str] = field("The names of the flows.")
     requirements: list[str] = field("The requirements in words.")
@@ -188,18 +200,18 @@ class ObservedFlow(Form):
     count: int = field("How many data reached the end.")
     min_ns: Figure | None = field("The least latency; null where nothing arrived.")
     max_ns: Figure | None = field("The greatest latency; null where nothing arrived.")
-    mean_ns: Number | None = field("The mean; null where nothing arrived.")
+    mean_ns: Annotated[Number | None, Of("shown_mean_ns")] = field("The mean; null where nothing arrived.")
     bounds_ns: list[Figure | None] = field(
         "The analysed minimum and maximum, null where unbounded.", min_length=2, max_length=2
     )
-    scheduled_bounds_ns: list[Figure | None] | None = field(
+    scheduled_bounds_ns: Annotated[list[Figure | None] | None, Of("scheduled_ns")] = field(
         "The same with response times as processing times, where threads share cores; then these must hold."
     )
     allowance_ns: int = field("What drifting clocks add to the upper bound.")
     outside: int = field("How many latencies lie outside `bounds_ns`.")
-    contradiction: bool = field("Whether the observation refutes the analysis.")
+    contradiction: Annotated[bool, Of("is_contradiction")] = field("Whether the observation refutes the analysis.")
     excuse: str | None = field("Why the bounds need not hold for this flow or run.")
-    reach: Number | None = field("The part of the analysed range that was observed.")
+    reach: Annotated[Number | None, Of("shown_reach")] = field("The part of the analysed range that was observed.")
     histogram: list[dict[str, Figure]] = field("How often latencies were in which interval, in ns.")
     worst: Extreme | None = field("The greatest latency.")
     best: Extreme | None = field("The least latency.")
@@ -209,15 +221,20 @@ class ObservedThread(Form):
     """The longest observed response of a thread on a shared core."""
 
     observed_ns: Figure = field("The longest that was observed.")
-    response_time_ns: Figure | None = field("The analysed response time; null where it has no bound.")
-    contradiction: bool = field("Whether the observation refutes the analysis.")
+    response_time_ns: Annotated[Figure | None, Of("bound_ns")] = field(
+        "The analysed response time; null where it has no bound."
+    )
+    contradiction: Annotated[bool, Of("is_contradiction")] = field("Whether the observation refutes the analysis.")
 
 
 class SimulationForm(Settings):
     """The outcome of `dse simulate`: what was observed, against what the analysis says."""
 
+    INHERITED_BEHIND = "problem"
+    INHERITED_OF = "space"
+
     format: Literal["dse-simulation/1"] = field("The name of this format.")
-    problem: str = field("The name of the problem.")
+    problem: Annotated[str, Of("space.name")] = field("The name of the problem.")
     decisions: Decisions = field("The simulated design.")
     offsets: str = field("How the offsets of timers were chosen.")
     contention: bool = field("Whether threads waited for the processor.")
@@ -228,6 +245,11 @@ class SimulationForm(Settings):
     definition: str = field("What a latency is.")
     contradictions: list[str] = field("Every observation that refutes the analysis, in words.")
     flows: dict[str, ObservedFlow] = field("What was observed of each flow.")
-    threads: dict[str, ObservedThread] = field("What was observed of each thread on a shared core.")
+    threads: Annotated[dict[str, ObservedThread], Of("tasks")] = field(
+        "What was observed of each thread on a shared core."
+    )
     lost: dict[str, int] = field("How many messages each connection lost.")
     notes: list[str] = field("What a reader should know.")
+    stopped: Annotated[bool, Of("is_stopped")] = field(
+        "Whether the time limit ended it: the other runs were not made.", default=False
+    )

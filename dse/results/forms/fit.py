@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from typing import Literal
+from typing import Annotated, Literal
 
-from dse.results.forms.base import Figure, Form, Number, field
+from dse.results.forms.base import Figure, Form, Number, Of, field
 
 
 class FitRemark(Form):
@@ -63,7 +63,7 @@ class FittedTransport(Form):
     per_byte_ns: list[Figure] = field("Least and greatest time per byte, likewise.")
     low: FittedLine = field("The line of the least times.")
     high: FittedLine = field("The line of the greatest times.")
-    sizes: list[Measured] = field("What was fitted, by size.")
+    sizes: Annotated[list[Measured], Of("summaries")] = field("What was fitted, by size.")
     left_out: list[int] = field("Sizes that were not used.")
     remarks: list[FitRemark] = field("What is to be said of it.")
     tails: list[FittedTail] = field("Extreme-value fits, where they were asked for.")
@@ -74,8 +74,8 @@ class FittedExecution(Form):
 
     name: str = field("The thread type.")
     platform: str = field("The processor type; empty where the files do not say it.")
-    measured: Measured = field("Its samples in a few figures.")
-    is_single_sample: bool = field("Whether there is only one.")
+    measured: Annotated[Measured, Of("summary")] = field("Its samples in a few figures.")
+    is_single_sample: Annotated[bool, Of("summary.is_single")] = field("Whether there is only one.")
     remarks: list[FitRemark] = field("What is to be said of it.")
     tails: list[FittedTail] = field("Extreme-value fits, where they were asked for.")
 
@@ -87,8 +87,8 @@ class FitForm(Form):
     files: list[str] = field("The files of measurements, as they were given.")
     method: Literal["ols", "envelope", "quantile"] = field("How lines are drawn.")
     quantiles: list[Figure] | None = field("The shares below the lower and the upper line; null for other methods.")
-    round_trip: bool = field("Whether times were halved.")
+    round_trip: Annotated[bool, Of("is_round_trip")] = field("Whether times were halved.")
     transports: list[FittedTransport] = field("Transmission times, by transport and platform.")
     executions: list[FittedExecution] = field("Execution times, by thread and platform.")
-    unused_columns: list[str] = field("Columns that say nothing for this.")
+    unused_columns: Annotated[list[str], Of("unused")] = field("Columns that say nothing for this.")
     catalogue: str = field("The catalogue, as YAML.")

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Literal
+from typing import Annotated, Literal
 
 from dse.results.forms.base import (
     Count,
@@ -13,6 +13,7 @@ from dse.results.forms.base import (
     Include,
     Number,
     Objective,
+    Of,
     Settings,
     Unit,
     Values,
@@ -22,6 +23,8 @@ from dse.results.forms.base import (
 
 class Question(Settings):
     """The question as it was really asked: that of the file, with what the command line or a caller added."""
+
+    INHERITED_BEHIND = "fixed"
 
     requirements: list[str] = field("The requirements, in the order of the file; then those that were added.")
     implied: list[str] = field("The limits that nobody states: 100 % of cores, bandwidths and exclusive buses.")
@@ -41,7 +44,7 @@ class SolvedProblem(Form):
     identity: str = field(
         "A digest of what the problem means, the same whatever its layout and comments; results of earlier versions "
         "have none.",
-        default=None,
+        earlier=None,
     )
     effective: Question = field("The question as it was asked.")
     question: str = field("A digest of meaning and question together; regions belong to one of them only.")
@@ -79,7 +82,7 @@ class CoreUse(Form):
     used: list[Figure] = field("What each core carries, in ppm of it, core 1 first.")
 
 
-class ListedDesign(Form):
+class NamedDesign(Form):
     """A design with its figures."""
 
     objectives: Values = field(
@@ -89,6 +92,11 @@ class ListedDesign(Form):
         "The figure of each further metric, in the unit that `metric_units` states; null where it is unbounded."
     )
     decisions: Decisions = field("The chosen option of each open decision that matters in this design.")
+
+
+class ListedDesign(NamedDesign):
+    """A design with its figures, and what becomes of its threads."""
+
     cores: dict[str, int] = field("The core, from 1, of each thread with several to choose from.", default={})
     core_use: dict[str, CoreUse] = field("How each processor with several cores is used, core by core.", default={})
     contention: Contention = field(
@@ -98,6 +106,9 @@ class ListedDesign(Form):
 
 class Point(ListedDesign):
     """A point of the front: the design that stands for it."""
+
+    INHERITED_BEHIND = "score"
+    LAST = ("cores", "core_use", "contention", "reasons")
 
     id: int = field("The number by which commands call it; it is the same whatever the ranking.")
     rank: int = field("Its rank, from 1; equally good points share one.")
@@ -114,9 +125,12 @@ class Point(ListedDesign):
 class FurtherDesign(ListedDesign):
     """A further design at or near a point."""
 
+    INHERITED_BEHIND = "id"
+    LAST = ("cores", "core_use", "contention")
+
     id: str = field("`POINT.NUMBER`, such as `3.1`: the first further design of point 3.")
     dominated_by: list[int] = field("The points that are as good in every objective, and better in one.")
-    different_decisions: int = field("In how many decisions it differs from its point.")
+    different_decisions: Annotated[int, Of("different")] = field("In how many decisions it differs from its point.")
 
 
 class FurtherDesigns(Form):
@@ -151,7 +165,9 @@ class Member(Form):
     unbounded: list[str] = field(
         "The threads whose response time has no bound even in the best design, so that no limit helps.", default=[]
     )
-    looked_for: bool = field("False where the time was too short to look for `closest`.", default=True)
+    looked_for: Annotated[bool, Of("is_sought")] = field(
+        "False where the time was too short to look for `closest`.", default=True
+    )
     overload: str = field("The processor or bus whose `overload: allowed` the closest limit takes.", default="")
 
 
@@ -199,9 +215,11 @@ class Cost(Form):
 class Lost(Form):
     """Why a design of the nominal front is not robust."""
 
-    nominal_id: int = field("The id of the point on the nominal front.")
+    nominal_id: Annotated[int, Of("point")] = field("The id of the point on the nominal front.")
     requirement: str = field("A requirement that it breaks somewhere in the stated ranges.")
-    worst: Figure | None = field("What it has where it misses the limit most, in `unit`; null where it is unbounded.")
+    worst: Annotated[Figure | None, Of("value")] = field(
+        "What it has where it misses the limit most, in `unit`; null where it is unbounded."
+    )
     limit: Figure = field("The limit there, in `unit`.")
     unit: Unit = field("What the two figures count.")
     inputs: dict[str, Figure] = field("The values of the inputs there, in base units (ns, B, bit/s) or as factors.")
@@ -211,19 +229,23 @@ class Robust(Form):
     """What a robust front costs against the nominal one."""
 
     inputs: dict[str, str] = field("What may vary, and what the problem states of it, in words.")
-    currency: str = field("The currency of prices.")
+    currency: Annotated[str, Of("robust.space.currency")] = field("The currency of prices.")
     corners: int = field("How many pairs of a requirement and values stand for all values in between.")
     nominal_front: list[Point] = field("The front without uncertainty.")
     nominal: NominalState = field("How far that front is proved.")
     price: dict[str, Cost] = field("The best value of each objective on both fronts.")
     kept: list[int] = field("The points of the robust front that are on the nominal front too.")
     entered: list[int] = field("The points that only the robust front has.")
-    lost: list[Lost] = field("The points of the nominal front that are not robust, each with what it breaks.")
+    lost: Annotated[list[Lost], Of("failures")] = field(
+        "The points of the nominal front that are not robust, each with what it breaks."
+    )
     unjudged: list[int] = field("Points of the nominal front that the time was too short to judge.", default=[])
 
 
-class InsistedPoint(ListedDesign):
+class InsistedPoint(NamedDesign):
     """A design on the front with some option fixed that is not on the whole front."""
+
+    INHERITED_BEHIND = "id"
 
     id: int = field("Its number, after those of the points of `front`.")
 
@@ -286,9 +308,9 @@ class ResultForm(Form):
     others_asked: FurtherAsked = field("Which further designs were asked for.", default=None)
     insisting: Insisting = field("What each option costs, where that was asked for.", default=None)
     search: Search = field("What the search did.")
-    files: dict[str, str] = field(
+    files: Annotated[dict[str, str], Of("problem.texts")] = field(
         "The text of the problem file and of what it includes, by name, so that the result can be worked with where "
         "they are not.",
-        default=None,
+        earlier=None,
     )
     robust: Robust = field("Of a robust question: the nominal front, and what the difference costs.", default=None)

@@ -6,7 +6,7 @@ from typing import Annotated, Any, Literal, TypeAlias
 
 from pydantic import Discriminator, Field, Tag
 
-from dse.results.forms.base import Decisions, Figure, Form, Number, Objective, Settings, Unit, field
+from dse.results.forms.base import Decisions, Figure, Form, Number, Objective, Of, Settings, Unit, field
 from dse.results.forms.result import Contention
 
 
@@ -28,6 +28,8 @@ class Changes(Form):
 
 class StudiedProblem(Settings):
     """A problem as a study names it."""
+
+    INHERITED_BEHIND = "sha256"
 
     name: str = field("The name that the problem gives itself.")
     sha256: str = field("The SHA-256 of its file.")
@@ -219,11 +221,11 @@ class SweepForm(Form):
     status: Literal["complete", "infeasible", "incomplete", "invalid"] = field("That of all runs together.")
     ranking: SweepRanking = field("How designs are ranked.")
     remarks: list[str] = field("What varying an input cannot show.")
-    contention: ContentionBasis | None = field("What all fronts leave out; null where that is nothing.", default=None)
+    contention: ContentionBasis | None = field("What all fronts leave out; null where that is nothing.", earlier=None)
     vary: list[VariedAxis] = field("What was varied.")
     runs: list[AnyRun] = field("What was found for each value, the last axis fastest.")
     files: dict[str, str] = field(
-        "The text of the problem file, of what it includes and of its samples, by name.", default=None
+        "The text of the problem file, of what it includes and of its samples, by name.", earlier=None
     )
 
 
@@ -253,10 +255,12 @@ class Scaling(Form):
     factor: Figure | None = field("The greatest with which all requirements hold; null where none breaks any.")
     requirement: str | None = field("The requirement that breaks beyond it.")
     thread: str | None = field("The thread by which it breaks, where that is told.")
-    exact: bool = field("Whether the factor is the exact border; else it is found to 1e-9.")
+    exact: Annotated[bool, Of("is_exact")] = field("Whether the factor is the exact border; else it is found to 1e-9.")
     by_requirement: dict[str, Figure | None] = field("The factor of each requirement alone.")
-    utilisations_ppm: dict[str, Figure] = field("The utilisation of each processor at the factor.")
-    searched_to: Figure = field("The greatest factor that was looked at.")
+    utilisations_ppm: Annotated[dict[str, Figure], Of("utilisations")] = field(
+        "The utilisation of each processor at the factor."
+    )
+    searched_to: Annotated[Figure, Of("most")] = field("The greatest factor that was looked at.")
 
 
 class Bar(Form):
@@ -299,8 +303,8 @@ class Uncertain(Form):
     inputs: dict[str, str] = field("The uncertain inputs, each with what is stated, in words.")
     samples: int = field("The number of samples.")
     seed: int = field("The seed.")
-    design: Chance = field("The chance of the studied design.")
-    alternatives: list[Chance] = field("The chances of the designs of the front.")
+    design: Annotated[Chance, Of("design_chance")] = field("The chance of the studied design.")
+    alternatives: Annotated[list[Chance], Of("chances")] = field("The chances of the designs of the front.")
     indices: list[Indices] = field("What explains the variation of each metric.")
     unbounded: list[str] = field(
         "Metrics without indices: a response time in them has no bound for some of the stated values.", default=[]
@@ -315,11 +319,15 @@ class SensitivityForm(Form):
     decisions: Decisions = field("The studied design.")
     broken: list[str] = field("The requirements that it breaks as it is; margins look at the others.")
     margins: list[Margin] = field("How far each input may move, alone.")
-    execution_times: Scaling | None = field("All execution times together; null where time was too short.")
+    execution_times: Annotated[Scaling | None, Of("scaling")] = field(
+        "All execution times together; null where time was too short."
+    )
     swing: str = field("Over what the bars go.")
-    tornado: list[Bar] = field("How far each input moves each metric.")
-    uncertainty: Uncertain | None = field("What stated uncertainties do; null where none are stated.")
+    tornado: Annotated[list[Bar], Of("bars")] = field("How far each input moves each metric.")
+    uncertainty: Annotated[Uncertain | None, Of("uncertain")] = field(
+        "What stated uncertainties do; null where none are stated."
+    )
     left_out: list[str] = field("What the time limit left no time for.", default=[])
     files: dict[str, str] = field(
-        "The text of the problem file, of what it includes and of its samples, by name.", default=None
+        "The text of the problem file, of what it includes and of its samples, by name.", earlier=None
     )

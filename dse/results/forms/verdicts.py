@@ -9,7 +9,7 @@ from typing import Annotated, Literal
 
 from pydantic import Field, RootModel
 
-from dse.results.forms.base import Decisions, Figure, Form, Include, Number, Unit, Values, field
+from dse.results.forms.base import Decisions, Figure, Form, Include, Number, Of, Unit, Values, field
 from dse.results.forms.result import Question
 
 
@@ -41,11 +41,13 @@ class ConflictMember(Demand):
 class MinimalConflict(Form):
     """Demands that cannot hold together; without any one of them the others can."""
 
-    members: list[ConflictMember] = field("They.")
+    members: Annotated[list[ConflictMember], Of("listed")] = field("They.")
 
 
 class Relaxation(Demand):
     """What happens when one demand alone gives, and all others hold."""
+
+    INHERITED_OF = "demand"
 
     helps: bool = field("Whether that leaves a design.")
     limit: Figure | None = field("The requirement's limit, in `unit`; null for what has none.")
@@ -53,26 +55,32 @@ class Relaxation(Demand):
     unit: Unit = field("What the figures count; empty where there are none.")
     beyond: bool = field("Whether the requirement, which is strict, holds beyond `closest` only.")
     thread: str | None = field("The thread that alone needs so much of one core, where that is what counts.")
-    requirement: str | None = field("The requirement as it may be written then; null for one that is implied.")
+    requirement: Annotated[str | None, Of("text")] = field(
+        "The requirement as it may be written then; null for one that is implied."
+    )
     overload: str | None = field("The processor or bus whose `overload: allowed` it takes; null where it takes none.")
     unbounded: list[str] = field("The threads whose response time has no bound even in the best design.")
-    looked_for: bool = field("False where the time was too short to look for `closest`.")
-    design: Decisions = field("An example.")
-    breaks: list[str] = field("Every demand of the question that the example breaks.")
+    looked_for: Annotated[bool, Of("is_sought")] = field("False where the time was too short to look for `closest`.")
+    design: Annotated[Decisions, Of("example.design")] = field("An example.")
+    breaks: Annotated[list[str], Of("example.broken_texts")] = field(
+        "Every demand of the question that the example breaks."
+    )
 
 
 class GiveUp(Form):
     """The fewest demands without which the others leave a design."""
 
     members: list[Relaxation] = field("They, each with its closest limit while the rest is given up.")
-    design: Decisions = field("An example.")
-    breaks: list[str] = field("Every demand of the question that the example breaks.")
+    design: Annotated[Decisions, Of("example.design")] = field("An example.")
+    breaks: Annotated[list[str], Of("example.broken_texts")] = field(
+        "Every demand of the question that the example breaks."
+    )
 
 
 class Offer(Form):
     """What options that are not among the alternatives would change."""
 
-    options: list[str] = field("The options, in words.")
+    options: Annotated[list[str], Of("texts")] = field("The options, in words.")
     price: int | None = field("The price of the cheapest design with them; null where there is none.")
     unit: Unit = field("What the price counts.")
     design: Decisions = field("That design.")
@@ -97,9 +105,11 @@ class ExplanationForm(Form):
     left_open: list[str] = field("What was not looked at, in words.")
     design: Decisions = field("Of a feasible problem: a design.")
     conflicts: list[MinimalConflict] = field("Minimal conflicts.")
-    all_conflicts: bool = field("Whether these are all there are.")
-    limit_reached: bool = field("Whether the number of conflicts that were asked for was reached.")
-    impossible_together: list[Demand] = field(
+    all_conflicts: Annotated[bool, Of("every")] = field("Whether these are all there are.")
+    limit_reached: Annotated[bool, Of("limited")] = field(
+        "Whether the number of conflicts that were asked for was reached."
+    )
+    impossible_together: Annotated[list[Demand], Of("reduced")] = field(
         "Where time ran out: demands that have no design together, fewer of which may have none either."
     )
     relaxations: list[Relaxation] = field("What happens when one demand alone gives.")
@@ -107,7 +117,7 @@ class ExplanationForm(Form):
     excluded: list[str] = field("Combinations that are no designs though nothing in the file forbids them.")
     offered: list[str] = field("The options that were asked about.")
     offers: list[Offer] = field("What they would change.")
-    search: Effort = field("What it took.")
+    search: Annotated[Effort, Of(".")] = field("What it took.")
 
 
 class TwoValues(Form):
@@ -133,14 +143,18 @@ class Designs(Form):
     requirements: dict[str, Annotated[list[Literal["holds", "broken"] | None], Field(min_length=2, max_length=2)]] = (
         field("How both meet each requirement; null where the problem does not state it.")
     )
-    not_comparable: list[str] = field("The settings by which figures of both are counted otherwise.")
+    not_comparable: Annotated[list[str], Of("unlike")] = field(
+        "The settings by which figures of both are counted otherwise."
+    )
 
 
 class ComparedPoint(Form):
     """A point against the other front."""
 
-    id: int = field("Its id in its own result.")
-    objectives: Values = field("Its objectives, in the units of its own result; null where one is unbounded.")
+    id: Annotated[int, Of("point.id")] = field("Its id in its own result.")
+    objectives: Annotated[Values, Of("point.objectives")] = field(
+        "Its objectives, in the units of its own result; null where one is unbounded."
+    )
     equal: list[int] = field("The points of the other front with the same objectives.")
     dominated_by: list[int] = field("The points of the other front that dominate it.")
 
@@ -155,7 +169,7 @@ class Results(Form):
         "What was asked and found, in words, of both."
     )
     points: list[list[ComparedPoint]] = field("The points of each front.", min_length=2, max_length=2)
-    not_comparable: list[str] = field(
+    not_comparable: Annotated[list[str], Of("unlike")] = field(
         "The settings by which the objectives of both are counted otherwise: then no point is compared."
     )
 
@@ -173,12 +187,12 @@ class SeenForm(Form):
 class PredictedMetric(Form):
     """A metric against what was measured."""
 
-    metric: str = field("Its name.")
+    metric: Annotated[str, Of("name")] = field("Its name.")
     unit: Unit = field("The unit of its figures.")
     predicted: Annotated[list[Figure | None], Field(min_length=2, max_length=2)] = field(
         "The predicted range; null where it is an upper bound alone, or has none."
     )
-    measured: SeenForm = field("What was measured.")
+    measured: Annotated[SeenForm, Of("seen")] = field("What was measured.")
     verdict: Literal["inside", "above", "below", "both"] = field("Where the measured values lie.")
     beyond: Figure = field("How far beyond the prediction, at most.")
     of_measured: Number | None = field("That as a share of the measured value; null where it is 0.")
@@ -189,10 +203,10 @@ class PredictedMetric(Form):
 class MeasuredInput(Form):
     """A figure of the problem file against what was measured of it."""
 
-    figure: str = field("What it is, such as `execution time of filter`.")
+    figure: Annotated[str, Of("name")] = field("What it is, such as `execution time of filter`.")
     unit: Unit = field("The unit of its figures.")
     stated: Annotated[list[Figure], Field(min_length=2, max_length=2)] = field("What the file states.")
-    measured: SeenForm = field("What was measured.")
+    measured: Annotated[SeenForm, Of("seen")] = field("What was measured.")
     drifted: bool = field("Whether that lies beyond what the file states.")
     counted: Annotated[list[Figure], Field(min_length=2, max_length=2)] | None = field(
         "What counts in its place then; null where the stated figure stands."
@@ -210,7 +224,7 @@ class KeptValue(Form):
 class KeptRequirement(Form):
     """A requirement with the figures of the file, and with those that were measured where they lie beyond."""
 
-    requirement: str = field("In the words of the problem.")
+    requirement: Annotated[str, Of("text")] = field("In the words of the problem.")
     unit: Unit = field("The unit of its figures.")
     limit: Figure = field("Its limit.")
     stated: KeptValue = field("With the figures of the file.")
@@ -229,7 +243,9 @@ class MeasuredForm(Form):
     predictions: list[PredictedMetric] = field("Metrics.")
     inputs: list[MeasuredInput] = field("Figures of the problem file.")
     requirements: list[KeptRequirement] = field("Each requirement of the question.")
-    as_predicted: bool = field("Every metric inside its prediction, no figure beyond what the file states.")
+    as_predicted: Annotated[bool, Of("is_as_predicted")] = field(
+        "Every metric inside its prediction, no figure beyond what the file states."
+    )
     still_holds: bool = field("Every requirement holds with the measured figures.")
     remarks: list[str] = field("What else is to be known.")
 

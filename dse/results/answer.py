@@ -1,0 +1,59 @@
+"""What the answers of all verbs have in common: a form, in which they are written as JSON."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from dataclasses import dataclass
+from importlib import import_module
+from typing import TYPE_CHECKING, Any, ClassVar, get_args
+
+if TYPE_CHECKING:
+    from pydantic import BaseModel
+
+
+def json_text(data: Mapping[str, Any]) -> str:
+    """Data as every command writes them: with a line for each entry, in whatever letters they have."""
+    return json.dumps(data, ensure_ascii=False, indent=1) + "\n"
+
+
+@dataclass(frozen=True)
+class With:
+    """A source of fields, and what is `told` of it under their names besides."""
+
+    source: object
+    told: Mapping[str, Any]
+
+
+class Answer:
+    """An answer that has a form, which `dse schema --of` prints: its fields are written as `FORM` describes them."""
+
+    FORM: ClassVar[str]
+    """A module of `dse.results.forms`, and the form in it."""
+
+    def _told(self) -> Mapping[str, Any]:
+        """Fields of the form that are no attributes of the answer."""
+        return {}
+
+    @classmethod
+    def form(cls) -> type[BaseModel]:
+        """The class of the form."""
+        module, _, name = cls.FORM.partition(".")
+        found: type[BaseModel] = getattr(import_module(f"dse.results.forms.{module}"), name)
+        return found
+
+    @classmethod
+    def format(cls) -> str:
+        """The name of the format, such as ``dse-result/1``."""
+        (name,) = get_args(cls.form().model_fields["format"].annotation)
+        return str(name)
+
+    def to_dict(self) -> dict[str, Any]:
+        """The answer in its form, as plain data: exact figures, fractions as text where they are no integers."""
+        from dse.results.forms.writing import written
+
+        return written(self.form(), With(self, self._told()))
+
+    def to_json(self) -> str:
+        """`to_dict` as text."""
+        return json_text(self.to_dict())
