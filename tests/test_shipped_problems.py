@@ -17,6 +17,7 @@ from fractions import Fraction
 from functools import cache
 from itertools import product
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -32,7 +33,7 @@ SHIPPED = sorted((HERE.parent / "problems").glob("*.yaml"))
 EXPECTED = HERE / "expected"
 STRICTER = {"inmark": {"max_jitter": "20 ms"}}
 """Problems that are solved with a further limit as well: the keyword arguments of `dse.solve`."""
-QUESTIONS = [(path.stem, {}) for path in SHIPPED] + list(STRICTER.items())
+QUESTIONS: list[tuple[str, dict[str, Any]]] = [(path.stem, {}) for path in SHIPPED] + list(STRICTER.items())
 
 Vector = tuple[Fraction, ...]
 
@@ -43,7 +44,7 @@ def question_name(question: tuple[str, dict[str, str]]) -> str:
     return "_".join([name, *(f"{key}_{value.replace(' ', '_')}" for key, value in changes.items())])
 
 
-def front_of(name: str, changes: dict[str, str]) -> str:
+def front_of(name: str, changes: dict[str, Any]) -> str:
     """The front as the command line writes it to a file."""
     result = dse.solve(HERE.parent / "problems" / f"{name}.yaml", **changes)
     assert result.status == "complete"

@@ -38,6 +38,7 @@ def test_frames_of_eight_bytes_every_400_us() -> None:
     assert found.metrics["busy of can0"] == 1_200_000
     assert found.metrics["load of can0"] == 20_000
     (usage, *_) = found.buses
+    assert usage.capacity is not None
     assert usage.total / usage.capacity == Fraction(64, 100)
     assert (usage.busy, usage.busy_total) == ({"command": 1_200_000}, 1_200_000)
     assert found.to_dict()["buses"]["can0"]["busy"] == {

@@ -64,7 +64,7 @@ def test_the_busiest_of_all() -> None:
 )
 def test_both_senses(asked: list[str], expected: list[int]) -> None:
     key = {"minimise": "minimise", "maximise": "maximise"}
-    texts: dict[str, list[str]] = {}
+    texts: dict[str, Any] = {}
     for text in asked:
         verb, _, metric = text.partition(" ")
         texts.setdefault(key[verb], []).append(metric)

@@ -128,6 +128,7 @@ def test_load_busy_time_and_latency_are_those_of_the_wire_and_the_payload_is_tol
     assert (flow.min_ns, flow.max_ns) == (108 * 8 * US, 1080 * US)
     assert bus.payload == {"c": 800}
     assert bus.total == Fraction(135, 8) * 100 and bus.busy_total == 108_000
+    assert bus.capacity is not None
     assert bus.total / bus.capacity == Fraction(bus.busy_total, 10**6)
     assert not [text for text in found.warnings if "busier" in text]
     for profile in ("osate-2.2", "osate-2.19"):

@@ -6,6 +6,7 @@ import csv
 from dataclasses import replace
 from decimal import ROUND_HALF_UP, Decimal
 from fractions import Fraction
+from typing import Any
 
 import numpy as np
 import pytest
@@ -31,7 +32,7 @@ def rows_and_total(name: str) -> tuple[Cells, dict[str, str]]:
     return rows, total
 
 
-def as_printed(value_ns: int, cell: str) -> str:
+def as_printed(value_ns: Any, cell: str) -> str:
     """Nanoseconds in milliseconds, rounded to as many decimals as the cell has."""
     digits = len(cell.partition(".")[2])
     exact = Decimal(value_ns) / MS
@@ -131,7 +132,7 @@ TRUNCATED = {  # cells of Table 5.9 that are 1 us below what Table 5.6 gives, it
 
 def software_chain(name: str, **changes: str) -> tuple[Space, tuple[Row, ...]]:
     """The robot's threads have the figures of the computer, unbound: the tables sample from 0 to 20 ms."""
-    settings = {"profile": "osate-2.2", "worst_case": "deadline", **changes}
+    settings: dict[str, Any] = {"profile": "osate-2.2", "worst_case": "deadline", **changes}
     space = example("inmark")
     space = replace(space, components=tuple(replace(item, bound=False) for item in space.components), **settings)
     return space, rows_of(space, "software_chain", {"computer.type": SOFTWARE[name]})

@@ -21,6 +21,7 @@ from dse.simulation.engine import Setting, simulate_once
 from dse.simulation.plan import build_plan
 from dse.space.questions import read_requirements
 from dse.space.types import INACTIVE, Space
+from dse.units import Exact
 
 MS = 10**6
 
@@ -67,7 +68,7 @@ def view_of(space: Space) -> View:
     return View([0] * len(space.decisions))
 
 
-def observed(space: Space, duration_ns: int) -> dict[str, int]:
+def observed(space: Space, duration_ns: int) -> dict[str, Exact]:
     """The longest responses when everything starts at once and always takes longest."""
     responses = processor_responses(space, 0, view_of(space))
     plan = build_plan(space, (0,) * len(space.decisions), cores={item.component: item.core for item in responses})
@@ -177,13 +178,14 @@ def test_releases_fit_the_count_of_jobs(seed: int) -> None:
         assert sum(1 for _ in takewhile(lambda time: time < window, releases)) <= most_jobs(task, window)  # noqa: B023
 
 
-def literal_response_ns(task: Task, rivals: list[Task]) -> int | None:
+def literal_response_ns(task: Task, rivals: list[Task]) -> Exact | None:
     """For each job of the busy period the least window that holds all work released in it, looked for one by one."""
     if task.worst_ns == 0:
         return 0
     if sum(item.utilisation for item in [task, *(rival for rival in rivals if rival.worst_ns)]) > 1:
         return None
-    worst, window = 0, 1
+    worst: Exact = 0
+    window = 1
     for jobs, released in enumerate(densest_releases_ns(task), start=1):
         if window <= released:
             break

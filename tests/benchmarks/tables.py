@@ -60,7 +60,7 @@ def _fronts(rows: list[dict[str, Any]]) -> Iterator[str]:
     yield "One worker. `prove` ends when no region is open; `enumerate` also makes every design the canonical one."
     yield ""
     stages_head = ("build s", "encode s", "prove s", "enumerate s", "report s")
-    head = ("problem", "points", *stages_head, "calls a point", "ms a point", "MB")
+    head: tuple[str, ...] = ("problem", "points", *stages_head, "calls a point", "ms a point", "MB")
     body = []
     for row in done:
         mine, count = row["ours_1"], max(1, row["points"])

@@ -52,7 +52,7 @@ def test_what_is_left_open_is_not_filled_in(
 
 
 @pytest.mark.parametrize("question", [{"processing": "response_time"}, {"deadlines": "all"}])
-def test_a_baseline_that_leaves_decisions_open_is_none(question: dict[str, str]) -> None:
+def test_a_baseline_that_leaves_decisions_open_is_none(question: dict[str, Any]) -> None:
     assert dse.solve(dse.loads(PLANT + "baseline: {line: {type: cable}}\n"), **question).baseline is None
 
 

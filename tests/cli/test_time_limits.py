@@ -174,6 +174,7 @@ def test_a_search_that_could_not_begin_goes_on_later(folder: Path, monkeypatch: 
     assert dse.verify("out.json").status == "verified"
     whole = dse.solve(pump)
     again = dse.resume("out.json")
+    assert isinstance(again, dse.Result)
     assert [point.objectives for point in again.front] == [point.objectives for point in whole.front]
     assert dse.verify(again).status == "verified"
 

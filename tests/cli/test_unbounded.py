@@ -160,7 +160,15 @@ def test_a_stopped_search_says_it_too(tmp_path: Path, capsys: pytest.CaptureFixt
 
 def test_what_is_unbounded_stays_so() -> None:
     number = Unbounded(10)
-    for found in (number + 1, 1 - number, number * Fraction(1, 3), -number, abs(-number), sum([1, number]), number / 2):
+    for found in (
+        number + 1,
+        1 - number,
+        number * Fraction(1, 3),
+        -number,
+        abs(-number),
+        sum([1, number], 0),
+        number / 2,
+    ):
         assert is_unbounded(found)
     assert not is_unbounded(0 * number) and 0 * number == 0
     assert number == 10 and hash(number) == hash(10) and max(number, 3) is number

@@ -44,7 +44,7 @@ def drawn(rng: random.Random) -> dict[str, Any]:
         threads[names[1]]["processor"] = ["left", "right"]
     shared = {"clock": "k"} if rng.random() < 0.5 else {}
     error = {"synchronisation_error": "200 us"} if rng.random() < 0.3 else {"source": "none"}
-    data = {
+    data: dict[str, Any] = {
         "dse": "1", "name": "offsets", "offset_grid": "2 ms", "overload": "allowed", "clocks": {"k": error},
         "processor_types": {"small": {"price": "5 EUR", "cores": "4"}},
         "processors": {side: {"type": "small", **shared, "optional": "true"} for side in ("left", "right")},
@@ -100,6 +100,7 @@ def test_stopped_fixed_and_by_several(seed: int, tmp_path: Path, monkeypatch: py
         changed.setattr(Solver, "_solve_whole", stopping)
         (tmp_path / "r.json").write_text(dse.solve(problem).to_json(), encoding="utf-8")
     again = dse.resume(tmp_path / "r.json", workers=2)
+    assert isinstance(again, dse.Result)
     assert (again.status, again.front, again.refuted) == (whole.status, whole.front, whole.refuted)
     offsets = [item for item in problem.space.decisions if item.name.endswith(".offset") and item.is_open]
     for item in offsets[:1]:

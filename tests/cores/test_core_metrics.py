@@ -160,6 +160,7 @@ def test_limits_of_cores_are_swept_explained_and_fixed() -> None:
     problem = dse.loads(PAIR + "objectives: [minimise utilisation of core 2 of p]\n")
     sweep = dse.sweep(problem, "utilisation of core 1 of p=50 %..100 %")
     (run,) = sweep.runs
+    assert run.outcome is not None
     assert [(stretch["from"]) for stretch in run.outcome["stretches"]] == [600_000, 900_000]
     advice = dse.explain(problem, require=["utilisation of core 1 of p <= 50 %"]).relaxations
     assert [item.text for item in advice] == ["utilisation of core 1 of p <= 60 %"]

@@ -125,7 +125,9 @@ def test_break_points_of_the_limit_are_those_of_exhaustion(seed: int) -> None:
     text = crowded(seed, limit="<= 100 %", objectives="minimise price, maximise latency")
     pair = Pair(text)
     sweep = dse.sweep(pair.product, "utilisation of p=1 %..100 %")
-    stretches = sweep.runs[0].outcome["stretches"] if sweep.runs[0].outcome["status"] == "complete" else []
+    outcome = sweep.runs[0].outcome
+    assert outcome is not None
+    stretches = outcome["stretches"] if outcome["status"] == "complete" else []
     needs = {
         id(item): oracle.needed_limit(pair.oracle, item.figures, "utilisation of p <= 100 %") for item in pair.feasible
     }
@@ -135,7 +137,7 @@ def test_break_points_of_the_limit_are_those_of_exhaustion(seed: int) -> None:
         assert len(stretch["front"]) == len(admitted)
     least = min(needs.values(), default=None)
     assert (least is None) == (not stretches)
-    if stretches:
+    if least is not None:
         assert Fraction(stretches[0]["from"]) == max(least * 10**6, 10_000)
 
 

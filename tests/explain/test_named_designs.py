@@ -8,6 +8,7 @@ from contextlib import contextmanager
 from dataclasses import replace
 from fractions import Fraction
 from pathlib import Path
+from typing import Any
 
 import pytest
 from conflicting import Brute, infeasible
@@ -264,7 +265,8 @@ def test_offers_that_were_not_tried_are_said() -> None:
 
 def test_an_infeasible_solve_that_was_stopped_is_verified() -> None:
     """Cut off after any question, between a conflict and its closest limits as well; what is left out is remarked."""
-    problem, limits = dse.load(example_path("starter")), {"max_jitter": "1 ms", "max_price": "50 EUR"}
+    problem = dse.load(example_path("starter"))
+    limits: dict[str, Any] = {"max_jitter": "1 ms", "max_price": "50 EUR"}
     whole = dse.solve(problem, **limits).to_dict()
     assert dse.verify(whole, problem=problem).status == "verified"
     remarked = 0

@@ -28,7 +28,7 @@ def sweep(path: Path, wide: range, seed: int = 1) -> Path:
 
 
 def kinds(found: dse.Fit) -> list[str]:
-    return [remark.kind for item in (*found.transports, *found.executions) for remark in item.remarks]
+    return [remark.kind for items in (found.transports, found.executions) for item in items for remark in item.remarks]
 
 
 def test_sizes_whose_spread_jumps_are_found_named_and_offered_as_a_limit(tmp_path: Path) -> None:

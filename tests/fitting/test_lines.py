@@ -5,6 +5,7 @@ from __future__ import annotations
 import random
 from fractions import Fraction
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -15,6 +16,7 @@ from scipy.stats import siegelslopes
 from small import GOLDEN
 
 import dse
+from dse.fitting.fit import Transport
 from dse.fitting.judging import repeated_medians
 from dse.fitting.lines import Line, envelope, least_squares, quantile_line
 
@@ -24,9 +26,9 @@ TOLERANCE = {"RT101": (Fraction("1.1"), 28), "Spectra": (Fraction("0.6"), 3)}
 """What the rounding of the printed cells of Table 5.3 leaves open."""
 
 
-def table_5_3(**more: object) -> dict[str, object]:
+def table_5_3(**more: Any) -> dict[str, Transport]:
     """The report's round trips between two nodes."""
-    return {item.platform: item for item in dse.fit(GOLDEN / "table_5_3.csv", round_trip=True, **more).transports}  # type: ignore[arg-type]
+    return {item.platform: item for item in dse.fit(GOLDEN / "table_5_3.csv", round_trip=True, **more).transports}
 
 
 @pytest.mark.parametrize("platform", PRINTED)
@@ -41,7 +43,7 @@ def test_table_5_6_follows_from_table_5_3(platform: str) -> None:
 def test_least_squares_are_those_of_numpy() -> None:
     for item in table_5_3().values():
         for line, ends in ((item.low, "min_ns"), (item.high, "max_ns")):
-            sizes = [one.size_bytes for one in item.summaries]
+            sizes = [one.size_bytes or 0 for one in item.summaries]
             slope, fixed = np.polyfit(sizes, [float(getattr(one, ends)) for one in item.summaries], 1)
             assert (float(line.per_byte_ns), float(line.fixed_ns)) == pytest.approx((slope, fixed))
 
@@ -101,8 +103,8 @@ def test_the_envelope_of_the_report_covers_every_cell_also_when_rounded(tmp_path
     for item in table_5_3(method="envelope").values():
         assert (item.low_fit.beyond, item.high_fit.beyond) == (0, 0)
         for one in item.summaries:
-            assert item.fixed_ns[0] + item.per_byte_ns[0] * one.size_bytes <= one.min_ns
-            assert item.fixed_ns[1] + item.per_byte_ns[1] * one.size_bytes >= one.max_ns
+            assert item.fixed_ns[0] + item.per_byte_ns[0] * (one.size_bytes or 0) <= one.min_ns
+            assert item.fixed_ns[1] + item.per_byte_ns[1] * (one.size_bytes or 0) >= one.max_ns
 
 
 def test_the_robust_line_and_the_tail_of_f_are_those_of_scipy() -> None:

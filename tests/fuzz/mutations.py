@@ -304,8 +304,9 @@ def spliced(text: str, rng: random.Random, others: Sequence[str]) -> str:
         return changed_lines(text, rng, others)
     for key in rng.sample(sorted(other, key=str), min(len(other), rng.choice((1, 1, 2, 5)))):
         mine, theirs = tree.get(key), copy.deepcopy(other[key])
-        both = isinstance(mine, dict) and isinstance(theirs, dict) and rng.random() < 0.6
-        tree[key] = {**mine, **theirs} if both else theirs
+        if isinstance(mine, dict) and isinstance(theirs, dict) and rng.random() < 0.6:
+            theirs = {**mine, **theirs}
+        tree[key] = theirs
     return written(tree, rng, is_json=text.lstrip().startswith("{"))
 
 

@@ -247,7 +247,7 @@ class Model:
         item, own = self.space.components[step.index], step.figures
         if own is None:
             return item
-        changed = {"latency_ns": own.latency_ns}
+        changed: dict[str, Any] = {"latency_ns": own.latency_ns}
         if wire is not None and wire.port.startswith("event") and not self.is_periodic(item):
             changed |= {"execution_ns": own.execution_ns, "response_ns": own.response_ns}
         return replace(item, **{name: value for name, value in changed.items() if value is not None})

@@ -80,7 +80,7 @@ class Problem:
     @cached_property
     def asks_of_cores(self) -> bool:
         """Whether something that is asked, or a derived metric, is about single cores: then open ones are decisions."""
-        asked = [item.metric for item in (*self.requirements, *self.objectives)]
+        asked = [item.metric for item in self.requirements] + [item.metric for item in self.objectives]
         asked += [metric for terms in self.metrics.values() for _, metric, _ in terms]
         return any(
             item.name == "utilisation" and grammar.core_of(item.of) is not None
@@ -150,7 +150,7 @@ class Problem:
 
     def _grid(self, name: str) -> list[str]:
         """The offsets below the longest period that the component may have."""
-        types = [t for t in self.types(name) if t != NONE] or [None]
+        types: list[Any] = [t for t in self.types(name) if t != NONE] or [None]
         periods = [as_list(self._stated(name, "period", t)) for t in types]
         longest = max((quantities.period(text) for texts in periods for text in texts), default=0)
         step = quantities.period(self.document["offset_grid"])
@@ -238,7 +238,7 @@ class Problem:
     def _options(self, name: str, field: str) -> list[str]:
         if field == "type":
             return self.types(name)
-        types = [t for t in self.types(name) if t != NONE] or [None]
+        types: list[Any] = [t for t in self.types(name) if t != NONE] or [None]
         leaves = [leaf for t in types for leaf in self._leaves(name, self.stated(name, field, t))]
         if not any(isinstance(leaf, list) and len(leaf) > 1 for leaf in leaves):
             return []

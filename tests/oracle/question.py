@@ -148,7 +148,7 @@ def _is_always_timed(problem: Problem, name: str) -> bool:
     """Whether a timer releases a component in every design."""
     if problem.section_of[name] not in ("devices", "threads"):
         return False
-    types = [t for t in problem.types(name) if t != NONE] or [None]
+    types: list[Any] = [t for t in problem.types(name) if t != NONE] or [None]
     protocols = {text for t in types for text in as_list(problem.stated(name, "dispatch_protocol", t))}
     return protocols <= {"periodic", "hybrid"} and all(problem.stated(name, "period", t) for t in types)
 
@@ -283,7 +283,8 @@ def _ask_for_changes(rng: random.Random, document: dict[str, Any]) -> None:
     found = list(designs(problem)) if rng.random() < 0.4 else []
     if not found:
         return
-    baseline, costs = document.setdefault("baseline", {}), {}
+    baseline = document.setdefault("baseline", {})
+    costs: dict[str, Any] = {}
     for decision, option in rng.choice(found).items():
         name, field = problem.owner(decision)
         stated = option if option is not None else rng.choice(problem.decisions[decision])

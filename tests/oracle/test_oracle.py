@@ -417,7 +417,11 @@ def test_maximised_objectives_and_equal_vectors() -> None:
 
 def test_dominance_is_exact() -> None:
     tiny = Fraction(1, 10**30)
-    vectors = {(Fraction(1), Fraction(2)), (Fraction(1) + tiny, Fraction(2) - tiny), (Fraction(1) + tiny, Fraction(2))}
+    vectors: set[tuple[Fraction, ...]] = {
+        (Fraction(1), Fraction(2)),
+        (Fraction(1) + tiny, Fraction(2) - tiny),
+        (Fraction(1) + tiny, Fraction(2)),
+    }
     assert non_dominated(vectors) == {(Fraction(1), Fraction(2)), (Fraction(1) + tiny, Fraction(2) - tiny)}
 
 

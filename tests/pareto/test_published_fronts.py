@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+from collections.abc import Sequence
 from itertools import permutations, product
 from pathlib import Path
 
@@ -20,7 +21,7 @@ def table(name: str) -> list[Point]:
     return [tuple(map(int, row)) for row in list(csv.reader(lines))[1:]]
 
 
-def figures(name: str, values: Point) -> str:
+def figures(name: str, values: Sequence[int]) -> str:
     return ", ".join(f"{name}{number}: {value} points" for number, value in enumerate(values, start=1))
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from itertools import product
+from typing import Any
 
 import pytest
 from hypothesis import given
@@ -133,7 +134,8 @@ def test_a_certificate_that_grows_too_large_is_given_up() -> None:
 def test_several_searchers_at_a_time_find_the_same(drawn: tuple[int, Points], searchers: int, most: int) -> None:
     """Each takes a choice that nobody has; answers come back in another order than they were asked."""
     dimension, points = drawn
-    held, found, taken = SearchRegions((7,) * dimension), set(), []
+    held, found = SearchRegions((7,) * dimension), set()
+    taken: list[Any] = []
     while held.open or taken:
         while len(taken) < searchers and (question := held.next_question(taken, most)) is not None:
             taken.append(question)

@@ -27,7 +27,7 @@ SETTINGS = {
 }
 
 
-def solved(solver: cp_model.CpSolver, name: str) -> tuple[int, Any]:
+def solved(solver: cp_model.CpSolver, name: str) -> tuple[Any, Any]:
     model = cp_model.CpModel()
     assert model.proto.parse_text_format((HERE / name).read_text())
     return solver.solve(model), solver.objective_value

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from fractions import Fraction
 
 import pytest
@@ -76,7 +76,7 @@ def assert_rules_see_what_is_active(pair: Pair, design: Design) -> None:
             assert (number in consulted(reference.tree, design)[0]) == (design[number] >= 0), item.name
 
 
-def fronts_agree(pair: Pair, points: dict[tuple[int, ...], Design]) -> None:
+def fronts_agree(pair: Pair, points: Mapping[tuple[int, ...], Design]) -> None:
     """The same vectors, each with the first of all its designs; an infeasible problem has none."""
     assert bool(points) == bool(pair.feasible)
     if pair.is_rounded:
@@ -91,7 +91,7 @@ def fronts_agree(pair: Pair, points: dict[tuple[int, ...], Design]) -> None:
         assert figures["objectives"] == vector
 
 
-def rounded_front_agrees(pair: Pair, points: dict[tuple[int, ...], Design]) -> None:
+def rounded_front_agrees(pair: Pair, points: Mapping[tuple[int, ...], Design]) -> None:
     """Where the product counts too coarsely to be exact, its front is that of the vectors as it counts them."""
     first: dict[tuple[int, ...], Design] = {}
     for judged in pair.feasible:

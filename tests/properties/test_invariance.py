@@ -5,8 +5,9 @@ from __future__ import annotations
 import json
 import random
 import re
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from fractions import Fraction
+from typing import Any
 
 import pytest
 
@@ -21,7 +22,7 @@ from tests.properties.rewriting import Document, document_of, in_other_units, re
 SEEDS = range(1_019, 1_089)
 FEW = range(1_019, 1_044)
 
-Points = dict[tuple[int, ...], Design]
+Points = Mapping[tuple[int, ...], Design]
 Vector = tuple[Fraction, ...]
 
 
@@ -155,7 +156,7 @@ def test_the_same_problem_and_seed_give_the_same_bytes(seed: int) -> None:
 @pytest.mark.parametrize("seed", FEW)
 def test_the_front_depends_neither_on_the_seed_nor_on_the_workers(seed: int) -> None:
     problem = dse.loads(random_problem(seed, "tiny"))
-    settings = [{}, {"seed": 1}, {"seed": 12345}, {"workers": 2}, {"workers": 2, "seed": 7}]
+    settings: list[dict[str, Any]] = [{}, {"seed": 1}, {"seed": 12345}, {"workers": 2}, {"workers": 2, "seed": 7}]
     results = [dse.solve(problem, **chosen) for chosen in settings]
     assert len({result.to_csv() for result in results}) == 1
     parts = [json.loads(result.to_json()) for result in results]

@@ -19,7 +19,7 @@ import pytest
 try:
     from websocket import create_connection
 except ImportError:  # the test extra is not installed
-    create_connection = None
+    create_connection = None  # type: ignore[assignment]
 
 PROGRAM = next(filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome", "chrome"))), None)
 FLAGS = (

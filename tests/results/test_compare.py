@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import io
 from pathlib import Path
+from typing import Any
 
 import pytest
 from rich.console import Console
@@ -31,7 +32,7 @@ baseline: {cpu: {type: slow}}
 """
 
 
-def written(folder: Path, name: str, price: int, **asked: str) -> str:
+def written(folder: Path, name: str, price: int, **asked: Any) -> str:
     problem = folder / f"{name}.yaml"
     problem.write_text(CHEAP.replace("PRICE", str(price)), encoding="utf-8")
     path = folder / f"{name}.json"

@@ -242,7 +242,7 @@ def test_what_time_does_not_suffice_for_is_not_checked(tmp_path: Path, monkeypat
 
 
 def test_some_may_be_checked(monkeypatch: pytest.MonkeyPatch) -> None:
-    judged = []
+    judged: list[Any] = []
 
     def judge(*args: Any) -> Any:
         if judged:

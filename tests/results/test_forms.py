@@ -9,6 +9,7 @@ from typing import Any
 
 import jsonschema
 import pytest
+from pydantic import BaseModel
 from results.written import written_files
 
 from dse.cli.main import run
@@ -69,7 +70,7 @@ def fields_set(part: object) -> Iterator[str]:
             yield from fields_set(item)
     elif isinstance(part, dict):
         yield from fields_set(list(part.values()))
-    elif hasattr(part, "model_fields_set"):
+    elif isinstance(part, BaseModel):
         fields = type(part).model_fields
         for name in part.model_fields_set:
             yield f"{type(part).__name__}.{fields[name].alias or name}"
@@ -98,7 +99,8 @@ def test_each_thing_that_is_wrong_is_told_with_its_place(name: str, written: dic
             continue
         tried.add(shape)
         kept = holder[key]
-        for wrong in (None, [[]], {"x": []}, True, 2.5):
+        wrongs: tuple[Any, ...] = (None, [[]], {"x": []}, True, 2.5)
+        for wrong in wrongs:
             if type(wrong) is type(kept):
                 continue
             holder[key] = wrong

@@ -81,11 +81,11 @@ def test_derived() -> None:
     ]
     [(constant, metric)] = parse_derived("-jitter of 'a + b' * 36 km/h / 2 s").terms
     assert constant == Quantity(Fraction(-5), units.SPEED.over(units.TIME), "")
-    assert metric.of == "a + b"
+    assert isinstance(metric, MetricRef) and metric.of == "a + b"
     [(constant, _)] = parse_derived("price / 2 EUR * 5 W").terms
     assert (constant.value, constant.dimension) == (Fraction(1, 40), units.POWER.over(units.MONEY))
     [(_, metric)] = parse_derived("jitter of my-flow/2").terms
-    assert metric.of == "my-flow/2"
+    assert isinstance(metric, MetricRef) and metric.of == "my-flow/2"
 
 
 def test_extremes() -> None:

@@ -68,7 +68,7 @@ def test_aliases_share_values_and_later_anchors_win() -> None:
 
 def test_places() -> None:
     node = read_yaml("threads:\n  nav:\n    period: [10 ms, 20 ms]\n", "f.yaml")
-    path = ["threads", "nav", "period", 1]
+    path: list[str | int] = ["threads", "nav", "period", 1]
     assert node.locate(path) == (3, 21)
     assert node.locate(path[:3]) == (3, 13)
     assert node.locate(path[:3], at_key=True) == (3, 5)

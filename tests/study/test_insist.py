@@ -31,7 +31,8 @@ def file(result: dse.Result, tmp_path: Path) -> Path:
 
 def test_each_options_front_is_that_of_fix(result: dse.Result) -> None:
     assert result.insisting is not None
-    vectors = {point.id: (point.objectives, point.decisions) for point in (*result.front, *result.insisting.points)}
+    listed: list[Any] = [*result.front, *result.insisting.points]
+    vectors = {point.id: (point.objectives, point.decisions) for point in listed}
     for item in result.insisting.options:
         fixed = dse.solve(PUMP, fix=[f"{item.decision} = {item.option}"])
         expected = [(point.objectives, point.decisions) for point in fixed.front]

@@ -13,7 +13,7 @@ from dse.examples import example_path
 from dse.study.outcomes import OutcomeError, read_outcome
 from dse.study.sweep import sweep
 
-ODD = (None, [], {}, "", "x", 0, -1, 0.5, True, [[]], [{}], {"x": None}, [None])
+ODD: tuple[Any, ...] = (None, [], {}, "", "x", 0, -1, 0.5, True, [[]], [{}], {"x": None}, [None])
 
 
 VARIED = {"front": "price=300EUR,500EUR", "breaks": "jitter of sensor_to_actuator=20ms..60ms"}
