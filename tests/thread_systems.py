@@ -32,7 +32,10 @@ def draw(seed: int, *, kind: str = "plain") -> dict[str, Any]:
     rng = random.Random(f"{kind} {seed}")
     count = rng.randint(2, 3 if kind == "best" else 4)
     cores = 1 if rng.random() < 0.3 else 2
-    types: dict[str, dict[str, Any]] = {"slow": {"cores": cores, "price": 10}, "fast": {"cores": rng.choice((1, cores)), "price": 30}}
+    types: dict[str, dict[str, Any]] = {
+        "slow": {"cores": cores, "price": 10},
+        "fast": {"cores": rng.choice((1, cores)), "price": 30},
+    }
     threads: list[dict[str, Any]] = []
     executors = draw_executors(rng) if kind == "grouped" or (kind == "mixed" and rng.random() < 0.7) else []
     for number in range(count):

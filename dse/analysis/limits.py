@@ -109,15 +109,15 @@ class Verdict:
         return self.limit - self.value if self.requirement.operator in ("<=", "<") else self.value - self.limit
 
 
-def build_limit(space: Space, requirement: Requirement, *, counted: bool = True) -> Limit:
-    """The limit of a resolved requirement; `counted` as for `build_measure`.
+def build_limit(space: Space, requirement: Requirement, *, counted: bool = True, is_asked: bool = True) -> Limit:
+    """The limit of a resolved requirement; `counted` as for `build_measure`; one that is not asked may be any.
 
     An empty slot uses nothing, and keeps every upper limit: its capacity counts as 1.
 
     Raises
     ------
     TooLargeError
-        when what stands for an unbounded response time would keep it.
+        when it is asked, and what stands for an unbounded response time would keep it.
     """
     metric, quantity = requirement.metric, requirement.limit
     measure = build_measure(space, metric, counted=counted)
@@ -144,7 +144,7 @@ def build_limit(space: Space, requirement: Requirement, *, counted: bool = True)
         return Limit(requirement, measure, lambda view: Fraction(0) + _deadline_ns(space, thread, view))
     dimension = metric_dimension(space, metric)
     bound = quantity.value * (display_unit(dimension)[1] if dimension is not None else 1)
-    if may_be_unbounded(space, metric) and bound > unbounded_from(space, metric):
+    if is_asked and may_be_unbounded(space, metric) and bound > unbounded_from(space, metric):
         raise TooLargeError(
             f"{requirement.shown}: no limit; beyond 50 000 s a response time cannot be told from one without a bound"
         )

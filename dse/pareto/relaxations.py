@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from fractions import Fraction
+from functools import partial
 
 from dse.analysis.limits import Limit, build_limit, excess, needed_share
 from dse.analysis.rates import NS_PER_S
@@ -57,7 +58,7 @@ def closest_limit(oracle: Oracle, kept: frozenset[int], requirement: Requirement
 
 def _total(space: Space, requirement: Requirement) -> Limit:
     """The limit of the sum alone, without that of one core for each thread (which ``==`` does not ask for)."""
-    return replace(build_limit(space, requirement), each=None)
+    return replace(build_limit(space, requirement, is_asked=False), each=None)
 
 
 def _latest(oracle: Oracle, kept: frozenset[int], requirement: Requirement) -> Closest | None:
@@ -85,7 +86,7 @@ def _extreme(
 ) -> Closest | None:
     """The least limit for ``<=`` and ``<``, the greatest for ``>=`` and ``>``."""
     strictly: Operator = "<" if requirement.operator in ("<=", "<") else ">"
-    space, build = oracle.space, _total if of_total else build_limit
+    space, build = oracle.space, _total if of_total else partial(build_limit, is_asked=False)
     best: Closest | None = None
     tight, asked = build(space, requirement), also
     while True:
