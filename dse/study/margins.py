@@ -11,10 +11,10 @@ from fractions import Fraction
 from dse.analysis.views import View
 from dse.results.sensitivity import Bar, Break, Margin, Scaling
 from dse.space.trees import at
-from dse.space.types import Component
 from dse.spec.quantities import COUNT
 from dse.study.functions import Bound, DesignFunction, Variable
 from dse.study.line import Way
+from dse.study.uncertainty import stated_cores
 from dse.units import TIME_RANGE, is_unbounded
 
 FARTHEST = 10**6
@@ -100,22 +100,11 @@ def _fewest_cores(function: DesignFunction, variable: Variable) -> Fraction:
     cores = [
         at(item.core, view)
         for item in space.components
-        if _states_core(function, item)
+        if stated_cores(function.inputs.problem, item)
         and (place := at(item.processor, view)) is not None
         and variable.path.partition("[")[0] == f"processor_types.{types[place]}.cores"
     ]
     return Fraction(max((core for core in cores if isinstance(core, int)), default=0))
-
-
-def _states_core(function: DesignFunction, component: Component) -> bool:
-    """Whether the file states the core of a thread, or of its executor, or a list of these."""
-    problem = function.inputs.problem
-    spec = problem.loaded.spec
-    if component.executor is not None:
-        given = spec.executors[problem.space.executors[component.executor].name].core
-    else:
-        given = spec.threads[component.name].core if component.section == "threads" else None
-    return any(isinstance(item, int) for item in given or ())
 
 
 def _first_break(way: Way, start: Fraction, end: Fraction, is_whole: bool) -> Break | None:

@@ -11,9 +11,13 @@ from typing import Any
 import numpy
 
 from dse.api.problem import Problem
+from dse.errors import UsageError
+from dse.space.trees import leaves
+from dse.space.types import Component
 from dse.spec.quantities import RANGES
 from dse.spec.uncertainty import Stated, normal_share
 from dse.study.functions import InputSpace, Variable
+from dse.units.text import count_words
 
 MIDDLE = 0.95
 """The share of its values over which an input without bounds is said to have its effect."""
@@ -95,9 +99,15 @@ def _settled(variable: Variable, values: Any) -> Any:
 
 
 def read_uncertainties(problem: Problem, inputs: InputSpace) -> tuple[Uncertain, ...]:
-    """What the problem states, in the order of the file."""
+    """What the problem states, in the order of the file.
+
+    Raises
+    ------
+    UsageError
+        when an input has values for which there is no design.
+    """
     numbers = {variable.path: variable for variable in inputs.variables}
-    found = []
+    found: list[Uncertain] = []
     for item in problem.loaded.stated:
         variables = tuple(numbers[figure.path] for figure in item.figures)
         found.append(
@@ -112,7 +122,42 @@ def read_uncertainties(problem: Problem, inputs: InputSpace) -> tuple[Uncertain,
                 _near(item, variables),
             )
         )
+        _check_cores(problem, found[-1])
     return tuple(found)
+
+
+def stated_cores(problem: Problem, component: Component) -> tuple[int, ...]:
+    """The cores that the file states of a thread, or of its executor: one, or a list of options."""
+    spec = problem.loaded.spec
+    if component.executor is not None:
+        given = spec.executors[problem.space.executors[component.executor].name].core
+    else:
+        given = spec.threads[component.name].core if component.section == "threads" else None
+    return tuple(item for item in given or () if isinstance(item, int))
+
+
+def _check_cores(problem: Problem, item: Uncertain) -> None:
+    """There is no design with fewer cores than a thread states.
+
+    Raises
+    ------
+    UsageError
+        when an input goes down so far.
+    """
+    space = problem.space
+    for variable in item.variables if any(variable.is_count for variable in item.variables) else ():
+        least = item.range_of(variable)[0]
+        for thread in space.components:
+            kinds = {
+                kind for slot in leaves(thread.processor) if slot is not None for kind in space.processors[slot].types
+            }
+            here = any(variable.path.partition("[")[0] == f"processor_types.{kind}.cores" for kind in kinds)
+            highest = max(stated_cores(problem, thread), default=0) if here else 0
+            if least < highest:
+                raise UsageError(
+                    f"uncertainty.{item.path}: {item.words} goes down to {count_words(int(least), 'core')}, but "
+                    f"{thread.name} may run on core {highest}: there is no such design"
+                )
 
 
 def _near(item: Stated, variables: Sequence[Variable]) -> tuple[Fraction, Fraction]:

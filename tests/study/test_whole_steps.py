@@ -119,3 +119,23 @@ def test_bars_of_zero_and_of_ends_of_ranges() -> None:
     ends = {bar.path: bar.inputs for bar in result.bars}
     assert "threads.a.compute_execution_time.min" not in ends
     assert ends.get("threads.a.compute_execution_time.max") in (None, (Fraction(2), Fraction(4)))
+
+
+@pytest.mark.parametrize(
+    ("stated", "least", "told"), [("core: 3", "0.4", 3), ("core: [1, 2]", "0.4", 2), ("core: 1", "0.4", 0)]
+)
+def test_no_fewer_cores_than_a_thread_states(
+    stated: str, least: str, told: int, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Before, figures of a thread on core 3 of 1 were followed, and designs called robust for them."""
+    path = written(tmp_path, f"{{processor_types.p: {{factor: {least} .. 1}}}}")
+    text = path.read_text(encoding="utf-8").replace("cores: 2", "cores: 3")
+    path.write_text(text.replace("a: {processor: c,", f"a: {{processor: c, {stated},"), encoding="utf-8")
+    for command in (["sensitivity", "--samples", "20"], ["solve", "--robust", "-q"]):
+        ended = run([command[0], str(path), *command[1:]])
+        said = capsys.readouterr()
+        if told:
+            assert ended == 2
+            assert f"goes down to 1 core, but a may run on core {told}: there is no such design" in said.err
+        else:
+            assert ended in (0, 4), said.err
