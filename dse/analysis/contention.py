@@ -6,20 +6,20 @@ docs/semantics.md, section 4.4. The cores are those of the design: stated, decid
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 
-from dse.analysis.evaluate import Evaluator
-from dse.analysis.limits import Verdict
+from dse.analysis.limits import Limit, Verdict, build_limit, judge
 from dse.analysis.memo import Recall
 from dse.analysis.packing import placed
 from dse.analysis.partition import Spread
 from dse.analysis.rows import counts_responses
 from dse.analysis.scheduling import core_of_each, placement
 from dse.analysis.unbounded import unbounded_in
+from dse.analysis.validity import Rulebook
 from dse.analysis.views import View
-from dse.space.cores import with_open_cores
+from dse.space.cores import is_scheduled, with_open_cores
 from dse.space.settings import told_deadlines
 from dse.space.trees import at, leaves
 from dse.space.types import EMPTY, Component, Design, Space
@@ -71,10 +71,14 @@ class ContentionReferee:
     unless a limit on a response time is missed on them.
     """
 
-    def __init__(self, counted: Space) -> None:
-        """Judge by `counted`, which `with_contention` gives."""
-        self.space = counted
-        self._evaluator = Evaluator(counted, ())
+    def __init__(self, counted: Space, *, of_fronts: bool = True) -> None:
+        """Judge by `counted`, which `with_contention` gives.
+
+        Designs of fronts keep what the question without contention requires: of them only what response times count in
+        is looked at; else every requirement.
+        """
+        self.space, self.of_fronts = counted, of_fronts
+        self._limits = self._limits_of(counted)
 
     def judge(self, design: Design) -> Judged:
         """What a valid design keeps and breaks, in the order of the requirements.
@@ -84,16 +88,16 @@ class ContentionReferee:
         OutOfTime
             when a limit of time (`dse.timelimit.until`) is up.
         """
-        misses = self._misses(self._evaluator, design)
+        misses = self._misses(self.space, self._limits, design)
         late = any(item.verdict.requirement.metric.kind == "response time" for item in misses)
         if self._open is None or not (late or self.space.open_priorities):
             return Judged(misses, self.space, design)
-        space = self._open.space
+        space, limits = self._open
         added = range(len(self.space.decisions), len(space.decisions))
         told = told_deadlines(space)
         asked = tuple(item for item in space.requirements if item not in told)
         whole = placed(replace(space, requirements=asked), (*design, *(0 for _ in added)), added)
-        if self._open.evaluate(whole).breaches:
+        if Rulebook(space).breaches(whole):
             return Judged(misses, self.space, design)
         view = View(whole)
         first = View(design)
@@ -103,19 +107,24 @@ class ContentionReferee:
             if (found := core_of_each(space, processor, view)) != core_of_each(self.space, processor, first)
             for number, core in found.items()
         }
-        return Judged(self._misses(self._open, whole), space, whole, dict(sorted(exchanged.items())))
+        return Judged(self._misses(space, limits, whole), space, whole, dict(sorted(exchanged.items())))
 
     @cached_property
-    def _open(self) -> Evaluator | None:
-        """Judges designs with a decision for each open core and order; None where all of them are decisions already."""
+    def _open(self) -> tuple[Space, tuple[Limit, ...]] | None:
+        """The space with a decision for each open core and order; None where all of them are decisions already."""
         space = with_open_cores(self.space)
-        return Evaluator(space, ()) if len(space.decisions) > len(self.space.decisions) else None
+        return (space, self._limits_of(space)) if len(space.decisions) > len(self.space.decisions) else None
 
-    def _misses(self, evaluator: Evaluator, design: Design) -> tuple[Miss, ...]:
-        view = View(design)
+    def _limits_of(self, space: Space) -> tuple[Limit, ...]:
+        asked = (item for item in space.requirements if not self.of_fronts or is_scheduled(space, item.metric))
+        return tuple(build_limit(space, item) for item in asked)
+
+    def _misses(self, space: Space, limits: Sequence[Limit], design: Design) -> tuple[Miss, ...]:
+        view = View(design)  # one for all: response times are found together, once for a view
+        verdicts = [judge(limit, view) for limit in limits]
         return tuple(
-            Miss(verdict, unbounded_in(evaluator.space, verdict.requirement.metric, view))
-            for verdict in evaluator.evaluate(design).verdicts
+            Miss(verdict, unbounded_in(space, verdict.requirement.metric, view))
+            for verdict in verdicts
             if not verdict.holds
         )
 

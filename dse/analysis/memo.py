@@ -14,14 +14,25 @@ KEPT_SPACES = 8
 
 
 DEMANDS = frozenset(("requirements", "rules", "objectives", "references", "baseline", "fixed", "assumptions"))
-"""What is asked of designs; no formula looks at it."""
+"""What is asked of designs; no formula looks at it, but for limits on cores (`_limits_on_cores`)."""
 FIGURES = tuple(item.name for item in fields(Space) if item.name not in DEMANDS)
 
 
 def _same_figures(space: Space, other: Space) -> bool:
-    """Whether two spaces differ at most in their demands."""
+    """Whether two spaces differ at most in demands that no formula looks at."""
+    if _limits_on_cores(space) != _limits_on_cores(other):
+        return False
     pairs = ((getattr(space, name), getattr(other, name)) for name in FIGURES)
     return all(one is two or (isinstance(one, str) and one == two) for one, two in pairs)
+
+
+def _limits_on_cores(space: Space) -> list[tuple[int | None, str, object]]:
+    """What requirements say of the use of cores: threads without a core are put on cores such that it holds."""
+    return [
+        (item.metric.index, item.operator, item.limit.value)
+        for item in space.requirements
+        if item.metric.kind == "utilisation"
+    ]
 
 
 class Watching(View):

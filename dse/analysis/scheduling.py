@@ -411,11 +411,21 @@ def _fixed_point(space: Space, cores: Sequence[Sequence[_Turn]], view: View) -> 
     }
     interrupts = [interrupting(space, [turn.key[0] for turn in turns[:1]], view) for turns in cores]
     rounds, changed, horizon = 0, True, _horizon_ns(space)
+    lone = {
+        turn.key: _task(space, turn.key, known, view)
+        for turns in cores
+        for turn in turns
+        if _is_lone(space, turn, view)
+    }
+    before_that: list[list[Task | None]] = [[] for _ in cores]
     while changed:
         rounds, changed = rounds + 1, False
         look_at_the_clock()
-        for turns, before in zip(cores, interrupts, strict=True):
-            tasks = [_task(space, turn.key, known, view) for turn in turns]
+        for place, (turns, before) in enumerate(zip(cores, interrupts, strict=True)):
+            tasks = [lone[turn.key] if turn.key in lone else _task(space, turn.key, known, view) for turn in turns]
+            if rounds > 1 and all(map(_is_same, tasks, before_that[place])):
+                continue  # as in the round before
+            before_that[place] = tasks
             for turn, task in zip(turns, tasks, strict=True):
                 key = turn.key
                 positions = list(turn.rivals(turns))
@@ -429,6 +439,19 @@ def _fixed_point(space: Space, cores: Sequence[Sequence[_Turn]], view: View) -> 
                 if known[key] is not None and found != known[key]:
                     known[key], changed = found, True
     return known
+
+
+def _is_lone(space: Space, turn: _Turn, view: View) -> bool:
+    """Whether a task's releases depend on no other task."""
+    number, part = turn.key
+    return part == "thread" and not is_event_triggered(space.components[number], view)
+
+
+def _is_same(one: Task | None, other: Task | None) -> bool:
+    """Whether two tasks have the same response time for sure."""
+    if one is other:
+        return True
+    return one is not None and other is not None and _is_plain(one) and _is_plain(other) and one == other
 
 
 def _horizon_ns(space: Space) -> int:

@@ -60,7 +60,7 @@ def analyse(
     counted = with_contention(space)
     if counted is None or analysis.breaches:
         return analysis
-    return replace(analysis, contended=judge(ContentionReferee(counted), analysis.design))
+    return replace(analysis, contended=judge(ContentionReferee(counted, of_fronts=False), analysis.design))
 
 
 def _unused(space: Space, given: Mapping[int, int], decisions: Mapping[str, str]) -> Iterator[str]:

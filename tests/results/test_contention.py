@@ -388,3 +388,19 @@ def test_a_sweep_that_counts_contention_says_no_more() -> None:
     counted = dse.sweep(loads(SHARED.replace(", deadline: 19 ms", "") + "processing: response_time\n"), "price=9EUR")
     assert counted.contention is None and "contention" not in counted.columns
     assert all("contention" not in item for run in counted.runs for item in run.front)
+
+
+def test_cores_are_those_of_the_question_that_is_asked() -> None:
+    """Before, a question was answered with the cores of one with another limit that the same process had asked."""
+    free = loads(EXCHANGED)
+    tight = free.ask(require=["utilisation of p <= 60 %"])
+    assert cores_of(free.space, (0,)) == {0: 1, 1: 1, 2: 1}
+    assert cores_of(tight.space, (0,)) == {0: 2, 1: 1, 2: 1}
+    times = [
+        {
+            item.name: item.response_ns
+            for item in dse.analyse(asked, {"p.type": "quad"}, response_times=True).responses["p"]
+        }
+        for asked in (free, tight)
+    ]
+    assert [item["late"] for item in times] == [98_000_000, 58_000_000]
