@@ -34,7 +34,7 @@ from dse.space.build import build_space
 from dse.space.types import Design, Space
 from dse.spec.model import Spec
 from dse.spec.quantities import Figure, matching, with_figures
-from dse.study.trace import MOST_GUARDS, Node, Program, Traced, watching
+from dse.study.trace import MOST_GUARDS, Node, Program, TooManyGuardsError, Traced, watching
 from dse.timelimit import look_at_the_clock
 from dse.units import is_unbounded
 
@@ -181,13 +181,20 @@ class DesignFunction:
         self.programs.append(Program(results, guards))
         self.applies = self._agrees()
 
-    def _formulas(self, space: Space) -> tuple[Outputs, list[Fraction], list[Any]]:
-        """Run the analysis on the design: what its outputs are, their values, the comparisons made on the way."""
+    def _formulas(self, space: Space, most: int | None = None) -> tuple[Outputs, list[Fraction], list[Any]]:
+        """Run the analysis on the design: what its outputs are, their values, the comparisons made on the way.
+
+        Raises
+        ------
+        TooManyGuardsError
+            when there are more than `most` comparisons, where that is given.
+        """
         look_at_the_clock()
         with watching() as guards:
             evaluator = Evaluator(space)
             measures = [build_measure(space, metric) for metric in self.metrics]
             guards.clear()  # scales and units are no part of the figures
+            guards.most = most
             view = View(self.design)
             results = [measure.value(view) for measure in measures]
             bounds: list[Bound] = []
@@ -221,12 +228,18 @@ class DesignFunction:
         return True
 
     def program_at(self, values: Values) -> tuple[Program, list[Fraction]]:
-        """A program that applies at these inputs, with the value of each of its steps."""
+        """A program that applies at these inputs, with the value of each of its steps.
+
+        Raises
+        ------
+        TooManyGuardsError
+            when it would have more comparisons than are worth remembering.
+        """
         for program in self.programs:
             steps = steps_or_none(program, values)
             if steps is not None and program.holds(steps):
                 return program, steps
-        _, results, guards = self._formulas(self.inputs.at(values, traced=True))
+        _, results, guards = self._formulas(self.inputs.at(values, traced=True), MOST_GUARDS)
         program = Program(results, guards)
         self.programs = [*self.programs[:1], *self.programs[1:][1 - KEPT_PROGRAMS :], program]
         return program, program.run(values)
@@ -278,7 +291,10 @@ class DesignFunction:
         """The outputs at exact inputs."""
         if not self.applies:
             return self.analysed(values)
-        program, steps = self.program_at(values)
+        try:
+            program, steps = self.program_at(values)
+        except TooManyGuardsError:
+            return self.analysed(values)
         return [steps[number] for number in program.outputs]
 
     def sampled(self, columns: Mapping[int, Any], size: int) -> list[Any]:
@@ -315,20 +331,33 @@ class DesignFunction:
     def _sampled_elsewhere(self, inputs: Sequence[Any], rows: Any, found: list[Any], size: int) -> Any:
         """Fill in what the program of the first of these samples gives, wherever it applies; returns the other rows."""
         first = [Fraction(float(item[rows[0]]) if isinstance(item, numpy.ndarray) else item) for item in inputs]
-        program, exact = self.program_at(first)
+        try:
+            program, exact = self.program_at(first)
+        except TooManyGuardsError:
+            self._fill_in(found, rows[:1], [[value] for value in self.analysed(first)], size)
+            return rows[1:]
         with numpy.errstate(all="ignore"):
             steps = program.run([item[rows] if isinstance(item, numpy.ndarray) else item for item in inputs])
             good = numpy.broadcast_to(program.holds(steps), rows.shape).copy()
         good[0] = True  # decided in exact fractions
-        for number, step in enumerate(program.outputs):
+        columns = []
+        for step in program.outputs:
             values = numpy.broadcast_to(numpy.asarray(steps[step], dtype=float), rows.shape).copy()
             values[0] = float(exact[step])
+            columns.append(values[good])
+        self._fill_in(found, rows[good], columns, size)
+        return rows[~good]
+
+    @staticmethod
+    def _fill_in(found: list[Any], rows: Any, columns: Sequence[Any], size: int) -> None:
+        """Put the outputs of some samples to those of the others; a number for all becomes an array where it must."""
+        for number, column in enumerate(columns):
+            values = numpy.asarray(column, dtype=float)
             if not isinstance(found[number], numpy.ndarray):
-                if (values[good] == float(found[number])).all():
+                if (values == float(found[number])).all():
                     continue
                 found[number] = numpy.full(size, float(found[number]))
-            found[number][rows[good]] = values[good]
-        return rows[~good]
+            found[number][rows] = values
 
     def _one_by_one(self, inputs: Sequence[Any], size: int) -> list[Any]:
         rows = []

@@ -18,7 +18,7 @@ from typing import Any
 
 from dse.errors import UsageError
 from dse.study.functions import Bound, DesignFunction
-from dse.study.trace import STEPS, Program
+from dse.study.trace import STEPS, Program, TooManyGuardsError
 from dse.study.uncertainty import Uncertain
 
 MOST_FREE = 10
@@ -156,6 +156,12 @@ class Box:
 
     def _programs(self, function: DesignFunction, ranges: Sequence[Interval]) -> list[Program]:
         """The programs that apply somewhere in the box: one, unless a comparison is undecided."""
+        try:
+            return self._applicable(function, ranges)
+        except TooManyGuardsError:
+            raise NotProvedError("a figure takes more comparisons than are looked at") from None
+
+    def _applicable(self, function: DesignFunction, ranges: Sequence[Interval]) -> list[Program]:
         program, _ = function.program_at([low for low, _ in ranges])
         undecided = _undecided(program, ranges)
         if not undecided:

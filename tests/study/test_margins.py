@@ -6,6 +6,7 @@ import math
 from fractions import Fraction
 from pathlib import Path
 
+import numpy
 import pytest
 from study.studies import LONG, NAMES, edited, example, written
 
@@ -209,6 +210,40 @@ def test_expressions_of_response_times_are_the_analysis(tmp_path: Path) -> None:
     for factor in (Fraction(1), Fraction(1000001, 1000000), Fraction(3, 2), Fraction(5)):
         values = [item.nominal * (factor if item.unit else 1) for item in function.inputs.variables]
         assert function.exact(values) == function.analysed(values)
+
+
+def test_a_busy_period_of_thousands_of_jobs_is_computed_and_not_remembered() -> None:
+    """A core that is nearly full has a busy period without end, nearly: expressions of it would only be slow."""
+    problem = loads(
+        "dse: 1\nname: full\nprocessing: response_time\nprocessor_types: {board: {}}\n"
+        "processors: {main: {type: board}}\nthreads:\n"
+        "  a: {processor: main, period: 10 ms, compute_execution_time: 1 ms}\n"
+        "  b: {processor: main, period: 7.1303 ms, compute_execution_time: 1 ms}\n"
+        "connections: {c: {from: a, to: b}}\nflows: {f: {path: [a, b]}}\nobjectives: [minimise latency of f]\n"
+    )
+    function = function_of(problem, {})
+    full = [
+        item.nominal * (5 if item.path.startswith("threads.a.comp") else 1)
+        if not item.path.startswith("threads.b.comp")
+        else item.nominal * Fraction(3565149993, 10**9)
+        for item in function.inputs.variables
+    ]
+    assert function.exact(full) == function.analysed(full)
+    assert len(function.programs) == 1
+    moving = {item.index: item for item in function.inputs.variables if "execution_time" in item.path}
+    columns = {
+        index: numpy.array([float(item.nominal), float(full[index]), float(item.nominal) * 1.2])
+        for index, item in moving.items()
+    }
+    drawn = function.sampled(columns, 3)
+    for sample in range(3):
+        values = [
+            Fraction(float(columns[item.index][sample])) if item.index in moving else item.nominal
+            for item in function.inputs.variables
+        ]
+        expected = [float(value) for value in function.analysed(values)]
+        found = [float(item[sample]) if isinstance(item, numpy.ndarray) else float(item) for item in drawn]
+        assert found == pytest.approx(expected, rel=1e-12)
 
 
 @pytest.mark.parametrize("name", ["starter", "response times", "inmark"])
