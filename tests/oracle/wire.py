@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from fractions import Fraction
+from functools import cache
 from typing import Any
 
 from . import quantities
@@ -28,24 +29,37 @@ def seconds(body: Mapping[str, Any], bandwidth: Fraction, size: int) -> tuple[Fr
     long = int(frame.get("identifier_bits", 11)) == 29
     if frame["protocol"] == "can":
         parts = list(pieces(size, 8))
-        least = sum(len(can_bits(part, long)) + 3 for part in parts) - 3
-        most = sum(len(can_bits(part, long)) + 3 + stuffing(can_bits(part, long)) for part in parts)
+        least = sum(can_frame(part, long)[0] for part in parts) - 3
+        most = sum(can_frame(part, long)[1] for part in parts)
         return least * bit, most * bit
     quick = 1 / (8 * quantities.bandwidth(frame["data_bandwidth"]))
-    low, high = Fraction(0), Fraction(0)
-    for part in pieces(size, 64):
-        bits = fd_bits(part, long)
-        slow = sum(not fast for _, fast in bits)
-        low += (slow - 2) * bit + (len(bits) - slow + 2) * quick + 3 * bit
-        high += 3 * bit
-        run = 0
-        for number, (may, fast) in enumerate(bits):
-            high += quick if fast else bit
-            run += may
-            if may and run == 5:  # the stuff bit goes at the rate of the bit behind it
-                high += quick if bits[number + 1][1] else bit
-                run = 1
+    counts = [fd_frame(part, long) for part in pieces(size, 64)]
+    low = sum(item[0] for item in counts) * bit + sum(item[1] for item in counts) * quick
+    high = sum(item[2] for item in counts) * bit + sum(item[3] for item in counts) * quick
     return low - 3 * bit, high
+
+
+@cache
+def can_frame(data: int, long: bool) -> tuple[int, int]:
+    """The fewest and the most bits of a CAN frame, the three between frames included."""
+    bits = can_bits(data, long)
+    return len(bits) + 3, len(bits) + 3 + stuffing(bits)
+
+
+@cache
+def fd_frame(data: int, long: bool) -> tuple[int, int, int, int]:
+    """The slow and the quick bits of a CAN FD frame, at least and at most, the three between frames included."""
+    bits = fd_bits(data, long)
+    slow = sum(not fast for _, fast in bits)
+    most = [3, 0]
+    run = 0
+    for number, (may, fast) in enumerate(bits):
+        most[fast] += 1
+        run += may
+        if may and run == 5:  # the stuff bit goes at the rate of the bit behind it
+            most[bits[number + 1][1]] += 1
+            run = 1
+    return slow - 2 + 3, len(bits) - slow + 2, most[0], most[1]
 
 
 def pieces(size: int, most: int) -> Iterator[int]:
