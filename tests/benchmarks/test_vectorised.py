@@ -18,6 +18,7 @@ from dse.generator import FAMILIES, random_problem
 from dse.space.types import Design, Space
 from tests.benchmarks import vectorised
 from tests.benchmarks.vectorised import VectorisedEvaluator
+from tests.effort import cases
 
 MOST = 150
 
@@ -54,7 +55,7 @@ def compare(space: Space, seed: int = 0) -> tuple[int, int]:
     return len(designs), int(feasible.sum())
 
 
-@pytest.mark.parametrize("seed", range(30))
+@pytest.mark.parametrize("seed", cases(30))
 def test_random_problems_of_the_oracle(seed: int) -> None:
     compare(loads(oracle_problem(seed, "small")).space, seed)
 
@@ -74,7 +75,7 @@ def test_generated_problems(family: str) -> None:
 def test_trees_and_large_integers_give_the_same(name: str, value: int, monkeypatch: pytest.MonkeyPatch) -> None:
     """Tables too large for arrays, and sums too large for int64, take the other way: forced here for all."""
     monkeypatch.setattr(vectorised, name, value)
-    for seed in range(8):
+    for seed in range(4):
         compare(loads(oracle_problem(seed, "small")).space, seed)
     compare(loads(random_problem(8, 1, 5, "event-driven")).space)
 

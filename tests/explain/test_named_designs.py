@@ -30,7 +30,7 @@ from dse.results.solve import decisions_of
 from dse.space.types import INACTIVE, Design
 from dse.timelimit import OutOfTime
 
-PROBLEMS = 40
+PROBLEMS = 24
 
 
 def examples(found: Explanation) -> Iterator[tuple[Example, frozenset[str] | None]]:

@@ -15,6 +15,7 @@ from __future__ import annotations
 import random
 import re
 from collections.abc import Iterator
+from functools import cache
 from itertools import islice
 from math import prod
 from typing import Any
@@ -31,6 +32,7 @@ CAPS = {"tiny": 200, "small": 2000}
 NOT_DECISIONS = ("path", "dispatch_trigger", "assumptions")
 
 
+@cache
 def random_problem(seed: int, size: str = "small") -> str:
     """YAML text of a random problem with at most 2000 (`small`) or 200 (`tiny`) designs; the same for the same seed."""
     rng = random.Random(f"{size} {seed}")
