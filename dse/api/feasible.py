@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from dse.analysis.evaluate import Evaluator
+from dse.results.display import without_stand_in
 from dse.results.solve import Result
 from dse.verification.diagrams import TooLarge
 from dse.verification.exhaustion import TooMany, exhaust
@@ -41,7 +42,13 @@ def feasible_designs(result: Result) -> Feasible | None:
     except (TooLarge, TooMany):
         return None
     signs = [1 if objective.sense == "minimise" else -1 for objective in result.objectives]
-    rows = {tuple(sign * int(value) for sign, value in zip(signs, row, strict=True)) for row in found.vectors}
+    rows = {
+        tuple(
+            without_stand_in(result.space, info.metric, objective.unit, sign * int(value))
+            for info, objective, sign, value in zip(result.space.objectives, result.objectives, signs, row, strict=True)
+        )
+        for row in found.vectors
+    }
     front = {tuple(point.objectives[info.name] for info in result.objectives) for point in result.front}
     if len(rows) > MOST_VECTORS or not front <= rows:  # a robust front has the worst figures of its designs
         return None
