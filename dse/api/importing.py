@@ -37,7 +37,7 @@ def import_file(
     form
         the name of the format; told by the file's suffix where it is left out.
     times
-        measured execution times, as `dse fit` reads them, for the threads that the file has.
+        measured execution times for the threads that the file has: CSV as `dse fit` reads them, or traces.
     options
         those of the format; ``dse import --help`` lists them.
 

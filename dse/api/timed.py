@@ -10,7 +10,7 @@ from typing import Any
 from dse.errors import Diagnostic, UsageError
 from dse.fitting.catalogue import catalogue
 from dse.fitting.fit import Execution, Fit, Options, fit_measurements
-from dse.importers.registry import Imported
+from dse.importers.registry import Imported, importer_of, read_foreign
 
 
 def with_times(imported: Imported, files: Sequence[str | Path]) -> tuple[dict[str, Any], tuple[Diagnostic, ...]]:
@@ -21,7 +21,8 @@ def with_times(imported: Imported, files: Sequence[str | Path]) -> tuple[dict[st
     imported
         the structure.
     files
-        measurements as `dse fit` reads them: rows with a thread (callback) and where needed a component (node).
+        measurements as `dse fit` reads them: rows with a thread (callback) and where needed a component (node); or
+        traces of ros2_tracing.
 
     Raises
     ------
@@ -32,10 +33,17 @@ def with_times(imported: Imported, files: Sequence[str | Path]) -> tuple[dict[st
     """
     document = dict(imported.document)
     threads: Mapping[str, Any] = document.get("threads") or {}
-    found = fit_measurements([Path(file) for file in files], Options())
-    by_thread: dict[str, list[Execution]] = {}
     remarks: list[Diagnostic] = []
-    for item in found.executions:
+    traces = [Path(file) for file in files if _is_trace(Path(file))]
+    tables = [Path(file) for file in files if not _is_trace(Path(file))]
+    timed: set[str] = set()
+    for trace in traces:
+        document, found_in, said = _from_trace(document, imported.entities, trace)
+        timed |= found_in
+        remarks += said
+    by_thread: dict[str, list[Execution]] = {}
+    found = fit_measurements(tables, Options()) if tables else None
+    for item in found.executions if found is not None else ():
         name = _thread_of(item, threads)
         if name is None:
             close = get_close_matches(item.name, [key.replace(".", "_") for key in threads], 1, 0.5)
@@ -45,9 +53,47 @@ def with_times(imported: Imported, files: Sequence[str | Path]) -> tuple[dict[st
             remarks.append(Diagnostic(text, file=file, line=int(line or 0), hint=hint, severity="warning"))
         else:
             by_thread.setdefault(name, []).append(item)
-    if not by_thread:
+    if not by_thread and not timed:
         raise UsageError(f"{files[0]}: it has no times of threads that there are: {', '.join(list(threads)[:8])}")
-    return _filled(document, found, by_thread), (*remarks, *_missing(threads, by_thread))
+    missing = [name for name in threads if name not in by_thread and name not in timed]
+    if found is not None and by_thread:
+        document = _filled(document, found, by_thread)
+    document["assumptions"] = _assumptions(document, missing)
+    return document, (*remarks, *_missing(missing))
+
+
+def _is_trace(path: Path) -> bool:
+    importer = importer_of(path)
+    return importer is not None and importer.name == "trace"
+
+
+def _from_trace(
+    document: Mapping[str, Any], entities: Mapping[str, str], path: Path
+) -> tuple[dict[str, Any], set[str], list[Diagnostic]]:
+    """The document with the times of a trace, the threads that have some, and which callbacks are no threads."""
+    traced = read_foreign(path, "trace")
+    there = traced.document
+    threads, uncertain = dict(document["threads"]), dict(document.get("uncertainty", {}))
+    timed: set[str] = set()
+    remarks: list[Diagnostic] = []
+    for name, entity in traced.entities.items():
+        same = [own for own, text in entities.items() if text == entity]
+        if len(same) != 1:
+            words = "no thread is" if not same else f"{', '.join(same)} all are"
+            remarks.append(Diagnostic(f"{words} {entity}: its times are left out", file=str(path), severity="warning"))
+            continue
+        own, body = same[0], there["threads"][name]
+        timed.add(own)
+        source = "; ".join(text for text in (threads[own].get("source", ""), f"times: {body['source']}") if text)
+        times = {"compute_execution_time": body["compute_execution_time"], "source": source[:900]}
+        threads[own] = {**threads[own], **times}
+        key = "threads.{}.compute_execution_time.max"
+        if key.format(name) in there.get("uncertainty", {}):
+            uncertain[key.format(own)] = there["uncertainty"][key.format(name)]
+    found = {**document, "threads": threads}
+    if uncertain:
+        found = {key: value for key, value in found.items() if key != "uncertainty"} | {"uncertainty": uncertain}
+    return found, timed, remarks
 
 
 def _thread_of(item: Execution, threads: Mapping[str, Any]) -> str | None:
@@ -83,7 +129,6 @@ def _filled(document: dict[str, Any], found: Fit, by_thread: Mapping[str, list[E
         if key == "threads":
             order["thread_types"] = {**document.get("thread_types", {}), **types}
         order[key] = threads if key == "threads" else value
-    order["assumptions"] = _assumptions(document, [name for name in threads if name not in by_thread])
     if uncertain:
         order["uncertainty"] = {**document.get("uncertainty", {}), **uncertain}
     return order
@@ -113,8 +158,7 @@ def _assumptions(document: Mapping[str, Any], missing: Sequence[str]) -> list[st
     return kept
 
 
-def _missing(threads: Mapping[str, Any], by_thread: Mapping[str, Any]) -> list[Diagnostic]:
-    missing = [name for name in threads if name not in by_thread]
+def _missing(missing: Sequence[str]) -> list[Diagnostic]:
     if not missing:
         return []
     return [Diagnostic(f"no times of {', '.join(missing)}: they count as taking no time", severity="warning")]

@@ -28,9 +28,9 @@ def _format_options(command: click.Command) -> click.Command:
 @click.option(
     "--times",
     multiple=True,
-    type=click.Path(exists=True, dir_okay=False),
-    metavar="CSV",
-    help="Measured execution times (as `dse fit` reads them) for the threads of FILE.",
+    type=click.Path(exists=True),
+    metavar="PATH",
+    help="Measured execution times for the threads of FILE: CSV as `dse fit` reads them, or a trace.",
 )
 @click.option("-o", "--output", default="-", metavar="PATH", help="The file to write; standard output if left out.")
 @in_time

@@ -7,6 +7,7 @@ import io
 import re
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from difflib import get_close_matches
 from fractions import Fraction
 from math import ceil
 from pathlib import Path
@@ -111,6 +112,7 @@ def read_measurements(
         when a column, a unit or a platform is named that there is not.
     """
     readers = [_Reader(path, columns or {}, units or {}, platforms or {}) for path in paths]
+    _check_units(units or {}, [column for reader in readers for column in reader.columns.values()])
     mistakes = [mistake for reader in readers for mistake in reader.mistakes]
     if mistakes:
         raise ProblemError(mistakes)
@@ -133,6 +135,16 @@ def read_measurements(
     unused = dict.fromkeys(name for reader in readers for name in reader.unused)
     round_trip = any(column.is_round_trip for reader in readers for column in reader.columns.values())
     return Measurements(tuple(str(path) for path in paths), tuple(summaries.values()), tuple(unused), round_trip)
+
+
+def _check_units(units: Mapping[str, str], columns: Sequence[Column]) -> None:
+    """Every stated unit is that of a role or column which is there."""
+    there = list(dict.fromkeys(text for column in columns for text in (column.role, column.name)))
+    for name, unit in units.items():
+        if name not in there and there:
+            close = get_close_matches(name, there, 1, 0.5)
+            words = f"did you mean {close[0]}?" if close else f"roles and columns: {', '.join(there)}"
+            raise UsageError(f"--unit {name}={unit}: no column has this role or name ({words})")
 
 
 def _diagnostic(place: str, message: str) -> Diagnostic:

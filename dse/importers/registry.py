@@ -34,11 +34,13 @@ class Imported:
 
     `document` is plain data with the keys of a problem file (or of a file to include); `remarks` say what was not
     understood or left out, each with its place; `places` tell where a value comes from, by its path in the document.
+    `entities` are what threads are in ROS, such as ``/cam@Timer(10000000)``, by which other files speak of them.
     """
 
     document: Mapping[str, Any]
     remarks: tuple[Diagnostic, ...] = ()
     places: Mapping[Key, Place] = field(default_factory=dict)
+    entities: Mapping[str, str] = field(default_factory=dict)
 
 
 Read: TypeAlias = Callable[[Path, Mapping[str, Any]], Imported]
@@ -52,7 +54,8 @@ class Importer:
     `home` is the module whose function ``read`` (see `Read`) reads it, imported when it is used. `options` has a help
     text for each option of the command line (``--name``) and keyword of `dse.import_file`. `is_problem`: its documents
     are whole problems, so that every command takes such a file where it takes a problem file. `telltale`, where several
-    formats share a suffix, is a key at the beginning of a line that only files of this one have.
+    formats share a suffix, is a key at the beginning of a line that only files of this one have; `inside` is the name
+    of a file that only its folders have.
     """
 
     name: str
@@ -62,6 +65,7 @@ class Importer:
     options: Mapping[str, str] = field(default_factory=dict)
     is_problem: bool = False
     telltale: str = ""
+    inside: str = ""
 
     @property
     def read(self) -> Read:
@@ -115,6 +119,15 @@ IMPORTERS: tuple[Importer, ...] = (
         OF_ROS2,
         telltale="callback_groups:",
     ),
+    Importer(
+        "trace",
+        (".txt",),
+        "traces of ros2_tracing: the folder of a CTF trace, or what babeltrace2 prints of it (ROS 2)",
+        "dse.importers.ros2.trace",
+        OF_ROS2,
+        telltale="[",
+        inside="metadata",
+    ),
 )
 
 
@@ -140,6 +153,8 @@ def importer_of(path: Path, form: str | None = None) -> Importer | None:
     UsageError
         when there is no format of that name.
     """
+    if form is None and path.is_dir():
+        return next((item for item in IMPORTERS if item.inside and any(path.rglob(item.inside))), IMPORTERS[0])
     for importer in IMPORTERS:
         is_its = path.name.lower().endswith(importer.suffixes) or (importer.name == "aadl" and path.is_dir())
         is_its = is_its and (form is not None or _tells(path, importer.telltale))

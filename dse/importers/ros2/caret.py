@@ -33,7 +33,7 @@ def read(path: Path, options: Mapping[str, Any]) -> Imported:
     file.check()
     writer = Writer(file, system, options, "CARET architecture")
     document = writer.document()
-    return Imported(document, tuple(file.remarks), writer.places)
+    return Imported(document, tuple(file.remarks), writer.places, writer.entities())
 
 
 class _Reader:

@@ -39,7 +39,7 @@ def read(path: Path, options: Mapping[str, Any]) -> Imported:
     writer = Writer(file, system, options, "callback-isolated executor")
     document = writer.document()
     _add_throttling(file, document)
-    return Imported(document, tuple(file.remarks), writer.places)
+    return Imported(document, tuple(file.remarks), writer.places, writer.entities())
 
 
 def _system(file: LocatedFile) -> System:

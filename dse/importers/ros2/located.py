@@ -41,11 +41,12 @@ class Place:
 class LocatedFile:
     """A file of another tool, with the mistakes and remarks that are found in it."""
 
-    def __init__(self, path: Path, what: str) -> None:
+    def __init__(self, path: Path, what: str, root: Place | None = None) -> None:
+        """Read the file, unless its `root` is known."""
         self.path, self.what = path, what
         self.mistakes: list[Diagnostic] = []
         self.remarks: list[Diagnostic] = []
-        self.root = self._read()
+        self.root = self._read() if root is None else root
 
     def wrong(self, place: Place, message: str, hint: str = "") -> None:
         """Note a mistake."""

@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
+from statistics import mean, stdev
 from typing import Any
 
 from dse.errors import UsageError
 from dse.importers.registry import Key
 from dse.importers.registry import Place as Found
 from dse.importers.ros2.located import LocatedFile, Names, Place, ros_name
-from dse.units import UnitError, format_duration, format_rate, parse_rate_hz
+from dse.units import TimeRange, UnitError, format_duration, format_rate, format_time_range, parse_rate_hz
 
 COMPUTER = "computer"
 NO_TIMES = (
@@ -21,13 +22,18 @@ NO_TIMES = (
 
 @dataclass
 class Callback:
-    """A callback: a timer with a period, or what runs when a message of a topic comes."""
+    """A callback: a timer with a period, or what runs when a message of a topic comes.
+
+    `durations_ns` are its measured execution times, `words` what else is known of it.
+    """
 
     name: str
     node: str
     place: Place
     period_ns: int | None = None
     topic: str = ""
+    durations_ns: Sequence[int] = ()
+    words: str = ""
 
 
 @dataclass
@@ -57,6 +63,7 @@ class Wire:
     target: Callback
     is_kept: bool = False
     words: str = ""
+    rate: str = ""
 
 
 @dataclass
@@ -108,6 +115,7 @@ class Writer:
         threads = dict(self._threads())
         connections = dict(self._connections())
         cores = self._cores()
+        has_times = all(one.durations_ns for group in self.system.groups for one in group.callbacks)
         missing = [name for name, body in connections.items() if "from" not in body and "rate" not in body]
         source = f"{self.file.path.name} ({self.kind})"
         found: dict[str, Any] = {
@@ -115,7 +123,7 @@ class Writer:
             "name": self.file.path.stem,
             "source": source,
             "assumptions": [
-                NO_TIMES,
+                *([] if has_times else [NO_TIMES]),
                 "MISSING: sizes of messages, and what carries them. Without a `bus` they cost nothing.",
             ],
             "processor_types": {f"{COMPUTER}_type": {"cores": cores}},
@@ -129,6 +137,8 @@ class Writer:
         flows = {name: {"path": self._path(path), "source": self._at(place)} for name, (place, path) in self._flows()}
         if flows:
             found["flows"] = flows
+        if uncertain := dict(self._uncertainty()):
+            found["uncertainty"] = uncertain
         found["ros2"] = self._mapping()
         if missing:
             found["assumptions"].append(
@@ -136,9 +146,19 @@ class Writer:
             )
         return found
 
+    def entities(self) -> dict[str, str]:
+        """What each thread is in ROS: ``/node@Timer(PERIOD)`` or ``/node@Subscription(/topic)``."""
+        found = {}
+        for group in self.system.groups:
+            for one in group.callbacks:
+                what = f"Subscription({one.topic})" if one.topic else f"Timer({one.period_ns})"
+                found[self.threads[id(one)]] = f"{one.node}@{what}"
+        return found
+
     def _at(self, place: Place, *words: str) -> str:
         text = "; ".join(word for word in words if word)
-        return f"{self.file.path.name}:{place.line}{f': {text}' if text else ''}"[:900]
+        line = f":{place.line}" if place.line else ""
+        return f"{self.file.path.name}{line}{f': {text}' if text else ''}"[:900]
 
     def _note(self, place: Place, *key: str) -> None:
         self.places[key] = Found(str(self.file.path), place.line, place.column)
@@ -186,9 +206,28 @@ class Writer:
                 else:
                     body["dispatch_protocol"] = "aperiodic"
                 what = f"timer of {one.node}" if one.period_ns is not None else f"{one.node}, on {one.topic}"
-                body["source"] = self._at(one.place, what)
+                if one.durations_ns:
+                    body["compute_execution_time"] = _range(one.durations_ns)
+                    what += f"; execution times measured, {len(one.durations_ns)} samples"
+                body["source"] = self._at(one.place, what, one.words)
                 self._note(one.place, "threads", name)
                 yield name, body
+
+    def _uncertainty(self) -> Iterator[tuple[str, dict[str, str]]]:
+        """What is known of the distribution of measured execution times, of their longest."""
+        for group in self.system.groups:
+            for one in group.callbacks:
+                times = one.durations_ns
+                if len(times) > 1 and min(times) < max(times):
+                    yield (
+                        f"threads.{self.threads[id(one)]}.compute_execution_time.max",
+                        {
+                            "distribution": "normal",
+                            "mean": format_duration(round(mean(times))),
+                            "deviation": format_duration(max(1, round(stdev(times)))),
+                            "range": _range(times),
+                        },
+                    )
 
     def _connections(self) -> Iterator[tuple[str, dict[str, Any]]]:
         self.wire_names: dict[int, str] = {}
@@ -199,11 +238,13 @@ class Writer:
             if wire.source is not None:
                 body["from"] = self.threads[id(wire.source)]
             body["to"] = self.threads[id(wire.target)]
-            if wire.source is None and self.rate is not None:
-                body["rate"] = self.rate
+            stated = wire.rate or self.rate
+            if wire.source is None and stated is not None:
+                body["rate"] = stated
             if wire.is_kept:
                 body["port"] = "data"
-            body["source"] = self._at(wire.place, wire.words, "rate stated at the import" if "rate" in body else "")
+            how = "rate measured" if wire.rate else "rate stated at the import"
+            body["source"] = self._at(wire.place, wire.words, how if "rate" in body else "")
             self._note(wire.place, "connections", name)
             yield name, body
 
@@ -234,6 +275,10 @@ class Writer:
             if one.period_ns is not None:
                 text = text.replace(f"@Timer({one.period_ns})", f"@Timer({{{self.threads[id(one)]}}})", 1)
         return text
+
+
+def _range(times: Sequence[int]) -> str:
+    return format_time_range(TimeRange(min(times), max(times)))
 
 
 def _urgency(group: Group) -> dict[str, Any]:

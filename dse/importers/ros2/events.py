@@ -1,0 +1,114 @@
+"""Events of a trace of ros2_tracing: from CTF by babeltrace2's Python module, or as `babeltrace2 TRACE` prints them."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from dse.errors import Diagnostic, ProblemError
+
+MAGIC = b"\xc1\x1f\xfc\xc1"
+DAY_NS = 86_400 * 10**9
+HOW = "convert it: babeltrace2 TRACE > trace.txt, and import that; or install the module: apt install python3-bt2"
+_LINE = re.compile(
+    r"\[(?:(?P<date>\d{4}-\d\d-\d\d )?(?P<h>\d+):(?P<m>\d\d):(?P<s>\d\d)|(?P<seconds>\d+))\.(?P<ns>\d{9})\]"
+    r"(?: \([^)]*\))?(?: \S+)*? (?P<name>[\w.]+:[\w.]+): (?P<rest>\{.*\})"
+)
+_FIELD = re.compile(r'(\w+) = (?:"((?:[^"\\]|\\.)*)"|(0x[0-9A-Fa-f]+|-?\d+))')
+LONGEST = 100_000
+"""So many characters of a line are looked at."""
+
+
+class Event(NamedTuple):
+    """An event: its name without the provider, its time in ns, its fields with those of its context, and its line."""
+
+    name: str
+    time_ns: int
+    fields: Mapping[str, Any]
+    line: int
+
+
+def events_of(path: Path) -> Iterator[Event]:
+    """The events of a trace, in order.
+
+    Raises
+    ------
+    ProblemError
+        when it is none, or it is CTF and there is no babeltrace2.
+    """
+    if path.is_dir():
+        yield from _of_ctf(path)
+    else:
+        yield from _of_text(path)
+
+
+def _stop(path: Path, message: str, hint: str = "", line: int = 1) -> ProblemError:
+    return ProblemError([Diagnostic(message, "", str(path), line, hint=hint)])
+
+
+def _of_ctf(path: Path) -> Iterator[Event]:
+    if not any(path.rglob("metadata")):
+        raise _stop(path, "this folder is no trace: it has no file `metadata`", "", 0)
+    try:
+        import bt2
+    except ImportError:
+        raise _stop(path, "a CTF trace is read by babeltrace2's Python module, which is not there", HOW, 0) from None
+    try:
+        for message in bt2.TraceCollectionMessageIterator(str(path)):
+            if type(message) is not bt2._EventMessageConst:
+                continue
+            event = message.event
+            fields: dict[str, Any] = {}
+            for part in (event.common_context_field, event.payload_field):
+                fields |= {str(name): _plain(value) for name, value in part.items()} if part is not None else {}
+            time_ns = message.default_clock_snapshot.ns_from_origin
+            yield Event(event.name.rpartition(":")[2], time_ns, fields, 0)
+    except (bt2._Error, ValueError, RuntimeError) as error:
+        words = " ".join(str(error).split())[:200]
+        raise _stop(path, f"no trace that can be read: {words}", "is it cut off?", 0) from None
+
+
+def _plain(value: Any) -> Any:
+    try:
+        return int(value)
+    except (TypeError, ValueError):
+        return str(value)
+
+
+def _of_text(path: Path) -> Iterator[Event]:
+    days, before, found = 0, 0, False
+    try:
+        with path.open("rb") as stream:
+            if stream.read(4) == MAGIC:
+                raise _stop(path, "this is one stream of a CTF trace: name its folder", HOW)
+            stream.seek(0)
+            for number, data in enumerate(stream, start=1):
+                text = data[:LONGEST].decode("utf-8", "replace").strip()
+                if not text:
+                    continue
+                match = _LINE.fullmatch(text)
+                if match is None:
+                    hint = "expected what `babeltrace2 TRACE` prints; is the file cut off?"
+                    raise _stop(path, f"no event: {text[:60]!r}", hint, number)
+                time_ns = _time_ns(match) + days * DAY_NS
+                if match["h"] and time_ns + DAY_NS // 2 < before:
+                    days, time_ns = days + 1, time_ns + DAY_NS
+                before, found = time_ns, True
+                fields = {
+                    name: int(value, 0) if value else quoted for name, quoted, value in _FIELD.findall(match["rest"])
+                }
+                yield Event(match["name"].rpartition(":")[2], time_ns, fields, number)
+    except OSError as error:
+        raise _stop(path, f"cannot be read: {error.strerror}") from None
+    if not found:
+        raise _stop(path, "the file is empty", "expected what `babeltrace2 TRACE` prints")
+
+
+def _time_ns(match: re.Match[str]) -> int:
+    if match["seconds"] is not None:
+        seconds = int(match["seconds"])
+    else:
+        seconds = int(match["h"]) * 3600 + int(match["m"]) * 60 + int(match["s"])
+    return seconds * 10**9 + int(match["ns"])
