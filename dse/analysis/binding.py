@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from fractions import Fraction
 from math import floor
 from typing import Any
@@ -14,17 +15,48 @@ from dse.units import NS_PER_S, Exact
 
 
 def bus_stack(space: Space, connection: Connection, view: View) -> tuple[int, ...]:
-    """The bus that the connection is bound to and whatever carries that; empty when unbound or inside one process."""
-    return carriers_from(space, at(connection.bus, view), view)
-
-
-def carriers_from(space: Space, bus: int | None, view: View) -> tuple[int, ...]:
-    """A bus and whatever carries it, in this order."""
-    stack = []
-    while bus is not None:
-        stack.append(bus)
-        bus = at(space.buses[bus].carrier, view)
+    """The buses that carry the connection and whatever carries these; empty when unbound or inside one process."""
+    bus = at(connection.bus, view)
+    stack: list[int] = []
+    for start in () if bus is None else (bus, *connection.further):
+        _climb(space, start, view, stack)
     return tuple(stack)
+
+
+def _climb(space: Space, bus: int | None, view: View, stack: list[int]) -> None:
+    """A bus and whatever carries it, each once, in this order."""
+    while bus is not None and bus not in stack:
+        stack.append(bus)
+        slot = space.buses[bus]
+        bus = at(slot.carrier, view)
+        if slot.further and bus is not None:
+            for one in (bus, *slot.further):
+                _climb(space, one, view, stack)
+            return
+
+
+def carriers_of(space: Space, bus: int, view: View) -> tuple[int, ...]:
+    """What carries a virtual bus directly."""
+    slot = space.buses[bus]
+    carrier = at(slot.carrier, view)
+    return () if carrier is None else (carrier, *slot.further)
+
+
+def chain_through(space: Space, connection: Connection, bus: int, view: View) -> tuple[int, ...]:
+    """Of the buses that carry a connection, those on one way with a bus: what it carries and what carries it."""
+    if not connection.further and not any(item.further for item in space.buses):
+        return bus_stack(space, connection, view)
+    first = at(connection.bus, view)
+    starts = () if first is None else (first, *connection.further)
+    return next((chain for start in starts for chain in _chains(space, start, view) if bus in chain), ())
+
+
+def _chains(space: Space, bus: int, view: View) -> Iterator[tuple[int, ...]]:
+    below = carriers_of(space, bus, view)
+    for one in below:
+        yield from ((bus, *chain) for chain in _chains(space, one, view))
+    if not below:
+        yield (bus,)
 
 
 def own_core(space: Space, number: int, view: View, count: Exact) -> int | None:
@@ -57,10 +89,11 @@ def bus_figure(space: Space, tree: Tree, connection: Connection, view: View) -> 
     return leaf
 
 
-def message_bytes(space: Space, connection: Connection, stack: tuple[int, ...], view: View) -> int:
-    """Data size plus the protocol overhead of every bus and virtual bus that carries it, in bytes."""
+def message_bytes(space: Space, connection: Connection, bus: int, view: View) -> int:
+    """Data size plus the protocol overhead of a bus, of what it carries and of what carries it, in bytes."""
     size: int = at(connection.size_bytes, view) or 0
-    overhead: int = sum(at(space.buses[bus].overhead_bytes, view) for bus in stack)
+    chain = chain_through(space, connection, bus, view)
+    overhead: int = sum(at(space.buses[number].overhead_bytes, view) for number in chain)
     return size + overhead
 
 
@@ -110,12 +143,11 @@ def transmission_ns(space: Space, connection: Connection, view: View) -> tuple[E
     own latency only where nothing that carries it gives one (docs/semantics.md, section 3.3). Exact: nothing
     is rounded, however little a byte takes.
     """
-    stack = bus_stack(space, connection, view)
-    size = message_bytes(space, connection, stack, view)
     least: Exact = 0
     most: Exact = 0
     given = False
-    for bus in (space.buses[index] for index in stack):
+    for number in bus_stack(space, connection, view):
+        bus, size = space.buses[number], message_bytes(space, connection, number, view)
         times = None
         if space.profile == "dse" or bus_figure(space, bus.fixed_ns, connection, view) is not FROM_BANDWIDTH:
             times = carrying_ns(space, bus, connection, size, view)

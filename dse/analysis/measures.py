@@ -59,6 +59,7 @@ from dse.space.metrics import (
     most_cores,
     total_unit,
 )
+from dse.space.slots import wrapping
 from dse.space.trees import FROM_BANDWIDTH, Choice, PerProcessorType, Tree, at, leaves
 from dse.space.types import Bus, Component, Flow, Metric, Slot, Space, Step
 from dse.units import DATA, DATA_RATE, DIMENSIONLESS, FREQUENCY, LENGTH, MONEY, POWER, TIME, Dimension, Exact, Quantity
@@ -178,6 +179,7 @@ def _time_scale(space: Space, components: Iterable[int], connections: Iterable[i
     for connection in (space.connections[number] for number in connections):
         anywhere = replace(connection, bus=connection.stated_bus)
         carried = reachable_buses(space, connection) | reachable_buses(space, anywhere)
+        carried |= wrapping(space.buses, connection.protocols, carried)
         buses = [space.buses[number] for number in carried]
         times = (connection.latency_ns, *(tree for bus in buses for tree in (bus.fixed_ns, bus.latency_ns)))
         sizes = set(_numbers(connection.size_bytes, *(bus.overhead_bytes for bus in buses)))

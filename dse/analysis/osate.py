@@ -301,10 +301,10 @@ def _connection_rows(space: Space, place: Place, view: View, *, queues: bool = T
     stack = media(space, wire, view)
     rows = [
         Row(*name, least, "transmission time", most, "transmission time")
-        for least, most in (medium_ns(space, wire, stack, depth, view) for depth in range(len(stack)))
+        for least, most in (medium_ns(space, wire, medium, view) for medium in stack)
         if most
     ]
-    period = max((at(space.buses[bus].period_ns, view) or 0 for bus in stack), default=0)
+    period = max((at(space.buses[medium.bus].period_ns, view) or 0 for medium in stack), default=0)
     if space.profile == OLD:
         rows = [Row(*name, sum(r.min_ns for r in rows), nothing, sum(r.max_ns for r in rows), nothing)]
     elif not rows and not period:
@@ -352,12 +352,13 @@ def waiting_for_ns(space: Space, place: Place, other: int, view: View) -> Exact:
 
     A medium with a period of its own makes nobody wait.
     """
-    mine = media(space, space.connections[place_step(space, place).index], view)
+    mine = {item.bus for item in media(space, space.connections[place_step(space, place).index], view) if item.is_bound}
     if not mine:
         return 0
     rival = space.connections[other]
-    stack = media(space, rival, view)
     shared = [
-        depth for depth, bus in enumerate(stack) if bus in mine and not at(space.buses[bus].period_ns, view)
-    ]  # fmt: skip
-    return sum(medium_ns(space, rival, stack, depth, view)[1] for depth in shared)
+        item
+        for item in media(space, rival, view)
+        if item.is_bound and item.bus in mine and not at(space.buses[item.bus].period_ns, view)
+    ]
+    return sum(medium_ns(space, rival, item, view)[1] for item in shared)

@@ -177,7 +177,7 @@ def _transfer(space: Space, number: int, item: Connection, view: View) -> _Trans
     stack, bus = bus_stack(space, item, view), space.buses[number]
     if number not in stack or at(item.size_bytes, view) is None or frame_at(bus.fixed_ns, view) is not None:
         return None
-    size, bandwidth_bps = message_bytes(space, item, stack, view), at(bus.bandwidth_bps, view)
+    size, bandwidth_bps = message_bytes(space, item, number, view), at(bus.bandwidth_bps, view)
     times = carrying_ns(space, bus, item, size, view)
     if times is None or not size or not bandwidth_bps:
         return None

@@ -90,21 +90,21 @@ def _load_term(space: Space, bus: int, number: int, connection: Connection) -> T
             rate: Fraction = ZERO + at(connection.data_rate, view)
             if frame_at(space.buses[bus].fixed_ns, view) is None:
                 return rate
-            each: Fraction = _carried_bytes(space, bus, connection, stack, view) / at(connection.size_bytes, view)
+            each: Fraction = _carried_bytes(space, bus, connection, view) / at(connection.size_bytes, view)
             return rate * each
 
         return Term(connection.name, stated, component=connection.name)
 
     def coefficient(view: View) -> Fraction:
         stack = bus_stack(space, connection, view)
-        return _carried_bytes(space, bus, connection, stack, view) if bus in stack else ZERO
+        return _carried_bytes(space, bus, connection, view) if bus in stack else ZERO
 
     return product_term(space, connection.name, coefficient, ("delivery", number), connection.name)
 
 
-def _carried_bytes(space: Space, bus: int, connection: Connection, stack: tuple[int, ...], view: View) -> Fraction:
+def _carried_bytes(space: Space, bus: int, connection: Connection, view: View) -> Fraction:
     """What a bus carries for one message: its bytes with all overheads, or with frames the most that it takes."""
-    size = message_bytes(space, connection, stack, view)
+    size = message_bytes(space, connection, bus, view)
     slot = space.buses[bus]
     frame = frame_at(slot.fixed_ns, view)
     return ZERO + (size if frame is None else wire_bytes(frame, size, at(slot.bandwidth_bps, view)))
@@ -133,7 +133,7 @@ def _busy_term(space: Space, bus: int, number: int) -> Term:
         stack = bus_stack(space, connection, view)
         if bus not in stack:
             return ZERO
-        size = message_bytes(space, connection, stack, view)
+        size = message_bytes(space, connection, bus, view)
         times = carrying_ns(space, space.buses[bus], connection, size, view)
         return (ZERO + times[1]) / 1000 if times is not None else ZERO
 

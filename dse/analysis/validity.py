@@ -15,6 +15,7 @@ from dse.analysis.binding import bus_figure, bus_stack
 from dse.analysis.limits import HOLDS
 from dse.analysis.measures import reachable_buses
 from dse.analysis.views import View, is_met
+from dse.space.slots import counted, wrapping
 from dse.space.trees import NOT_OFFERED, Choice, NotOffered, PerProcessorType, Tree, at, consulted, leaves
 from dse.space.types import (
     EMPTY,
@@ -89,8 +90,8 @@ def _is_offered(home: Tree, view: View) -> bool:
 def _offered_by_machines(space: Space) -> Iterator[Predicate]:
     """The chosen figures of a virtual bus are offered on each machine that runs it."""
     for connection in space.connections:
-        carriers = [space.buses[bus] for bus in sorted(reachable_buses(space, connection))]
-        trees = [tree for bus in carriers for tree in (bus.fixed_ns, bus.per_byte_ns, bus.latency_ns)]
+        buses = counted(space.buses, connection)
+        trees = [tree for bus in buses for tree in (bus.fixed_ns, bus.per_byte_ns, bus.latency_ns)]
         tables = [leaf for tree in trees for leaf in leaves(tree) if isinstance(leaf, PerProcessorType)]
         if any(_mentions_not_offered(subtree) for table in tables for subtree in table.by_type.values()):
             yield Predicate(
@@ -101,7 +102,8 @@ def _offered_by_machines(space: Space) -> Iterator[Predicate]:
 
 def _has_figures(space: Space, connection: Connection, view: View) -> bool:
     try:
-        for bus in (space.buses[index] for index in bus_stack(space, connection, view)):
+        stack = frozenset(bus_stack(space, connection, view))
+        for bus in (space.buses[index] for index in stack | wrapping(space.buses, connection.protocols, stack)):
             for tree in (bus.fixed_ns, bus.per_byte_ns, bus.latency_ns):
                 bus_figure(space, tree, connection, view)
     except NotOffered:

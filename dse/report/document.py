@@ -45,6 +45,7 @@ from dse.results.points import Point
 from dse.results.reasons import Reasoner
 from dse.results.solve import Result, decisions_of
 from dse.results.variants import varying
+from dse.space.trees import at
 from dse.space.types import Space
 from dse.timelimit import look_at_the_clock
 from dse.units import is_unbounded
@@ -287,7 +288,8 @@ class Document:
             ends = [
                 self.space.components[end].name if end is not None else "outside" for end in (item.source, item.target)
             ]
-            size = message_bytes(self.space, item, stack, view)
+            sizes = [message_bytes(self.space, item, bus, view) for bus in stack] or [at(item.size_bytes, view) or 0]
+            size = max(sizes)
             rate = float(rate_hz(self.space, ("delivery", number), view))
             path = " over ".join(self.space.buses[bus].name for bus in stack) or "no bus"
             rows.append(

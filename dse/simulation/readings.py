@@ -209,13 +209,12 @@ class _Reader:
         return Fraction(data_rate) / size if data_rate is not None and size else None
 
     def connection(self, item: Connection) -> ConnectionFigures:
-        buses = []
-        bus = None if self.is_local(item) else self.at(item.bus)
-        while bus is not None:
-            buses.append(bus)
-            bus = self.at(self.space.buses[bus].carrier)
-        size = (self.at(item.size_bytes) or 0) + sum(self.at(self.space.buses[bus].overhead_bytes) for bus in buses)
-        times = {bus: self.carrying_ns(bus, item, size) for bus in buses}
+        first = None if self.is_local(item) else self.at(item.bus)
+        sizes: dict[int, int] = {}
+        for bus in () if first is None else (first, *item.further):
+            self.wrap(bus, [], self.at(item.size_bytes) or 0, sizes)
+        buses = list(sizes)
+        times = {bus: self.carrying_ns(bus, item, size) for bus, size in sizes.items()}
         given = [time for time in times.values() if time is not None]
         hard = next((bus for bus in buses if not self.space.buses[bus].virtual), None)
         own = self.at(item.latency_ns)
@@ -226,6 +225,18 @@ class _Reader:
             on_bus = (times.get(hard) if hard is not None else None) or (0, 0)
             soft = (sum(time[0] for time in given) - on_bus[0], sum(time[1] for time in given) - on_bus[1])
         return ConnectionFigures(soft, hard, on_bus, self.stated_rate(item), self.at(item.queue_size))
+
+    def wrap(self, bus: int, above: list[int], size: int, sizes: dict[int, int]) -> None:
+        """The size of a message on a bus and on what carries it, with the overheads of each way from top to bottom."""
+        way = [*above, bus]
+        carrier = self.at(self.space.buses[bus].carrier)
+        if carrier is not None:
+            for one in (carrier, *self.space.buses[bus].further):
+                self.wrap(one, way, size, sizes)
+            return
+        total = size + sum(self.at(self.space.buses[one].overhead_bytes) for one in way)
+        for one in way:
+            sizes.setdefault(one, total)
 
     def carrying_ns(self, number: int, item: Connection, size: int) -> Range | None:
         """What one carrier takes for the message: its transmission time, or its latency without one."""

@@ -11,7 +11,16 @@ from dse.space.cores import check_core, cores_named
 from dse.space.executors import Home, home_of
 from dse.space.priorities import read_priority
 from dse.space.properties import FieldReader, Ledger, Owner, Path, by_machine, closest
-from dse.space.slots import carriers, decision_of, groups_of, known_types, read_figures, read_named
+from dse.space.slots import (
+    counted,
+    decision_of,
+    groups_of,
+    known_types,
+    read_figures,
+    read_further,
+    read_named,
+    read_protocols,
+)
 from dse.space.trees import Choice, PerProcessorType, Tree, graft, leaves
 from dse.space.types import EMPTY, UNKNOWN_TYPE, Bus, Component, Connection, Partition, Processor
 from dse.spec.model import Spec
@@ -237,6 +246,8 @@ def _build_connection(
         latency_ns=read("latency", "time range", format_time_range),
         timing=given.timing,
         stated_bus=_even_where_unused(ledger, f"{name}.bus", stated_bus, bus),
+        further=read_further(ledger, spec, path, given, wires),
+        protocols=read_protocols(ledger, spec, path, given, wires),
     )
 
 
@@ -285,7 +296,7 @@ def check_machines(
     """Every virtual bus with figures per processor type finds a figure on every machine that may run it."""
     for connection in connections:
         machines = machine_tree(components, connection)
-        for bus in (buses[item] for item in sorted(carriers(buses, connection))):
+        for bus in counted(buses, connection):
             tables = [
                 leaf for tree in (bus.fixed_ns, bus.latency_ns) for leaf in leaves(tree)
                 if isinstance(leaf, PerProcessorType)

@@ -154,6 +154,9 @@ def build_buses(ledger: Ledger, spec: Spec) -> tuple[Bus, ...]:
     """The bus slots, then the virtual bus types that are used directly, in the order of first use."""
     used = [name for item in spec.connections.values() for name in item.bus or ()]
     used += [name for item in spec.buses.values() for name in item.bus or ()]
+    used += [name for wire in spec.connections.values() for name in (*wire.further_buses, *wire.protocols)]
+    used += [name for bus in spec.buses.values() for name in bus.further_buses]
+    used += [name for kind in spec.bus_types.values() for name in kind.protocols]
     direct = [
         name
         for name in dict.fromkeys(used)
@@ -211,7 +214,37 @@ def _bus(ledger: Ledger, spec: Spec, name: str, index: Mapping[str, int]) -> Bus
         exclusive=type_choice(decision, [bool(model.exclusive) for _, model in owner.types]),
         overload=given is not None and given.overload is not None,
         period_ns=read("period", "duration", format_duration, lambda model: model.period),
+        further=read_further(ledger, spec, path, given, index),
+        protocols=type_choice(
+            decision, [read_protocols(ledger, spec, ("bus_types", key), model, index) for key, model in owner.types]
+        ),
     )
+
+
+def read_further(ledger: Ledger, spec: Spec, path: Path, given: Any, index: Mapping[str, int]) -> tuple[int, ...]:
+    """The further buses that carry a connection or virtual bus, all at once."""
+    names = given.further_buses if given is not None else ()
+    if names and not given.bus:
+        ledger.error((*path, "further_buses"), "`further_buses` carry what `bus` carries: name that too")
+    found = []
+    for position, name in enumerate(names):
+        if name not in index:
+            ledger.unknown((*path, "further_buses", position), "bus", name, index)
+        elif name in spec.buses and spec.buses[name].optional:
+            message = f"{shown(name)} may stay empty: of several buses at once each must be there"
+            ledger.error((*path, "further_buses", position), message)
+        else:
+            found.append(index[name])
+    return tuple(dict.fromkeys(found))
+
+
+def read_protocols(ledger: Ledger, spec: Spec, path: Path, given: Any, index: Mapping[str, int]) -> tuple[int, ...]:
+    """The types of virtual buses that wrap messages without being bound."""
+    known = {name: index[name] for name, model in spec.bus_types.items() if model.virtual and name in index}
+    for position, name in enumerate(given.protocols or ()):
+        if name not in known:
+            ledger.unknown((*path, "protocols", position), "type of virtual bus", name, known)
+    return tuple(known[name] for name in given.protocols or () if name in known)
 
 
 def _bus_reader(ledger: Ledger, owner: Owner, virtual: bool) -> Callable[..., Tree]:
@@ -288,18 +321,46 @@ def _check_carriers(ledger: Ledger, buses: Sequence[Bus]) -> None:
         seen: set[int] = set()
         frontier = {start}
         while frontier:
-            frontier = {leaf for item in frontier for leaf in leaves(buses[item].carrier) if leaf is not None} - seen
+            frontier = {leaf for item in frontier for leaf in _carrying(buses[item])} - seen
             seen |= frontier
         if start in seen:
             ledger.error(("buses", bus.name, "bus"), f"{shown(bus.name)} would carry itself")
+        wrapped: set[int] = set()
+        frontier = {start}
+        while frontier:
+            frontier = {one for item in frontier for tree in leaves(buses[item].protocols) for one in tree} - wrapped
+            wrapped |= frontier
+        if start in wrapped:
+            place = ("bus_types", bus.types[0], "protocols")
+            ledger.error(place, f"{shown(bus.types[0])} would wrap itself")
+
+
+def _carrying(bus: Bus) -> set[int]:
+    """Whatever may carry a virtual bus directly."""
+    return {leaf for leaf in leaves(bus.carrier) if leaf is not None} | set(bus.further)
 
 
 def carriers(buses: Sequence[Bus], connection: Connection) -> frozenset[int]:
     """Every bus that may carry the connection, directly or under a virtual bus."""
     found = {leaf for leaf in leaves(connection.bus) if leaf is not None}
-    while more := {leaf for bus in found for leaf in leaves(buses[bus].carrier) if leaf is not None} - found:
+    found |= set(connection.further if found else ())
+    while more := {leaf for bus in found for leaf in _carrying(buses[bus])} - found:
         found |= more
     return frozenset(found)
+
+
+def wrapping(buses: Sequence[Bus], required: Sequence[int], carried: frozenset[int]) -> frozenset[int]:
+    """The protocols that wrap messages without being bound: those required, of what carries them too, and theirs."""
+    found = set(required) | {one for bus in carried for tree in leaves(buses[bus].protocols) for one in tree}
+    while more := {one for bus in found for tree in leaves(buses[bus].protocols) for one in tree} - found:
+        found |= more
+    return frozenset(found)
+
+
+def counted(buses: Sequence[Bus], connection: Connection) -> list[Bus]:
+    """Every bus that may carry the connection, and every protocol that may wrap its messages."""
+    carried = carriers(buses, connection)
+    return [buses[number] for number in sorted(carried | wrapping(buses, connection.protocols, carried))]
 
 
 def decision_of(ledger: Ledger, name: str) -> int | None:

@@ -107,7 +107,8 @@ class Bus(Slot):
     `carrier` leaves are bus indices or None. `direct` is a virtual bus type used without an entry: it is there, and
     costs, where something is bound to it. Leaves of `exclusive` say whether the chosen type carries one message at a
     time; `overload` tells whether the bus may be used beyond its bandwidth and its time. `period_ns` is the interval at
-    which it carries messages, for OSATE alone.
+    which it carries messages, leaves of `protocols` what wraps them without being bound, both for OSATE alone.
+    `further` buses carry it as well as `carrier`, all at once.
     """
 
     virtual: bool
@@ -121,6 +122,8 @@ class Bus(Slot):
     exclusive: Tree = False
     overload: bool = False
     period_ns: Tree = None
+    further: tuple[int, ...] = ()
+    protocols: Tree = ()
 
 
 @dataclass(frozen=True)
@@ -212,7 +215,8 @@ class Connection:
     """A connection; `source` and `target` index components (None: system boundary).
 
     `bus` leaves are bus indices, or None where the connection is unbound or inside one process; `stated_bus` is the
-    same wherever its ends are (unless it was to be decided), and `timing` AADL's, both for OSATE alone.
+    same wherever its ends are (unless it was to be decided), `timing` AADL's and `protocols` what wraps its messages
+    without being bound, all for OSATE alone. `further` buses carry it as well as `bus`, all at once.
     """
 
     name: str
@@ -227,6 +231,8 @@ class Connection:
     latency_ns: Tree
     timing: str = "sampled"
     stated_bus: Tree = None
+    further: tuple[int, ...] = ()
+    protocols: tuple[int, ...] = ()
 
 
 @dataclass(frozen=True)

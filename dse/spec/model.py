@@ -194,6 +194,7 @@ class BusType(Priced):
     latency: TimeRanges | None = None
     overhead: Options[DataSize] = (0,)
     period: Options[Period] | None = None
+    protocols: Items[Name] = ()
 
 
 class DeviceType(Priced):
@@ -292,9 +293,10 @@ class Processor(Slot):
 
 
 class Bus(Slot):
-    """A bus slot; `bus` is what carries a virtual bus."""
+    """A bus slot; `bus` is what carries a virtual bus, `further_buses` carry it as well, all at once."""
 
     bus: Options[Name] | None = None
+    further_buses: Items[Name] = ()
 
 
 class Messages(Model):
@@ -315,6 +317,8 @@ class Connection(Model):
     message: Line | None = None
     lengths: dict[Name, Length] = {}
     bus: Options[Name] | None = None
+    further_buses: Items[Name] = ()
+    protocols: Items[Name] = ()
     rate: Options[Rate] | None = None
     data_rate: Options[DataRate] | None = None
     port: Port = "event_data"

@@ -172,3 +172,82 @@ def test_one_component_twice_in_a_flow_with_different_latencies(tmp_path: Path) 
     assert latencies(tmp_path, text) == {"round": (7, 7)}
     path = document(tmp_path, text)["flows"]["round"]["path"]
     assert path[0] == "x" and path[-1] == {"element": "x", "latency": "4 ms .. 4 ms"}
+
+
+# --- what carries a message -----------------------------------------------------------------------------------------
+
+CARRIED = """
+  data payload
+    properties Data_Size => 10 Bytes;
+  end payload;
+  abstract sender
+    features o : out event data port payload;
+    flows f : flow source o {Latency => 1 ms .. 1 ms;};
+  end sender;
+  abstract receiver
+    features i : in event data port payload;
+    flows f : flow sink i {Latency => 1 ms .. 1 ms;};
+  end receiver;
+  virtual bus inner
+    properties Data_Size => 4 Bytes; Latency => 2 ms .. 3 ms;
+  end inner;
+  virtual bus outer
+    properties Data_Size => 6 Bytes; Transmission_Time => [PerByte => 1 ms .. 1 ms;];
+      Required_Virtual_Bus_Class => (classifier (inner));
+  end outer;
+  virtual bus ticking
+    properties Period => 7 ms;
+  end ticking;
+  bus wire
+    properties Data_Size => 2 Bytes; Transmission_Time => [Fixed => 5 ms .. 6 ms; PerByte => 1 ms .. 1 ms;];
+  end wire;
+  processor router
+    properties Latency => 8 ms .. 9 ms;
+  end router;
+  system top end top;
+  system implementation top.i
+    subcomponents a : abstract sender; b : abstract receiver; w : bus wire; x : bus wire; o : virtual bus outer;
+      r : processor router;
+    connections c : port a.o -> b.i;
+    flows e : end to end flow a.f -> c -> b.f;
+    properties
+      %s
+  end top.i;
+"""
+
+
+ON_W = "Actual_Connection_Binding => (reference (w)) applies to c; "
+ON_O = ON_W.replace("(w)", "(o)") + ON_W.replace("to c", "to o")
+
+
+@pytest.mark.parametrize(
+    ("properties", "expected"),
+    [
+        # 2 + 5 + (10 + 2)
+        ("Actual_Connection_Binding => (reference (w)) applies to c;", (2 + 17, 2 + 18)),
+        # through a router: each medium wraps the message of 10 bytes by itself
+        ("Actual_Connection_Binding => (reference (w), reference (r), reference (x)) applies to c;",
+         (2 + 17 + 8 + 17, 2 + 18 + 9 + 18)),
+        # outer: 10 + 6; inner within it: specified; the wire: 10 + 6 + 4 + 2 bytes
+        (ON_W + "Required_Virtual_Bus_Class => (classifier (outer)) applies to c;", (2 + 16 + 2 + 27, 2 + 16 + 3 + 28)),
+        # side by side each wraps the message of 10 bytes: outer 16, inner of outer, inner; the wire carries 26
+        (ON_W + "Required_Virtual_Bus_Class => (classifier (outer), classifier (inner)) applies to c;",
+         (2 + 16 + 2 + 2 + 31, 2 + 16 + 3 + 3 + 32)),
+        # bound to a virtual bus, which itself requires inner: 10 + 6; inner; the wire 10 + 6 + 4 + 2
+        (ON_O + "Required_Virtual_Bus_Class => (classifier (ticking)) applies to c;", (2 + 16 + 2 + 27, 2 + 19 + 28)),
+        # without a binding no latency of what is required counts, but its Period does
+        ("Required_Virtual_Bus_Class => (classifier (outer), classifier (ticking)) applies to c;", (2, 2 + 7)),
+    ],
+)  # fmt: skip
+def test_what_carries_a_message(tmp_path: Path, properties: str, expected: tuple[int, int]) -> None:
+    assert latencies(tmp_path, CARRIED % properties) == {"e": expected}
+
+
+def test_several_buses_at_once_each_carry_the_message(tmp_path: Path) -> None:
+    """At 10 messages in a second of 10 + 2 bytes, on each of two wires."""
+    bound = "Actual_Connection_Binding => (reference (w), reference (x)) applies to c;"
+    text = CARRIED % (bound + " SEI::Message_Rate => 10.0 PerSecond applies to c;")
+    found = dse.analyse(written(tmp_path, text), profile="dse")
+    loads = {name: value for name, value in found.metrics.items() if name.startswith("load")}
+    assert loads == {"load of w": 120, "load of x": 120}
+    assert found.flows[0].min_ns == (1 + 17 + 17 + 1) * MS

@@ -129,12 +129,33 @@ class Model:
 
     # --- connections ---
 
-    def stack(self, wire: Connection) -> list[int]:
-        found, bus = [], self.at(wire.stated_bus)
-        while bus is not None:
-            found.append(bus)
-            bus = self.at(self.space.buses[bus].carrier)
+    def stack(self, wire: Connection) -> list[tuple[int, int, str]]:
+        """What a message meets: each carrier, the bytes there, and whether it is bound, required or only sampling."""
+        found: list[tuple[int, int, str]] = []
+        bus = self.at(wire.stated_bus)
+        self.meet([] if bus is None else [bus, *wire.further], wire.protocols, self.at(wire.size_bytes) or 0, found)
         return found
+
+    def meet(self, bound: list[int], protocols: Any, size: int, found: list[tuple[int, int, str]]) -> None:
+        if not [bus for bus in bound if self.space.buses[bus].virtual]:
+            size += self.wrap(protocols, size, found, "required" if bound else "sampling")
+        for bus in bound:
+            slot = self.space.buses[bus]
+            found.append((bus, size + self.extra(bus), "bound"))
+            below = self.at(slot.carrier)
+            if slot.virtual:
+                self.meet([] if below is None else [below, *slot.further], self.at(slot.protocols), found[-1][1], found)
+
+    def wrap(self, protocols: Any, size: int, found: list[tuple[int, int, str]], kind: str) -> int:
+        added = 0
+        for bus in protocols:
+            own = self.extra(bus)
+            found.append((bus, size + own, kind))
+            added += own + self.wrap(self.at(self.space.buses[bus].protocols), size + own, found, kind)
+        return added
+
+    def extra(self, bus: int) -> int:
+        return 0 if self.is_old else self.at(self.space.buses[bus].overhead_bytes)
 
     def machine(self, wire: Connection) -> str:
         for end in (wire.source, wire.target):
@@ -143,13 +164,8 @@ class Model:
                 return slot.types[self.design[slot.type_decision]]
         raise AssertionError
 
-    def medium(self, wire: Connection, number: int) -> Times:
-        stack = self.stack(wire)
+    def medium(self, wire: Connection, number: int, size: int) -> Times:
         bus = self.space.buses[number]
-        carried = 0 if self.is_old else stack.index(number) + 1
-        size = (self.at(wire.size_bytes) or 0) + sum(
-            self.at(self.space.buses[k].overhead_bytes) for k in stack[:carried]
-        )
 
         def figure(tree: Any) -> Any:
             found = self.at(tree)
@@ -175,10 +191,10 @@ class Model:
         wire = self.space.connections[number]
         row = Contributor(is_connection=True, synchronous=self.synchronous(wire))
         stack = self.stack(wire)
-        times = [self.medium(wire, bus) for bus in stack]
+        times = [self.medium(wire, bus, size) for bus, size, kind in stack if kind != "sampling"]
         times = [item for item in times if item[1]]
         row.value = (sum((item[0] for item in times), Fraction(0)), sum((item[1] for item in times), Fraction(0)))
-        periods = [Fraction(self.at(self.space.buses[bus].period_ns) or 0) for bus in stack]
+        periods = [Fraction(self.at(self.space.buses[bus].period_ns) or 0) for bus, _, _ in stack]
         row.period = max(periods, default=Fraction(0))
         own = self.times(wire.latency_ns)
         if not times and not row.period and own and own[1] and not self.is_old:
@@ -190,15 +206,15 @@ class Model:
             row.value = row.value[0], row.value[1] + self.waiting(number, stack)
         return row
 
-    def waiting(self, number: int, stack: list[int]) -> Fraction:
+    def waiting(self, number: int, stack: list[tuple[int, int, str]]) -> Fraction:
         total = Fraction(0)
         used = {s.index for flow in self.space.flows for s in flow.steps if s.kind == "connection"}
-        for bus in stack:
+        for bus in {bus for bus, _, kind in stack if kind == "bound"}:
             if self.at(self.space.buses[bus].period_ns):
                 continue
-            for other in used - {number}:
-                if bus in self.stack(self.space.connections[other]):
-                    total += self.medium(self.space.connections[other], bus)[1]
+            for rival in (self.space.connections[other] for other in used - {number}):
+                sizes = [size for met, size, kind in self.stack(rival) if met == bus and kind == "bound"]
+                total += sum((self.medium(rival, bus, size)[1] for size in sizes), Fraction(0))
         return total
 
     def synchronous(self, wire: Connection) -> bool:

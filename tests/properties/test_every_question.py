@@ -17,6 +17,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+import yaml
 from effort import cases
 from oracle.generator import random_problem
 from oracle.osate import Model
@@ -117,9 +118,24 @@ def with_deadlines(text: str, rng: random.Random) -> str:
 IN_FLOW = ("latency: 3 ms", "compute_execution_time: 1 ms .. 7 ms", "response_time: 2 ms .. 4 ms")
 
 
+def carried(section: str, line: str, problem: dict[str, Any], rng: random.Random) -> list[str]:
+    """Protocols that wrap messages without being bound, and several buses at once."""
+    protocols = [name for name, item in (problem.get("bus_types") or {}).items() if item.get("virtual")]
+    buses = [name for name, item in (problem.get("buses") or {}).items() if not item.get("optional")]
+    words = []
+    if section == "bus_types" and len(protocols) > 1 and line.strip().startswith(f"{protocols[-1]}:"):
+        words += [f"protocols: [{rng.choice(protocols[:-1])}]"]
+    if section == "connections" and protocols and rng.random() < 0.3:
+        words += [f"protocols: [{', '.join(rng.sample(protocols, rng.randint(1, len(protocols))))}]"]
+    if section == "connections" and "bus: " in line and buses and rng.random() < 0.4:
+        words += [f"further_buses: [{rng.choice(buses)}]"]
+    return words
+
+
 def with_osates_words(text: str, rng: random.Random) -> str:
     """Ports, timing, periods of buses and of what events dispatch, threads that only have figures of a processor."""
     lines, section = text.splitlines(), ""
+    problem = yaml.safe_load(text)
     partitioned = rng.random() < 0.4
     if partitioned:
         lines += PARTITIONS
@@ -131,6 +147,7 @@ def with_osates_words(text: str, rng: random.Random) -> str:
         if section == "connections" and "port" not in line:
             words += [f"port: {rng.choice(['data', 'data', 'feature', 'event_data'])}"]
             words += [f"timing: {rng.choice(['immediate', 'delayed'])}"] * (rng.random() < 0.4)
+        words += carried(section, line, problem, rng)
         if section == "bus_types" and rng.random() < 0.3:
             words += [f"period: {rng.choice(['2 ms', '[1 ms, 5 ms]'])}"]
         if section == "threads" and "aperiodic" in line and "period:" not in line and rng.random() < 0.5:

@@ -47,7 +47,7 @@ processor_types:
       throttling: {budget: 950 ms, period: 1 s, source: s}}
 bus_types:
   b: {bandwidth: 1 Mbit/s, transmission_time: {fixed: 1 us, per_byte: 1 ns}, latency: 1 ms, overhead: 1 B,
-      virtual: false, exclusive: true, period: 1 ms, price: 1 EUR, power: 1 W, totals: {mass: 1 g}, source: s}
+      protocols: [v], virtual: false, exclusive: true, period: 1 ms, price: 1 EUR, power: 1 W, totals: {mass: 1 g}, source: s}
   v: {virtual: true, transmission_time: from bandwidth, bandwidth: 1 Mbit/s}
   w: {bandwidth: 1 Mbit/s, frame: can}
 device_types:
@@ -62,7 +62,8 @@ thread_types:
 clocks: {k: {synchronisation_error: 1 us, source: s}}
 partitions: {o: {period: 1 ms, offset: 1 us, duration: 1 us, source: s}}
 processors: {p: {type: c, optional: true, overload: allowed, clock: k, source: s}}
-buses: {x: {type: b, optional: true, overload: allowed, source: s}, y: {type: v, bus: x}}
+buses: {x: {type: b, optional: true, overload: allowed, source: s}, y: {type: v, bus: x, further_buses: [z]},
+        z: {type: b}}
 devices:
   e: {type: d, period: 1 ms, category: device, dispatch_protocol: periodic, compute_execution_time: 1 us, latency: 1 us,
       deadline: 1 ms, response_time: 1 us, queue_size: 1, price: 1 EUR, power: 1 W, totals: {mass: 1 g}, source: s,
@@ -77,7 +78,7 @@ threads:
 executors: {n: {kind: fifo, processor: p, priority: 1, core: 1, source: s}}
 connections:
   w: {from: e, to: f, data_size: 1 B, bus: x, rate: 1 Hz, data_rate: 1 B/s, port: data, timing: delayed, queue_size: 1,
-      latency: 1 us, source: s}
+      further_buses: [z], protocols: [v], latency: 1 us, source: s}
   x: {from: e, to: f, message: parts/Pose, lengths: {id: 1}}
 flows:
   g: {path: [{element: e, latency: 1 us, compute_execution_time: 1 us, response_time: 1 us}, f], latency: 1 us .. 1 s,

@@ -15,7 +15,7 @@ from dse.importers.aadl.figures import (
     word,
 )
 from dse.importers.aadl.flowing import EndToEnd
-from dse.importers.aadl.hardware import CARRIERS, HardwareWriter, Sheet
+from dse.importers.aadl.hardware import MEDIA, HardwareWriter, Sheet
 from dse.importers.aadl.instance import Instance
 from dse.importers.aadl.lookup import Found
 from dse.importers.aadl.model import Model
@@ -140,23 +140,14 @@ class ConnectionWriter:
         return None
 
     def _bus(self, sheet: Sheet, item: ConnectionInstance) -> Instance | None:
-        """What carries it; the topmost of what it is bound to, where each carries the other."""
+        """What carries it, all at once, and the protocols that its messages are wrapped in without being bound."""
+        required = self._property(item, "Required_Virtual_Bus_Class")
+        sheet.put("protocols", required, self.hardware.protocols(required) or None)
         found = self._property(item, "Actual_Connection_Binding")
-        bound = [one for one in self.model.targets(found) if one.category in CARRIERS]
-        if not bound or found is None:
-            others = self.model.targets(found)
-            if others and found is not None:
-                names = ", ".join(one.title for one in others)
-                self.model.library.remark(f"bound to {names}, which is no bus: not looked at", found.place)
-            return None
-        below = {carrier for one in bound for carrier in self.hardware.carriers(one)}
-        top = [one for one in bound if one not in below] or bound
-        if len(top) > 1:
-            names = ", ".join(one.title for one in top)
-            message = f"bound to several buses at once ({names}): only the first is looked at"
-            self.model.library.remark(message, found.place)
-        sheet.put("bus", found, self.model.name(top[0]))
-        return top[0]
+        bound = [one for one in self.model.targets(found) if one.category in MEDIA]
+        for name, value in self.hardware.bound_to(bound).items():
+            sheet.put(name, found, value)
+        return bound[0] if bound else None
 
     def _port(self, sheet: Sheet, item: ConnectionInstance) -> None:
         """The kind of the receiving feature, and its queue where one is stated."""

@@ -21,18 +21,17 @@ from dse.importers.aadl.figures import (
 )
 from dse.importers.aadl.flat import Flat
 from dse.importers.aadl.instance import Instance
-from dse.importers.aadl.lookup import Found
+from dse.importers.aadl.lookup import Found, references_in
 from dse.importers.aadl.model import Model
 from dse.importers.aadl.ours import OURS
 from dse.importers.aadl.syntax import Listed, Record, Reference, Text
 from dse.importers.registry import Key, Place
 
 CARRIERS = ("bus", "virtual bus")
-UNHEEDED = {
-    "bus": (("Required_Virtual_Bus_Class", ""),),
-    "virtual bus": (("Required_Virtual_Bus_Class", ""),),
-}
-"""What OSATE looks at and we do not, by category, with the set that it is named with."""
+MEDIA = (*CARRIERS, "processor", "virtual processor", "device", "memory", "system", "process", "abstract")
+"""What a connection may be bound to: OSATE counts the transmission time and latency of each."""
+PERIODIC = ("bus", "virtual bus", "virtual processor", "device", "system", "process", "abstract")
+"""The media whose Period samples."""
 
 
 class Sheet:
@@ -99,8 +98,6 @@ class HardwareWriter:
                 self._slot("processors", item)
             elif item.category in CARRIERS:
                 self._slot("buses", item)
-            for name, group in UNHEEDED.get(item.category, ()):
-                self._tell_unheeded(item, name, group)
 
     def sections(self) -> dict[str, dict[str, Any]]:
         """The sections of the document."""
@@ -153,27 +150,61 @@ class HardwareWriter:
             self.clocked(slot, component)
         slot.extra(self.model.properties.of(component, "Slot", OURS))
         sheet: dict[str, Any] = {"type": types[0], **slot.fields}
-        if component.category == "virtual bus":
-            carriers = self.carriers(component)
-            if carriers:
-                sheet["bus"] = self.model.name(carriers[0])
-            if len(carriers) > 1:
-                self._tell_several(component, carriers)
         self.slots[section][name] = sheet
+        if component.category == "virtual bus":
+            sheet |= self.bound_to(self.carriers(component))
+
+    def bound_to(self, carriers: list[Instance]) -> dict[str, Any]:
+        """``bus``, and ``further_buses`` where it is bound to several at once."""
+        names = [self.medium(item) for item in carriers]
+        found: dict[str, Any] = {"bus": names[0]} if names else {}
+        return found | ({"further_buses": names[1:]} if names[1:] else {})
+
+    def medium(self, component: Instance) -> str:
+        """The name of the bus that a component is; one of another category is written as one that carries messages."""
+        if component.category in CARRIERS:
+            return self.model.name(component)
+        name = f"{self.model.name(component)} as a medium"
+        if name not in self.slots["buses"]:
+            self.places["buses", name] = component.place
+            self.slots["buses"][name] = {"type": name}
+            self.types["bus_types"][name] = self._bus_type(component, name)
+            self.type_flats[name] = None
+            self.places["bus_types", name] = component.place
+        return name
 
     def carriers(self, component: Instance) -> list[Instance]:
         """What a virtual bus is bound to, or is within."""
         bound = self.model.targets(self.model.properties.of(component, "Actual_Connection_Binding"))
-        found = [item for item in bound if item.category in CARRIERS and item is not component]
+        found = [item for item in bound if item.category in MEDIA and item is not component]
         around = component.parent
         if not found and around is not None and around.category in CARRIERS:
             found = [around]
         return found
 
-    def _tell_several(self, component: Instance, carriers: list[Instance]) -> None:
-        names = ", ".join(item.title for item in carriers)
-        message = f"{component.title} is carried by several at once ({names}): only the first is looked at"
-        self.model.library.remark(message, component.place)
+    def protocols(self, found: Found | None) -> list[str]:
+        """The names of the types of virtual buses that a Required_Virtual_Bus_Class lists."""
+        names = []
+        for reference in [] if found is None else references_in(found.value):
+            classifier = self.model.library.find(reference, found.package) if found is not None else None
+            if classifier is None or classifier.category != "virtual bus":
+                text = f"Required_Virtual_Bus_Class: {reference.name} is no virtual bus that is known: not looked at"
+                self.model.library.remark(text, reference.place)
+                continue
+            flat = self.model.flattener.flat(classifier)
+            names.append(self._protocol(flat))
+        return names
+
+    def _protocol(self, flat: Flat) -> str:
+        """The type that messages are wrapped in by a classifier alone."""
+        stated = self.model.properties.of(self.standing(flat), "Type_Name", OURS)
+        name = self.model.read(stated, text_of, "Type_Name") or f"{flat.title} as a protocol"
+        if name not in self.types["bus_types"]:
+            self.places["bus_types", name] = flat.classifier.place
+            self.types["bus_types"][name] = {}
+            self.types["bus_types"][name] = self._bus_type(self.standing(flat), name)
+            self.type_flats[name] = flat
+        return name
 
     def _type_of(self, section: str, component: Instance) -> str:
         """The name of the type of a component: its classifier's, or its own where its figures are its own."""
@@ -226,20 +257,25 @@ class HardwareWriter:
     def _bus_type(self, component: Instance, name: str) -> dict[str, Any]:
         sheet = Sheet(self.model, self.places, ("bus_types", name))
         properties = self.model.properties
+        is_carrier = component.category in CARRIERS
         if component.category == "virtual bus":
             sheet.fields["virtual"] = True
+            required = properties.of(component, "Required_Virtual_Bus_Class")
+            sheet.put("protocols", required, self.protocols(required) or None)
         bandwidth = properties.of(component, "BandWidthCapacity", "SEI")
         span = self.model.read(bandwidth, data_rate, "BandWidthCapacity")
-        if span is not None and span.low > 0:
+        if is_carrier and span is not None and span.low > 0:
             sheet.put("bandwidth", bandwidth, span.text)
         transmission = properties.of(component, "Transmission_Time")
         self._transmission(sheet, transmission)
         sheet.read("latency", properties.of(component, "Latency"), time_range, "Latency")
-        period = properties.of(component, "Period")
+        period = properties.of(component, "Period") if component.category in PERIODIC else None
         span = self.model.read(period, time_range, "Period")
         sheet.put("period", period, span.text if span is not None and span.high > 0 else None)
         overhead = properties.of(component, "Data_Size") or properties.of(component, "Source_Data_Size")
         sheet.read("overhead", overhead, size_of, "Data_Size")
+        if not is_carrier:
+            return sheet.result()
         sheet.read("exclusive", properties.of(component, "Exclusive", OURS), is_true, "Exclusive")
         self.priced(sheet, component)
         sheet.extra(properties.of(component, "Extra", OURS))
@@ -268,12 +304,6 @@ class HardwareWriter:
                 parts[name] = span.text
         if parts:
             sheet.put("transmission_time", found, parts)
-
-    def _tell_unheeded(self, component: Instance, name: str, group: str) -> None:
-        found = self.model.properties.of(component, name, group)
-        if found is not None:
-            message = f"{name} of the {component.category} {component.title} is not looked at"
-            self.model.library.remark(message, found.place)
 
     def budgets(self) -> list[str]:
         """A requirement for each bus whose bandwidth has a budget."""

@@ -264,6 +264,14 @@ def reference_in(value: Value) -> Reference | None:
     return None
 
 
+def references_in(value: Value) -> list[Reference]:
+    """The classifiers that a value names, one or a list."""
+    if isinstance(value, Listed):
+        return [found for item in value.items for found in references_in(item)]
+    found = reference_in(value)
+    return [] if found is None else [found]
+
+
 def paths_in(value: Value | None) -> list[Path]:
     """The paths that a value refers to, one or a list."""
     if isinstance(value, Referred):

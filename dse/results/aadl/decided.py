@@ -13,7 +13,7 @@ from dse.space.trees import NotOffered, at
 from dse.space.types import EMPTY, Design, Space
 
 TYPED = {"processors": "processor_types", "buses": "bus_types", "devices": "device_types", "threads": "thread_types"}
-LISTS = ("dispatch_trigger", "path", "interrupts")
+LISTS = ("dispatch_trigger", "path", "interrupts", "further_buses", "protocols")
 """Fields whose list is no choice."""
 USERS = ("devices", "threads", "executors")
 LEFT_OPEN = ("priority", "core", "offset")

@@ -19,6 +19,8 @@ SETTINGS = (
 )  # fmt: skip
 """Keys of the top level that go along as they are."""
 PORTS = {"event_data": "event data port", "event": "event port", "data": "data port", "feature": "feature"}
+BOUND = ("from", "to", "bus", "further_buses", "source")
+"""Fields of connections and buses that say where they are: as ends and bindings."""
 PROTOCOLS = {"periodic": "Periodic", "aperiodic": "Aperiodic", "sporadic": "Sporadic", "hybrid": "Hybrid"}
 
 
@@ -60,6 +62,7 @@ class WholeModel:
         self.parts: dict[str, Part] = {}
         self.processes: dict[str, Part] = {}
         self.links: dict[str, str] = {}
+        self.required: dict[str, str] = {}
         self.paths: dict[str, str] = {}
 
     def text(self, left_out: Iterable[str] = ()) -> str:
@@ -91,26 +94,43 @@ class WholeModel:
                 category = categories[-1] if figures.get("virtual") else categories[0]
                 own = self._named(name)
                 type_name = self._type(category, f"{entry['type']} {own}", str(entry["type"]), figures)
-                rest = {key: value for key, value in entry.items() if key not in ("type", "bus", "optional", "source")}
+                rest = {key: value for key, value in entry.items() if key not in (*BOUND, "type", "optional")}
                 block = self._block(name, own, extra(rest.items()), "Slot")
                 self.root.subcomponents.append(f"{own} : {category} {type_name}{block};")
                 self.paths[name] = own
-        for name, entry in self.decided.section("buses").items():
-            if entry.get("bus") in self.paths:
-                carrier = self.paths[entry["bus"]]
-                self._bind("Actual_Connection_Binding", carrier, self.paths[name])
-        known = {name for section in ("bus_types",) for name in self.document.get(section) or {}}
-        used = {entry.get("bus") for entry in self.decided.section("connections").values()}
+        wires = self.decided.section("connections")
+        used = {entry.get("bus") for entry in wires.values()}
+        used |= {one for section in (wires, self.decided.section("buses")) for entry in section.values()
+                 for one in entry.get("further_buses", ())}  # fmt: skip
+        known = set(self.document.get("bus_types") or {})
         for name in sorted(known & used - set(self.paths)):  # a virtual bus type that is used without an entry
-            figures = dict(self.document["bus_types"][name])
-            figures = {key: self.decided.value("buses", name, key, value) for key, value in figures.items()}
             own = self._named(name)
-            type_name = self._type("virtual bus", own, name, figures)
+            type_name = self._type("virtual bus", own, name, self._bus_type(name))
             self.root.subcomponents.append(f"{own} : virtual bus {type_name}{self._block(name, own, None, 'Slot')};")
             self.paths[name] = own
+        for name, entry in self.decided.section("buses").items():
+            carriers = self._carriers(entry)
+            if carriers:
+                self._bind("Actual_Connection_Binding", carriers, self.paths[name])
+
+    def _bus_type(self, name: str) -> dict[str, Any]:
+        figures = dict(self.document["bus_types"][name])
+        return {key: self.decided.value("buses", name, key, value) for key, value in figures.items()}
+
+    def _carriers(self, entry: Mapping[str, Any]) -> str:
+        """References to what carries a connection or virtual bus, all at once; "" where nothing does."""
+        names = [str(one) for one in (entry.get("bus"), *entry.get("further_buses", ())) if one is not None]
+        return ", ".join(f"reference ({self.paths[one]})" for one in names if one in self.paths)
+
+    def _protocols(self, names: Iterable[str]) -> str:
+        """The classifiers of protocols that are required, without being bound."""
+        for name in names:
+            if name not in self.required:
+                self.required[name] = self._type("virtual bus", name, name, self._bus_type(name))
+        return f"Required_Virtual_Bus_Class => ({', '.join(f'classifier ({self.required[name]})' for name in names)});"
 
     def _bind(self, property_name: str, target: str, path: str) -> None:
-        self.root.properties.append(f"{property_name} => (reference ({target})) applies to {path};")
+        self.root.properties.append(f"{property_name} => ({target}) applies to {path};")
 
     def _named(self, name: str) -> str:
         return identifier(name, self.taken)
@@ -144,6 +164,12 @@ class WholeModel:
                 record = f"[Fixed => {parts['fixed']}; PerByte => {parts['per_byte']};]"
                 properties.append(f"Transmission_Time => {record};")
                 del rest["transmission_time"]
+        period = times(rest["period"], as_range=False) if "period" in rest and "bus" in category else None
+        if period is not None:
+            properties.append(f"Period => {period};")
+            del rest["period"]
+        if rest.get("protocols"):
+            properties.append(self._protocols(rest.pop("protocols")))
         stated = extra(rest.items())
         properties += [f"{OURS}::Extra => {stated};"] if stated else []
         self.types += [f"  {category} {own}", *_section("properties", properties), f"  end {own};", ""]
@@ -191,7 +217,8 @@ class WholeModel:
             self.root.subcomponents.append(declared)
             self.paths[name] = own
         if entry.get("processor") in self.paths:
-            self._bind("Actual_Processor_Binding", self.paths[str(entry["processor"])], self.paths[name])
+            processor = self.paths[str(entry["processor"])]
+            self._bind("Actual_Processor_Binding", f"reference ({processor})", self.paths[name])
 
     def _process(self, name: Any, own: str) -> Part:
         key = str(name) if name is not None else f"\n{own}"
@@ -231,7 +258,7 @@ class WholeModel:
         entered = entered_times(self.decided.section("flows"), self.parts, wires)
         for name, entry in wires.items():
             own = self.links[name] = self._named(name)
-            rest = {key: value for key, value in entry.items() if key not in ("from", "to", "bus", "source")}
+            rest = {key: value for key, value in entry.items() if key not in BOUND}
             kind = PORTS[rest.pop("port", "event_data")]
             data = size(rest["data_size"]) if "data_size" in rest else None
             classifier = ""
@@ -247,12 +274,11 @@ class WholeModel:
             latency = times(rest["latency"]) if "latency" in rest else None
             if latency is not None:
                 del rest["latency"]
-            bus = self.paths.get(str(entry.get("bus")))
+            bus = self._carriers(entry)
             self._connection(own, entry, kind, classifier, waiting)
             block = [f"Latency => {latency};"] if latency is not None else []
-            block += (
-                [f"Actual_Connection_Binding => (reference ({bus}));"] if bus and not self._is_inside(entry) else []
-            )
+            block += [f"Actual_Connection_Binding => ({bus});"] if bus and not self._is_inside(entry) else []
+            block += [self._protocols(rest.pop("protocols"))] if rest.get("protocols") else []
             stated = extra(rest.items())
             head = self._block(name, own, stated).strip().removeprefix("{").removesuffix("}")
             block += [head] if head else []
