@@ -530,7 +530,7 @@ def all_metrics(space: Space) -> tuple[Metric, ...]:
         metrics += [Metric(f"{kind} of {flow.name}", kind, number) for kind in kinds if kind != "data age" or aged]
     metrics += [Metric(f"utilisation of {slot.name}", "utilisation", n) for n, slot in enumerate(space.processors)]
     metrics += _core_metrics(space)
-    metrics += [Metric(f"load of {bus.name}", "load", n) for n, bus in enumerate(space.buses)]
+    metrics += [Metric(f"load of {space.buses[n].name}", "load", n) for n in loaded_buses(space)]
     metrics += [
         Metric(f"busy of {bus.name}", "busy", n) for n, bus in enumerate(space.buses) if not busy_obstacle(space, n)
     ]
@@ -540,6 +540,15 @@ def all_metrics(space: Space) -> tuple[Metric, ...]:
     if asks_for_changes(space):
         metrics.append(Metric("changes", "changes"))
     return tuple(metrics)
+
+
+def loaded_buses(space: Space) -> list[int]:
+    """The buses, without types of virtual buses that nothing is bound to: they only wrap messages, and come last."""
+    return [
+        number
+        for number, bus in enumerate(space.buses)
+        if not bus.direct or any(number in reachable_buses(space, item) for item in space.connections)
+    ]
 
 
 def _core_metrics(space: Space) -> Iterator[Metric]:

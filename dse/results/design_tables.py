@@ -9,6 +9,7 @@ from fractions import Fraction
 from dse.analysis.contention import cores_of
 from dse.analysis.evaluate import Evaluator
 from dse.analysis.latency import flow_rows
+from dse.analysis.measures import loaded_buses
 from dse.analysis.remarks import design_remarks
 from dse.analysis.resources import busy_terms, load_terms, payload_terms, utilisation_terms
 from dse.analysis.scheduling import Response, processor_responses
@@ -39,7 +40,7 @@ def analyse_design(evaluator: Evaluator, design: Design, *, response_times: bool
         _placed(_usage(slot, terms, view, PPM * Fraction(at(slot.cores, view))), terms, cores)
         for slot, terms in ((slot, utilisation_terms(space, number)) for number, slot in enumerate(space.processors))
     )
-    buses = tuple(_bus_usage(space, number, view) for number in range(len(space.buses)))
+    buses = tuple(_bus_usage(space, number, view) for number in loaded_buses(space))
     return Analysis(
         space=space,
         design=evaluation.design,

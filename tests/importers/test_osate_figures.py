@@ -249,5 +249,5 @@ def test_several_buses_at_once_each_carry_the_message(tmp_path: Path) -> None:
     text = CARRIED % (bound + " SEI::Message_Rate => 10.0 PerSecond applies to c;")
     found = dse.analyse(written(tmp_path, text), profile="dse")
     loads = {name: value for name, value in found.metrics.items() if name.startswith("load")}
-    assert loads == {"load of w": 120, "load of x": 120}
+    assert loads == {"load of w": 120, "load of x": 120, "load of o": 0}
     assert found.flows[0].min_ns == (1 + 17 + 17 + 1) * MS

@@ -47,7 +47,8 @@ processor_types:
       throttling: {budget: 950 ms, period: 1 s, source: s}}
 bus_types:
   b: {bandwidth: 1 Mbit/s, transmission_time: {fixed: 1 us, per_byte: 1 ns}, latency: 1 ms, overhead: 1 B,
-      protocols: [v], virtual: false, exclusive: true, period: 1 ms, price: 1 EUR, power: 1 W, totals: {mass: 1 g}, source: s}
+      protocols: [v], virtual: false, exclusive: true, period: 1 ms, price: 1 EUR, power: 1 W, totals: {mass: 1 g},
+      source: s}
   v: {virtual: true, transmission_time: from bandwidth, bandwidth: 1 Mbit/s}
   w: {bandwidth: 1 Mbit/s, frame: can}
 device_types:
