@@ -13,6 +13,7 @@ from fractions import Fraction
 from functools import partial
 
 from dse.analysis.binding import bus_stack, carrying_ns, message_bytes
+from dse.analysis.boundaries import clock_gains
 from dse.analysis.chains import MOST_RELEASES, repeats_too_late
 from dse.analysis.clocks import METHOD
 from dse.analysis.latency import element_rows, elements_of, flow_rows
@@ -97,6 +98,7 @@ def problem_remarks(space: Space) -> Iterator[str]:
             rows = tabulate(space, partial(_reversed_row, alone, element), MANY_CASES)
             found |= dict.fromkeys(case.value for case in rows or () if case.value)
         yield from _too_small(space, flow, list(found))
+        yield from _gains(space, flow)
     for number, bus in enumerate(space.buses):
         if bus.virtual:
             continue
@@ -108,6 +110,19 @@ def problem_remarks(space: Space) -> Iterator[str]:
         least = _least_busy(space, number)
         if least > PPM:
             yield f"{bus.name} is busy for at least {_percent(least)} of the time, whatever the design"
+
+
+def _gains(space: Space, flow: Flow) -> Iterator[str]:
+    """What a flow would gain from a clock of which nobody speaks."""
+    gains = clock_gains(space, flow)
+    if gains:
+        parts = [f"{format_duration(item.saves_ns)} at {item.receiver} (after {item.sender})" for item in gains]
+        yield (
+            f"{flow.name} counts whole periods between timers of one processor: with known offsets on its clock, as "
+            "the design may be, up to "
+            f"{format_duration(sum(item.saves_ns for item in gains))} of its sampling need not be there: "
+            f"{', '.join(parts)}"
+        )
 
 
 def _reversed_row(space: Space, element: Step | Place, view: View) -> str:

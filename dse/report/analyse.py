@@ -13,6 +13,7 @@ from dse.report.contention import bus_words, contended_words, core_words, overhe
 from dse.report.page import MINUS, NOTHING, Block, Page, Plot, Section, Table, listing, texts
 from dse.report.plain import basis_words, scale_words
 from dse.report.scheduling import response_table
+from dse.report.timeline import boundary_blocks
 from dse.report.words import EMPTY_SLOT, GAPS, OTHER_TYPE, REDUCED
 from dse.results.analyse import Analysis, FlowTable, Usage
 from dse.results.display import counted, readable
@@ -42,6 +43,7 @@ def analysis_page(analysis: Analysis) -> Page:
     if not analysis.breaches:
         sections += [
             Section("latency", "Latency", tuple(_latency(analysis))),
+            Section("clocks", "Timers on one clock", tuple(boundary_blocks(analysis.boundaries))),
             Section("usage", "Processors and buses", tuple(_usage(analysis))),
             Section("verdicts", "Requirements", tuple(_verdicts(analysis))),
         ]

@@ -21,6 +21,7 @@ from dse.report.insisting import insisting_section
 from dse.report.missing import TITLE, missing_words
 from dse.report.page import NOTHING, Block, Section, Table
 from dse.report.plain import basis_words, scale_words
+from dse.report.timeline import boundary_table, by_flow, timeline_records
 from dse.report.words import (
     GAPS,
     REDUCED,
@@ -64,6 +65,15 @@ class FlowPart:
 
 
 @dataclass(frozen=True)
+class ClockPart:
+    """The timers on one clock along a flow of an alternative: their table and the records of their timeline."""
+
+    name: str
+    table: Table
+    records: Sequence[Mapping[str, Any]]
+
+
+@dataclass(frozen=True)
 class OthersPart:
     """Further designs of a point."""
 
@@ -80,6 +90,7 @@ class Alternative:
     figures: tuple[tuple[str, str], ...]
     sentences: tuple[Sentence, ...]
     flows: tuple[FlowPart, ...]
+    clocks: tuple[ClockPart, ...]
     usage: Sequence[Mapping[str, Any]]
     usage_tables: tuple[Table, ...]
     bindings: Table
@@ -269,6 +280,10 @@ class Document:
             figures=tuple(self._figures(reasons.point.objectives)),
             sentences=tuple(sentences(self.result, reasons)),
             flows=tuple(FlowPart(t.name, flow_table(t), t, waterfall_records(t)) for t in analysis.flows),
+            clocks=tuple(
+                ClockPart(flow, boundary_table(flow, here), timeline_records(here))
+                for flow, here in by_flow(analysis.boundaries).items()
+            ),
             usage=usage_records(analysis.processors, analysis.buses, tightest_limits(analysis)),
             usage_tables=tuple(usage_tables(analysis)),
             bindings=self._bindings(reasons.point),

@@ -28,6 +28,7 @@ from dse.report.document import Alternative, Document
 from dse.report.drawing import STYLE, Drafter
 from dse.report.page import Page, Section, numbered
 from dse.report.theme import DARK, LIGHT, css_variables
+from dse.report.timeline import timeline
 from dse.report.words import proof_words
 from dse.results.display import display_unit
 from dse.timelimit import look_at_the_clock
@@ -214,7 +215,11 @@ def _data(document: Document, fragments: Mapping[int, Sequence[str]], opened: Al
     lines, rows = Pool(), Pool()
     parts = {str(number): lines.take(fragment) for number, fragment in fragments.items()}
     details = {
-        str(item.point.id): {"flows": [rows.take(flow.records) for flow in item.flows], "usage": rows.take(item.usage)}
+        str(item.point.id): {
+            "flows": [rows.take(flow.records) for flow in item.flows],
+            "timelines": [rows.take(part.records) for part in item.clocks],
+            "usage": rows.take(item.usage),
+        }
         for item in document.alternatives
     }
     data: dict[str, Any] = {
@@ -242,6 +247,7 @@ def _data(document: Document, fragments: Mapping[int, Sequence[str]], opened: Al
             "scatter": points,
             "parallel": parallel(result, document.records, opened.point.id),
             "flows": [waterfall(flow.source, flow.records) for flow in opened.flows],
+            "timeline": timeline(()) if any(item.clocks for item in document.alternatives) else None,
             "usage": next((usage_chart(item.usage) for item in document.alternatives if item.usage), None),
         }
     return data

@@ -15,6 +15,7 @@ from dse.report.document import Alternative, Document
 from dse.report.drawing import Drafter
 from dse.report.page import Page
 from dse.report.theme import LIGHT, with_colours
+from dse.report.timeline import timeline
 from dse.report.writing import report_name
 
 WIDTH = 760
@@ -52,6 +53,9 @@ def _drawings(document: Document, item: Alternative) -> Iterator[tuple[str, str]
     for position, flow in enumerate(item.flows, start=1):
         if flow.records:
             yield f"{number}-latency-{position}", svg_of(waterfall(flow.source, flow.records))
+    for position, part in enumerate(item.clocks, start=1):
+        if part.records:
+            yield f"{number}-timeline-{position}", svg_of(timeline(part.records))
     if item.usage:
         yield f"{number}-usage", svg_of(usage_chart(item.usage))
     yield f"{number}-architecture", Drafter(result.space).standalone(item.point.design)

@@ -8,6 +8,7 @@ from fractions import Fraction
 
 from dse.report.amounts import deltas_words, difference_words, listed, margin_words, rate_words
 from dse.report.contention import contended_words, cores_origin, placed_words
+from dse.report.timeline import boundary_words
 from dse.results.changes import Change
 from dse.results.display import counted, readable
 from dse.results.missing import is_proved
@@ -68,6 +69,7 @@ def sentences(result: Result, reasons: Reasons) -> list[Sentence]:
         found.append(Sentence(f"Tightest requirement{'s' if len(tightest) > 1 else ''}", said))
     for dominant in reasons.dominants:
         found.append(Sentence(f"Largest part of the {dominant.of} of {dominant.flow}", dominant_words(dominant)))
+    found += [Sentence("On one clock", said) for said in boundary_words(reasons.analysis.boundaries)]
     if placed := placed_words(result.space, reasons.point.design):
         found.append(Sentence(f"Cores{cores_origin(result.space)}", ". ".join(placed) + "."))
     if result.leaves_out_contention:

@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 from fractions import Fraction
 from typing import TYPE_CHECKING, Any
 
+from dse.analysis.boundaries import Boundary
 from dse.analysis.limits import Verdict
 from dse.analysis.overheads import stated_overheads
 from dse.analysis.rows import Row
@@ -111,6 +112,8 @@ class Analysis(Answer):
     breaches: tuple[str, ...] = ()
     responses: Mapping[str, tuple[Response, ...]] = field(default_factory=dict)
     """By processor, where response times were asked for."""
+    boundaries: tuple[Boundary, ...] = ()
+    """Every reader on the clock of the timer before it, flow by flow."""
     contended: Contended | None = None
     """What the design keeps when response times count and deadlines are met, where the question leaves that out."""
 

@@ -6,6 +6,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from fractions import Fraction
 
+from dse.analysis.boundaries import boundaries
 from dse.analysis.contention import cores_of
 from dse.analysis.evaluate import Evaluator
 from dse.analysis.latency import flow_rows
@@ -52,6 +53,7 @@ def analyse_design(evaluator: Evaluator, design: Design, *, response_times: bool
         metric_units={measure.metric.name: measure.unit for measure in evaluator.metrics},
         verdicts=evaluation.verdicts,
         warnings=(*_warnings(space, flows, processors, buses), *design_remarks(space, view)),
+        boundaries=boundaries(space, view),
         responses=_responses(space, view) if response_times or _is_scheduled(space) else {},
     )
 

@@ -87,14 +87,15 @@
     const chosen = state.chosen;
     const detail = data.details[chosen];
     for (const node of hasPlots ? document.querySelectorAll("#alternative .plot") : []) {
-      const usage = node.dataset.plot === "usage";
+      const kind = node.dataset.plot;
       const number = Number(node.dataset.number);
-      const rows = usage ? stackShares(rowsOf(detail.usage)) : stackRows(rowsOf(detail.flows[number]));
-      const spec = copy(usage ? data.specs.usage || null : data.specs.flows[number]);
+      const found = rowsOf(kind === "usage" ? detail.usage : detail[kind === "timeline" ? "timelines" : "flows"][number]);
+      const rows = kind === "timeline" ? found : kind === "usage" ? stackShares(found) : stackRows(found);
+      const spec = copy((kind === "flow" ? data.specs.flows[number] : data.specs[kind]) || null);
       if (!spec || !rows.length) continue;
       spec.data.values = rows;
-      if (usage) fitUsage(spec, rows);
-      else fitFlow(spec, rows);
+      if (kind === "usage") fitUsage(spec, rows);
+      if (kind === "flow") fitFlow(spec, rows);
       const result = await embed(node, spec);
       if (state.chosen !== chosen) {
         result.finalize();

@@ -124,6 +124,37 @@ class ResponseTime(Form):
     meets_deadline: bool | None = field("Whether it is met; null where there is none.")
 
 
+class BetterOffset(Form):
+    """Another offset of a reader, all others as they are."""
+
+    offset_ns: Figure = field("The offset.")
+    saves_ns: Figure = field("What the latency of the flow is shorter by.")
+    costs_ns: dict[str, Figure] = field("What the latencies of other flows are longer by, by flow.")
+
+
+class Boundary(Form):
+    """A reader on the clock of the timer before it on a flow."""
+
+    flow: str = field("The flow.")
+    sender: str = field("The timer whose data are read.")
+    receiver: str = field("The timer that reads.")
+    offsets_ns: list[Figure | None] = field("The offset of each; null where it is unknown.", min_length=2, max_length=2)
+    periods_ns: list[Figure] = field("The period of each.", min_length=2, max_length=2)
+    there_ns: list[Figure] = field(
+        "How long after the sender's release data are there, at least and at most.", min_length=2, max_length=2
+    )
+    wait_ns: list[Figure] = field(
+        "How long these then wait: what is there first at least, what is there last at most.",
+        min_length=2,
+        max_length=2,
+    )
+    room_ns: Figure | None = field(
+        "How much later the last data may be there before they miss the read; null where an offset is unknown."
+    )
+    crossed: Annotated[bool, Of("is_crossed")] = field("Whether some data meet a read that others miss.")
+    better: BetterOffset | None = field("The reader's offset with which the flow is shortest; null where it is.")
+
+
 class AnalysisForm(Settings):
     """The outcome of `dse analyse`: everything that is computed of one design."""
 
@@ -142,6 +173,9 @@ class AnalysisForm(Settings):
     requirements: Annotated[list[Verdict], Of("verdicts")] = field("How it meets each requirement.")
     contention: Annotated[Contention, Of("contended")] = field(
         "What it keeps when response times count, where the question leaves them out.", default=None
+    )
+    boundaries: list[Boundary] = field(
+        "Every reader on the clock of the timer before it, where flows have some.", default=[]
     )
     warnings: list[str] = field("What no requirement forbids but an engineer should know.")
     overheads: dict[str, list[str]] = field(

@@ -1,0 +1,95 @@
+"""What data just miss on one clock, and the offset that saves, held against the analysis of changed problems."""
+
+from __future__ import annotations
+
+import copy
+import random
+from typing import Any
+
+import pytest
+
+import dse
+from dse.report.analyse import analysis_page
+from dse.report.timeline import boundary_words
+from dse.results.analyse import Analysis
+from tests.clocks import let
+from tests.effort import cases
+
+
+def chain(*offsets: str, times: str = "1 ms .. 3500 us") -> dict[str, Any]:
+    """Implicit timers of 20 ms; the first takes `times`, the others 1 ms."""
+    data = let.problem([(0, 20, 20)] * len(offsets))
+    for number, (offset, thread) in enumerate(zip(offsets, data["threads"].values(), strict=True)):
+        thread |= {"offset": offset, "compute_execution_time": "1 ms" if number else times}
+        del thread["communication"]
+    return data
+
+
+def test_what_is_just_missed_is_told_with_the_offset_that_saves() -> None:
+    found = dse.analyse(chain("0 ms", "0 ms"), {})
+    said = "chain: t1 just misses t0: offset 3.5 ms instead of 0 ms saves 16.5 ms of latency."
+    assert boundary_words(found.boundaries) == [said]
+    [boundary] = found.boundaries
+    assert (boundary.room_ns, boundary.is_crossed) == (16_500_000, False)
+    section = next(item for item in analysis_page(found).sections if item.name == "clocks")
+    assert said in section.texts and [plot.name for plot in section.plots] == ["timeline-chain"]
+    assert found.to_dict()["boundaries"][0]["better"] == {"offset_ns": 3500000, "saves_ns": 16500000, "costs_ns": {}}
+    [said] = boundary_words(dse.analyse(chain("0 ms", "0 ms", "5 ms"), {}).boundaries)
+    assert said == "chain: t1 just misses t0: offset 3.5 ms instead of 0 ms saves 20 ms of latency."  # t2 waits for it
+
+
+def test_what_some_data_meet_and_others_miss() -> None:
+    [said] = boundary_words(dse.analyse(chain("0 ms", "3 ms"), {}).boundaries)
+    assert said == (
+        "chain: t1 meets some data of t0 and misses others, there 1 ms .. 3.5 ms after its release: offset 3.5 ms "
+        "instead of 3 ms saves 19.5 ms of latency."
+    )
+    assert boundary_words(dse.analyse(chain("0 ms", "3500 us"), {}).boundaries) == []
+
+
+def test_unknown_offsets_of_one_clock() -> None:
+    assert boundary_words(dse.analyse(chain("0 ms", "unknown"), {}).boundaries) == [
+        "chain: nobody states when t1 reads t0: offset 3.5 ms instead of unknown saves 20 ms of latency."
+    ]
+    assert boundary_words(dse.analyse(chain("unknown", "unknown") | {"clocks": {"k": {}}}, {}).boundaries) == [
+        "chain: t1 waits up to 20 ms for t0, whose clock it shares: known offsets of both save up to 20 ms."
+    ]
+
+
+def latencies(found: Analysis) -> dict[str, Any]:
+    return {flow.name: flow.max_ns for flow in found.flows}
+
+
+@pytest.mark.parametrize("seed", cases(15))
+def test_what_an_offset_saves_is_what_the_analysis_says(seed: int) -> None:
+    """The saving, what it costs other flows, that no offset saves more, and how much later data may be there."""
+    rng = random.Random(f"boundary {seed}")
+    data = let.problem(let.drawn(rng))
+    names = list(data["threads"])
+    data["flows"]["end"] = {"path": names[-2:]}
+    for thread in data["threads"].values():
+        if rng.random() < 0.5:
+            del thread["communication"]
+            thread["compute_execution_time"] = f"1 us .. {rng.randint(1, 4)} ms"
+    found = dse.analyse(data, {})
+    today = latencies(found)
+    for item in found.boundaries:
+        other = copy.deepcopy(data)
+        if item.better is not None:
+            other["threads"][item.receiver]["offset"] = f"{item.better.offset_ns} ns"
+            moved = latencies(dse.analyse(other, {}))
+            assert today[item.flow] - moved[item.flow] == item.better.saves_ns > 0
+            longer = {name: moved[name] - today[name] for name in today if moved[name] > today[name]}
+            assert longer == item.better.costs_ns
+        best = today[item.flow] - (item.better.saves_ns if item.better else 0)
+        offset = rng.randrange(int(item.periods_ns[1]))
+        other["threads"][item.receiver]["offset"] = f"{offset} ns"
+        assert latencies(dse.analyse(other, {}))[item.flow] >= best
+        writer = data["threads"][item.sender]
+        if "communication" not in writer and item.flow == "end":
+            later = copy.deepcopy(data)
+            most = item.there_ns[1] + (item.room_ns or 0)
+            later["threads"][item.sender]["compute_execution_time"] = f"1 us .. {most} ns"
+            assert latencies(dse.analyse(later, {}))["end"] == today["end"]
+            later["threads"][item.sender]["compute_execution_time"] = f"1 us .. {most + 1} ns"
+            assert latencies(dse.analyse(later, {}))["end"] == today["end"] + item.step_ns
