@@ -365,7 +365,7 @@ def complete_design(space: Space, choices: Mapping[int, int]) -> Design:
     if missing:
         raise UsageError(
             f"the design leaves open: {', '.join(missing)} "
-            f'(give them with --design "{missing[0]} = …", or state a baseline)'
+            f'(give them with --design "{missing[0]} = …" or --design RESULT.json#ID, or state a baseline)'
         )
     whole = tuple(max(option, 0) for option in design)
     return _with_cores(space, whole, waiting) if waiting else whole

@@ -36,6 +36,9 @@ class ProblemPath(click.Path):
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
         """The path as it is."""
+        file, mark, number = str(value).rpartition("#")
+        if mark and number.isdigit() and Path(file).is_file() and not Path(str(value)).exists():
+            self.fail(f"{value} is an alternative of a result: give the problem file, and --design {value}", param, ctx)
         path = super().convert(value, param, ctx)
         if Path(str(path)).is_dir() and not is_model(Path(str(path))):
             self.fail(f"File {str(path)!r} is a directory.", param, ctx)

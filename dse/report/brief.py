@@ -23,6 +23,8 @@ DECISIONS = 3
 """So many decisions are told of each."""
 ROOM = 280
 """Letters of a sentence that is said in full: three lines."""
+SHARED = 98
+"""Letters of what all alternatives share: a line."""
 REASONS = 2
 """So many sentences say why the first alternative is first: what stands out, and the nearest comparison."""
 
@@ -37,7 +39,8 @@ def brief_page(document: Document, top: int | None = TOP) -> Page:
     blocks: list[Block] = [*texts(proof, tone="strong"), *document.conflicts]
     if result.front:
         shown = result.front if top is None else result.leaders[: SCREEN if top == TOP else top]
-        blocks += [*_table(document, shown), *texts(*_neighbours(document, shown)), *_choice(document)]
+        blocks += [*_table(document, shown), *texts(*_neighbours(document, shown), _common(document))]
+        blocks += _choice(document)
         for point in shown:
             blocks += further_blocks(point, document.others_of(point))
     else:
@@ -117,6 +120,16 @@ def _ranges(result: Result, like: Sequence[Point]) -> str:
         else:
             found.append(" … ".join(ends))
     return ", ".join(found)
+
+
+def _common(document: Document) -> str:
+    """What all alternatives share, as far as there is room; how much more there is."""
+    words = document.common_words
+    if len(words) <= SHARED:
+        return words
+    every = words.split(", ")
+    told = len(words[: SHARED - len(" and 99 more (--explain).")].split(", ")) - 1 or 1
+    return f"{', '.join(every[:told])} and {len(every) - told} more (--explain)."
 
 
 def _choice(document: Document) -> Iterator[Block]:

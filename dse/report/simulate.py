@@ -3,13 +3,21 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from functools import partial
 
-from dse.report.page import Block, Page, Section, Table, listing, texts
+from dse.report.charts import Spec
+from dse.report.page import Block, Page, Plot, Section, Table, listing, texts
 from dse.report.plain import basis_words
-from dse.results.display import readable
+from dse.report.studyplots import histogram
+from dse.results.display import counted, readable
 from dse.results.simulate import LATENCY, FlowObservation, Simulation
 from dse.space.settings import settings_of
-from dse.units import Exact
+from dse.units import Exact, is_unbounded
+
+HISTOGRAM = (
+    "Latencies of {} as they were observed; the lines are the least and the greatest that the analysis allows, without "
+    "and with waiting for the CPU."
+)
 
 
 def simulation_page(simulation: Simulation) -> Page:
@@ -23,6 +31,8 @@ def _blocks(simulation: Simulation) -> Iterator[Block]:
     yield from listing(simulation.contradictions, "CONTRADICTION", 0, "wrong")
     yield _flow_table(simulation)
     for flow in simulation.flows:
+        if flow.count:
+            yield Plot(f"latencies-{flow.name}", partial(_drawn, flow), HISTOGRAM.format(flow.name))
         yield from _histogram(flow)
     if simulation.tasks:
         yield _task_table(simulation)
@@ -50,12 +60,12 @@ def _flow_table(simulation: Simulation) -> Table:
     for flow in simulation.flows:
         seen = ["-"] * 3
         if flow.latencies and flow.mean_ns is not None:
-            seen = [_ms(min(flow.latencies)), _ms(round(flow.mean_ns)), _ms(max(flow.latencies))]
-        scheduled = "" if flow.scheduled_ns is None else _ms(flow.scheduled_ns[1])
-        bounds = [_ms(value) for value in flow.bounds_ns]
+            seen = [counted(value, "ns") for value in (min(flow.latencies), round(flow.mean_ns), max(flow.latencies))]
+        scheduled = "" if flow.scheduled_ns is None else counted(flow.scheduled_ns[1], "ns")
+        bounds = [counted(value, "ns") for value in flow.bounds_ns]
         rows.append((flow.name, str(flow.count), *seen, *bounds, scheduled, _verdict(flow)))
     headings = ("flow", "data", "observed min", "mean", "max", "analysed min", "max", "with response times", "verdict")
-    return Table("", headings, tuple(rows), tuple(range(1, 8)))
+    return Table("Latencies, observed and analysed", headings, tuple(rows), tuple(range(1, 8)), wide=8)
 
 
 def _verdict(flow: FlowObservation) -> str:
@@ -66,6 +76,28 @@ def _verdict(flow: FlowObservation) -> str:
     if flow.outside:
         return f"{flow.outside} outside: {flow.excuse or 'CPU contention'}"
     return "within"
+
+
+def _drawn(flow: FlowObservation) -> Spec:
+    """The histogram with the bounds that the analysis gives."""
+    bars = [
+        {
+            "low": float(item["from_ns"]) / 1e6,
+            "high": float(item["to_ns"]) / 1e6,
+            "count": int(item["count"]),
+            "text": f"{_ms(item['from_ns'])} to {_ms(item['to_ns'])}",
+        }
+        for item in flow.histogram
+    ]
+    bounds = [("analysed", value) for value in flow.bounds_ns]
+    if flow.scheduled_ns is not None:
+        bounds += [("with response times", value) for value in flow.scheduled_ns[1:]]
+    marks = [
+        {"kind": kind, "at": float(value) / 1e6, "text": counted(value, "ns")}
+        for kind, value in bounds
+        if not is_unbounded(value)
+    ]
+    return histogram(bars, marks, "latency [ms]", f"Latencies of {flow.name}: {flow.count} data.")
 
 
 def _histogram(flow: FlowObservation) -> Iterator[Table]:

@@ -1,4 +1,4 @@
-"""The plots of studies as Vega-Lite specifications: steps of a limit, values of inputs, tornadoes, shares of variance.
+"""The plots of studies as Vega-Lite specifications: steps of a limit, values of inputs, tornadoes, shares, histograms.
 
 As in `dse.report.charts`, names from the problem occur as data and titles only.
 """
@@ -103,6 +103,40 @@ def shares(records: Sequence[Mapping[str, Any]], across: str, description: str) 
     height = BAR_HEIGHT * len(values) + 8
     spec = {"data": {"values": values}, "layer": [*layers, _labels(row)], "height": height}
     return whole_spec(spec, description)
+
+
+def histogram(
+    bars: Sequence[Mapping[str, Any]], marks: Sequence[Mapping[str, Any]], across: str, description: str
+) -> Spec:
+    """Counts from ``low`` to ``high``, and `marks`: lines ``at`` a place, each of a ``kind``; ``text`` has figures."""
+    place = {"type": "quantitative", "title": across, "scale": {"zero": False}}
+    kinds = list(dict.fromkeys(mark["kind"] for mark in marks))
+    scale = {"domain": kinds, "range": ["var(--accent)", "var(--c2)"][: len(kinds)]}
+    dashes = {"domain": kinds, "range": [[1, 0], [5, 4]][: len(kinds)]}
+    line = {"field": "kind", "type": "nominal", "title": None, "legend": {"symbolStrokeWidth": 3}}
+    layers: list[Spec] = [
+        {
+            "mark": {"type": "rect", "color": "var(--c1)", "stroke": "var(--paper)", "strokeWidth": 1},
+            "encoding": {
+                "x": {**place, "field": "low"},
+                "x2": {"field": "high"},
+                "y": {"field": "count", "type": "quantitative", "title": "data"},
+                "y2": {"datum": 0},
+                "tooltip": [{"field": "text", "title": "latency"}, {"field": "count", "title": "data"}],
+            },
+        },
+        {
+            "data": {"values": list(marks)},
+            "mark": {"type": "rule", "strokeWidth": 2},
+            "encoding": {
+                "x": {**place, "field": "at"},
+                "color": {**line, "scale": scale},
+                "strokeDash": {**line, "scale": dashes},
+                "tooltip": [{"field": "kind", "title": "bound"}, {"field": "text", "title": "latency"}],
+            },
+        },
+    ]
+    return whole_spec({"data": {"name": "bins", "values": list(bars)}, "layer": layers, "height": 200}, description)
 
 
 def _labels(row: Spec) -> Spec:

@@ -114,3 +114,11 @@ def test_columns_are_the_width_of_what_is_piped(
         monkeypatch.setenv("COLUMNS", columns)
         widest[columns] = max(map(len, said(["analyse", STARTER], 4, capsys).splitlines()))
     assert widest["60"] <= 60 < widest["0"] == widest["wide"] <= 160 < widest["300"] <= 300
+
+
+def test_an_alternative_in_place_of_a_problem_is_told_where_it_goes(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (tmp_path / "r.json").write_text("{}", encoding="utf-8")
+    text = said(["simulate", f"{tmp_path / 'r.json'}#2"], 2, capsys)
+    assert f"give the problem file, and --design {tmp_path / 'r.json'}#2" in " ".join(text.split())

@@ -97,3 +97,8 @@ def test_many_rules_have_a_line_each(capsys: pytest.CaptureFixture[str], tmp_pat
     lines = [line.strip() for line in capsys.readouterr().out.splitlines()]
     at = lines.index("Rules (4):")
     assert lines[at + 1 : at + 5] == rules
+
+
+def test_what_all_alternatives_share_is_a_line() -> None:
+    lines = printed(dse.solve(example_path("inmark"), max_jitter="20 ms"))
+    assert "In all of them: ser1 rs232, eth0 none and 4 more (--explain)." in [line.rstrip() for line in lines]

@@ -15,8 +15,10 @@ from study.studies import example, written
 import dse
 from dse.api.problem import load
 from dse.cli.main import run
+from dse.examples import example_path
 from dse.report.page import Section, Table
 from dse.report.sensitivity import scaling_words
+from dse.report.simulate import simulation_page
 from dse.report.study import sections_of
 from dse.report.study_files import study_figures, study_files
 from dse.study.robust import solve_robust
@@ -193,3 +195,16 @@ def browser() -> Iterator[Browser]:
     opened = Browser()
     yield opened
     opened.close()
+
+
+def test_simulated_latencies_are_drawn_against_their_bounds() -> None:
+    """The bars have every datum, the lines are the analysed bounds."""
+    found = dse.simulate(example_path("starter"), runs=2)
+    [plot] = [block for section in simulation_page(found).sections for block in section.plots]
+    spec = plot.draw()
+    assert sum(row["count"] for row in spec["data"]["values"]) == found.flows[0].count > 0
+    marks = spec["layer"][1]["data"]["values"]
+    assert [mark["at"] for mark in marks if mark["kind"] == "analysed"] == [
+        float(value) / 1e6 for value in found.flows[0].bounds_ns
+    ]
+    assert min(row["low"] for row in spec["data"]["values"]) == float(min(found.flows[0].latencies)) / 1e6
