@@ -26,7 +26,11 @@ class ImportedFile:
 
 
 def import_file(
-    path: str | Path, form: str | None = None, times: Sequence[str | Path] = (), **options: str | None
+    path: str | Path,
+    form: str | None = None,
+    times: Sequence[str | Path] = (),
+    bags: Sequence[str | Path] = (),
+    **options: str | None,
 ) -> ImportedFile:
     """A file of another format as the text of a problem file.
 
@@ -38,6 +42,8 @@ def import_file(
         the name of the format; told by the file's suffix where it is left out.
     times
         measured execution times for the threads that the file has: CSV as `dse fit` reads them, or traces.
+    bags
+        recordings of ROS, for the sizes of topics and the rates of those that come from outside.
     options
         those of the format; ``dse import --help`` lists them.
 
@@ -58,9 +64,14 @@ def import_file(
     """
     given = {name: value for name, value in options.items() if value is not None}
     found = read_foreign(Path(path), form, given)
-    if not times:
-        return ImportedFile(block_text(found.document), found.remarks)
-    from dse.api.timed import with_times
+    document, remarks = dict(found.document), found.remarks
+    if times or bags:
+        from dse.api.timed import with_bag, with_times
 
-    document, remarks = with_times(found, times)
-    return ImportedFile(block_text(document), (*found.remarks, *remarks))
+        if times:
+            document, said = with_times(found, times)
+            remarks += said
+        for bag in bags:
+            document, said = with_bag(document, Path(bag))
+            remarks += said
+    return ImportedFile(block_text(document), remarks)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from difflib import get_close_matches
+from fractions import Fraction
 from pathlib import Path
 from typing import Any
 
@@ -11,6 +12,9 @@ from dse.errors import Diagnostic, UsageError
 from dse.fitting.catalogue import catalogue
 from dse.fitting.fit import Execution, Fit, Options, fit_measurements
 from dse.importers.registry import Imported, importer_of, read_foreign
+from dse.importers.ros2.system import is_of_topic
+from dse.importers.ros_bags import read_bag
+from dse.units import format_rate
 
 
 def with_times(imported: Imported, files: Sequence[str | Path]) -> tuple[dict[str, Any], tuple[Diagnostic, ...]]:
@@ -60,6 +64,43 @@ def with_times(imported: Imported, files: Sequence[str | Path]) -> tuple[dict[st
         document = _filled(document, found, by_thread)
     document["assumptions"] = _assumptions(document, missing)
     return document, (*remarks, *_missing(missing))
+
+
+def with_bag(document: Mapping[str, Any], path: Path) -> tuple[dict[str, Any], tuple[Diagnostic, ...]]:
+    """The document with the largest size of each topic, and the rate of those that nothing in the file publishes.
+
+    Raises
+    ------
+    ProblemError
+        when it is no bag, or is cut off.
+    UsageError
+        when rosbags is not installed, or no topic is a connection of the document.
+    """
+    connections = dict(document.get("connections") or {})
+    others: list[str] = []
+    for topic in read_bag(path):
+        wires = [name for name, body in connections.items() if is_of_topic(name, body.get("port", ""), topic.name)]
+        for name in wires:
+            body = dict(connections[name])
+            if "from" not in body and topic.mean_ns:
+                body["rate"] = format_rate(10**9 / Fraction(topic.mean_ns))
+            body["data_size"] = f"{topic.most} B"
+            said = f"{path.name}: {topic.count} messages of {topic.least} to {topic.most} B"
+            body["source"] = "; ".join(text for text in (body.get("source", ""), said) if text)[:900]
+            connections[name] = body
+        if not wires:
+            others.append(topic.name)
+    if connections == document.get("connections"):
+        raise UsageError(f"{path}: none of its topics is a connection: {', '.join(others)}"[:500])
+    text = f"topics that are no connections here: {', '.join(others)}"[:500]
+    remarks = (Diagnostic(text, file=str(path), severity="warning"),) if others else ()
+    missing = [name for name, body in connections.items() if "from" not in body and "rate" not in body]
+    kept = [item for item in document.get("assumptions", ()) if not item.startswith("MISSING: how often")]
+    if missing:
+        kept.append(
+            f"MISSING: how often these come from outside, a `rate` each (or --rate): {', '.join(missing)}."[:900]
+        )
+    return {**document, "connections": connections, "assumptions": kept}, remarks
 
 
 def _is_trace(path: Path) -> bool:

@@ -23,9 +23,9 @@ from dse.errors import EXIT_COMPLETE, EXIT_NO
 @click.option(
     "--measured",
     multiple=True,
-    type=click.Path(exists=True, dir_okay=False),
-    metavar="FILE",
-    help="Measurements (CSV) against which a design of the problem file A is held.",
+    type=click.Path(exists=True),
+    metavar="PATH",
+    help="Measurements (CSV, a trace, a bag) against which a design of the problem file A is held.",
 )
 @click.option(
     "--design",

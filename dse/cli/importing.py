@@ -32,9 +32,19 @@ def _format_options(command: click.Command) -> click.Command:
     metavar="PATH",
     help="Measured execution times for the threads of FILE: CSV as `dse fit` reads them, or a trace.",
 )
+@click.option(
+    "--bag",
+    "bags",
+    multiple=True,
+    type=click.Path(exists=True),
+    metavar="PATH",
+    help="A recording of ROS: the sizes of FILE's topics, and the rates of those that come from outside.",
+)
 @click.option("-o", "--output", default="-", metavar="PATH", help="The file to write; standard output if left out.")
 @in_time
-def command(file: str, form: str | None, times: tuple[str, ...], output: str, **options: str | None) -> int:
+def command(
+    file: str, form: str | None, times: tuple[str, ...], bags: tuple[str, ...], output: str, **options: str | None
+) -> int:
     """A file of another format as a problem file, or as a file that problem files include.
 
     Each figure says where it comes from (`source`). What was not understood is told on standard error, with its place.
@@ -43,7 +53,7 @@ def command(file: str, form: str | None, times: tuple[str, ...], output: str, **
     from dse.api.importing import import_file
 
     given: dict[str, Any] = {name.replace("_", "-"): value for name, value in options.items()}
-    found = import_file(file, form, times, **given)
+    found = import_file(file, form, times, bags, **given)
     for remark in found.remarks:
         click.echo(str(remark), err=True)
     write_text(output, found.text)

@@ -28,6 +28,7 @@ from dse.space.trees import at, graft
 from dse.space.types import Design, Space
 from dse.spec.scan import ExpressionError
 from dse.study.sensitivity import chosen_design
+from dse.study.traced import is_recording, read_recording
 from dse.units import (
     DATA,
     FREQUENCY,
@@ -63,7 +64,7 @@ def compare_measured(
     files
         CSV with samples of metrics (``metric,sample_ms`` with ``latency of steering``; ``flow,latency_ms``) and of
         what the file states: ``execution time``, ``period`` or ``rate`` of a thread or device, ``rate`` or
-        ``data size`` of a connection.
+        ``data size`` of a connection; traces of ros2_tracing, and bags.
     design
         decisions by name (or texts ``name = option``), on top of the baseline; the baseline alone when left out.
     tolerance
@@ -94,11 +95,18 @@ def compare_measured(
         raise UsageError(f"--tolerance {tolerance}: {error}") from error
     if not files:
         raise UsageError("name a file of measurements")
-    observed, unused = read_observed([Path(item) for item in files])
+    paths = [Path(item) for item in files]
+    observed, unused = read_observed([path for path in paths if not is_recording(path)])
     texts = [f"'{name}' = {option}" for name, option in design.items()] if isinstance(design, Mapping) else design or ()
     asked = with_stated_cores(load(problem).ask(**question), texts)
     chosen = chosen_design(asked.space, list(texts))
     bench = _Bench(asked, chosen, share)
+    for path in filter(is_recording, paths):
+        shown, others = read_recording(path, asked.loaded.spec)
+        if not shown:
+            raise UsageError(f"{path}: nothing in it is of this problem ({'; '.join(others)})")
+        observed += shown
+        bench.remarks += others
     for item in observed:
         try:
             bench.hold(item)

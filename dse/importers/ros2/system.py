@@ -24,7 +24,7 @@ NO_TIMES = (
 class Callback:
     """A callback: a timer with a period, or what runs when a message of a topic comes.
 
-    `durations_ns` are its measured execution times, `words` what else is known of it.
+    `durations_ns` are its measured execution times, `starts_ns` when they began, `words` what else is known of it.
     """
 
     name: str
@@ -33,6 +33,7 @@ class Callback:
     period_ns: int | None = None
     topic: str = ""
     durations_ns: Sequence[int] = ()
+    starts_ns: Sequence[int] = ()
     words: str = ""
 
 
@@ -74,6 +75,12 @@ class System:
     executors: list[tuple[str, list[Group]]] = field(default_factory=list)
     wires: list[Wire] = field(default_factory=list)
     flows: dict[str, tuple[Place, list[Callback | Wire]]] = field(default_factory=dict)
+
+
+def is_of_topic(wire: str, port: str, topic: str) -> bool:
+    """Whether a connection goes by the name that an import gives it: its topic, alone or with the nodes at its ends."""
+    name = ros_name(topic)
+    return wire == name or (wire.startswith(f"{name}.") and port != "data")
 
 
 def stated_options(options: Mapping[str, Any]) -> tuple[int | None, str | None]:

@@ -43,6 +43,21 @@ def read(path: Path, options: Mapping[str, Any]) -> Imported:
     UsageError
         when an option is wrong.
     """
+    file, system = _seen(path)
+    writer = Writer(file, system, options, "trace")
+    document = writer.document()
+    document["assumptions"].append(
+        "Execution times of the trace go from the beginning of a callback to its end: with what preempted it."
+    )
+    return Imported(document, tuple(file.remarks), writer.places, writer.entities())
+
+
+def read_seen(path: Path) -> list[Callback]:
+    """The callbacks of a trace, with when they began and how long they took. Errors as for `read`."""
+    return [one for group in _seen(path)[1].groups for one in group.callbacks]
+
+
+def _seen(path: Path) -> tuple[LocatedFile, System]:
     seen = Seen()
     for event in events_of(path):
         seen.take(event)
@@ -51,12 +66,7 @@ def read(path: Path, options: Mapping[str, Any]) -> Imported:
     system = seen.system(file)
     if not system.groups:
         raise ProblemError([Diagnostic("no callback of a timer or subscription runs in it", "", str(path))])
-    writer = Writer(file, system, options, "trace")
-    document = writer.document()
-    document["assumptions"].append(
-        "Execution times of the trace go from the beginning of a callback to its end: with what preempted it."
-    )
-    return Imported(document, tuple(file.remarks), writer.places, writer.entities())
+    return file, system
 
 
 @dataclass
@@ -208,7 +218,7 @@ class Seen:
             taken[one.name] = taken.get(one.name, 0) + 1
             if taken[one.name] > 1:
                 one.name = f"{one.name}_{taken[one.name]}"
-            one.durations_ns = run.durations
+            one.durations_ns, one.starts_ns = run.durations, run.starts
             if one.period_ns is not None and len(run.starts) > 1:
                 mean = Fraction(run.starts[-1] - run.starts[0], len(run.starts) - 1)
                 one.words = f"{len(run.starts)} times, every {float(mean) / 1e6:.6g} ms on average"
