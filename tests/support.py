@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from itertools import product
 from pathlib import Path
 
 from dse.analysis.evaluate import Evaluation, Evaluator
 from dse.analysis.validity import canonical
 from dse.examples import example_files
-from dse.pareto.regions import dominates
 from dse.space.build import build_space
 from dse.space.types import Design, Space
 from dse.spec.load import load_spec, parse_spec
@@ -61,3 +61,8 @@ def brute_front(evaluator: Evaluator) -> dict[tuple[int, ...], Design]:
         for vector, design in found.items()
         if not any(dominates(other, points[vector]) for other in points.values())
     }
+
+
+def dominates(one: Sequence[int], other: Sequence[int]) -> bool:
+    """Whether `one` is no worse in every objective (minimised) and better in at least one."""
+    return tuple(one) != tuple(other) and all(a <= b for a, b in zip(one, other, strict=True))

@@ -65,7 +65,7 @@ def test_the_reference_of_formats_is_what_the_schemas_say() -> None:
     assert text == page(text), "python -m tests.formats"
 
 
-@pytest.mark.parametrize("name", ["solve", "sweep", "sensitivity"])
+@pytest.mark.parametrize("name", ["solve", "sweep", "sensitivity", "explain"])
 def test_every_column_of_a_csv_file_is_documented(name: str) -> None:
     """Whatever is no metric, decision or axis by name."""
     told = re.search(rf"\*\*`dse {name} --csv`\*\*.*?\n\n(.*?)\n\n", (DOCS / "formats.md").read_text("utf-8"), re.S)
@@ -82,6 +82,8 @@ def test_every_column_of_a_csv_file_is_documented(name: str) -> None:
         assert row.outcome is not None
         columns = swept.columns
         named = [vary[1].partition("=")[0], *row.outcome["units"], *(item.name for item in problem.space.decisions)]
+    elif name == "explain":
+        columns, named = dse.explain(problem, max_jitter="5 ms").to_csv().partition("\n")[0].split(","), []
     else:
         design = ["computer.type = small", "can0.type = can_250k", "filter.dispatch_protocol = aperiodic"]
         margins = dse.sensitivity(problem, [*design, "control.period = 20 ms"])

@@ -32,7 +32,6 @@ from dse.errors import TooLargeError
 from dse.space.metrics import metric_dimension
 from dse.space.trees import Choice, Tree, at, leaves
 from dse.space.types import EMPTY, Bus, Component, Requirement, Space
-from dse.units import DIMENSIONLESS
 
 MANY_CASES = 10_000
 FULLEST = "the fullest core"
@@ -136,7 +135,7 @@ def build_limit(space: Space, requirement: Requirement, *, counted: bool = True,
             per_core if upper else None,
             (space, number) if upper else None,
         )
-    if metric.kind == "load" and quantity.dimension == DIMENSIONLESS:
+    if metric.kind == "load" and requirement.is_share:
         bus, share = space.buses[metric.index or 0], quantity.value / 8
         return Limit(requirement, measure, lambda view: share * (at(bus.bandwidth_bps, view) or 8))
     if metric.key == "deadline":

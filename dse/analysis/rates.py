@@ -65,34 +65,67 @@ def rate_hz(space: Space, key: RateKey, view: View) -> Fraction:
 
 
 def _activation_hz(space: Space, number: int, view: View) -> Fraction:
-    component = space.components[number]
-    if not is_event_triggered(component, view):
-        return _timer_hz(component, view)
+    by_input, own = dispatch(space.components[number], view)
+    if not by_input:
+        assert own is not None
+        return own
     arriving = rate_hz(space, ("input", number), view)
-    if at(component.protocol, view) == "sporadic":
-        return min(arriving, _timer_hz(component, view))
-    return arriving
-
-
-def _timer_hz(component: Component, view: View) -> Fraction:
-    rate: Fraction = NS_PER_S / (ZERO + at(component.period_ns, view))
-    return rate
+    return arriving if own is None else min(arriving, own)
 
 
 def _delivery_hz(space: Space, number: int, view: View) -> Fraction:
     connection = space.connections[number]
-    stated = at(connection.rate_hz, view)
-    if stated is not None:
-        rate: Fraction = ZERO + stated
+    if connection.states_rate:
+        return stated_hz(connection, view)
+    return Fraction(0) if connection.sender is None else rate_hz(space, ("activation", connection.sender), view)
+
+
+# --- the rules, which the encoder tabulates ---------------------------------------------------------------------------
+
+
+def dispatch(component: Component, view: View) -> tuple[bool, Fraction | None]:
+    """Whether inputs dispatch a component; the rate of its timer, which is the most of a sporadic one (None: none)."""
+    by_input = is_event_triggered(component, view)
+    if by_input and at(component.protocol, view) != "sporadic":
+        return True, None
+    timer: Fraction = NS_PER_S / (ZERO + at(component.period_ns, view))
+    return by_input, timer
+
+
+def stated_hz(connection: Connection, view: View) -> Fraction:
+    """The rate that a connection states: itself, or by its data rate over its size; 0 of messages without a size."""
+    if connection.rate_hz is not None:
+        rate: Fraction = ZERO + at(connection.rate_hz, view)
         return rate
-    data_rate = at(connection.data_rate, view)
-    if data_rate is not None:
-        size = at(connection.size_bytes, view)
-        messages: Fraction = (ZERO + data_rate) / size if size else ZERO
-        return messages
-    if connection.source is None:
-        return Fraction(0)
-    return rate_hz(space, ("activation", connection.source), view)
+    size = at(connection.size_bytes, view)
+    messages: Fraction = (ZERO + at(connection.data_rate, view)) / size if size else ZERO
+    return messages
+
+
+def summands(space: Space, key: RateKey) -> list[RateKey]:
+    """The rates that a rate is the sum, or the larger, or the smaller of."""
+    kind, number = key
+    if kind == "activation":
+        return [("input", number)]
+    if kind == "input":
+        return [("delivery", wire) for wire in space.components[number].triggers]
+    sender = space.connections[number].sender
+    return [("activation", sender)] if sender is not None else []
+
+
+def source_rates_of(space: Space, key: RateKey) -> frozenset[Fraction]:
+    """What a rate may be beside that, over all designs: a timer's, or what a connection states."""
+    kind, number = key
+    if kind == "activation":
+        periods = [leaf for leaf in leaves(space.components[number].period_ns) if leaf is not None]
+        return frozenset(Fraction(NS_PER_S, period) for period in periods)
+    if kind == "input" or not space.connections[number].states_rate:
+        return frozenset()
+    connection = space.connections[number]
+    if connection.rate_hz is not None:
+        return frozenset(Fraction(leaf) for leaf in leaves(connection.rate_hz))
+    sizes = {leaf for leaf in leaves(connection.size_bytes) if leaf}
+    return frozenset(Fraction(leaf) / size for leaf in leaves(connection.data_rate) for size in sizes)
 
 
 def active_circle(space: Space, view: View) -> list[int]:
@@ -101,9 +134,8 @@ def active_circle(space: Space, view: View) -> list[int]:
     graph: dict[int, list[int]] = {number: [] for number in eager}
     for target in sorted(eager):
         for connection in (space.connections[number] for number in space.components[target].triggers):
-            stated = connection.rate_hz is not None or connection.data_rate is not None
-            if connection.source in eager and not stated:
-                graph[connection.source].append(target)
+            if connection.sender in eager:
+                graph[connection.sender].append(target)
     circles = [members for members in strong_components(graph) if len(members) > 1 or members[0] in graph[members[0]]]
     circle = shortest_circle(graph, min(min(members) for members in circles))
     return [*circle, circle[0]]
@@ -140,7 +172,7 @@ def _find_source_rates(space: Space) -> dict[RateKey, frozenset[Fraction]]:
     while changed:
         changed = False
         for key in all_keys(space):
-            rates = _direct_sources(space, key, found)
+            rates = source_rates_of(space, key).union(*(found.get(item, ()) for item in summands(space, key)))
             if rates != found.get(key):
                 found[key] = rates
                 changed = True
@@ -153,21 +185,3 @@ def all_keys(space: Space) -> list[RateKey]:
     for number in range(len(space.components)):
         keys += [("input", number), ("activation", number)]
     return keys
-
-
-def _direct_sources(space: Space, key: RateKey, found: dict[RateKey, frozenset[Fraction]]) -> frozenset[Fraction]:
-    kind, number = key
-    empty: frozenset[Fraction] = frozenset()
-    if kind == "input":
-        triggers = space.components[number].triggers
-        return empty.union(*(found.get(("delivery", wire), empty) for wire in triggers))
-    if kind == "activation":
-        periods = [leaf for leaf in leaves(space.components[number].period_ns) if leaf is not None]
-        return found.get(("input", number), empty) | {Fraction(NS_PER_S, period) for period in periods}
-    connection = space.connections[number]
-    if connection.rate_hz is not None:
-        return frozenset(Fraction(leaf) for leaf in leaves(connection.rate_hz))
-    if connection.data_rate is not None:
-        sizes = {leaf for leaf in leaves(connection.size_bytes) if leaf}
-        return frozenset(Fraction(leaf) / size for leaf in leaves(connection.data_rate) for size in sizes)
-    return found.get(("activation", connection.source), empty) if connection.source is not None else empty

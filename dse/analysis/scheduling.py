@@ -293,10 +293,10 @@ def _upstream(space: Space, key: TaskKey, view: View, seen: frozenset[int]) -> l
         return []
     found: list[TaskKey] = []
     for connection in (space.connections[wire] for wire in component.triggers):
-        if connection.source is None or connection.rate_hz is not None or connection.data_rate is not None:
+        if connection.sender is None:
             continue
-        found.append((connection.source, "thread"))
-        if at(space.components[connection.source].processor, view) is None:
+        found.append((connection.sender, "thread"))
+        if at(space.components[connection.sender].processor, view) is None:
             found += _upstream(space, found[-1], view, seen | {number})
     return found
 
@@ -546,11 +546,11 @@ def _deliveries(space: Space, wire: int, known: Mapping[TaskKey, Exact | None], 
     """What a connection delivers: what its sender releases, later by the jitter of processing and transmission."""
     connection = space.connections[wire]
     least, most, _ = transmission_ns(space, connection, view)
-    if connection.rate_hz is not None or connection.data_rate is not None or connection.source is None:
+    if connection.sender is None:
         rate = rate_hz(space, ("delivery", wire), view)
         period = NS_PER_S // rate if rate else 0
         return (Stream(max(1, period), most - least),) if rate else ()
-    leaving = _leaving(space, connection.source, known, view)
+    leaving = _leaving(space, connection.sender, known, view)
     return None if leaving is None else tuple(Stream(item.period_ns, item.jitter_ns + most - least) for item in leaving)
 
 

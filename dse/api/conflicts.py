@@ -22,7 +22,6 @@ from dse.results.display import exact
 from dse.space.implied import overload_needed
 from dse.space.types import Requirement, Rule, Space
 from dse.spec.expressions import Operator
-from dse.units import DIMENSIONLESS
 from dse.verification.diagrams import TooLarge
 from dse.verification.exhaustion import TooMany
 from dse.verification.model import Reply
@@ -197,13 +196,9 @@ def _figures(item: Mapping[str, Any]) -> dict[str, Any]:
     return {name: item[name] for name in ("limit", "closest", "miss", "unit")}
 
 
-def _is_share(member: Requirement) -> bool:
-    return member.metric.kind in ("utilisation", "load") and member.limit.dimension == DIMENSIONLESS
-
-
 def _own_limit(space: Space, member: Requirement) -> tuple[str, Fraction]:
     """The unit in which a conflict states a limit, and the requirement's own; a deadline is 0 ns late."""
-    if _is_share(member):
+    if member.is_share:
         return "ppm", member.limit.value * PPM
     measure = build_measure(space, member.metric)
     if member.metric.key == "deadline":
@@ -227,7 +222,7 @@ def _claims(space: Space, member: Requirement, own: Fraction, closest: Fraction)
 def _limit(space: Space, member: Requirement, operator: Operator, shown: Fraction) -> Limit:
     """The requirement with another operator and limit, in the unit of `_own_limit`."""
     moved = replace(member, operator=operator)
-    if _is_share(member):
+    if member.is_share:
         found = build_limit(space, replace(moved, limit=replace(member.limit, value=shown / PPM)))
         return replace(found, each=None) if member.operator == "==" else found
     limit = build_limit(space, moved)

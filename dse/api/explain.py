@@ -28,7 +28,7 @@ from dse.space.activation import exclusions
 from dse.space.implied import overload_needed
 from dse.space.types import Design, Requirement, Rule, Space
 from dse.timelimit import OutOfTime
-from dse.units import DIMENSIONLESS, Quantity, convert, format_duration, format_number
+from dse.units import Quantity, convert, format_duration, format_number
 
 MOST_CONFLICTS = 100
 
@@ -311,17 +311,12 @@ def _own_limit(space: Space, member: Member) -> tuple[str, Fraction | None]:
     if member.metric.key == "deadline":
         return "ns", Fraction(0)
     limit = member.limit.value * _factor(space, member)
-    return "ppm" if _is_share(member) else build_measure(space, member.metric).unit, limit
-
-
-def _is_share(member: Requirement) -> bool:
-    """Whether the limit is a share of a processor or of a bandwidth."""
-    return member.metric.kind in ("utilisation", "load") and member.limit.dimension == DIMENSIONLESS
+    return "ppm" if member.is_share else build_measure(space, member.metric).unit, limit
 
 
 def _factor(space: Space, member: Requirement) -> Fraction:
     """How many of the shown unit make one coherent unit of the limit."""
-    if _is_share(member):
+    if member.is_share:
         return Fraction(PPM)
     if member.metric.key == "deadline":
         return Fraction(NS_PER_S)

@@ -9,13 +9,12 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from fractions import Fraction
+from functools import partial
 from itertools import product
 from typing import Any, TypeAlias
 
-from dse.analysis.rates import NS_PER_S, RateKey, is_event_triggered
-from dse.analysis.views import View
+from dse.analysis.rates import RateKey, dispatch, stated_hz
 from dse.encode.linear import Board
-from dse.space.trees import at
 
 RateTable: TypeAlias = list[tuple[Any, Fraction]]
 
@@ -63,29 +62,18 @@ class RateTables:
     def _delivery(self, number: int) -> RateTable | None:
         connection = self.board.space.connections[number]
 
-        def stated(view: View) -> Fraction:
-            if connection.rate_hz is not None:
-                return Fraction(at(connection.rate_hz, view))
-            size = at(connection.size_bytes, view)
-            return Fraction(at(connection.data_rate, view)) / size if size else Fraction(0)
-
-        if connection.rate_hz is not None or connection.data_rate is not None:
-            return self._merged(self.board.table(stated))
-        if connection.source is None:
+        if connection.states_rate:
+            return self._merged(self.board.table(partial(stated_hz, connection)))
+        if connection.sender is None:
             return [(self.board.true, Fraction(0))]
-        return self.table(("activation", connection.source))
+        return self.table(("activation", connection.sender))
 
     def _activation(self, number: int) -> RateTable | None:
         """1 / period, the input rate, or for sporadic components the smaller of the two."""
         component = self.board.space.components[number]
 
-        def mode(view: View) -> tuple[bool, Fraction | None]:
-            eager = is_event_triggered(component, view)
-            bounded = at(component.protocol, view) == "sporadic" or not eager
-            return eager, Fraction(NS_PER_S, at(component.period_ns, view)) if bounded else None
-
         pairs: RateTable = []
-        for literal, (eager, own) in self.board.table(mode):
+        for literal, (eager, own) in self.board.table(partial(dispatch, component)):
             if not eager:
                 assert own is not None
                 pairs.append((literal, own))

@@ -10,14 +10,20 @@ from typing import Any
 from ortools.sat.python import cp_model
 
 from dse.analysis.measures import Term
-from dse.analysis.rates import NS_PER_S, RateKey, all_keys, is_event_triggered, source_rates_hz
-from dse.analysis.views import View
+from dse.analysis.rates import (
+    RateKey,
+    all_keys,
+    dispatch,
+    is_event_triggered,
+    source_rates_hz,
+    source_rates_of,
+    stated_hz,
+    summands,
+)
 from dse.encode.linear import EXACT_LIMIT, Board, Form, Given, ceil_int, check_exact
 from dse.encode.rate_tables import RateTables
 from dse.space.activation import trigger_graph
 from dse.space.cycles import strong_components
-from dse.space.trees import at, leaves
-from dse.space.types import Space
 
 
 def add_acyclic_activation(board: Board) -> None:
@@ -105,18 +111,11 @@ class RateVariables:
 
     def _define_delivery(self, number: int, variable: cp_model.IntVar) -> None:
         connection, board = self.board.space.connections[number], self.board
-        if connection.rate_hz is None and connection.data_rate is None:
-            source = self.variable(("activation", connection.source))[0] if connection.source is not None else 0
+        if not connection.states_rate:
+            source = self.variable(("activation", connection.sender))[0] if connection.sender is not None else 0
             board.model.add(variable == source)
             return
-
-        def stated(view: View) -> Fraction:
-            if connection.rate_hz is not None:
-                return Fraction(at(connection.rate_hz, view))
-            size = at(connection.size_bytes, view)
-            return Fraction(at(connection.data_rate, view)) / size if size else Fraction(0)
-
-        table = board.table(stated)
+        table = board.table(partial(stated_hz, connection))
         form = board.form((literal, int(value * self.scale)) for literal, value in table)
         board.model.add(variable == board.expression(form))
 
@@ -125,13 +124,8 @@ class RateVariables:
         space, model = self.board.space, self.board.model
         component = space.components[number]
 
-        def mode(view: View) -> tuple[bool, int | None]:
-            eager = is_event_triggered(component, view)
-            bounded = at(component.protocol, view) == "sporadic" or not eager
-            return eager, at(component.period_ns, view) if bounded else None
-
-        for literal, (eager, period) in self.board.table(mode):
-            cap = int(Fraction(NS_PER_S, period) * self.scale) if period is not None else None
+        for literal, (eager, own) in self.board.table(partial(dispatch, component)):
+            cap = int(own * self.scale) if own is not None else None
             if not eager:
                 model.add(variable == cap).only_enforce_if(literal)
                 continue
@@ -151,39 +145,13 @@ class RateVariables:
         """
         space = self.board.space
         bounds = dict.fromkeys(all_keys(space), 0)
-        for members in strong_components({key: list(_summands(space, key)) for key in bounds}):  # summands come first
+        for members in strong_components({key: list(summands(space, key)) for key in bounds}):  # summands come first
             for _ in members:
                 bounds.update({key: self._bound(key, bounds) for key in members})
         return bounds
 
     def _bound(self, key: RateKey, bounds: dict[RateKey, int]) -> int:
         """The bound that follows from those of the rates that this one sums."""
-        kind, number = key
         space = self.board.space
-        total = sum(bounds[source] for source in _summands(space, key))
-        if kind == "activation":
-            periods = [leaf for leaf in leaves(space.components[number].period_ns) if leaf is not None]
-            return max(total, *(int(Fraction(NS_PER_S, period) * self.scale) for period in periods), 0)
-        if kind == "input" or total:
-            return total
-        connection = space.connections[number]
-        if connection.rate_hz is not None:
-            return max(int(Fraction(leaf) * self.scale) for leaf in leaves(connection.rate_hz))
-        if connection.data_rate is None:
-            return 0
-        sizes = [leaf for leaf in leaves(connection.size_bytes) if leaf]
-        rates = [Fraction(leaf) / size for leaf in leaves(connection.data_rate) for size in sizes]
-        return max((int(rate * self.scale) for rate in rates), default=0)
-
-
-def _summands(space: Space, key: RateKey) -> list[RateKey]:
-    """The rates that a rate is the sum, or the larger, or the smaller of."""
-    kind, number = key
-    if kind == "activation":
-        return [("input", number)]
-    if kind == "input":
-        return [("delivery", wire) for wire in space.components[number].triggers]
-    connection = space.connections[number]
-    if connection.rate_hz is not None or connection.data_rate is not None or connection.source is None:
-        return []
-    return [("activation", connection.source)]
+        total = sum(bounds[source] for source in summands(space, key))
+        return max(total, *(int(rate * self.scale) for rate in source_rates_of(space, key)), 0)

@@ -8,7 +8,7 @@ left, every point is dominated by a found one, equal to it, or proved to belong 
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable, Iterator, Sequence
+from collections.abc import Collection, Iterable, Iterator
 from heapq import nsmallest
 from math import prod
 from operator import le, lt
@@ -144,8 +144,3 @@ def local_upper_bounds(start: Bound, points: Iterable[Bound], most: int) -> list
         if len(regions.open) > most:
             return None
     return sorted({*regions.open, *regions.refuted})
-
-
-def dominates(one: Sequence[int], other: Sequence[int]) -> bool:
-    """Whether `one` is no worse in every objective (minimised) and better in at least one."""
-    return tuple(one) != tuple(other) and all(a <= b for a, b in zip(one, other, strict=True))

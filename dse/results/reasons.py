@@ -19,7 +19,7 @@ from dse.results.design_tables import analyse_design
 from dse.results.points import Point
 from dse.results.solve import Result
 from dse.space.types import Requirement
-from dse.units import DIMENSIONLESS, Exact
+from dse.units import Exact
 
 
 @dataclass(frozen=True)
@@ -217,10 +217,8 @@ def margins_of(limit: Limit, view: View) -> list[Margin]:
 
 def _capacity(requirement: Requirement, bound: Fraction) -> Fraction | None:
     """What a limit on utilisation or load is a share of, if it is one."""
-    stated = requirement.limit
-    if requirement.metric.kind not in ("utilisation", "load") or stated.dimension != DIMENSIONLESS or not stated.value:
-        return None
-    return bound / stated.value
+    stated = requirement.limit.value
+    return bound / stated if requirement.is_share and stated else None
 
 
 def dominants(analysis: Analysis) -> Iterator[Dominant]:

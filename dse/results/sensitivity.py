@@ -48,12 +48,6 @@ class Margin:
     most: Fraction
 
     @property
-    def relative(self) -> Fraction | None:
-        """The smallest move to a break as a share of the nominal value; None when nothing breaks, or it is 0."""
-        moves = [abs(item.last - self.nominal) for item in (self.below, self.above) if item is not None]
-        return min(moves) / self.nominal if moves and self.nominal else None
-
-    @property
     def searched(self) -> tuple[Fraction, Fraction]:
         """Between which values borders were looked for."""
         return self.least, self.most
@@ -179,10 +173,6 @@ class SensitivityResult(Answer):
         if self.broken:
             return EXIT_NO
         return EXIT_INCOMPLETE if self.left_out else EXIT_COMPLETE
-
-    def of_metric(self, metric: str) -> list[Bar]:
-        """The bars of a metric, the longest first."""
-        return sorted((bar for bar in self.bars if bar.metric == metric), key=lambda bar: (-bar.swing, bar.path))
 
     @property
     def metrics(self) -> list[str]:

@@ -74,9 +74,8 @@ def trigger_graph(space: Space) -> dict[int, set[int]]:
     for target, component in enumerate(space.components):
         for number in component.triggers if eager[target] else ():
             connection = space.connections[number]
-            stated = connection.rate_hz is not None or connection.data_rate is not None
-            if connection.source is not None and eager[connection.source] and not stated:
-                graph[connection.source].add(target)
+            if connection.sender is not None and eager[connection.sender]:
+                graph[connection.sender].add(target)
     return graph
 
 

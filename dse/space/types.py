@@ -14,7 +14,7 @@ from typing import Any, Literal, TypeAlias
 
 from dse.space.trees import Tree
 from dse.spec.expressions import And, Not, Operator, Or
-from dse.units import Exact, Quantity
+from dse.units import DIMENSIONLESS, Exact, Quantity
 
 EMPTY = "none"
 UNKNOWN_TYPE = "?\n"
@@ -234,6 +234,16 @@ class Connection:
     further: tuple[int, ...] = ()
     protocols: tuple[int, ...] = ()
 
+    @property
+    def states_rate(self) -> bool:
+        """Whether it says itself how often messages leave, by its rate or its data rate."""
+        return self.rate_hz is not None or self.data_rate is not None
+
+    @property
+    def sender(self) -> int | None:
+        """The component at whose rate messages leave; None where it states one, or comes from outside."""
+        return None if self.states_rate else self.source
+
 
 @dataclass(frozen=True)
 class StepFigures:
@@ -338,6 +348,11 @@ class Requirement:
     limit: Quantity
     origin: str = ""
     implied: bool = False
+
+    @property
+    def is_share(self) -> bool:
+        """Whether the limit is a share of what the processor or the bus has."""
+        return self.metric.kind in ("utilisation", "load") and self.limit.dimension == DIMENSIONLESS
 
     @property
     def shown(self) -> str:

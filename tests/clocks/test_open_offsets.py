@@ -15,7 +15,6 @@ from dse.analysis import latency, measures
 from dse.analysis.evaluate import Evaluator
 from dse.pareto.answer import Answer
 from dse.pareto.front import Budget, search_front
-from dse.pareto.regions import dominates
 from dse.pareto.settings import Settings
 from dse.pareto.subproblem import Solver
 from dse.report.words import proof_words
@@ -24,7 +23,7 @@ from tests.effort import cases
 from tests.oracle.generator import to_yaml
 from tests.properties.pair import Pair
 from tests.properties.test_against_oracle import fronts_agree
-from tests.support import counted_down, evaluated
+from tests.support import counted_down, dominates, evaluated
 
 
 def drawn(rng: random.Random) -> dict[str, Any]:

@@ -13,7 +13,6 @@ import dse
 from dse.analysis.evaluate import Evaluator
 from dse.api.problem import load
 from dse.errors import UsageError
-from dse.pareto.regions import dominates
 from dse.study.functions import DesignFunction, InputSpace
 from dse.study.robust import solve_robust
 from dse.study.uncertainty import read_uncertainties
@@ -21,7 +20,7 @@ from dse.study.worst_place import Box
 from tests.clocks.test_open_offsets import drawn
 from tests.effort import cases
 from tests.oracle.generator import to_yaml
-from tests.support import counted_down, evaluated
+from tests.support import counted_down, dominates, evaluated
 
 
 def uncertain(rng: random.Random) -> dict[str, Any]:

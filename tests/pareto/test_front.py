@@ -21,12 +21,12 @@ from dse.pareto import best, canonical, front, pace
 from dse.pareto.answer import Answer, Found, NoSuchDesign, Unfinished
 from dse.pareto.canonical import canonical_design
 from dse.pareto.front import Budget, FrontSearch, Progress, Watch, search_front
-from dse.pareto.regions import dominates
 from dse.pareto.settings import CUTTING, Settings
 from dse.pareto.subproblem import Solver
 from dse.space.questions import read_requirements
 from dse.space.types import Space
 from dse.timelimit import TimeLimit
+from tests.support import dominates
 
 BY_NAME = {path.stem: path for path in PROBLEMS}
 each_problem = pytest.mark.parametrize("path", PROBLEMS, ids=lambda path: path.stem)

@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 import dse
-from dse.pareto.regions import dominates
+from tests.support import dominates
 
 GOLDEN = Path(__file__).parents[1] / "golden"
 Point = tuple[int, ...]

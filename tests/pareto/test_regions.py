@@ -15,11 +15,11 @@ from dse.pareto.regions import (
     Question,
     SearchRegions,
     capped,
-    dominates,
     inside,
     local_upper_bounds,
     strictly_inside,
 )
+from tests.support import dominates
 
 Points = list[tuple[int, ...]]
 

@@ -33,7 +33,6 @@ from dse.api.question import Changes
 from dse.errors import DseError, UsageError
 from dse.pareto.answer import Answer, Unfinished
 from dse.pareto.front import Budget
-from dse.pareto.regions import dominates
 from dse.pareto.subproblem import Solver
 from dse.results.robust import RobustResult
 from dse.results.solve import Result
@@ -44,6 +43,7 @@ from dse.study.robust import robust_asked
 from dse.study.uncertainty import read_uncertainties
 from dse.study.worst_place import Box
 from tests.properties.scheduled import with_scheduling
+from tests.support import dominates
 
 MOST_DESIGNS = 4000
 PARTITIONS = [
