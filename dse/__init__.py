@@ -38,6 +38,7 @@ if TYPE_CHECKING:
     from dse.examples import example_path as example_path
     from dse.fitting.fit import Fit as Fit
     from dse.generator import random_problem as random_problem
+    from dse.report.figures import write_figures as write_figures
     from dse.report.widget import widget as widget
     from dse.report.writing import write_report as write_report
     from dse.results.analyse import Analysis as Analysis
@@ -86,6 +87,7 @@ _HOMES = {
     "ProblemError": "dse.errors",
     "UsageError": "dse.errors",
     "write_report": "dse.report.writing",
+    "write_figures": "dse.report.figures",
     "widget": "dse.report.widget",
     "Analysis": "dse.results.analyse",
     "Explanation": "dse.results.explain",

@@ -123,6 +123,47 @@ JOBS: dict[str, tuple[list[str], Callable[[], Any]]] = {
 }
 
 
+def contents(folder: str) -> dict[str, bytes]:
+    """By name; the drawings of one process count their clips."""
+    return {path.name: re.sub(rb"clip\d+", b"clip", path.read_bytes()) for path in Path(folder).iterdir()}
+
+
+def test_reports_and_figures_are_those_of_the_command(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Also with a study, another alternative, and the plots by themselves: each needed what is not exported."""
+    monkeypatch.chdir(tmp_path)
+    Path("pump.yaml").write_text(PUMP.read_text(encoding="utf-8"), encoding="utf-8")
+    Path("delays.csv").write_text("size_bytes,min_us,max_us\n0,10,20\n100,12,24\n300,20,29\n", encoding="utf-8")
+    result, study = dse.solve("pump.yaml"), dse.sweep("pump.yaml", VARY, store=None)
+    Path("r.json").write_text(result.to_json(), encoding="utf-8")
+    Path("s.json").write_text(study.to_json(), encoding="utf-8")
+    fit = dse.fit("delays.csv")
+    theirs: dict[str, list[str]] = {
+        "whole": ["report", "r.json", "--study", "s.json", "--alternative", "2", "--top", "1"],
+        "plots": ["report", "r.json", "--alternative", "2", "--figures", "svg"],
+        "study": ["report", "s.json", "--figures", "svg"],
+    }
+    for name, words in theirs.items():
+        assert run([*words, "-o", f"theirs-{name}"]) == 0
+    assert run(["fit", "delays.csv", "--figures", "theirs-fit"]) == 0
+    reopened = dse.reopen("r.json")
+    dse.write_report(reopened, "whole", alternative=2, top=1, studies=[study])
+    dse.write_figures(reopened, "plots", alternative=2)
+    dse.write_figures(study, "study")
+    dse.write_figures(fit, "fit", ("svg", "png"))
+    for name in (*theirs, "fit"):
+        assert contents(name) == contents(f"theirs-{name}")
+    for wrong in (
+        lambda: dse.write_figures(reopened, "x", ("pdf",)),
+        lambda: dse.write_figures(reopened, "x", alternative=99),
+        lambda: dse.write_figures(dse.check("pump.yaml"), "x"),
+        lambda: dse.write_report(reopened, "x.md", top=3),
+        lambda: dse.write_report(reopened, "x", alternative=99),
+    ):
+        with pytest.raises(dse.UsageError):
+            wrong()
+    assert not Path("x").exists()
+
+
 def test_every_command_has_its_job_here() -> None:
     assert list(JOBS) == list(COMMANDS)
 

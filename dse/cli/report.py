@@ -70,14 +70,14 @@ def command(
     from dse.api.reopen import reopen
     from dse.errors import UsageError
     from dse.report.document import Document
+    from dse.report.writing import check_alternative, report_files
     from dse.results.order import ranked_by
 
     found = reopen(result, problem)
     tell_carried(found.problem.file, is_carried=found.problem.is_carried)
     if rank_by is not None:
         found = ranked_by(found, rank_by)
-    if alternative is not None and alternative not in {point.id for point in found.front}:
-        raise UsageError(f"{result}: has no alternative {alternative}; ids run from 1 to {len(found.front)}")
+    check_alternative(found, alternative, result)
     if formats and not found.front:
         raise UsageError(f"{result}: there is no alternative, so there is nothing to draw")
     document = Document(found)
@@ -86,8 +86,6 @@ def command(
 
         paths = write_files(target, figure_files(document, formats, alternative))
     else:
-        from dse.report.writing import report_files
-
         paths = write_files(target, report_files(document, alternative, top, sections))
     for path in paths:
         console().print(str(path), markup=False, soft_wrap=True)

@@ -20,6 +20,9 @@ from dse.results.solve import Result
 
 if TYPE_CHECKING:
     from dse.report.answers import Told
+    from dse.results.robust import RobustResult
+    from dse.results.sensitivity import SensitivityResult
+    from dse.results.sweep import SweepResult
 
 SUFFIXES = (".html", ".md", ".csv", ".json")
 
@@ -97,7 +100,14 @@ def report_json(document: Document) -> str:
     return json.dumps(data, ensure_ascii=False, indent=1) + "\n"
 
 
-def write_report(answer: Told, to: str | Path = "reports") -> list[Path]:
+def write_report(
+    answer: Told,
+    to: str | Path = "reports",
+    *,
+    alternative: int | None = None,
+    top: int | None = None,
+    studies: Sequence[SweepResult | SensitivityResult | RobustResult] = (),
+) -> list[Path]:
     """Write what is said of an answer for people: a page, or of a front a folder with everything; the paths.
 
     Each file is written whole or not at all, in place of one of that name.
@@ -109,12 +119,18 @@ def write_report(answer: Told, to: str | Path = "reports") -> list[Path]:
     to
         the file of a page, ``NAME.html`` or ``NAME.md``; of a front also a folder, which is made if need be: HTML,
         Markdown, CSV and JSON, called like the problem's file.
+    alternative
+        the id of the point with which the page in a folder opens; None: the first in rank.
+    top
+        how many alternatives its Markdown details; None: three.
+    studies
+        sweeps and margins that it shows as well.
 
     Raises
     ------
     UsageError
         when one of them would take the place of the problem file, or of one that it includes; when `to` is a folder,
-        and the answer no front.
+        and the answer no front; when there is no such alternative, or what is for a folder goes with a page.
     OSError
         when one cannot be written.
 
@@ -127,17 +143,33 @@ def write_report(answer: Told, to: str | Path = "reports") -> list[Path]:
     ['check.md']
     """
     from dse.report.answers import text_of
+    from dse.report.study import sections_of
 
     target = Path(to)
-    is_page = target.suffix.lower() in PAGES
     sources = problem_files(answer) if isinstance(answer, Result) else []
     with guarding(*sources):
-        if is_page:
+        if target.suffix.lower() in PAGES:
+            if alternative is not None or top is not None or studies:
+                raise UsageError(f"{to}: an alternative, a number of them and studies go with the report in a folder")
             return write_files(target.parent, [(target.name, text_of(answer, is_html=is_html(target.name)))])
         if not isinstance(answer, Result):
             raise UsageError(f"{to}: the report of this answer is a page: a path that ends in {' or '.join(PAGES)}")
+        check_alternative(answer, alternative, "the result")
+        sections = [section for study in studies for section in sections_of(study.to_dict())]
         target.mkdir(parents=True, exist_ok=True)
-        return write_files(target, report_files(Document(answer)))
+        return write_files(target, report_files(Document(answer), alternative, top, sections))
+
+
+def check_alternative(result: Result, number: int | None, name: str) -> None:
+    """Refuse an id that no point of the front has.
+
+    Raises
+    ------
+    UsageError
+        saying which there are.
+    """
+    if number is not None and number not in {point.id for point in result.front}:
+        raise UsageError(f"{name}: has no alternative {number}; ids run from 1 to {len(result.front)}")
 
 
 def problem_files(result: Result) -> list[Path]:
