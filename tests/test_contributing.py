@@ -84,6 +84,15 @@ def test_what_the_steps_add_is_searched_and_proved_again(changed: Path) -> None:
         assert "Verified" in called(changed, "verify", "r.json", "--method", method)
 
 
+def test_the_field_that_the_steps_add_is_written_and_in_the_schema(changed: Path) -> None:
+    called(changed, "solve", "toy.yaml", "-q", "--json", "s.json")
+    called(changed, "verify", "s.json", "--json", "v.json")
+    data = json.loads((changed / "v.json").read_text(encoding="utf-8"))
+    assert data["is_plain"] is (data["remarks"] == [])
+    schema = json.loads(called(changed, "schema", "--of", "verification"))
+    assert "is_plain" in schema["properties"] and "is_plain" not in schema["required"]
+
+
 def test_what_the_steps_add_is_analysed_swept_and_in_the_schema(changed: Path) -> None:
     design = [part for text in ("p.type=cpu", "b.period=40ms", "b.release_jitter=3ms") for part in ("--design", text)]
     called(changed, "analyse", "toy.yaml", *design, "--json", "a.json", code=4)

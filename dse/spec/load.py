@@ -3,31 +3,27 @@
 from __future__ import annotations
 
 import hashlib
-import re
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from difflib import get_close_matches
 from functools import cached_property
 from pathlib import Path
-from typing import Any, Literal, get_args
+from typing import Any, Literal
 
-from pydantic import BaseModel, ValidationError
-from pydantic_core import ErrorDetails
+from pydantic import ValidationError
 
 from dse.errors import Diagnostic, ProblemError, in_order
 from dse.importers.registry import IMPORTERS, is_model, read_foreign
 from dse.spec.document import SECTIONS, identity_of, merged_document
-from dse.spec.fields import describe
 from dse.spec.foreign import offered, overlaid, strangers, tree_of
-from dse.spec.frames import MODELS as FRAMES
 from dse.spec.messages import CARRIED, Sized, read_sizes, with_sizes
-from dse.spec.model import Catalogue, Model, PathElement, Spec, TransmissionTime
+from dse.spec.model import Catalogue, Spec
 from dse.spec.reader import MAX_BYTES, Node, PathPart, RepeatedKeysError, decode_text, dotted, read_yaml
 from dse.spec.salvage import WHOLE, Place, Remains, remains, salvaged
 from dse.spec.samples import Samples, read_samples
 from dse.spec.sources import Carried, Files, OnDisk, name_from, read_source
 from dse.spec.totals import in_declared_units
 from dse.spec.uncertainty import Stated, UncertaintyError, read_stated
+from dse.spec.wording import translated
 from dse.spec.writing import block_text
 
 MAX_FILES = 200
@@ -296,7 +292,7 @@ class _Loader:
         return tree_of(imported, str(target))
 
     def _note(self, error: ValidationError, source: Source, model: type[Catalogue]) -> None:
-        self.findings += [_translate(item, source, model) for item in error.errors(include_url=False)]
+        self.findings += [translated(item, source, model) for item in error.errors(include_url=False)]
 
     def _include(self, source: Source, place: Sequence[PathPart], target: Path, including: tuple[Path, ...]) -> None:
         missing, resolved = self.files.obstacle(target), self.files.real(target)
@@ -400,72 +396,3 @@ def _includes(node: Node) -> Iterator[tuple[tuple[PathPart, ...], str]]:
         for at, item in enumerate(entry.node.value):
             if isinstance(item.value, str):
                 yield ("include", at), item.value
-
-
-# --- pydantic's findings in plain words ---------------------------------------------------------------------------
-
-
-def _translate(item: ErrorDetails, source: Source, root: type[Model]) -> Diagnostic:
-    path, kind = list(item["loc"]), item["type"]
-    if path and path[-1] == "[key]":
-        return source.diagnostic(path[:-1], *_words(item), at_key=True)
-    if kind == "extra_forbidden":
-        return source.diagnostic(path, *_unknown_key(path, root), at_key=True)
-    if kind == "missing":
-        return source.diagnostic(path[:-1], f"missing key `{path[-1]}`", at_key=True)
-    return source.diagnostic(path, *_words(item))
-
-
-def _words(item: ErrorDetails) -> tuple[str, str]:
-    """Message and hint."""
-    context, got = item.get("ctx", {}), describe(item["input"])
-    match item["type"]:
-        case "dse":
-            return str(context["message"]), str(context["hint"])
-        case "model_type" | "model_attributes_type" | "dict_type":
-            return f"expected a mapping, got {got}", ""
-        case "literal_error":
-            return _literal(str(context["expected"]), item["input"])
-        case "bool_type":
-            return f"expected true or false, got {got}", ""
-        case "string_type":
-            return f"expected text, got {got}", ""
-        case "too_short":
-            return "expected at least one entry, got an empty list", ""
-    return item["msg"], ""
-
-
-def _literal(expected: str, value: Any) -> tuple[str, str]:
-    allowed = re.findall(r"'([^']*)'", expected) or [expected]
-    words = f"expected {allowed[0]}" if len(allowed) == 1 else f"expected one of {', '.join(allowed)}"
-    return f"{words}, got {describe(value)}", suggestion(value, allowed)
-
-
-def suggestion(value: Any, allowed: Sequence[str]) -> str:
-    """``did you mean "x"?`` for the closest of the allowed texts, or ""."""
-    close = get_close_matches(value, allowed, 1, 0.6) if isinstance(value, str) and len(value) < 200 else []
-    return f'did you mean "{close[0]}"?' if close else ""
-
-
-def _unknown_key(path: Sequence[PathPart], root: type[Model]) -> tuple[str, str]:
-    key = str(path[-1])
-    if len(path) == 1 and root is Catalogue and key in Spec.model_fields:
-        return "this key has no place in an included file", ""
-    fields = _model_at(path[:-1], root).model_fields
-    allowed = [info.alias or name for name, info in fields.items()]
-    return "unknown key", suggestion(key, allowed) or f"allowed: {', '.join(allowed)}"
-
-
-def _model_at(path: Sequence[PathPart], root: type[Model]) -> type[BaseModel]:
-    """The class of the mapping at a place."""
-    if not path:
-        return root
-    if path[-1] in FRAMES:
-        return FRAMES[str(path[-1])]
-    if "path" in path[2:]:
-        return PathElement
-    if len(path) > 2:
-        return TransmissionTime
-    model = get_args(Catalogue.model_fields[str(path[0])].annotation)[1]
-    assert isinstance(model, type) and issubclass(model, Model)
-    return model
