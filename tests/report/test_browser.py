@@ -398,6 +398,7 @@ def test_one_objective_is_a_line_of_points(browser: Browser, tmp_path: Path) -> 
     assert browser.problems() == []
     assert [row["t0"] for row in plotted(browser, "views.scatter", "front")] == ["60 EUR"]
     assert browser.run("document.querySelector('.axes').offsetHeight") == 0
+    assert browser.run("document.getElementById('parallel')") is None  # a line without another axis says nothing
 
 
 def test_a_page_with_a_packed_library_draws_its_plots(

@@ -420,7 +420,7 @@
     setUpLimits();
     if (window.dseDecide) window.dseDecide(page);
     await plotScatter();
-    if (hasPlots) {
+    if (hasPlots && element("parallel")) {
       const lines = await embed(element("parallel"), data.specs.parallel);
       state.views.parallel = lines.view;
       listen(lines.view);
