@@ -47,7 +47,8 @@ def step_rows(space: Space, step: Step, view: View) -> tuple[Row, ...]:
     for row in (_sampling_row(space, step, component, view), _queuing_row(space, step, component, view)):
         if row is not None:
             rows.append(row)
-    rows.append(_processing_row(space, component, view))
+    if not step.only_reads:
+        rows.append(_processing_row(space, component, view))
     return tuple(rows)
 
 
@@ -108,10 +109,9 @@ def phased_parts(space: Space, step: Step, view: View) -> tuple[tuple[Exact, Exa
     component = space.components[step.index]
     found = arrival_ns(space, step, view)
     pair = None if found is None else pair_of(found[0], component, view, offsets=False)
-    rows = [
-        *_callback_rows(space, step, component, view),
-        _processing_row(space, _in_flow(space, step, view), view),
-    ]
+    rows = _callback_rows(space, step, component, view)
+    if not step.only_reads:
+        rows.append(_processing_row(space, _in_flow(space, step, view), view))
     least, most = sum(row.min_ns for row in rows), sum(row.max_ns for row in rows)
     period = at(component.period_ns, view)
     if found is None or pair is None:

@@ -51,6 +51,7 @@ from dse.space.frames import Frame
 from dse.space.metrics import (
     CHAIN_METRICS,
     FLOW_METRICS,
+    INPUT_METRICS,
     asks_for_changes,
     busy_obstacle,
     core_metric,
@@ -108,6 +109,9 @@ def build_measure(space: Space, metric: Metric, *, counted: bool = True) -> Meas
         flow = space.flows[metric.index or 0]
         return _scaled(metric, "ns", tuple(_flow_terms(space, flow, metric.kind)), *_latency_scale(space, flow))
     number = metric.index or 0
+    if metric.kind in INPUT_METRICS:
+        flow = _up_to(space.flows[number], int(metric.key))
+        return _scaled(metric, "ns", tuple(_input_terms(space, flow, metric.kind)), *_latency_scale(space, flow))
     if metric.kind in ("utilisation", "core utilisation"):
         terms = utilisation_terms(space, number, int(metric.key) if metric.key else None)
         return _scaled(metric, "ppm", terms, utilisation_scale(space, terms) if counted else 1)
@@ -215,6 +219,25 @@ def _flow_terms(space: Space, flow: Flow, kind: str) -> Iterator[Term]:
         yield Term(f"last period of {flow.name}", lambda view: ZERO - last_period_ns(space, flow, view))
 
 
+def _up_to(flow: Flow, number: int) -> Flow:
+    """A flow until a component reads what came to it."""
+    place = next(at for at, step in enumerate(flow.steps) if (step.kind, step.index) == ("component", number))
+    return replace(flow, steps=(*flow.steps[:place], replace(flow.steps[place], only_reads=True)))
+
+
+def _input_terms(space: Space, flow: Flow, kind: str) -> Iterator[Term]:
+    """The age of what the last component of a flow reads, at most or at least (docs/semantics.md, section 3.6).
+
+    At most that is the reduced latency and the first period, less that of the reader: what is read is the newest there.
+    """
+    if kind == "newest input":
+        yield from _latency_terms(space, flow, "min latency")
+        return
+    yield from _latency_terms(space, flow, "latency")
+    yield Term(f"first period of {flow.name}", lambda view: ZERO + first_period_ns(space, flow, view))
+    yield Term(f"last period of {flow.name}", lambda view: ZERO - last_period_ns(space, flow, view))
+
+
 def _exact_term(space: Space, flow: Flow, kind: str) -> Term:
     """The exact latency, minimum latency or jitter of a flow, from everything that is on it at once."""
     name = space.components[flow.steps[-1].index].name if flow.steps[-1].kind == "component" else ""
@@ -262,7 +285,8 @@ def _latency_terms(space: Space, flow: Flow, kind: str) -> Iterator[Term]:
 
         is_scheduled = step.kind == "component" and counts_responses(space) and kind != "min latency"
         is_scheduled = is_scheduled and _may_wait(space, step)
-        waits = (step.index, Fraction(1)) if is_scheduled and _counts_waiting(space, step.index) else None
+        counts = is_scheduled and not step.only_reads and _counts_waiting(space, step.index)
+        waits = (step.index, Fraction(1)) if counts else None
         yield Term(
             name,
             value,

@@ -242,7 +242,7 @@ def is_scheduled(space: Space, metric: Metric) -> bool:
         return any(is_scheduled(space, inner) for _, inner in parts)
     if metric.kind in (*FLOW_METRICS, *CHAIN_METRICS) and not metric.kind.endswith("min latency"):
         return space.processing == "response_time"
-    return metric.kind == "response time"
+    return metric.kind == "response time" or (metric.kind == "oldest input" and space.processing == "response_time")
 
 
 def tells_cores_apart(space: Space) -> bool:

@@ -6,8 +6,10 @@ The same functions serve the problem file (mistakes become diagnostics) and the 
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import replace
 from fractions import Fraction
+from itertools import permutations
 from typing import Literal
 
 from dse.space.clocks import is_always_timed
@@ -36,7 +38,19 @@ SYSTEM_METRICS = {"price": MONEY, "power": POWER}
 FLOW_METRICS = ("latency", "min latency", "jitter")
 CHAIN_METRICS = ("run jitter", "reaction time", "data age", "exact latency", "exact min latency", "exact jitter")
 """Of flows, too: listed where a problem speaks of clocks, and wherever they are asked for."""
-BUILT_IN = (*FLOW_METRICS, *CHAIN_METRICS, "utilisation", "load", "busy", "response time", *SYSTEM_METRICS, "changes")
+INPUT_METRICS = ("oldest input", "newest input")
+"""How old what a component reads at the end of a flow is at most and at least: of these disparities are made."""
+BUILT_IN = (
+    *FLOW_METRICS,
+    *CHAIN_METRICS,
+    "disparity",
+    "utilisation",
+    "load",
+    "busy",
+    "response time",
+    *SYSTEM_METRICS,
+    "changes",
+)
 SHARES = ("utilisation", "core utilisation", "busy")
 RESERVED = (*BUILT_IN, "utilization", "max latency", "maximum latency", "minimum latency")
 EXAMPLES = {TIME: "20 ms", DATA_RATE: "5 KB/s", MONEY: "500 EUR", POWER: "10 W", DIMENSIONLESS: "70 %"}
@@ -69,14 +83,8 @@ def resolve_metrics(space: Space, ref: MetricExpr) -> tuple[Metric, ...]:
     kind = ref.metric
     if kind in (*FLOW_METRICS, *CHAIN_METRICS):
         return _of_flow(space, kind, ref.of)
-    if kind == "utilisation":
-        return core_metrics(space, ref.of) or _indexed(space, kind, ref.of, "processor")
-    if kind == "load":
-        return _indexed(space, kind, ref.of, "bus")
-    if kind == "busy":
-        return _busy(space, ref.of)
-    if kind == "response time":
-        return _response_times(space, ref.of)
+    if kind in _FINDERS:
+        return _FINDERS[kind](space, ref.of)
     if kind == "changes":
         return (_changes(space, ref.of),)
     if kind in SYSTEM_METRICS or kind in space.totals:
@@ -151,6 +159,49 @@ def has_age(space: Space, flow: Flow) -> bool:
     if first is None or first.kind != "component":
         return False
     return is_always_timed(space.components[first.index])
+
+
+def disparities(space: Space, of: str | None) -> tuple[Metric, ...]:
+    """The disparity of the inputs of a fusion, or of every one: the largest difference of age of two flows that meet.
+
+    It is the greatest, over each two of them, of the oldest input by the one less the newest by the other.
+
+    Raises
+    ------
+    QuestionError
+        where no two flows, which timers begin, meet at the component, or no timer releases it.
+    """
+    if space.profile != "dse":
+        raise QuestionError("the disparity of inputs is defined under profile dse alone")
+    names = [item.name for item in space.components]
+    if of is not None and of not in names:
+        raise QuestionError(f"no component is called {shown(of)}", closest(of, names))
+    numbers = range(len(names)) if of is None else [names.index(of)]
+    found = tuple(metric for number in numbers if (metric := _disparity(space, number)) is not None)
+    if not found:
+        where = "at no component" if of is None else f"not at {shown(of)}"
+        hint = "two flows that begin with timers have to lead there by different ways, and a timer has to read them"
+        raise QuestionError(f"inputs whose ages can be compared meet {where}", hint)
+    return found
+
+
+def _disparity(space: Space, number: int) -> Metric | None:
+    component, one = space.components[number], Quantity(Fraction(1), DIMENSIONLESS, "")
+    ways: dict[tuple[tuple[str, int], ...], int] = {}
+    for index, flow in enumerate(space.flows):
+        places = [at for at, step in enumerate(flow.steps) if (step.kind, step.index) == ("component", number)]
+        if places and places[0] and has_age(space, flow):
+            ways.setdefault(tuple((step.kind, step.index) for step in flow.steps[: places[0]]), index)
+    if len(ways) < 2 or not is_always_timed(component):
+        return None
+
+    def part(sign: int, kind: str, flow: int) -> tuple[Quantity, Metric]:
+        name = f"{kind} of {component.name} by {space.flows[flow].name}"
+        return replace(one, value=Fraction(sign)), Metric(name, kind, flow, str(number))
+
+    pairs = permutations(ways.values(), 2)
+    operands = tuple((part(1, "oldest input", older), part(-1, "newest input", newer)) for older, newer in pairs)
+    return Metric(f"disparity of {component.name}", "max", operands=operands)
 
 
 def core_metrics(space: Space, of: str | None) -> tuple[Metric, ...]:
@@ -404,3 +455,13 @@ def _by_type(bus: Bus, tree: Tree) -> Iterator[tuple[str, bool]]:
         yield from ((name, branch is not None) for name, branch in zip(bus.types, tree.branches, strict=True))
     else:
         yield from ((name, tree is not None) for name in bus.types)
+
+
+_FINDERS: Mapping[str, Callable[[Space, str | None], tuple[Metric, ...]]] = {
+    "utilisation": lambda space, of: core_metrics(space, of) or _indexed(space, "utilisation", of, "processor"),
+    "load": lambda space, of: _indexed(space, "load", of, "bus"),
+    "busy": _busy,
+    "response time": _response_times,
+    "disparity": disparities,
+}
+"""What finds the metrics of a kind, of a name or of all."""

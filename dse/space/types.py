@@ -258,7 +258,8 @@ class StepFigures:
 class Step:
     """One element of a flow: a component reached over connection `via` (None for the first), or a connection.
 
-    Where a problem speaks of clocks `since` are the elements before it, which may share its clock.
+    Where a problem speaks of clocks `since` are the elements before it, which may share its clock. One that
+    `only_reads` counts until it reads: what it does with that does not.
     """
 
     kind: Literal["component", "connection"]
@@ -267,6 +268,7 @@ class Step:
     sender: int | None = None
     since: tuple[Step, ...] = ()
     figures: StepFigures | None = None
+    only_reads: bool = False
 
 
 @dataclass(frozen=True)
@@ -285,7 +287,8 @@ class Metric:
     `kind` is ``latency``, ``min latency``, ``jitter`` (of a flow), ``utilisation`` (of a processor), ``core
     utilisation`` (of the core of a processor that `key` states, from 1), ``load`` and ``busy`` (of a bus), ``response
     time`` (of a thread; `key` is ``deadline`` where its own is the limit), ``price``, ``power``, ``total`` (`key` names
-    it; `of` a component, or all), ``changes``, ``derived``, or an extreme: ``max`` and ``min`` are the greatest and
+    it; `of` a component, or all), ``oldest input`` and ``newest input`` (of a flow at the component whose number `key`
+    is), ``changes``, ``derived``, or an extreme: ``max`` and ``min`` are the greatest and
     the least of `operands`, each a sum of metrics times constants.
     """
 

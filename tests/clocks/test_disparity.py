@@ -1,0 +1,136 @@
+"""The disparity of a fusion's inputs, against chains that are followed job by job, and against exhaustion."""
+
+from __future__ import annotations
+
+import json
+import random
+from itertools import pairwise
+from math import lcm
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+import dse
+from dse.analysis.evaluate import Evaluator
+from dse.analysis.measures import build_measure
+from dse.analysis.views import View
+from dse.pareto.front import search_front
+from dse.space.metrics import QuestionError, disparities
+from tests.clocks import let
+from tests.effort import cases
+from tests.support import brute_front
+
+Job = tuple[int, int]
+
+
+def fusion(rng: random.Random) -> tuple[dict[str, Any], list[list[str]]]:
+    """Two chains under logical execution time, from a sensor each or from one, that meet at one reader."""
+    chain = let.drawn(rng) + let.drawn(rng)
+    data = let.problem(chain)
+    names = list(data["threads"])
+    reader, others = names[-1], names[:-1]
+    cut = rng.randint(1, len(others) - 1)
+    ways = [[*others[:cut], reader], [*others[cut:], reader]]
+    if rng.random() < 0.3 and len(ways[1]) > 2:
+        ways[1] = [ways[0][0], *ways[1][1:]]
+    used = {name for way in ways for name in way}
+    data["threads"] = {name: body for name, body in data["threads"].items() if name in used}
+    pairs = dict.fromkeys((one, other) for way in ways for one, other in pairwise(way))
+    data["connections"] = {f"{one}_{other}": {"from": one, "to": other} for one, other in pairs}
+    data["flows"] = {f"way{number}": {"path": way} for number, way in enumerate(ways)}
+    return data, ways
+
+
+def ages(data: dict[str, Any], way: list[str], until: int, warm: int) -> dict[int, int]:
+    """For each release of the last component from `warm` on, how old the sample is that it reads."""
+
+    def read(name: str, key: str) -> int:
+        return int(data["threads"][name][key].split()[0])
+
+    written: list[Job] = []  # when, and of which sample
+    for position, name in enumerate(way):
+        offset, period, deadline = (read(name, key) for key in ("offset", "period", "deadline"))
+        found: list[Job] = []
+        reads: dict[int, int] = {}
+        at = 0
+        for release in range(offset, until, period):
+            if position:
+                while at < len(written) and written[at][0] <= release:
+                    at += 1
+                if not at:
+                    continue
+                reads[release] = release - written[at - 1][1]
+            found.append((release + deadline, written[at - 1][1] if position else release))
+        written = found
+    return {release: age for release, age in reads.items() if release >= warm}
+
+
+@pytest.mark.parametrize("seed", cases(30))
+def test_no_observation_exceeds_it(seed: int) -> None:
+    data, ways = fusion(random.Random(f"fusion {seed}"))
+    problem = dse.load(data)
+    try:
+        [metric] = disparities(problem.space, ways[0][-1])
+    except QuestionError:
+        assert ways[0][:-1] == ways[1][:-1]
+        return
+    view = View([0] * len(problem.space.decisions))
+    bound = build_measure(problem.space, metric).value(view) / 10**6
+    times = [int(body["period"].split()[0]) for body in data["threads"].values()]
+    warm = 40 * max(times)
+    until = warm + 2 * lcm(*times)
+    one, other = (ages(data, way, until, warm) for way in ways)
+    observed = max(abs(one[release] - other[release]) for release in one)
+    assert observed <= bound
+    if all(len(way) == 2 for way in ways):
+        spans = [[max(found.values()), min(found.values())] for found in (one, other)]
+        assert bound == max(spans[0][0] - spans[1][1], spans[1][0] - spans[0][1])
+
+
+def test_it_is_the_difference_of_the_oldest_and_the_newest(tmp_path: Path) -> None:
+    """A camera of 30 ms and a radar of 20 ms, read every 60 ms at 5 ms: 30 + 5 at most, 5 at least, and so on."""
+    data = let.problem([(0, 30, 10), (0, 20, 3), (5, 60, 60)])
+    data["connections"] = {"camera": {"from": "t0", "to": "t2"}, "radar": {"from": "t1", "to": "t2"}}
+    data["flows"] = {"camera": {"path": ["t0", "t2"]}, "radar": {"path": ["t1", "t2"]}}
+    data["objectives"] = ["minimise disparity of t2"]
+    data["threads"]["t2"]["offset"] = ["5 ms", "15 ms"]
+    data["requirements"] = ["disparity of t2 <= 40 ms"]
+    (tmp_path / "p.yaml").write_text(json.dumps(data), encoding="utf-8")
+    found = dse.solve(tmp_path / "p.yaml")
+    # at 15 ms: the camera's frame is 15 ms old (released at 0, there at 10), the radar's 15 ms (there at 3)
+    # at 5 ms: the camera's is 35 ms old, the radar's 5 ms
+    assert [(point.decisions, dict(point.objectives)) for point in found.front] == [
+        ({"t2.offset": "15 ms"}, {"disparity of t2": 0})
+    ]
+    assert dse.verify(found).status == "verified"
+
+
+@pytest.mark.parametrize("seed", cases(8))
+def test_fronts_equal_exhaustion(seed: int, tmp_path: Path) -> None:
+    rng = random.Random(f"fusions {seed}")
+    data, ways = fusion(rng)
+    names = list(data["threads"])
+    for name in rng.sample(names, 2):
+        data["threads"][name]["offset"] = "any"
+    body = data["threads"][rng.choice(names)]
+    body["communication"] = ["let", "implicit"]
+    body["compute_execution_time"] = "1 ms .. 2 ms"
+    data |= {"offset_grid": "3 ms", "overload": "allowed"}
+    data["objectives"] = [f"minimise disparity of {ways[0][-1]}", "minimise max(latency)"]
+    if rng.random() < 0.5:
+        data["requirements"] = [f"disparity <= {rng.randint(5, 60)} ms"]
+    problem = dse.load(data)
+    found = search_front(Evaluator(problem.space))
+    assert found.is_complete and dict(found.points) == brute_front(Evaluator(problem.space))
+    (tmp_path / "p.yaml").write_text(json.dumps(data), encoding="utf-8")
+    result = dse.solve(tmp_path / "p.yaml")
+    for method in ("exhaustion", "model"):
+        assert dse.verify(result, method=method).status == "verified"  # type: ignore[arg-type]
+
+
+def test_where_nothing_meets_it_is_refused() -> None:
+    data = let.problem([(0, 20, 20), (0, 20, 20)])
+    for text in ("disparity", "disparity of t1"):
+        with pytest.raises(dse.ProblemError, match="inputs whose ages can be compared meet"):
+            dse.load(data | {"objectives": [f"minimise {text}"]})
