@@ -79,7 +79,10 @@ def _own_parameters(space: Space, stated: Sequence[Parameter], view: View) -> It
         rate = rate_hz(space, ("activation", numbers[item.thread]), view)
         if item.field == "period" and period is None:
             raise UsageError(f"{item.thread} has no period in this design, which the parameter {item.name} would have")
-        value = item.value(Fraction(period or 0), Fraction(rate))
+        offset = at(space.components[numbers[item.thread]].offset_ns, view)
+        if item.field == "offset" and offset is None:
+            raise UsageError(f"{item.thread} has no known offset in this design, which {item.name} would have")
+        value = item.value(Fraction(period or 0), Fraction(rate), Fraction(offset or 0))
         if item.is_whole and value.denominator != 1:
             raise UsageError(f"{item.name}: {float(value):g} {item.unit} is no whole number")
         text = str(value) if item.is_whole else _float(float(value))
@@ -94,6 +97,9 @@ def _parameters(space: Space, number: int, view: View, core: int | None) -> Iter
     yield f"dispatch_protocol: {yaml_text(str(protocol))}"
     if period is not None:
         yield f"period_s: {_float(period / 10**9)}"
+    offset = at(component.offset_ns, view)
+    if offset is not None:
+        yield f"offset_s: {_float(offset / 10**9)}  # of its first release on the clock"
     yield f"rate_hz: {_float(float(rate))}"
     processor = at(component.processor, view)
     if processor is None:

@@ -11,7 +11,7 @@ from dse.spec.model import Ros2, Spec
 from dse.spec.reader import PathPart
 from dse.units import shown
 
-FIELDS = ("period", "rate")
+FIELDS = ("period", "rate", "offset")
 UNITS = {"s": Fraction(10**9), "ms": Fraction(10**6), "us": Fraction(10**3), "ns": Fraction(1)}
 RATES = {"Hz": Fraction(1), "kHz": Fraction(1000)}
 _PARAMETER = re.compile(r"(?P<name>[A-Za-z_][\w./-]*)(\s*\[\s*(?P<whole>int\s+)?(?P<unit>\w+)\s*\])?")
@@ -22,7 +22,7 @@ HOLE = re.compile(r"\{([^{}]*)\}")
 
 @dataclass(frozen=True)
 class Parameter:
-    """A parameter that holds the `field` (period or rate) of a thread, in `unit`; `is_whole`: as an integer."""
+    """A parameter that holds the `field` (period, rate or offset) of a thread, in `unit`; `is_whole`: as an integer."""
 
     thread: str
     field: str
@@ -30,9 +30,11 @@ class Parameter:
     unit: str
     is_whole: bool
 
-    def value(self, period_ns: Fraction, rate_hz: Fraction) -> Fraction:
+    def value(self, period_ns: Fraction, rate_hz: Fraction, offset_ns: Fraction) -> Fraction:
         """The figure in the unit of the parameter."""
-        return period_ns / UNITS[self.unit] if self.field == "period" else rate_hz / RATES[self.unit]
+        if self.field == "rate":
+            return rate_hz / RATES[self.unit]
+        return (period_ns if self.field == "period" else offset_ns) / UNITS[self.unit]
 
 
 def read_parameter(key: str, text: str) -> Parameter | str:
@@ -45,9 +47,9 @@ def read_parameter(key: str, text: str) -> Parameter | str:
     """
     thread, _, field = key.rpartition(".")
     if field not in FIELDS or not thread:
-        return "expected THREAD.period or THREAD.rate"
+        return "expected THREAD.period, THREAD.rate or THREAD.offset"
     found = _PARAMETER.fullmatch(text.strip())
-    known = UNITS if field == "period" else RATES
+    known = RATES if field == "rate" else UNITS
     if found is None or (found["unit"] is not None and found["unit"] not in known):
         units = ", ".join(known)
         return (

@@ -289,7 +289,10 @@ NAMES = {
     "node": ("nodes: {x: /cam}", 'ros2.nodes.x: there is no process, executor or thread "x"'),
     "full name": ("nodes: {a: cam}", 'ros2.nodes.a: expected the full name of a node such as "/ns/cam", got "cam"'),
     "same": ("nodes: {a: /c, b: /c}", 'ros2.nodes.b: "a" has this name too'),
-    "field": ("parameters: {a.deadline: x}", "ros2.parameters.a.deadline: expected THREAD.period or THREAD.rate"),
+    "field": (
+        "parameters: {a.deadline: x}",
+        "ros2.parameters.a.deadline: expected THREAD.period, THREAD.rate or THREAD.offset",
+    ),
     "thread": ("parameters: {c.period: x}", 'ros2.parameters.c.period: there is no thread "c"'),
     "unit": ("parameters: {a.period: 'x [Hz]'}", "ros2.parameters.a.period: expected the name of a parameter"),
     "group": ("callback_groups: {c: '/n@Timer({a})'}", 'callback_groups.c: there is no executor or thread "c"'),

@@ -107,7 +107,7 @@ WORDS = frozenset(
     {
         "changes", "contention", "core_by", "cpu_affinity", "g", "kg", "kB", "load", "osate", "pthread_setaffinity_np",
         "rounded", "taskset", "of", "jitter", "busy", "utilisation", "and", "or", "not", "implies", "requires",
-        "require",
+        "require", "disparity",
         "forbid", "true", "false", "none", "any", "first_fit", "big", "little", "rate_monotonic",
         "deadline_monotonic", "all", "execution_time", "ppm",
         "let", "unknown", "implicit", "ros", "int", "fps",
