@@ -54,3 +54,20 @@ def test_what_ends_after_its_deadline_is_told() -> None:
     data["threads"]["t0"]["compute_execution_time"] = "4 ms"
     [flow] = dse.simulate(data, runs=2).flows
     assert flow.excuse == "t0 may end after its deadline, at which its data pass"
+
+
+@pytest.mark.parametrize("seed", cases(10))
+def test_no_crossing_of_response_times_leaves_the_bounds(seed: int) -> None:
+    """Implicit communication on one core, with response times and contention: who is met and who is missed."""
+    rng = random.Random(f"contended {seed}")
+    data = let.problem(let.drawn(rng))
+    for thread in data["threads"].values():
+        if rng.random() < 0.7:
+            del thread["communication"]
+        most = rng.randint(1, max(1, int(thread["period"].split()[0]) * 500 // len(data["threads"])))
+        thread["compute_execution_time"] = f"{rng.randint(0, most)} us .. {most} us"
+        if rng.random() < 0.15:
+            thread["offset"] = "unknown"
+    data |= {"clocks": {"k": {}}, "processing": "response_time", "deadlines": "none"}
+    found = dse.simulate(data, runs=6, contention=True, offsets="worst", seed=seed)
+    assert not found.contradictions, (data, found.contradictions)
