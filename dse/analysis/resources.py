@@ -7,7 +7,15 @@ from dataclasses import replace
 from fractions import Fraction
 from math import lcm
 
-from dse.analysis.binding import bit_times_ns, bus_stack, byte_times_ns, carrying_ns, message_bytes, own_core
+from dse.analysis.binding import (
+    bit_times_ns,
+    bus_stack,
+    byte_times_ns,
+    carrying_ns,
+    chain_through,
+    message_bytes,
+    own_core,
+)
 from dse.analysis.rates import RateKey, source_rates_hz
 from dse.analysis.terms import ZERO, Term, product_term
 from dse.analysis.views import View
@@ -85,7 +93,7 @@ def _load_term(space: Space, bus: int, number: int, connection: Connection) -> T
 
         def stated(view: View) -> Fraction:
             stack = bus_stack(space, connection, view)
-            if bus not in stack:
+            if bus not in stack or _is_repeated(space, bus, number, view):
                 return ZERO
             rate: Fraction = ZERO + at(connection.data_rate, view)
             if frame_at(space.buses[bus].fixed_ns, view) is None:
@@ -96,10 +104,24 @@ def _load_term(space: Space, bus: int, number: int, connection: Connection) -> T
         return Term(connection.name, stated, component=connection.name)
 
     def coefficient(view: View) -> Fraction:
-        stack = bus_stack(space, connection, view)
-        return _carried_bytes(space, bus, connection, view) if bus in stack else ZERO
+        if bus not in bus_stack(space, connection, view) or _is_repeated(space, bus, number, view):
+            return ZERO
+        return _carried_bytes(space, bus, connection, view)
 
     return product_term(space, connection.name, coefficient, ("delivery", number), connection.name)
+
+
+def _is_repeated(space: Space, bus: int, number: int, view: View) -> bool:
+    """Whether a bus carries a message for an earlier connection from the same port: broadcast, it is sent once."""
+    connection = space.connections[number]
+    if connection.from_port is None:
+        return False
+    head = chain_through(space, connection, bus, view)[0]
+    port = (connection.source, connection.from_port)
+    return bool(at(space.buses[head].broadcast, view)) and any(
+        (other.source, other.from_port) == port and head in bus_stack(space, other, view)
+        for other in space.connections[:number]
+    )
 
 
 def _carried_bytes(space: Space, bus: int, connection: Connection, view: View) -> Fraction:

@@ -246,6 +246,7 @@ def _build_connection(
         latency_ns=read("latency", "time range", format_time_range),
         timing=given.timing,
         stated_bus=_even_where_unused(ledger, f"{name}.bus", stated_bus, bus),
+        from_port=given.from_port,
         further=read_further(ledger, spec, path, given, wires),
         protocols=read_protocols(ledger, spec, path, given, wires),
     )

@@ -211,6 +211,7 @@ def _bus(ledger: Ledger, spec: Spec, name: str, index: Mapping[str, int]) -> Bus
         overhead_bytes=overhead,
         carrier=carrier,
         direct=given is None,
+        broadcast=type_choice(decision, [bool(model.broadcast) for _, model in owner.types]),
         exclusive=type_choice(decision, [bool(model.exclusive) for _, model in owner.types]),
         overload=given is not None and given.overload is not None,
         period_ns=read("period", "duration", format_duration, lambda model: model.period),

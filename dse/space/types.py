@@ -124,6 +124,7 @@ class Bus(Slot):
     period_ns: Tree = None
     further: tuple[int, ...] = ()
     protocols: Tree = ()
+    broadcast: Tree = False
 
 
 @dataclass(frozen=True)
@@ -233,6 +234,7 @@ class Connection:
     stated_bus: Tree = None
     further: tuple[int, ...] = ()
     protocols: tuple[int, ...] = ()
+    from_port: str | None = None
 
     @property
     def states_rate(self) -> bool:

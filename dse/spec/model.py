@@ -188,6 +188,7 @@ class BusType(Priced):
 
     virtual: bool = False
     exclusive: bool = False
+    broadcast: bool = False
     bandwidth: Options[Bandwidth] | None = None
     transmission_time: TransmissionTimes | None = None
     frame: FrameType | None = None
@@ -313,6 +314,7 @@ class Connection(Model):
 
     from_: Name | None = Field(default=None, alias="from")
     to: Name | None = None
+    from_port: Name | None = None
     data_size: Options[DataSize] | None = None
     message: Line | None = None
     lengths: dict[Name, Length] = {}

@@ -251,3 +251,69 @@ def test_several_buses_at_once_each_carry_the_message(tmp_path: Path) -> None:
     loads = {name: value for name, value in found.metrics.items() if name.startswith("load")}
     assert loads == {"load of w": 120, "load of x": 120, "load of o": 0}
     assert found.flows[0].min_ns == (1 + 17 + 17 + 1) * MS
+
+
+# --- loads ----------------------------------------------------------------------------------------------------------
+
+SENT = """
+  data payload
+    properties Data_Size => 8 Bytes;
+  end payload;
+  system sender
+    features o : out data port payload; p : out data port payload;
+  end sender;
+  system receiver
+    features i : in data port payload; j : in data port payload; k : in data port payload;
+  end receiver;
+  bus wire
+  end wire;
+  virtual bus wrapped
+    properties Data_Size => 2 Bytes;
+  end wrapped;
+  system top end top;
+  system implementation top.i
+    subcomponents a : system sender; b : system receiver; w : bus wire; v : virtual bus wrapped;
+    connections c : port a.o -> b.i; d : port a.o -> b.j; e : port a.p -> b.k;
+    properties
+      Actual_Connection_Binding => (reference (v)) applies to c, d, e;
+      Actual_Connection_Binding => (reference (w)) applies to v;
+      %s
+  end top.i;
+"""
+EACH = "Output_Rate => [Value_Range => 1.0 .. %s; Rate_Unit => %s;] applies to a.o, a.p;"
+
+
+@pytest.mark.parametrize(
+    ("properties", "expected"),
+    [
+        (EACH % ("100.0", "PerSecond"), 3 * 100 * 10),
+        # of one port once, of the other too: 2 messages
+        (EACH % ("100.0", "PerSecond") + "SEI::Broadcast_Protocol => true applies to v;", 2 * 100 * 10),
+        # only what is bound to it directly is sent once
+        (EACH % ("100.0", "PerSecond") + "SEI::Broadcast_Protocol => true applies to w;", 3 * 100 * 10),
+        ("Period => 20 ms applies to a;" + EACH % ("4.0", "PerDispatch"), 3 * 200 * 10),
+        ("Period => 20 ms applies to a;" + EACH % ("1.0", "PerDispatch"), 3 * 50 * 10),
+        (EACH % ("4.0", "PerDispatch"), 0),
+        # SEI's Data_Rate counts messages, and goes before the others
+        (EACH % ("100.0", "PerSecond") + "SEI::Data_Rate => 7.0 PerSecond applies to a.o, a.p;", 3 * 7 * 10),
+    ],
+)
+def test_rates_and_broadcasts(tmp_path: Path, properties: str, expected: int) -> None:
+    found = dse.analyse(written(tmp_path, SENT % properties))
+    assert {found.metrics["load of w"], found.metrics["load of v"]} == {expected}
+
+
+def test_a_rate_for_each_dispatch_without_a_period_is_told(tmp_path: Path) -> None:
+    told = dse.import_file(written(tmp_path, SENT % (EACH % ("4.0", "PerDispatch")))).remarks
+    assert {item.message for item in told} == {
+        "a has no Period: its Output_Rate for each dispatch counts as sending nothing"
+    }
+
+
+@pytest.mark.parametrize("end", ["  end s1.", "  properties Period => 1 ms applies inherit p.o;\n  end Top."])
+def test_a_text_that_ends_within_a_name_is_a_located_mistake(tmp_path: Path, end: str) -> None:
+    path = tmp_path / "cut.aadl"
+    path.write_text(f"package cut public\n  system s1 end s1;\n  system implementation s1.i\n{end}", encoding="utf-8")
+    with pytest.raises(dse.ProblemError) as caught:
+        dse.load(path)
+    assert all(item.file.endswith("cut.aadl") and item.line for item in caught.value.diagnostics)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
+from dse.importers.aadl.circles import NO_DATA
 from dse.importers.aadl.figures import (
     data_rate,
     message_rate,
@@ -20,7 +21,8 @@ from dse.importers.aadl.instance import Instance
 from dse.importers.aadl.lookup import Found
 from dse.importers.aadl.model import Model
 from dse.importers.aadl.ours import OURS
-from dse.importers.aadl.syntax import Path
+from dse.importers.aadl.predeclared import DATA_RATE_UNITS
+from dse.importers.aadl.syntax import Number, Path, Range, Record, Word
 from dse.importers.aadl.wiring import ConnectionInstance
 from dse.importers.registry import Key, Place
 
@@ -147,6 +149,8 @@ class ConnectionWriter:
         bound = [one for one in self.model.targets(found) if one.category in MEDIA]
         for name, value in self.hardware.bound_to(bound).items():
             sheet.put(name, found, value)
+        if any(self.hardware.broadcasts(one) for one in bound):
+            sheet.fields["from_port"] = ".".join(item.source_path)
         return bound[0] if bound else None
 
     def _port(self, sheet: Sheet, item: ConnectionInstance) -> None:
@@ -172,9 +176,32 @@ class ConnectionWriter:
             return self._property(item, name, group) or properties.of_feature(source, item.source_path, name, group)
 
         data = of("Data_Rate", "SEI")
-        if data is not None:
-            span = self.model.read(data, data_rate, "Data_Rate")
+        if data is not None and isinstance(data.value, Number) and data.value.unit.lower() in DATA_RATE_UNITS:
+            span = self.model.read(data, data_rate, "Data_Rate")  # an amount of data, as our own models have it
             sheet.put("data_rate", data, span.text if span and span.low > 0 else None)
-        elif (messages := of("Message_Rate", "SEI")) is not None:
-            rate = self.model.read(messages, message_rate, "Message_Rate")
-            sheet.put("rate", messages, f"{number_text(rate)} Hz" if rate else None)
+            return
+        messages = data or of("Message_Rate", "SEI")  # for OSATE both are messages in a second
+        rate = self.model.read(messages, message_rate, "Message_Rate")
+        if rate:
+            sheet.put("rate", messages, f"{number_text(rate)} Hz")
+        elif messages is None:
+            self._output_rate(sheet, source, of("Output_Rate"))
+
+    def _output_rate(self, sheet: Sheet, source: Instance, found: Found | None) -> None:
+        """The largest Output_Rate, in a second or for each dispatch; one message for each dispatch is the default."""
+        if found is None or not isinstance(found.value, Record):
+            return
+        values, unit = found.value.get("value_range"), found.value.get("rate_unit")
+        high = values.high if isinstance(values, Range) else values
+        if not isinstance(high, Number) or high.value <= 0:
+            return
+        if isinstance(unit, Word) and unit.name.lower() == "persecond":
+            sheet.put("rate", found, f"{number_text(high.value)} Hz")
+        elif high.value != 1:
+            period = self.model.read(self.model.properties.of(source, "Period"), time_range, "Period")
+            if period is None or period.high <= 0:
+                message = f"{source.title} has no Period: its Output_Rate for each dispatch counts as sending nothing"
+                self.model.library.remark(message, found.place)
+                sheet.put("data_rate", found, NO_DATA)
+                return
+            sheet.put("rate", found, f"{number_text(high.value * 10**9 / period.high)} Hz")

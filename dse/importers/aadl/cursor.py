@@ -22,8 +22,8 @@ class Cursor:
 
     @property
     def token(self) -> Token:
-        """The token under the cursor."""
-        return self.tokens[self.at]
+        """The token under the cursor; the last one behind the end."""
+        return self.tokens[min(self.at, len(self.tokens) - 1)]
 
     @property
     def place(self) -> Place:
@@ -36,7 +36,7 @@ class Cursor:
 
     def take(self) -> Token:
         """The token under the cursor, which moves on."""
-        token = self.tokens[self.at]
+        token = self.token
         if token.kind != "end":
             self.at += 1
         return token

@@ -277,9 +277,16 @@ class HardwareWriter:
         if not is_carrier:
             return sheet.result()
         sheet.read("exclusive", properties.of(component, "Exclusive", OURS), is_true, "Exclusive")
+        if self.broadcasts(component):
+            sheet.put("broadcast", properties.of(component, "Broadcast_Protocol", "SEI"), True)
         self.priced(sheet, component)
         sheet.extra(properties.of(component, "Extra", OURS))
         return sheet.result()
+
+    def broadcasts(self, component: Instance) -> bool:
+        """Whether a bus or virtual bus carries what leaves one port once for all receivers."""
+        found = self.model.properties.of(component, "Broadcast_Protocol", "SEI")
+        return component.category in CARRIERS and found is not None and is_true(found.value)
 
     def _transmission(self, sheet: Sheet, found: Found | None) -> None:
         """``[Fixed => …; PerByte => …;]``; a time of 0 or less is none for OSATE."""
