@@ -100,7 +100,18 @@ CLASSES = {
     "threads": "Thread", "executors": "Executor", "connections": "Connection", "flows": "Flow",
     "uncertainty": "Uncertainty",
 }  # fmt: skip
-LISTS = {"path", "dispatch_trigger", "samples", "include", "assumptions", "requirements", "rules", "objectives"}
+LISTS = {
+    "path",
+    "dispatch_trigger",
+    "further_buses",
+    "protocols",
+    "samples",
+    "include",
+    "assumptions",
+    "requirements",
+    "rules",
+    "objectives",
+}
 """Fields in which a list is no choice."""
 OF_A_MODEL = {"of", "root", "mode"}
 """Keys that name a model: tests/importers has files with them."""
