@@ -317,3 +317,50 @@ def test_a_text_that_ends_within_a_name_is_a_located_mistake(tmp_path: Path, end
     with pytest.raises(dse.ProblemError) as caught:
         dse.load(path)
     assert all(item.file.endswith("cut.aadl") and item.line for item in caught.value.diagnostics)
+
+
+# --- what public models do ------------------------------------------------------------------------------------------
+
+
+def test_a_flow_may_lead_through_a_processor(tmp_path: Path) -> None:
+    """It has an entry as what flows lead through beside that as what threads run on: 1 + 4 + 1."""
+    text = """
+      abstract half
+        features f : feature;
+        properties Latency => 1 ms .. 1 ms;
+      end half;
+      processor router
+        features i : feature; o : feature;
+        properties Latency => 4 ms .. 4 ms;
+      end router;
+      system top end top;
+      system implementation top.i
+        subcomponents a : abstract half; r : processor router; b : abstract half;
+        connections c : feature a.f -> r.i; d : feature r.o -> b.f;
+        flows e : end to end flow a -> c -> r -> d -> b;
+      end top.i;
+    """
+    assert latencies(tmp_path, text) == {"e": (6, 6)}
+    assert document(tmp_path, text)["flows"]["e"]["path"][2] == "r as a component"
+
+
+def test_latin_1_in_comments_is_read(tmp_path: Path) -> None:
+    path = tmp_path / "m.aadl"
+    text = "package m public -- gr\u00f6\u00dfe\n system s end s; system implementation s.i end s.i; end m;"
+    path.write_bytes(text.encode("latin-1"))
+    assert dse.load(path).name == "m::s.i"
+
+
+def test_connections_of_called_subprograms_are_told(tmp_path: Path) -> None:
+    text = """
+      subprogram job features x : out parameter; end job;
+      thread worker features o : out data port; end worker;
+      thread implementation worker.i
+        calls seq : { one : subprogram job; };
+        connections c : port one.x -> o;
+      end worker.i;
+      system top end top;
+      system implementation top.i subcomponents w : thread worker.i; end top.i;
+    """
+    told = dse.import_file(written(tmp_path, text)).remarks
+    assert "one is no subcomponent or feature: not looked at" in [item.message for item in told]

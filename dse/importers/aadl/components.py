@@ -52,7 +52,7 @@ class ComponentWriter:
 
     def name(self, component: Instance) -> str:
         """What the problem calls a component."""
-        return self.model.name(component)
+        return self.model.end_name(component)
 
     def sections(self, used: list[Instance], flows: list[EndToEnd]) -> dict[str, dict[str, Any]]:
         """The sections ``partitions``, ``device_types``, ``thread_types``, ``devices`` and ``threads``."""

@@ -102,9 +102,9 @@ class ConnectionWriter:
         sheet.sources.append(" ".join(f"{wire.member.item.name} {shown_place(wire.member.item.place)}"
                                       for wire in item.wires[:1]))  # fmt: skip
         if item.source is not None and not self.model.is_boundary(item.source):
-            sheet.fields["from"] = self.model.name(item.source)
+            sheet.fields["from"] = self.model.end_name(item.source)
         if item.target is not None and not self.model.is_boundary(item.target):
-            sheet.fields["to"] = self.model.name(item.target)
+            sheet.fields["to"] = self.model.end_name(item.target)
         bus = self._bus(sheet, item)
         size = self.model.feature_size(item.source, item.source_path)
         self._port(sheet, item)

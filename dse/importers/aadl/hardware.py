@@ -22,12 +22,11 @@ from dse.importers.aadl.figures import (
 from dse.importers.aadl.flat import Flat
 from dse.importers.aadl.instance import Instance
 from dse.importers.aadl.lookup import Found, references_in
-from dse.importers.aadl.model import Model
+from dse.importers.aadl.model import CARRIERS, Model
 from dse.importers.aadl.ours import OURS
 from dse.importers.aadl.syntax import Listed, Record, Reference, Text
 from dse.importers.registry import Key, Place
 
-CARRIERS = ("bus", "virtual bus")
 MEDIA = (*CARRIERS, "processor", "virtual processor", "device", "memory", "system", "process", "abstract")
 """What a connection may be bound to: OSATE counts the transmission time and latency of each."""
 PERIODIC = ("bus", "virtual bus", "virtual processor", "device", "system", "process", "abstract")
@@ -162,10 +161,8 @@ class HardwareWriter:
 
     def medium(self, component: Instance) -> str:
         """The name of the bus that a component is; one of another category is written as one that carries messages."""
-        if component.category in CARRIERS:
-            return self.model.name(component)
-        name = f"{self.model.name(component)} as a medium"
-        if name not in self.slots["buses"]:
+        name = self.model.medium_name(component)
+        if component.category not in CARRIERS and name not in self.slots["buses"]:
             self.places["buses", name] = component.place
             self.slots["buses"][name] = {"type": name}
             self.types["bus_types"][name] = self._bus_type(component, name)

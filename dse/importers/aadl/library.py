@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from dse.errors import Diagnostic, ProblemError
-from dse.files.reading import UnreadableFileError, read_text
+from dse.files.reading import UnreadableFileError, read_bytes
 from dse.importers.aadl.parser import parse
 from dse.importers.aadl.predeclared import BASE_TYPES, PREDECLARED
 from dse.importers.aadl.syntax import Classifier, Package, PropertySet, Reference
@@ -180,7 +180,12 @@ def _texts(files: Iterable[Path]) -> dict[Path, str]:
 
 
 def _text(path: Path) -> str:
+    """The text of a file: UTF-8, else Latin-1, which older tools wrote comments in; names of AADL are ASCII."""
     try:
-        return read_text(path, MAX_BYTES, "a model")
+        data = read_bytes(path, MAX_BYTES, "a model")
     except UnreadableFileError as error:
         raise ProblemError([Diagnostic(error.reason, file=str(path))]) from None
+    try:
+        return data.decode("utf-8-sig")
+    except UnicodeDecodeError:
+        return data.decode("latin-1")

@@ -22,6 +22,7 @@ from dse.importers.registry import Place
 
 T = TypeVar("T")
 MAX_DEPTH = 30
+CARRIERS = ("bus", "virtual bus")
 
 
 @dataclass
@@ -53,6 +54,16 @@ class Model:
             stated = self.read(self.properties.of(component, "Name", OURS), text_of, "Name")
             self._names[component] = stated or component.title
         return self._names[component]
+
+    def end_name(self, component: Instance) -> str:
+        """What it is called where a flow or connection leads to it: hardware has an entry of its own for that."""
+        name = self.name(component)
+        return f"{name} as a component" if component.category in (*CARRIERS, "processor") else name
+
+    def medium_name(self, component: Instance) -> str:
+        """What it is called where a connection is bound to it: what is no bus has an entry of its own for that."""
+        name = self.name(component)
+        return name if component.category in CARRIERS else f"{name} as a medium"
 
     def is_boundary(self, component: Instance) -> bool:
         """Whether a component stands for the world around the system."""

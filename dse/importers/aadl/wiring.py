@@ -14,6 +14,8 @@ from dse.importers.aadl.syntax import Connection, Feature, Listed, Path, Word
 
 ENDS = ("thread", "device", "processor", "virtual processor", "data", "memory", "bus", "virtual bus", "subprogram")
 """Categories whose features are always the ends of connections."""
+CALLING = ("thread", "subprogram")
+"""What may connect the subprograms that it calls, which are not read."""
 MAX_DEPTH = 20
 MAX_INSTANCES = 200_000
 TURNED = {"in": "out", "out": "in", "provides": "requires", "requires": "provides"}
@@ -149,7 +151,9 @@ class Wiring:
         if self._has(context, key[0]):
             return [(context, key)]
         inactive = context.flat is not None and key[0].partition("[")[0] in context.flat.subcomponents
-        if not inactive:
+        if context.category in CALLING:
+            self.library.remark(f"{path[0]} is no subcomponent or feature: not looked at", member.item.place)
+        elif not inactive:
             self.library.fail(f"there is no subcomponent or feature {path[0]}", member.item.place)
         return []
 

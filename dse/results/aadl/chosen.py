@@ -64,7 +64,11 @@ class ChosenModel:
         root = model.root.flat
         assert root is not None
         self.root = root.classifier
-        self.components = {model.name(item): item for item in model.root.below()}
+        self.components = {
+            name: item
+            for item in model.root.below()
+            for name in (model.medium_name(item), model.end_name(item), model.name(item))
+        }
         self.wires = {name: item for item, name in writer.connections.names.items()}
 
     def text(self, response_times: Mapping[str, tuple[Exact, Exact]] | None = None) -> str:
