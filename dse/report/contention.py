@@ -30,6 +30,8 @@ UNCOUNTED = (
     "CPU contention is not in the latencies: this profile counts no response times, but execution times and deadlines."
 )
 BLOCKING = "blocking by non-preemptive sections"
+COUNTED_BY = " Counted in the search: --processing response-time."
+"""Where designs do not keep what is asked: how to find those that do."""
 MOST_NAMES = 6
 MOST_THREADS = 24
 """Maximum number of threads whose cores are told one by one in a sentence."""
@@ -75,14 +77,16 @@ def contention_words(result: Result) -> str:
     rest = _exchanged([number for number, item in checked.items() if item.cores]) + rest
     if len(checked) == 1:
         which = "only design" if len(found) == 1 else "one design that was checked"
-        return f"{begin} the {which} {'keeps' if kept else 'does not keep'} every {what}{rest}."
+        said = f"{begin} the {which} {'keeps' if kept else 'does not keep'} every {what}{rest}."
+        return said if kept or not left_out else said + COUNTED_BY
     count = f"{len(kept) or 'none'} of the {len(checked)}"
     if len(kept) == len(checked):
         count = "both" if len(kept) == 2 else f"all {len(checked)}"
     of = "designs" if len(checked) == len(found) else "designs that were checked"
     who = f" ({_ids(kept)})" if 0 < len(kept) < len(checked) else ""
     verb = "keep" if len(kept) > 1 else "keeps"
-    return f"{begin} {count} {of} {verb} every {what}{who}{rest}."
+    said = f"{begin} {count} {of} {verb} every {what}{who}{rest}."
+    return said if len(kept) == len(checked) or not left_out else said + COUNTED_BY
 
 
 def study_contention_words(data: Mapping[str, Any]) -> str:
@@ -107,7 +111,8 @@ def study_contention_words(data: Mapping[str, Any]) -> str:
     exchanged = sum(bool(item.get("cores")) for item in judged)
     on = f"; {exchanged} on others, for a response time is too long on those" if exchanged else ""
     cores = cores_of_origins(basis["cores"])
-    return f"{out} response times, {cores}, {count} {designs} {verb} every requirement{told}{varied}{on}."
+    said = f"{out} response times, {cores}, {count} {designs} {verb} every requirement{told}{varied}{on}."
+    return said if kept == len(judged) or not basis["left_out"] else said + COUNTED_BY
 
 
 def _exchanged(numbers: list[int]) -> str:

@@ -117,12 +117,14 @@ def test_one_line_says_how_many_designs_hold() -> None:
     assert said == (
         "CPU contention is not in the latencies: with response times, on the cores stated, else those that first-fit "
         f"gives, 1 of the 2 designs keeps every requirement and stated deadline (#{big})."
+        " Counted in the search: --processing response-time."
     )
     without = SHARED.replace(", deadline: 19 ms", "").replace(", core: 2", "")
     begin = "CPU contention is not in the latencies: with response times, on the cores that first-fit gives,"
-    for kind, keeps in (("cpu", "does not keep"), ("big", "keeps")):
+    hint = " Counted in the search: --processing response-time."
+    for kind, keeps, more in (("cpu", "does not keep", hint), ("big", "keeps", "")):
         only = dse.solve(loads(without), fix=f"p.type = {kind}")
-        assert contention_words(only) == f"{begin} the only design {keeps} every requirement."
+        assert contention_words(only) == f"{begin} the only design {keeps} every requirement.{more}"
     nothing = without.replace("requirements: [latency of f <= 85 ms]\n", "")
     assert "nothing is required that it could break" in contention_words(dse.solve(loads(nothing)))
 
