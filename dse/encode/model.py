@@ -118,6 +118,38 @@ class EncodedSpace:
             if option >= 0 and len(self.options[index]) > 1 and index not in moved
         ]
 
+    def in_order_of_the_file(self) -> list[Any]:
+        """The literals of the decisions that are open, an option that comes first before the others.
+
+        A depth-first search that tries each as true first meets the first design first.
+        """
+        ordered = []
+        contention = self.contention
+        moved = contention.moved if contention is not None else ()
+        for index, literals in enumerate(self.options):
+            if len(literals) == 1 or index in moved:  # whoever settles a design gives it the first cores
+                continue
+            inactive = self.inactive[index]
+            ordered += [inactive] if inactive is not None else []
+            ordered += literals
+        return ordered
+
+    def suggest(self, design: Design | None) -> None:
+        """Give the solver a design to start from, or none."""
+        self.model.clear_hints()
+        if design is None:
+            return
+        values: dict[int, int] = {}
+        for literals, inactive, chosen in zip(self.options, self.inactive, design, strict=True):
+            if len(literals) > 1:
+                for option, literal in enumerate(literals):
+                    values.setdefault(literal.index, int(option == chosen))
+            if inactive is not None:
+                values.setdefault(inactive.index, int(chosen < 0))
+        suggestion = self.model.proto.solution_hint
+        suggestion.vars.extend(values.keys())
+        suggestion.values.extend(values.values())
+
     @property
     def learns(self) -> bool:
         """Whether the model becomes stricter with what its solutions show."""

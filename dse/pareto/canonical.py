@@ -43,7 +43,7 @@ def _canonical(solver: Solver, known: Found, near: Design | None, *, strictly: b
     solver.set_point(known.point)
     model.clear_objective()
     model.clear_hints()
-    model.add_decision_strategy(solver.in_order_of_the_file(), cp_model.CHOOSE_FIRST, cp_model.SELECT_MAX_VALUE)
+    model.add_decision_strategy(solver.encoded.in_order_of_the_file(), cp_model.CHOOSE_FIRST, cp_model.SELECT_MAX_VALUE)
     try:
         answer = solver.first_in_order(to_the_end=strictly)
     finally:

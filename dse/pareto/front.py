@@ -366,7 +366,7 @@ def _restore(state: _State, earlier: FrontSearch) -> None:
 
 def _is_strict(evaluator: Evaluator, encoded: EncodedSpace) -> bool:
     """Whether canonical designs are the first of all, which are the same whatever a model has learnt."""
-    return may_refuse(evaluator) or bool(encoded.open_terms)
+    return may_refuse(evaluator)
 
 
 def _first_accepted(solver: Solver, evaluator: Evaluator, known: Found, near: Design | None) -> tuple[Design, bool]:

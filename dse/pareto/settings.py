@@ -17,7 +17,9 @@ class Settings:
 
     `weight` is how much work a unit of deterministic time is: linear programming takes longer than the solver counts.
     `per_variable` is how much work a call takes at least for each variable of the model.
-    With `in_order` the search is depth first in the order of the model's decision strategy.
+    With `in_order` the search is depth first in the order of the model's decision strategy. With `from_below` it proves
+    bounds of the objective, the least value first; it `narrows` where such bounds and good designs take turns
+    (`dse.pareto.narrowing`). Long calls get simpler clauses on the way where it `simplifies`.
     """
 
     linearization_level: int
@@ -25,6 +27,9 @@ class Settings:
     weight: float
     per_variable: float = 0.0
     in_order: bool = False
+    from_below: bool = False
+    narrows: bool = False
+    simplifies: bool = True
 
     def least_work(self, model: cp_model.CpModel) -> float:
         """How much work a call can be expected to take at least."""
@@ -34,7 +39,8 @@ class Settings:
         """Set the parameters of a solver that is to do so much work at most."""
         parameters.linearization_level = self.linearization_level
         parameters.cut_level = int(self.has_cuts)
-        parameters.use_sat_inprocessing = work >= INPROCESSING_FROM and not self.in_order
+        parameters.use_objective_lb_search = self.from_below
+        parameters.use_sat_inprocessing = self.simplifies and work >= INPROCESSING_FROM and not self.in_order
         parameters.max_deterministic_time = work / self.weight
         if self.in_order:
             parameters.search_branching = type(parameters.search_branching).FIXED_SEARCH
@@ -47,6 +53,13 @@ RELAXED = Settings(2, has_cuts=False, weight=1.8, per_variable=4e-5)
 CUTTING = Settings(2, has_cuts=True, weight=1.5, per_variable=6e-5)
 """The same with cuts, for sums at the edge of their limits under conditions."""
 WAYS = (BARE, RELAXED, CUTTING)
+FROM_BELOW = Settings(0, has_cuts=False, weight=1.0, from_below=True)
+"""Whether the objective can be at its bound, and where it cannot, what bound follows."""
+CLOSING = Settings(1, has_cuts=False, weight=2.0, simplifies=False)
+"""A relaxation of what holds without conditions: who is on which core, and at which rate."""
+NARROWING = Settings(1, has_cuts=False, weight=1.0, narrows=True)
+"""Both in turns, for sums of waiting times, which no relaxation bounds well (decision record 19)."""
+WAYS_WITH_WAITING = (BARE, NARROWING, CUTTING)
 BARE_IN_ORDER = Settings(0, has_cuts=False, weight=1.0, in_order=True)
 RELAXED_IN_ORDER = Settings(2, has_cuts=False, weight=1.0, in_order=True)
 CUTTING_IN_ORDER = Settings(2, has_cuts=True, weight=1.0, in_order=True)
@@ -60,6 +73,8 @@ BRIEF = (BARE, 0.05)
 """The first attempt at a part: what bare settings can do they do at once, the rest needs linear relaxation."""
 ANY = (BRIEF, (CUTTING, 1.5), (CUTTING, 100.0))
 """The same for a design that is not the first: fixed, so that it does not depend on what was asked before."""
+ANY_WITH_WAITING = (BRIEF, (CLOSING, 10.0), (CLOSING, 100.0))
+"""The same where threads wait for each other."""
 BARE_FIRST = 0.25
 """Work for bare settings at the first question, which is harder than those after it, before its parts are asked."""
 

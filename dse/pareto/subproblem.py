@@ -17,17 +17,21 @@ from dse.encode.linear import EXACT_LIMIT
 from dse.encode.model import EncodedSpace
 from dse.pareto.answer import Answer, Found, NoSuchDesign, Unfinished, weighted
 from dse.pareto.apart import Apart
+from dse.pareto.narrowing import FIRST, narrowed
 from dse.pareto.parts import Part, Parts
 from dse.pareto.portfolio import PATIENCE, Attempt, Portfolio
 from dse.pareto.regions import Bound, strictly_inside
 from dse.pareto.settings import (
     ANY,
+    ANY_WITH_WAITING,
     BARE_FIRST,
     BARE_IN_ORDER,
+    BRIEF,
     FIRST_DESIGN,
     ORDERED_SEARCH,
     ORDERED_TO_THE_END,
     WAYS,
+    WAYS_WITH_WAITING,
     Settings,
     sound_solver,
 )
@@ -58,9 +62,10 @@ class Solver:
         self.calls = 0
         self.work = 0.0
         self.stopped = False
-        expected = [settings.least_work(encoded.model) for settings in WAYS]
+        self._ways = WAYS_WITH_WAITING if encoded.is_loose else WAYS
+        expected = [settings.least_work(encoded.model) for settings in self._ways]
         self._whole = Portfolio(expected if len(self.parts) == 1 else [BARE_FIRST / PATIENCE, BARE_FIRST])
-        self._asked = Portfolio(expected)
+        self._asked = Portfolio([settings.least_work(encoded.model) for settings in WAYS])
         self.in_order = BARE_IN_ORDER
         self._has_looked_for_any = False
         self._has_relaxed = False
@@ -68,6 +73,8 @@ class Solver:
         self._weights: Sequence[int] | None = None
         self._regions: Sequence[Bound] | None = None
         self._ceiling: int | None = None
+        self._least: int | None = None
+        self.slices = FIRST  # of the gap between bound and design (`dse.pareto.narrowing`)
         self._running: cp_model.CpSolver | None = None
 
     def stop(self) -> None:
@@ -99,12 +106,12 @@ class Solver:
         if not regions:
             return NoSuchDesign()
         self.calls += 1
-        self._has_relaxed = False
+        self._has_relaxed, self._least = False, None
         self._set_objective(weights)
         most = [max(bounds) - 1 for bounds in zip(*regions, strict=True)]
         assert weighted(weights, most) < EXACT_LIMIT, "weights leave exact arithmetic"
         self.hint(hint)
-        attempts: list[Attempt] = [partial(self._solve_in, weights, regions, settings) for settings in WAYS]
+        attempts: list[Attempt] = [partial(self._solve_in, weights, regions, settings) for settings in self._ways]
         if len(self.parts) > 1:
             attempts[1:] = [Apart(self, weights, regions).attempt]
         return self._whole.answer(attempts, self._work_done, self.out_of_time)
@@ -139,6 +146,8 @@ class Solver:
         """One attempt at a question as a whole; where the first one finds nothing, any design is looked for."""
         self._restrict(regions)  # anew: an attempt part by part may have come before
         answer = self._solve_whole(settings, work)
+        if self.encoded.is_loose and isinstance(answer, Unfinished) and answer.bound is not None:
+            self.raise_least(answer.bound)
         if isinstance(answer, Unfinished) and answer.best is None and not self._has_looked_for_any:
             self._has_looked_for_any = True
             found = self._any_design()
@@ -163,35 +172,21 @@ class Solver:
         model = self.encoded.model
         model.clear_objective()
         self._weights = None
-        model.add_decision_strategy(self.in_order_of_the_file(), cp_model.CHOOSE_FIRST, cp_model.SELECT_MAX_VALUE)
+        model.add_decision_strategy(
+            self.encoded.in_order_of_the_file(), cp_model.CHOOSE_FIRST, cp_model.SELECT_MAX_VALUE
+        )
         answer: Answer = Unfinished()
         try:
             for settings, work in FIRST_DESIGN:
-                answer = self._run(settings, work)
+                answer = self.run(settings, work)
                 if not isinstance(answer, Unfinished):
                     break
         finally:
             model.proto.search_strategy.clear()
         return answer
 
-    def in_order_of_the_file(self) -> list[Any]:
-        """The literals of the decisions that are open, an option that comes first before the others.
-
-        A depth-first search that tries each as true first meets the first design first.
-        """
-        ordered = []
-        contention = self.encoded.contention
-        moved = contention.moved if contention is not None else ()
-        for index, literals in enumerate(self.encoded.options):
-            if len(literals) == 1 or index in moved:  # whoever settles a design gives it the first cores
-                continue
-            inactive = self.encoded.inactive[index]
-            ordered += [inactive] if inactive is not None else []
-            ordered += literals
-        return ordered
-
     def _solve_whole(self, settings: Settings, work: float) -> Answer:
-        answer = self._run(settings, work)
+        answer = self.run(settings, work)
         if isinstance(answer, Unfinished) and answer.best is not None:
             self.hint(answer.best.design)
         return answer
@@ -221,29 +216,19 @@ class Solver:
         """One run of the solver in a part of the space."""
         variables = self.encoded.model.proto.variables
         before = [list(variables[index].domain) for index in part.literals]
+        known, self._least = self._least, None
         for index in part.literals:
             _set_domain(variables[index], 1, 1)
         try:
-            return self._run(settings, work)
+            return self.run(settings, work)
         finally:
+            self._least = known
             for index, (low, high) in zip(part.literals, before, strict=True):
                 _set_domain(variables[index], low, high)
 
     def hint(self, hint: Design | None) -> None:
         """Suggest a design to start from."""
-        self.encoded.model.clear_hints()
-        if hint is None:
-            return
-        values: dict[int, int] = {}
-        for literals, inactive, chosen in zip(self.encoded.options, self.encoded.inactive, hint, strict=True):
-            if len(literals) > 1:
-                for option, literal in enumerate(literals):
-                    values.setdefault(literal.index, int(option == chosen))
-            if inactive is not None:
-                values.setdefault(inactive.index, int(chosen < 0))
-        suggestion = self.encoded.model.proto.solution_hint
-        suggestion.vars.extend(values.keys())
-        suggestion.values.extend(values.values())
+        self.encoded.suggest(hint)
 
     def _work_done(self) -> float:
         return self.work
@@ -264,7 +249,7 @@ class Solver:
             attempts = attempts[:1]
         attempts.sort(key=lambda attempt: attempt[0] is not self.in_order)
         for settings, work in attempts:
-            answer = self._run(settings, work)
+            answer = self.run(settings, work)
             if not isinstance(answer, Unfinished):
                 self.in_order = settings
                 return answer
@@ -276,13 +261,14 @@ class Solver:
         What is hard as a whole is asked part by part, in their order; those proved not to have it are left out.
         """
         self.calls += 1
-        answer = self._run(*ANY[0])
+        answer = self.run(*BRIEF)
         if not isinstance(answer, Unfinished):
             return answer
+        attempts = ANY_WITH_WAITING if self.encoded.is_loose else ANY
         region = tuple(value + 1 for value in point)
         for part in self.parts.all:
             if part.open([region]):
-                for attempt in ANY if len(self.parts) > 1 else ANY[1:]:
+                for attempt in attempts if len(self.parts) > 1 else attempts[1:]:
                     answer = self._within(part, *attempt)
                     if isinstance(answer, Found) or self.out_of_time():
                         return answer
@@ -290,15 +276,16 @@ class Solver:
                         break
         return NoSuchDesign()
 
-    def _run(self, settings: Settings, work: float) -> Answer:
+    def run(self, settings: Settings, work: float, best: Found | None = None, most: int | None = None) -> Answer:
         """One run of the solver, or several until the solution's open terms are exact, or as good as they can be.
 
-        The designs of solutions on the way are weighed by the analysis: once no solution is better than the best of
-        these, it is the answer.
+        The designs of solutions on the way are weighed by the analysis: once no solution is better than the `best` of
+        these, it is the answer. With `most` only what is no more than that is looked for, and `best` is no answer.
         """
-        best: Found | None = None
+        if settings.narrows and self._weights is not None:
+            return narrowed(self, work)
         while True:
-            answer, best = self._once(settings, work, best)
+            answer, best = self._once(settings, work, best, most)
             if answer is not None:
                 return answer
             if self._is_stuck():
@@ -307,7 +294,24 @@ class Solver:
     def _is_stuck(self) -> bool:
         return self.encoded.contention is not None and self.encoded.contention.is_stuck
 
-    def _once(self, settings: Settings, work: float, best: Found | None) -> tuple[Answer | None, Found | None]:
+    @property
+    def counts_one(self) -> bool:
+        """Whether one objective is minimised, without regard to others."""
+        return self._weights is not None and sum(map(bool, self._weights)) == 1
+
+    def raise_least(self, bound: int) -> None:
+        """What is minimised is proved to be no less than a bound."""
+        self._least = max(bound, self._least or 0)
+
+    def most(self, best: Found | None) -> int | None:
+        """No more than this has what is better than a design, or than what is known; None where nothing is known."""
+        if best is None or self._weights is None:
+            return None if self._ceiling is None else self._ceiling - 1
+        return weighted(self._weights, best.point) - 1
+
+    def _once(
+        self, settings: Settings, work: float, best: Found | None, most: int | None
+    ) -> tuple[Answer | None, Found | None]:
         """One run of the solver for something better than `best`; no answer where the model is sharper now.
 
         With the best design that is known so far.
@@ -320,14 +324,14 @@ class Solver:
         settings.apply(parameters, work)
         if self.deadline is not None:
             parameters.max_time_in_seconds = max(0.01, self.deadline - time.monotonic())
-        with self._better_than(best):
+        with self._between(self.most(best) if most is None else most):
             self._running = solver
             status = solver.solve(self.encoded.model)
             self._running = None
         self.work += solver.response_proto.deterministic_time * settings.weight
         assert status != cp_model.MODEL_INVALID, "the model is invalid"
         if status == cp_model.INFEASIBLE:
-            return best or NoSuchDesign(), best
+            return (best if most is None else None) or NoSuchDesign(), best
         if status in (cp_model.OPTIMAL, cp_model.FEASIBLE):
             return self._judged(solver, status == cp_model.OPTIMAL, best)
         return Unfinished(self._bound(solver), best), best
@@ -377,16 +381,13 @@ class Solver:
         return best is None or value < weighted(self._weights, best.point)
 
     @contextmanager
-    def _better_than(self, best: Found | None) -> Iterator[None]:
-        """Only what is better than a design is looked for."""
-        ceiling = self._ceiling
-        if best is not None and self._weights is not None:
-            ceiling = weighted(self._weights, best.point)
-        if ceiling is None:
+    def _between(self, most: int | None) -> Iterator[None]:
+        """Only what is better than what is known is looked for, and no less than what is proved."""
+        if self._weights is None or (most is None and self._least is None):
             yield  # without a look at the objective, which would make one where there is none
             return
         domain = self.encoded.model.proto.objective.domain
-        domain.extend([-EXACT_LIMIT, ceiling - 1])
+        domain.extend([0 if self._least is None else self._least, EXACT_LIMIT if most is None else most])
         try:
             yield
         finally:

@@ -7,6 +7,7 @@ from dataclasses import replace
 from fractions import Fraction
 from itertools import count, pairwise
 from pathlib import Path
+from typing import Any
 
 import pytest
 from support import PROBLEMS, brute_front, counted_down, evaluated, load_space, space_of
@@ -422,10 +423,10 @@ def test_empty_regions_need_no_solver() -> None:
 @pytest.mark.parametrize("claim", ["objectives", "feasibility", "region"])
 def test_a_solver_that_lies_is_caught_by_the_referee(claim: str, monkeypatch: pytest.MonkeyPatch) -> None:
     evaluator = Evaluator(load_space(BY_NAME["types"]))
-    run = Solver._run
+    run = Solver.run
 
-    def lie(self: Solver, settings: Settings, work: float) -> Answer:
-        answer = run(self, settings, work)
+    def lie(self: Solver, settings: Settings, work: float, *further: Any) -> Answer:
+        answer = run(self, settings, work, *further)
         if not isinstance(answer, Found):
             return answer
         if claim == "objectives":
@@ -434,7 +435,7 @@ def test_a_solver_that_lies_is_caught_by_the_referee(claim: str, monkeypatch: py
             return Found(tuple(value + 10**6 for value in answer.point), answer.design)
         return Found(answer.point, tuple(0 for _ in answer.design))
 
-    monkeypatch.setattr(Solver, "_run", lie)
+    monkeypatch.setattr(Solver, "run", lie)
     with pytest.raises(RefereeError):
         search_front(evaluator)
 

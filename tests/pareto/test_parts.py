@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from typing import Any
 
 import pytest
 from hypothesis import given
@@ -101,13 +102,13 @@ def test_an_excluded_design_is_not_an_answer(monkeypatch: pytest.MonkeyPatch) ->
 
 def count_runs(monkeypatch: pytest.MonkeyPatch) -> list[Settings]:
     runs: list[Settings] = []
-    run = Solver._run
+    run = Solver.run
 
-    def counted(self: Solver, settings: Settings, work: float) -> Answer:
+    def counted(self: Solver, settings: Settings, work: float, *further: Any) -> Answer:
         runs.append(settings)
-        return run(self, settings, work)
+        return run(self, settings, work, *further)
 
-    monkeypatch.setattr(Solver, "_run", counted)
+    monkeypatch.setattr(Solver, "run", counted)
     return runs
 
 

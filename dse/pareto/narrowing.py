@@ -1,0 +1,57 @@
+"""The least value of an objective from both sides, where neither is found by itself.
+
+Sums of waiting times have weak relaxations: a solver that improves its designs proves no bound, and one that proves
+bounds meets no good designs. Here bounds are proved from below first. Then the solver is only asked for what lies in
+the lowest part of what is left between the bound and the best design: a limit on the sum leaves each thread so little
+time to wait that most places are excluded at once. Either answer makes the gap smaller. Where objectives are weighed
+against each other a limit on their sum says little of each, and all that is better is asked for at once.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from dse.pareto.answer import Answer, NoSuchDesign, Unfinished
+from dse.pareto.settings import BARE, CLOSING, FROM_BELOW
+
+if TYPE_CHECKING:
+    from dse.pareto.subproblem import Solver
+
+BELOW = 6
+"""One part in so many of the work is for bounds."""
+LEAST = 4
+"""With less than one part in so many nothing more is asked."""
+CHANGE = 2
+"""By how much the next one is narrower where there was no answer, and wider where there was."""
+WIDEST, NARROWEST = 4, 256
+"""One part in so many of the gap is asked for at once: the narrower the easier."""
+FIRST = 16
+"""The same at first."""
+
+
+def narrowed(solver: Solver, work: float) -> Answer:
+    """The best design of the model as it stands, with so much work; what was proved where that is not enough."""
+    end = solver.work + work
+    is_single = solver.counts_one
+    answer: Answer = Unfinished(0)
+    if is_single:
+        answer = solver.run(FROM_BELOW, work / BELOW)
+    while isinstance(answer, Unfinished) and answer.bound is not None:
+        best, least, left = answer.best, answer.bound, end - solver.work
+        if left < work / LEAST or solver.out_of_time():
+            return answer
+        solver.raise_least(least)
+        most = solver.most(best)
+        if most is None:  # nothing to be better than
+            return solver.run(BARE, left)
+        middle = least + (most - least) // solver.slices if is_single else most
+        answer = solver.run(CLOSING, left / 2 if is_single else left, best, middle)
+        if isinstance(answer, NoSuchDesign):
+            solver.slices = max(WIDEST, solver.slices // CHANGE)
+            if middle >= most:
+                return best or answer
+            answer = Unfinished(middle + 1, best)
+        elif isinstance(answer, Unfinished):
+            solver.slices = min(NARROWEST, solver.slices * CHANGE)
+            return Unfinished(max(least, answer.bound or 0), answer.best)
+    return answer
