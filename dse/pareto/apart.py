@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 APART_WAYS = (CUTTING, RELAXED, BARE)
 """The settings for parts for which that was not enough, in turn ..."""
 APART_WORK = 1.5
-"""... with so much work in the first round, and twice as much in each further one (narrowing four times as much)."""
+"""... with so much work in the first round, and twice as much in each further one."""
 APART_CHEAP = 0.1
 """A part for which linear relaxation has needed less than this is asked with it at once the next time."""
 APART = 4
@@ -68,7 +68,7 @@ class Apart:
             rounds, way = divmod(turn - 1, len(APART_WAYS))
             attempt = APART_WAYS[way], APART_WORK * 2**rounds
             if self.solver.encoded.is_loose:
-                attempt = NARROWING, APART_WORK * 4 ** (turn - 1)
+                attempt = NARROWING, APART_WORK * 2 ** (turn - 1)
         solver = self.solver
         before = solver.work
         answer = solver.solve_part(solver.parts.all[number], attempt, self.weights, self.regions, self.best)

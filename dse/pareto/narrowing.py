@@ -12,7 +12,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from dse.pareto.answer import Answer, NoSuchDesign, Unfinished
-from dse.pareto.settings import BARE, CLOSING, FROM_BELOW
+from dse.pareto.settings import CLOSING, FROM_BELOW
 
 if TYPE_CHECKING:
     from dse.pareto.subproblem import Solver
@@ -21,7 +21,7 @@ BELOW = 6
 """One part in so many of the work is for bounds."""
 LEAST = 4
 """With less than one part in so many nothing more is asked."""
-CHANGE = 2
+CHANGE = 4
 """By how much the next one is narrower where there was no answer, and wider where there was."""
 WIDEST, NARROWEST = 4, 256
 """One part in so many of the gap is asked for at once: the narrower the easier."""
@@ -43,9 +43,9 @@ def narrowed(solver: Solver, work: float) -> Answer:
         solver.raise_least(least)
         most = solver.most(best)
         if most is None:  # nothing to be better than
-            return solver.run(BARE, left)
+            return solver.run(CLOSING, left)
         middle = least + (most - least) // solver.slices if is_single else most
-        answer = solver.run(CLOSING, left / 2 if is_single else left, best, middle)
+        answer = solver.run(CLOSING, left, best, middle)
         if isinstance(answer, NoSuchDesign):
             solver.slices = max(WIDEST, solver.slices // CHANGE)
             if middle >= most:

@@ -172,9 +172,8 @@ class Solver:
         model = self.encoded.model
         model.clear_objective()
         self._weights = None
-        model.add_decision_strategy(
-            self.encoded.in_order_of_the_file(), cp_model.CHOOSE_FIRST, cp_model.SELECT_MAX_VALUE
-        )
+        order = self.encoded.in_order_of_the_file()
+        model.add_decision_strategy(order, cp_model.CHOOSE_FIRST, cp_model.SELECT_MAX_VALUE)
         answer: Answer = Unfinished()
         try:
             for settings, work in FIRST_DESIGN:
@@ -216,7 +215,7 @@ class Solver:
         """One run of the solver in a part of the space."""
         variables = self.encoded.model.proto.variables
         before = [list(variables[index].domain) for index in part.literals]
-        known, self._least = self._least, None
+        known, self._least = self._least, None  # which is of the whole
         for index in part.literals:
             _set_domain(variables[index], 1, 1)
         try:
@@ -318,20 +317,24 @@ class Solver:
         """
         if self.out_of_time():
             return Unfinished(best=best), best
+        refuted = (best if most is None else None) or NoSuchDesign()
+        top = self.most(best) if most is None else most
+        if top is not None and top < (self._least or 0):
+            return refuted, best
         solver = sound_solver(self.seed)
         parameters: Any = solver.parameters
         self._has_relaxed |= settings.linearization_level > 0
         settings.apply(parameters, work)
         if self.deadline is not None:
             parameters.max_time_in_seconds = max(0.01, self.deadline - time.monotonic())
-        with self._between(self.most(best) if most is None else most):
+        with self._between(top):
             self._running = solver
             status = solver.solve(self.encoded.model)
             self._running = None
         self.work += solver.response_proto.deterministic_time * settings.weight
         assert status != cp_model.MODEL_INVALID, "the model is invalid"
         if status == cp_model.INFEASIBLE:
-            return (best if most is None else None) or NoSuchDesign(), best
+            return refuted, best
         if status in (cp_model.OPTIMAL, cp_model.FEASIBLE):
             return self._judged(solver, status == cp_model.OPTIMAL, best)
         return Unfinished(self._bound(solver), best), best
@@ -375,10 +378,8 @@ class Solver:
             return False
         if self._weights is None:
             return True
-        value = weighted(self._weights, point)
-        if self._ceiling is not None and value >= self._ceiling:
-            return False
-        return best is None or value < weighted(self._weights, best.point)
+        most = self.most(best)
+        return most is None or weighted(self._weights, point) <= most
 
     @contextmanager
     def _between(self, most: int | None) -> Iterator[None]:

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from itertools import product
+from typing import Any
+
 import pytest
 from effort import cases, count
 from support import brute_front
@@ -11,7 +14,10 @@ from dse.analysis.evaluate import Evaluator
 from dse.api.problem import Problem, changed, loads
 from dse.api.question import Changes
 from dse.encode import contention, sums
+from dse.pareto import subproblem
+from dse.pareto.answer import Answer, Found, NoSuchDesign
 from dse.pareto.front import Budget, search_front
+from dse.pareto.settings import BARE, CLOSING, NARROWING, Settings
 
 SEEDS = count(20)
 
@@ -70,6 +76,34 @@ def test_response_times_in_flows_are_exact(kind: str, seed: int, monkeypatch: py
     system = draw(seed, kind=kind)
     text = text_of(system).replace("deadlines: all", "deadlines: all\nprocessing: response_time")
     assert found(text) == front(system, by_response=True)
+
+
+def test_bounds_from_below_and_limits_from_above_meet(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Calls that prove bounds end at their first solution, so that limits on what is minimised do the rest."""
+    monkeypatch.setattr(sums, "SCHEDULE_CASE_LIMIT", 1)
+    monkeypatch.setattr(subproblem, "WAYS_WITH_WAITING", (NARROWING, BARE))
+    monkeypatch.setattr(subproblem.Solver, "counts_one", True)
+    apply = Settings.apply
+    limits = []
+    run = subproblem.Solver.run
+
+    def hasty(self: Settings, parameters: Any, work: float) -> None:
+        apply(self, parameters, work)
+        parameters.stop_after_first_solution = self.from_below
+
+    def watched(self: subproblem.Solver, settings: Settings, work: float, *further: Any) -> Answer:
+        answer = run(self, settings, work, *further)
+        if settings is CLOSING and further:
+            limits.append(type(answer))
+        return answer
+
+    monkeypatch.setattr(Settings, "apply", hasty)
+    monkeypatch.setattr(subproblem.Solver, "run", watched)
+    for kind, seed in product(KINDS, cases(10, 4 * SEEDS)):
+        system = draw(seed, kind=kind)
+        text = text_of(system).replace("deadlines: all", "deadlines: all\nprocessing: response_time")
+        assert found(text) == front(system, by_response=True), (kind, seed)
+    assert {Found, NoSuchDesign} <= set(limits)
 
 
 ONE_CORE = """
