@@ -146,8 +146,8 @@ class Solver:
         """One attempt at a question as a whole; where the first one finds nothing, any design is looked for."""
         self._restrict(regions)  # anew: an attempt part by part may have come before
         answer = self._solve_whole(settings, work)
-        if self.encoded.is_loose and isinstance(answer, Unfinished) and answer.bound is not None:
-            self.raise_least(answer.bound)
+        if self.encoded.is_loose and isinstance(answer, Unfinished):
+            self.raise_least(answer.bound or 0)
         if isinstance(answer, Unfinished) and answer.best is None and not self._has_looked_for_any:
             self._has_looked_for_any = True
             found = self._any_design()
@@ -317,8 +317,7 @@ class Solver:
         """
         if self.out_of_time():
             return Unfinished(best=best), best
-        refuted = (best if most is None else None) or NoSuchDesign()
-        top = self.most(best) if most is None else most
+        refuted, top = (best or NoSuchDesign(), self.most(best)) if most is None else (NoSuchDesign(), most)
         if top is not None and top < (self._least or 0):
             return refuted, best
         solver = sound_solver(self.seed)
