@@ -50,6 +50,10 @@ class Watching(View):
         self.asked[decision] = option
         return int(option)
 
+    def apart(self) -> Watching:
+        """Another view that notes what is asked of it here as well."""
+        return Watching(self)
+
 
 class _Node(Generic[T]):
     """After the same answers a formula asks for the same decision next, or is done."""

@@ -37,6 +37,8 @@ from dse.units import Exact, Rounded, Unbounded
 UNBOUNDED_NS = 10**14
 """Stands for a response time without a bound (27.8 h) wherever a number is needed."""
 NO_BOUND = Unbounded(UNBOUNDED_NS)
+ONLY = "only these groups"
+"""Where a view remembers the groups of threads that count alone, in whatever space it is asked about."""
 MOST_ROUNDS = 64
 PLAIN = (int, Fraction, Rounded, type(None))
 Part: TypeAlias = Literal["thread", "callback"]
@@ -59,7 +61,8 @@ class Response:
     `rank` is 1 more than the number of the core's tasks that always go first, the same for threads of the same stated
     priority; `deadline_ns` is the thread's, else its period, else None; `blocked_ns` how long less urgent tasks may
     keep the core. `worst_ns` is the longest execution time, the task's own worst time has its context switches, too.
-    `executor` is what runs it beside others, else empty; `delays` what goes before its worst job.
+    `executor` is what runs it beside others, else empty; `rivals` are the tasks that go before it, the most urgent
+    first, `delays` the jobs of these before its worst one: nothing where an executor orders it, or it has no bound.
     """
 
     component: int
@@ -74,6 +77,7 @@ class Response:
     worst_ns: int
     executor: str
     delays: tuple[Delay, ...] = ()
+    rivals: tuple[Task, ...] = ()
 
     @property
     def name(self) -> str:
@@ -106,8 +110,13 @@ def response_of(space: Space, component: int, part: Part, view: View) -> Respons
 
 
 def all_responses(space: Space, view: View) -> dict[TaskKey, Exact | None]:
-    """The response time of every task of a whole design, in ns; found together, and kept with the view."""
+    """The response time of every task of a whole design, in ns; found together, and kept with the view.
+
+    Where only some threads are to count, the view's memory names them (`ONLY`), each group on a core of its own.
+    """
     found: dict[TaskKey, Exact | None] | None = view.memo.get("responses")
+    if found is None and ONLY in view.memo:
+        found = view.memo["responses"] = subset_responses(space, view.memo[ONLY], view)
     if found is None:
         schedule = _Schedule(space, view)
         cores = [core for processor in range(len(space.processors)) for core in schedule.cores(processor)]
@@ -584,30 +593,30 @@ def _responses(schedule: _Schedule, wanted: Sequence[TaskKey]) -> tuple[Response
         lost = Task(_task_name(component, key[1]), worst, ())
         rank, blocked = place[2].rank + 1, place[2].blocked_ns
         name = "" if component.executor is None else space.executors[component.executor].name
-        delays = _delays(schedule, place, task, known)
+        rivals = _rivals(schedule, place, task, known)
         response = known[key]
         found.append(
-            Response(*key, place[1] + 1, rank, task or lost, best, response, deadline, blocked, worst, name, delays)
+            Response(*key, place[1] + 1, rank, task or lost, best, response, deadline, blocked, worst, name, *rivals)
         )
     return tuple(found)
 
 
-def _delays(
+def _rivals(
     schedule: _Schedule, place: tuple[int, int, _Turn], task: Task | None, known: Mapping[TaskKey, Exact | None]
-) -> tuple[Delay, ...]:
-    """What goes before the worst job of a task; nothing where it has no bound, or an executor orders it."""
+) -> tuple[tuple[Delay, ...], tuple[Task, ...]]:
+    """The jobs before the worst one of a task, and what they are of; nothing where it has no bound, or an executor."""
     space, view = schedule.space, schedule.view
     processor, core, turn = place
     turns = schedule.cores(processor)[core]
     if task is None or known[turn.key] is None or turn.executor is not None or not task.worst_ns:
-        return ()
+        return (), ()
     rivals = [_task(space, turns[position].key, known, view) for position in turn.rivals(turns)]
     given = [item for item in (*interrupting(space, [turn.key[0]], view), *rivals) if item is not None]
     found = worst_job_ns(task, given, turn.blocked_ns)
     if found is None:
-        return ()
+        return (), ()
     jobs = [(item, most_jobs(item, found[1])) for item in given if item.worst_ns]
-    return tuple(Delay(item.name, count, count * item.worst_ns) for item, count in jobs)
+    return tuple(Delay(item.name, count, count * item.worst_ns) for item, count in jobs), tuple(given)
 
 
 def _task_name(component: Component, part: Part) -> str:

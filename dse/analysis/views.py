@@ -30,6 +30,10 @@ class View:
     def __getitem__(self, decision: int) -> int:
         return int(self.design[decision])
 
+    def apart(self) -> View:
+        """The same design with a memory of its own, for other figures; who notes what is asked still does."""
+        return type(self)(self.design)
+
 
 class Undecided(Exception):
     """A formula asked for `decision`, which the partial design leaves open."""

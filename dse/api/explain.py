@@ -6,9 +6,12 @@ import time
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from fractions import Fraction
+from functools import cached_property
 from math import ceil
 from typing import Unpack
 
+from dse.analysis.evaluate import Evaluator
+from dse.analysis.lateness import late_threads
 from dse.analysis.limits import build_limit
 from dse.analysis.measures import PPM, build_measure
 from dse.analysis.rates import NS_PER_S
@@ -294,10 +297,16 @@ class Explainer:
             return Demand("fixed decision", member.text, member.origin)
         return Demand("rule" if isinstance(member, Rule) else "requirement", member.text, member.origin)
 
+    @cached_property
+    def evaluator(self) -> Evaluator:
+        """The analysis of the question."""
+        return Evaluator(self.space)
+
     def example(self, design: Design) -> Example:
         """A design as it is named, with what it breaks."""
         broken = sorted(self.oracle.everything - self.oracle.met_by(design))
-        return Example(self.decisions(design), tuple(self.demand(number) for number in broken))
+        late = tuple(late_threads(self.space, self.evaluator.evaluate(design).verdicts, View(design)))
+        return Example(self.decisions(design), tuple(self.demand(number) for number in broken), late)
 
     def decisions(self, design: Design) -> dict[str, str]:
         """The active open decisions of a design."""

@@ -14,7 +14,7 @@ from dse.api.problem import complete_design, load_carried
 from dse.errors import ProblemError, UsageError
 from dse.results.cie import cie_configuration
 from dse.results.export import fixed_problem, without
-from dse.results.export_formats import graphml, graphviz, ros2_parameters
+from dse.results.export_formats import graphml, graphviz, pinning_table, ros2_parameters
 from dse.results.points import FurtherDesign, Point
 from dse.results.solve import Result
 from dse.space.metrics import counts_changes
@@ -22,7 +22,7 @@ from dse.space.types import Design, Space
 from dse.spec.model import Ros2
 from dse.spec.writing import block_text
 
-Format = Literal["problem", "ros2", "cie", "dot", "graphml", "aadl"]
+Format = Literal["problem", "ros2", "cie", "pinning", "dot", "graphml", "aadl"]
 TRIALS = 5
 
 
@@ -44,7 +44,8 @@ def export(
         the id of a point (``3``), or of another design (``3.1``).
     form
         ``problem``: the problem file with its decisions fixed; ``ros2``: a parameter file with the rates; ``cie``: a
-        configuration of the callback-isolated executor, with priorities and cores; ``dot``;
+        configuration of the callback-isolated executor, with priorities and cores; ``pinning``: cores and
+        priority levels of threads as CSV; ``dot``;
         ``graphml``; ``aadl``: a model, or an implementation that extends the one that the problem is of.
     folder
         where a problem file will stand: it decides how included files and those of samples are named.
@@ -72,6 +73,8 @@ def export(
         return ros2_parameters(result.space, chosen.design, title, _names(result))
     if form == "cie":
         return cie_configuration(result.space, chosen.design, title, _names(result))
+    if form == "pinning":
+        return pinning_table(result.space, chosen.design, title)
     if form == "dot":
         return graphviz(result.space, chosen.design)
     if form == "graphml":

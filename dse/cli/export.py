@@ -13,7 +13,7 @@ from dse.errors import UsageError, about
 if TYPE_CHECKING:
     from dse.api.export import Format
 
-FORMATS: tuple[Format, ...] = ("problem", "ros2", "cie", "dot", "graphml", "aadl")
+FORMATS: tuple[Format, ...] = ("problem", "ros2", "cie", "pinning", "dot", "graphml", "aadl")
 
 
 @click.command("export")
@@ -41,7 +41,8 @@ def command(result: str, alternative: str, form: Format, output: str, problem: s
     The problem file keeps its comments, has the design as its baseline, and is read back before it is handed out:
     `dse analyse` gives the same figures for it. As AADL it is an implementation that extends the model that the problem
     is of, with what was decided; of a problem file it is a whole model, with what AADL has no word for in a property
-    set. Neither the result nor its problem file is overwritten.
+    set. `pinning` is a table (CSV) of cores and priority levels, on which response times hold. Neither the
+    result nor its problem file is overwritten.
     """
     check_writable(output)
     from dse.api.export import export

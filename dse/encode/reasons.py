@@ -17,7 +17,7 @@ from dse.analysis.memo import Watching
 from dse.analysis.priorities import number_of, order_ns
 from dse.analysis.rates import NS_PER_S, is_event_triggered, rate_hz
 from dse.analysis.response_time import Stream, Task, response_time_ns
-from dse.analysis.scheduling import core_of_each, counted_ns, subset_responses, work_ns
+from dse.analysis.scheduling import ONLY, core_of_each, counted_ns, subset_responses, work_ns
 from dse.analysis.views import View
 from dse.encode.places import Places, Thread
 from dse.space.trees import at
@@ -87,7 +87,7 @@ def reason_of_value(space: Space, places: Places, value: Callable[[View], int], 
     groups = [(processor, tuple(numbers)) for (processor, _), numbers in found.items()]
 
     def with_only(given: Sequence[tuple[int, tuple[int, ...]]], part: View) -> int:
-        part.memo["responses"] = subset_responses(space, [threads for _, threads in given], part)
+        part.memo[ONLY] = [threads for _, threads in given]
         return value(part)
 
     for group in list(groups):

@@ -12,7 +12,7 @@ from dse.report.bars import usage_chart, usage_records, waterfall, waterfall_rec
 from dse.report.contention import bus_words, contended_words, core_words, overhead_words, processing_words
 from dse.report.page import MINUS, NOTHING, Block, Page, Plot, Section, Table, listing, texts
 from dse.report.plain import basis_words, scale_words
-from dse.report.scheduling import response_table
+from dse.report.scheduling import response_blocks
 from dse.report.timeline import boundary_blocks
 from dse.report.words import EMPTY_SLOT, GAPS, OTHER_TYPE, REDUCED
 from dse.results.analyse import Analysis, FlowTable, Usage
@@ -79,8 +79,7 @@ def _usage(analysis: Analysis) -> Iterator[Block]:
     if records:
         yield Plot("usage", partial(usage_chart, records), USAGE)
     yield from usage_tables(analysis)
-    for name, responses in analysis.responses.items():
-        yield response_table(name, responses)
+    yield from response_blocks(analysis.responses)
     if analysis.responses:
         yield from texts(overhead_words(analysis.space, analysis.design))
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from fractions import Fraction
 
+from dse.analysis.lateness import Late
 from dse.analysis.limits import FULLEST
 from dse.report.amounts import amount_words
 from dse.report.page import Block, Item, Listing, Page, Section, Text, listing, texts
@@ -14,6 +15,7 @@ from dse.results.display import readable
 from dse.results.explain import Demand, Example, Explanation, GiveUp, Offer, Relaxation
 from dse.results.points import Clash
 from dse.results.solve import Result
+from dse.units import Exact
 
 DIGITS = 6
 MOST_DECISIONS = 24
@@ -239,8 +241,32 @@ def _tell_designs(say: _Teller) -> None:
         what = f"breaks {broken}" if broken else "keeps everything that is asked"
         shown = _decisions(example.design, differing if several else names) or "the only one that the file describes"
         say.item(f"{_letters(number)} {what}: {shown}", int(several))
+        for late in example.late:
+            say.item(late_words(late), 1 + int(several))
     if several and len(differing) < len(names):
         say.item(f"all of them: {_decisions(designs[0], [name for name in names if name not in differing])}")
+
+
+def late_words(late: Late) -> str:
+    """Why a thread is late, and what would have to be shorter.
+
+    ``b ends 4 ms late on core 1 of p: 8 ms of its own, behind 2 x a (8 ms); in time with 4 ms less of b each time, or
+    2 ms less of a``.
+    """
+    where = f"on core {late.core} of {late.processor}"
+    if late.late_ns is None:
+        return f"{late.thread} ends late without a bound {where}: it and what goes before it need more than there is"
+    before = [f"{item.jobs} x {item.name} ({_time(item.work_ns)})" for item in late.delays]
+    before += [f"{_time(late.blocked_ns)} of less urgent work that has begun"] if late.blocked_ns else []
+    before += [f"what else {late.executor} runs"] if late.executor else []
+    text = f"{late.thread} ends {_time(late.late_ns)} late {where}: {_time(late.work_ns)} of its own"
+    text += f", behind {', '.join(before)}" if before else ""
+    enough = [f"{_time(item.by_ns)} less of {item.name}" for item in late.shorter]
+    return f"{text}; in time with {' each time, or '.join(enough)} each time" if enough else text
+
+
+def _time(value_ns: Exact) -> str:
+    return readable(value_ns, "ns", digits=DIGITS)
 
 
 def _decisions(design: Mapping[str, str], names: Sequence[str]) -> str:

@@ -5,7 +5,10 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator
 
-from dse.report.page import Block, Listing, Page, Section, Table, Text
+from dse.report.page import Block, Listing, Page, Section, Table, Text, Timeline
+
+LINE = 100
+"""Letters of a line that a forge shows without scrolling."""
 
 
 def markdown_page(page: Page) -> str:
@@ -57,6 +60,10 @@ def _block_lines(block: Block) -> Iterator[str]:
         yield ""
     elif isinstance(block, Table):
         yield from table_lines(block)
+    elif isinstance(block, Timeline):
+        yield from (f"**{escaped(block.caption)}**", "", "```text")
+        yield from (line.replace("`", "'") for line in block.lines(LINE))
+        yield from ("```", "", *(escaped(text) for _, text in block.marks), "")
 
 
 def table_lines(table: Table) -> Iterator[str]:

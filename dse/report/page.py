@@ -94,7 +94,46 @@ class Plot:
     caption: str
 
 
-Block: TypeAlias = Text | Listing | Table | Plot
+@dataclass(frozen=True)
+class Lane:
+    """Who has something, and when: pieces as (begin, end), from 0 to 1 of the whole time."""
+
+    name: str
+    pieces: tuple[tuple[float, float], ...]
+
+
+@dataclass(frozen=True)
+class Timeline:
+    """Lanes below each other over one time, a Gantt chart; `ends` says when it begins and ends.
+
+    `marks` are moments with what is to be said of them, from 0 to 1 of the whole time.
+    """
+
+    kind: ClassVar = "timeline"
+    caption: str
+    lanes: tuple[Lane, ...]
+    ends: tuple[str, str]
+    marks: tuple[tuple[float, str], ...] = ()
+
+    def lines(self, width: int) -> list[str]:
+        """As lines of `width` letters: ``#`` where somebody has it, ``|`` at a moment."""
+        beside = max(len(lane.name) for lane in self.lanes)
+        room = max(10, width - beside - 1)
+        found = []
+        for lane in self.lanes:
+            cells = [" ."[at % 5 == 0] for at in range(room)]
+            for place, _ in self.marks:
+                cells[min(room - 1, int(place * room))] = "|"
+            for begin, end in lane.pieces:
+                first = min(room - 1, int(begin * room))
+                for at in range(first, max(first + 1, min(room, round(end * room)))):
+                    cells[at] = "#"
+            found.append(f"{lane.name:<{beside}} {''.join(cells)}".rstrip())
+        scale = f"{self.ends[0]}{self.ends[1]:>{room - len(self.ends[0])}}"
+        return [*found, f"{'':<{beside}} {scale}"]
+
+
+Block: TypeAlias = Text | Listing | Table | Plot | Timeline
 
 
 @dataclass(frozen=True)

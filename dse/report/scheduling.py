@@ -1,11 +1,12 @@
-"""Response times as a table."""
+"""Response times as tables, and who has a core when as a Gantt chart."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Mapping, Sequence
 
+from dse.analysis.busy_period import SECTION, BusyPeriod, worst_busy_period
 from dse.analysis.scheduling import Response
-from dse.report.page import Table
+from dse.report.page import Block, Lane, Table, Timeline
 from dse.results.display import readable
 from dse.units import Exact
 
@@ -27,7 +28,46 @@ def response_table(processor: str, responses: Sequence[Response]) -> Table:
     kept = [at for at in range(len(HEADINGS)) if at < ALWAYS or any(row[at] for row in rows)]
     shown = tuple(tuple(row[at] for at in kept) for row in rows)
     numbers = tuple(position for position, at in enumerate(kept) if at in NUMBERS)
-    return Table(caption, tuple(HEADINGS[at] for at in kept), shown, numbers, wide=ALWAYS, label=1)
+    bars = tuple(map(_share, responses)) if any(item.deadline_ns for item in responses) else ()
+    return Table(caption, tuple(HEADINGS[at] for at in kept), shown, numbers, wide=ALWAYS, label=1, bars=bars)
+
+
+def _share(item: Response) -> float:
+    """How much of the time to its deadline a thread takes: nothing without one, all where it is late."""
+    if not item.deadline_ns:
+        return 0.0
+    return 1.0 if item.response_ns is None else min(1.0, float(item.response_ns) / item.deadline_ns)
+
+
+def response_blocks(responses: Mapping[str, Sequence[Response]]) -> Iterator[Block]:
+    """For each processor what runs on it, and how its cores are busy where it is tightest."""
+    for processor, found in responses.items():
+        if not found:
+            continue
+        yield response_table(processor, found)
+        for core in sorted({item.core for item in found}):
+            busy = worst_busy_period(core, found)
+            if busy is not None and len({piece.name for piece in busy.pieces}) > 1:
+                yield busy_timeline(processor, busy)
+
+
+def busy_timeline(processor: str, busy: BusyPeriod) -> Timeline:
+    """Who has the core until the end of the job that has the least time left; the lowest lane is its thread's."""
+    whole = float(busy.end_ns)
+    names = dict.fromkeys(piece.name for piece in busy.pieces)
+    others = [name for name in names if name not in (busy.name, SECTION)]
+    lanes = []
+    for name in [*(name for name in names if name == SECTION), *others, busy.name]:
+        pieces = [item for item in busy.pieces if item.name == name]
+        lanes.append(Lane(name, tuple((float(item.start_ns) / whole, float(item.end_ns) / whole) for item in pieces)))
+    response = busy.end_ns - busy.released_ns
+    said = f"{busy.name} ends {_ms(response)} after its release"
+    if busy.deadline_ns is not None:
+        left = busy.deadline_ns - response
+        said += f", {_ms(left)} before its deadline" if left >= 0 else f", {_ms(-left)} after its deadline"
+    caption = f"Core {busy.core} of {processor} where it is tightest: {said}"
+    marks = ((float(busy.released_ns) / whole, f"| is the release of that job, at {_ms(busy.released_ns)}."),)
+    return Timeline(caption, tuple(lanes), ("0", _ms(busy.end_ns)), marks if busy.released_ns else ())
 
 
 def _row(item: Response) -> tuple[str, ...]:

@@ -109,7 +109,7 @@ def further_blocks(point: Point, parts: Sequence[OthersPart]) -> Iterator[Block]
 
 def _details(item: Alternative) -> Section:
     """The tables of an alternative."""
-    tables = (*(flow.table for flow in item.flows), *item.usage_tables)
+    tables = (*(flow.table for flow in item.flows), *item.usage_tables, *item.responses)
     blocks = (item.decisions, item.requirements, *listing(item.warnings, "warning"), *tables)
     return Section(f"details-{item.point.id}", f"Figures of #{item.point.id}", blocks, is_for_files=True)
 

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
+from dataclasses import replace
 from math import ceil
 
 from rich.console import Console
 from rich.table import Table as Grid
 
-from dse.report.page import MINUS, NOTHING, Block, Item, Listing, Page, Plot, Table, Text
+from dse.report.page import MINUS, NOTHING, Block, Item, Listing, Page, Plot, Table, Text, Timeline
 from dse.report.plain import is_ascii, plain, plain_table, print_hanging
 
 STYLES = {"plain": "", "strong": "bold", "wrong": "bold red"}
@@ -24,6 +25,11 @@ MANY = 8
 """Where more columns are told together, a row is told by what differs from the first."""
 ROOM = 44
 """Columns of a terminal that what can be told below a table needs beside it."""
+
+WIDE = 110
+"""Columns of a terminal on which a table that tells some of its columns below has its bars."""
+LONGEST = 100
+"""Letters of a line of a Gantt chart."""
 
 
 def print_page(console: Console, page: Page, *, every: bool = False) -> None:
@@ -45,6 +51,12 @@ def print_block(console: Console, block: Block, *, every: bool = False) -> None:
             _print_item(console, item)
     elif isinstance(block, Table):
         _print_table(console, block, every=every)
+    elif isinstance(block, Timeline):
+        print_hanging(console, block.caption)
+        for line in block.lines(min(console.width, LONGEST)):
+            console.print(plain(line), markup=False, highlight=False, soft_wrap=True)
+        for _, text in block.marks:
+            print_hanging(console, text)
     else:
         assert isinstance(block, Plot)
 
@@ -79,6 +91,8 @@ def _fitting(console: Console, table: Table, shown: tuple[tuple[str, ...], ...])
 
 def _print_wide(console: Console, table: Table, shown: tuple[tuple[str, ...], ...]) -> None:
     """What a row says from column `wide` on beside it in one cell, or below the table, or all of it as a list."""
+    if table.bars and console.width < WIDE:
+        table = replace(table, bars=())
     assert table.wide is not None
     told = [_joined(table, row, shown[0]) for row in shown]
     bare = _grid(console, table, shown, table.wide)

@@ -27,7 +27,7 @@ from dse.space.types import EMPTY, Design, Slot, Space
 def analyse_design(evaluator: Evaluator, design: Design, *, response_times: bool = False) -> Analysis:
     """The analysis of a complete design; one that is not valid has no tables, only `breaches`.
 
-    Response times are there when asked for, or when the problem counts them or states a priority or core.
+    Response times are there when asked for, or when the problem counts or limits them, or states a priority or core.
     """
     space = evaluator.space
     evaluation = evaluator.evaluate(design)
@@ -60,7 +60,8 @@ def analyse_design(evaluator: Evaluator, design: Design, *, response_times: bool
 
 def _is_scheduled(space: Space) -> bool:
     stated = any(item.priority is not None or item.core is not None for item in space.components)
-    return stated or space.processing == "response_time"
+    limited = any(item.metric.kind == "response time" for item in space.requirements)
+    return stated or limited or space.processing == "response_time"
 
 
 def _responses(space: Space, view: View) -> dict[str, tuple[Response, ...]]:

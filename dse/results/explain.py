@@ -7,6 +7,7 @@ from dataclasses import dataclass, field, replace
 from fractions import Fraction
 from typing import Any, Literal
 
+from dse.analysis.lateness import Late
 from dse.errors import EXIT_COMPLETE, EXIT_INCOMPLETE, EXIT_NO
 from dse.results.answer import Answer, With
 from dse.results.points import Origin
@@ -27,10 +28,14 @@ class Demand:
 
 @dataclass(frozen=True)
 class Example:
-    """A design that is named, and every demand of the question that it breaks: it meets all others."""
+    """A design that is named, and every demand of the question that it breaks: it meets all others.
+
+    `late` are the threads that end too late in it, with what goes before them on their cores.
+    """
 
     design: Decisions
     breaks: tuple[Demand, ...] = ()
+    late: tuple[Late, ...] = ()
 
     @property
     def broken_texts(self) -> list[str]:

@@ -1,4 +1,4 @@
-"""A design for other tools: ROS 2 parameters with the rates, Graphviz, GraphML."""
+"""A design for other tools: ROS 2 parameters with the rates, cores and priorities as CSV, Graphviz, GraphML."""
 
 from __future__ import annotations
 
@@ -9,12 +9,15 @@ from fractions import Fraction
 
 from dse.analysis.contention import core_by, cores_of
 from dse.analysis.rates import rate_hz
+from dse.analysis.scheduling import processor_responses
 from dse.analysis.views import View
 from dse.errors import UsageError
 from dse.extras import needed_for
+from dse.results.display import exact
 from dse.results.graph import architecture_graph
+from dse.results.solve import csv_text
 from dse.space.trees import at
-from dse.space.types import Design, Space
+from dse.space.types import EMPTY, Design, Space
 from dse.spec.model import Ros2
 from dse.spec.ros2 import Parameter, read_parameter
 from dse.spec.writing import yaml_text
@@ -109,6 +112,31 @@ def _parameters(space: Space, number: int, view: View, core: int | None) -> Iter
         yield f"# runs on {name}"
         return
     yield f"cpu_affinity: [{core - 1}]  # runs on {name}, core {core}, {core_by(space, component, view)}"
+
+
+PINNING = (
+    "thread", "executor", "processor", "type", "core", "cpu", "chosen_by", "level", "period_ns", "response_ns",
+)  # fmt: skip
+PINNED = "# Response times hold where each thread is pinned to its cpu (taskset, pthread_setaffinity_np) at its level."
+
+
+def pinning_table(space: Space, design: Design, title: str) -> str:
+    """Where each thread of a processor runs, as CSV: one line of a thread or callback, by processor, core and level.
+
+    ``core`` counts from 1, ``cpu`` from 0 as operating systems do; ``chosen_by`` is whose choice it is (`core_by`);
+    ``level`` 1 goes first on its core, threads of one level share it; ``response_ns`` is empty without a bound.
+    """
+    view = View(design)
+    rows: list[Sequence[object]] = [PINNING]
+    for number, slot in enumerate(space.processors):
+        kind = slot.types[view[slot.type_decision]]
+        for item in processor_responses(space, number, view) if kind != EMPTY else ():
+            component = space.components[item.component]
+            period = at(component.period_ns, view)
+            place = (slot.name, kind, item.core, item.core - 1, core_by(space, component, view), item.rank)
+            response = "" if item.response_ns is None else exact(item.response_ns)
+            rows.append((item.name, item.executor, *place, "" if period is None else period, response))
+    return f"# {_line(title)}\n{PINNED}\n{csv_text(rows)}"
 
 
 def _float(value: float) -> str:

@@ -13,6 +13,7 @@ from fractions import Fraction
 
 from dse.analysis.evaluate import Evaluator
 from dse.analysis.limits import HOLDS, Limit, build_limit
+from dse.analysis.scheduling import ONLY
 from dse.analysis.terms import Term, extreme_term
 from dse.analysis.views import View
 from dse.api.problem import Problem
@@ -197,9 +198,11 @@ def _miss(failure: Failure | Worst) -> Fraction:
 
 
 def _own(view: View, key: object) -> View:
-    """A view of the same design with a memory of its own: its rates are those of other figures."""
+    """The view with a memory of its own: rates are those of other figures, the threads that count the same."""
     if key not in view.memo:
-        view.memo[key] = type(view)(view.design)
+        view.memo[key] = view.apart()
+        if ONLY in view.memo:
+            view.memo[key].memo[ONLY] = view.memo[ONLY]
     found: View = view.memo[key]
     return found
 

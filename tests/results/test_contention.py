@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import csv
 import json
 import random
 from collections import Counter
@@ -307,6 +308,14 @@ def test_every_export_has_the_cores(tmp_path: Path) -> None:
         "b": [0],
         "c": [1],
     }
+    title, said, *lines = dse.export(result, cheap.id, "pinning").splitlines()
+    rows = list(csv.DictReader(lines))
+    assert title.startswith("# ") and "hold where each thread is pinned" in said
+    assert [(row["thread"], row["core"], row["cpu"], row["chosen_by"], row["level"]) for row in rows] == [
+        ("a", "1", "0", "first-fit", "1"), ("b", "1", "0", "first-fit", "2"), ("c", "2", "1", "stated", "1"),
+    ]  # fmt: skip
+    found = dse.analyse(result.problem.file, cheap.decisions, response_times=True).responses["p"]
+    assert [row["response_ns"] for row in rows] == [str(item.response_ns) for item in found]
     graph = networkx.read_graphml(BytesIO(dse.export(result, cheap.id, "graphml").encode()))
     places = {name: (facts["core"], facts["core_by"]) for name, facts in graph.nodes(data=True) if "core" in facts}
     assert places == {"a": (1, "first-fit"), "b": (1, "first-fit"), "c": (2, "stated")}

@@ -1,0 +1,96 @@
+"""Why a thread is late on its core, and how much shorter it or what goes before it would have to be.
+
+What goes before the worst job is what the analysis of its response time counts (docs/semantics.md, section 4.3). A
+time that would do is found by asking that analysis again with a shorter one, all release jitter as it is: shorter jobs
+never make it larger, so that what is said suffices.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, replace
+from fractions import Fraction
+
+from dse.analysis.limits import HOLDS, Verdict
+from dse.analysis.response_time import Task, response_time_ns
+from dse.analysis.scheduling import Delay, Response, core_of_each, response_of
+from dse.analysis.views import View
+from dse.space.trees import at
+from dse.space.types import Space
+from dse.units import Exact
+
+
+@dataclass(frozen=True)
+class Shorter:
+    """Each job of a thread (or of an interrupt) takes so much less, and the late thread is in time."""
+
+    name: str
+    by_ns: int
+
+
+@dataclass(frozen=True)
+class Late:
+    """A thread that ends too late: `late_ns` behind its limit on a core (from 1), None without a bound.
+
+    `work_ns` is what its own jobs take up to then, `blocked_ns` what has begun before, `delays` what goes before it;
+    of an `executor` the others that it runs do. Each of `shorter` is enough by itself.
+    """
+
+    thread: str
+    processor: str
+    core: int
+    late_ns: Exact | None
+    work_ns: int
+    blocked_ns: int
+    executor: str
+    delays: tuple[Delay, ...]
+    shorter: tuple[Shorter, ...]
+
+
+def late_threads(space: Space, verdicts: Sequence[Verdict], view: View) -> Iterator[Late]:
+    """The threads that break an upper limit on their response time, in the order of the limits."""
+    seen = set()
+    for verdict in verdicts:
+        metric = verdict.requirement.metric
+        number, operator = metric.index or 0, verdict.requirement.operator
+        if verdict.holds or metric.kind != "response time" or operator not in ("<=", "<") or number in seen:
+            continue
+        seen.add(number)
+        found = response_of(space, number, "thread", view)
+        if found is not None:
+            yield _late(space, found, verdict, view)
+
+
+def _late(space: Space, found: Response, verdict: Verdict, view: View) -> Late:
+    processor = at(space.components[found.component].processor, view)
+    late = None if found.response_ns is None else found.response_ns - verdict.limit
+    core = core_of_each(space, processor, view)[found.component]
+    shorter = tuple(_shorter(found, verdict)) if late is not None and not found.executor else ()
+    name, work = space.processors[processor].name, found.task.worst_ns
+    return Late(found.name, name, core, late, work, found.blocked_ns, found.executor, found.delays, shorter)
+
+
+def _shorter(found: Response, verdict: Verdict) -> Iterator[Shorter]:
+    """The least cut of a single task's jobs that is enough, of the late one first; where none is it is left out."""
+    for index, item in enumerate((found.task, *found.rivals)):
+
+        def is_enough(by_ns: int, index: int = index, item: Task = item) -> bool:
+            tasks = [found.task, *found.rivals]
+            tasks[index] = replace(item, worst_ns=item.worst_ns - by_ns)
+            response = response_time_ns(tasks[0], tasks[1:], found.blocked_ns)
+            return response is not None and HOLDS[verdict.requirement.operator](Fraction(response), verdict.limit)
+
+        by_ns = _least(is_enough, item.worst_ns - 1) if item.worst_ns > 1 else None
+        if by_ns is not None:
+            yield Shorter(item.name, by_ns)
+
+
+def _least(is_enough: Callable[[int], bool], most: int) -> int | None:
+    """The least number from 1 to `most` that is enough; None where none is."""
+    if not is_enough(most):
+        return None
+    low, high = 0, most
+    while high - low > 1:
+        middle = (low + high) // 2
+        low, high = (low, middle) if is_enough(middle) else (middle, high)
+    return high

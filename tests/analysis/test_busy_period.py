@@ -1,0 +1,97 @@
+"""The busy period of a core where it is tightest: played, it ends as the analysis says, and three writers show it."""
+
+from __future__ import annotations
+
+import base64
+import gzip
+import io
+import random
+import re
+from itertools import pairwise
+from pathlib import Path
+
+import pytest
+from effort import cases
+from rich.console import Console
+
+import dse
+from dse.analysis.busy_period import SECTION, played, worst_busy_period
+from dse.analysis.response_time import Stream, Task, most_jobs, response_time_ns, worst_job_ns
+from dse.cli.main import run
+from dse.report.page import Lane, Timeline
+from dse.report.terminal import print_block
+
+
+@pytest.mark.parametrize("seed", cases(100))
+def test_a_played_busy_period_has_no_gaps_and_ends_with_the_response_time(seed: int) -> None:
+    rng = random.Random(seed)
+    tasks = []
+    for number in range(rng.randint(1, 4)):
+        period = rng.randint(4, 30)
+        streams = tuple(Stream(period, rng.choice((0, 0, rng.randint(1, 40)))) for _ in range(rng.choice((1, 1, 2))))
+        separation = rng.choice((None, None, period // 2))
+        tasks.append(Task(f"t{number}", rng.randint(1, max(1, period // 3)), streams, separation))
+    *rivals, task = tasks
+    blocked = rng.choice((0, 0, rng.randint(1, 9)))
+    found, response = worst_job_ns(task, rivals, blocked), response_time_ns(task, rivals, blocked)
+    if found is None:
+        assert response is None
+        return
+    pieces = played(task, rivals, blocked, found)
+    assert [item.start_ns for item in pieces] == [0, *(item.end_ns for item in pieces[:-1])]
+    assert (pieces[-1].name, pieces[-1].end_ns - found[0]) == (task.name, response)
+    assert all((one.name, one.job) != (other.name, other.job) for one, other in pairwise(pieces))
+    for item in rivals:
+        took = sum(piece.end_ns - piece.start_ns for piece in pieces if piece.name == item.name)
+        assert took == most_jobs(item, found[1]) * item.worst_ns
+    assert sum(piece.end_ns - piece.start_ns for piece in pieces if piece.name == SECTION) == blocked
+
+
+LEHOCZKY = """
+dse: 1
+name: lehoczky
+deadlines: all
+processor_types: {cpu: {price: 1 EUR}, big: {cores: 2, price: 5 EUR}}
+processors: {p: {type: [cpu, big]}}
+threads:
+  a: {processor: p, period: 100 ms, compute_execution_time: 52 ms, priority: 2}
+  b: {processor: p, period: 140 ms, compute_execution_time: 52 ms, priority: 1, deadline: 160 ms}
+objectives: [minimise price]
+"""
+
+
+def test_the_busy_period_of_lehoczkys_example() -> None:
+    """52 of a, 48 of b, 52 of a again, and the last 4 of b end at 156 ms (RTSS 1990)."""
+    analysis = dse.analyse(dse.loads(LEHOCZKY), ["p.type = cpu", "a.core = 1", "b.core = 1"])
+    busy = worst_busy_period(1, analysis.responses["p"])
+    assert busy is not None and (busy.name, busy.deadline_ns) == ("b", 160_000_000)
+    assert [(item.name, item.end_ns // 10**6) for item in busy.pieces] == [
+        ("a", 52),
+        ("b", 100),
+        ("a", 152),
+        ("b", 156),
+    ]
+
+
+def test_reports_have_response_times_and_the_tightest_busy_period(tmp_path: Path) -> None:
+    file = tmp_path / "p.yaml"
+    file.write_text(LEHOCZKY, encoding="utf-8")
+    assert run(["solve", str(file), "-q", "--report", "-o", str(tmp_path / "out")]) == 0
+    said = "Core 1 of p where it is tightest: b ends 156 ms after its release, 4 ms before its deadline"
+    page = (tmp_path / "out" / "p.html").read_text(encoding="utf-8")
+    packed = re.findall(r'<script type="application/gzip"[^>]*>([^<]+)<', page)
+    parts = "".join(gzip.decompress(base64.b64decode(item)).decode() for item in packed)
+    assert run(["analyse", str(file), "--design", "p.type = cpu", "--report", str(tmp_path / "a.html")]) == 0
+    for text in (
+        (tmp_path / "out" / "p.md").read_text(encoding="utf-8"),
+        (tmp_path / "a.html").read_text(encoding="utf-8"),
+        parts,
+    ):
+        assert "Response times on p, by core and priority" in text
+        assert said in text
+    assert 'class=\\"track\\"' in parts
+    console = Console(file=io.StringIO(), width=60)
+    print_block(console, Timeline("who has it", (Lane("a", ((0.0, 0.5),)), Lane("b", ((0.5, 1.0),))), ("0", "4 ms")))
+    lines = console.file.getvalue().splitlines()  # type: ignore[attr-defined]
+    assert [line.count("#") for line in lines[1:3]] == [29, 29]
+    assert lines[-1].split() == ["0", "4", "ms"]
