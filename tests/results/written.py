@@ -100,6 +100,17 @@ threads:
   late: {processor: p, period: 100 ms, compute_execution_time: 8 ms, deadline: 10 ms}
 objectives: [minimise price]
 """
+MISSED = """
+dse: 1
+name: missed
+processor_types: {cpu: {}}
+processors: {p: {type: cpu}}
+threads:
+  a: {processor: p, period: 20 ms, compute_execution_time: 1 ms .. 3500 us, offset: 0 ms}
+  b: {processor: p, period: 20 ms, compute_execution_time: 1 ms, offset: 0 ms}
+connections: {c: {from: a, to: b}}
+flows: {f: {path: [a, b]}}
+"""
 PROBLEMS = {
     "pump": PUMP,
     "node": NODE,
@@ -109,6 +120,7 @@ PROBLEMS = {
     "overloaded": OVERLOADED,
     "framed": FRAMED,
     "exchanged": EXCHANGED,
+    "missed": MISSED,
 }
 COMMANDS = (
     "solve pump.yaml --further 2 --within 20% --json pump.json",
@@ -132,6 +144,7 @@ COMMANDS = (
     "analyse shared.yaml --design 'p.type = cpu' --json broken.json",
     "analyse framed.yaml --json framed.json",
     "analyse node.yaml --json node.json",
+    "analyse missed.yaml --json missed.json",
     "analyse exchanged.yaml --design 'p.type = quad' --json exchanged.json",
     "explain pump.yaml --max-jitter 5ms --json explanation.json",
     "explain pump.yaml --max-jitter 5ms --max-price 50EUR --json together.json",
