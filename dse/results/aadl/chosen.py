@@ -6,6 +6,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
+from dse.analysis.contention import cores_of
 from dse.analysis.views import View
 from dse.errors import UsageError
 from dse.importers.aadl.instance import Instance
@@ -225,6 +226,10 @@ class ChosenModel:
             option = self.chosen.design[number] if number < len(self.chosen.design) else -1
             if item.is_open and item.field not in SAID and option >= 0:
                 self.remarks.append(f"Decided, and without a word in AADL: {item.name} = {item.options[option]}")
+        for number, core in cores_of(space, self.chosen.design).items():
+            component = space.components[number]
+            if self.chosen.value(component.core) is None:
+                self.remarks.append(f"By first-fit, and without a word in AADL: {component.name} on core {core}")
 
 
 def _names(component: Instance | None) -> Sequence[str]:

@@ -7,6 +7,7 @@ from functools import cached_property
 from typing import Any
 
 from dse.analysis.binding import bus_stack, machine_type
+from dse.analysis.contention import cores_of
 from dse.analysis.views import View
 from dse.errors import UsageError
 from dse.space.trees import NotOffered, at
@@ -56,7 +57,7 @@ class Decided:
 
     @cached_property
     def _left_open(self) -> dict[tuple[str, str], dict[str, Any]]:
-        """What the design has chosen for fields that are ``any``, or that a setting of the problem leaves open."""
+        """What the design has chosen for fields that are ``any``, or that are left open; and cores by first-fit."""
         found: dict[tuple[str, str], dict[str, Any]] = {}
         for item, option in zip(self.space.decisions, self.design, strict=False):
             section = next((name for name in USERS if item.component in (self.document.get(name) or {})), None)
@@ -66,6 +67,12 @@ class Decided:
             if not isinstance(stated, list):
                 text = item.options[option]
                 found.setdefault((section, item.component), {})[item.field] = int(text) if text.isdigit() else text
+        for thread, core in cores_of(self.space, self.design).items():
+            component = self.space.components[thread]
+            if at(component.core, self.view) is None:  # as first-fit gives it: a model says where a thread runs
+                owner = component.executor
+                name = component.name if owner is None else self.space.executors[owner].name
+                found.setdefault(("threads" if owner is None else "executors", name), {})["core"] = core
         return found
 
     def _chosen(self, section: str, name: str, given: dict[str, Any]) -> dict[str, Any]:
