@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from textwrap import wrap
 from typing import Any
 
@@ -66,3 +66,8 @@ def scale_words(space: Space) -> str:
     """What 100 % of utilisation is, where that may be asked: a processor has several cores."""
     several = any(count > 1 for slot in space.processors for count in leaves(slot.cores))
     return PER_CORE if several else ""
+
+
+def scale_of(names: Iterable[str]) -> str:
+    """The same for a study, whose data do not say how many cores there are: where what is shown names utilisation."""
+    return PER_CORE if any("utilisation" in name for name in names) else ""

@@ -9,6 +9,7 @@ from functools import partial
 from dse.report.charts import Spec
 from dse.report.figuretext import MOST_ROWS, Data, decisions_text, figure_text, number_of
 from dse.report.page import NOTHING, Block, Plot, Section, Table, listing, texts
+from dse.report.plain import scale_of
 from dse.report.studyplots import shares, tornado
 from dse.results.display import display_unit, figure, readable, titled
 from dse.results.variants import varying
@@ -35,6 +36,8 @@ def sensitivity_sections(data: Data) -> Iterator[Section]:
     margins += texts(_free_words(data))
     margins += texts(scaling_words(data["execution_times"]) if data["execution_times"] else "", tone="strong")
     margins += texts(left_out_words(data["left_out"]) if data.get("left_out") else "", tone="strong")
+    breaks = (item[end]["requirement"] for item in data["margins"] for end in ("below", "above") if item[end])
+    margins += texts(scale_of([*breaks, *(bar["metric"] for bar in data["tornado"])]))
     yield Section("margins", "Margins", tuple(margins))
     swings: list[Block] = []
     for metric in dict.fromkeys(bar["metric"] for bar in data["tornado"]):

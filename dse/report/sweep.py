@@ -11,6 +11,7 @@ from dse.report.charts import Spec
 from dse.report.contention import study_contention_words
 from dse.report.figuretext import MOST_ROWS, Data, decisions_text, number_of
 from dse.report.page import Block, Item, Listing, Plot, Section, Table, Text, listing, texts
+from dse.report.plain import scale_of
 from dse.report.studyplots import lines_chart
 from dse.results.display import counted, display_unit, figure, readable, titled
 from dse.results.variants import find_variants, varying
@@ -39,7 +40,9 @@ def sweep_sections(data: Data) -> Iterator[Section]:
         grid = list(data["runs"][0]["values"]) if data["runs"] else []
         name, title = "sweep", f"Front as a function of {' and '.join(grid)}" if grid else "Sweep"
         blocks += _grid(data, currency)
-    blocks += texts(*_counted_runs(data), study_contention_words(data))
+    objectives = (info["name"] for run in data["runs"] for info in run.get("objectives", ()))
+    scale = scale_of([*objectives, *(axis["name"] for axis in data["vary"])])
+    blocks += texts(*_counted_runs(data), study_contention_words(data), scale)
     blocks += listing(data.get("remarks", ()), "remark", 0)
     yield Section(name, title, tuple(blocks))
 

@@ -208,3 +208,10 @@ def test_simulated_latencies_are_drawn_against_their_bounds() -> None:
         float(value) / 1e6 for value in found.flows[0].bounds_ns
     ]
     assert min(row["low"] for row in spec["data"]["values"]) == float(min(found.flows[0].latencies)) / 1e6
+
+
+def test_studies_say_what_all_of_a_core_is(studies: dict[str, dict[str, Any]]) -> None:
+    """Where they name utilisation: 100 % is one core, on every page."""
+    swept = read(dse.sweep(example("starter"), "utilisation=20%..70%"))
+    for data, said in ((swept, True), (studies["sensitivity"], True), (studies["breaks"], False)):
+        assert ("Utilisation counts one core as 100 %" in repr(sections_of(data))) == said
