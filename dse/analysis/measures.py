@@ -567,12 +567,11 @@ def all_metrics(space: Space) -> tuple[Metric, ...]:
 
 
 def loaded_buses(space: Space) -> list[int]:
-    """The buses, without types of virtual buses that nothing is bound to: they only wrap messages, and come last."""
-    return [
-        number
-        for number, bus in enumerate(space.buses)
-        if not bus.direct or any(number in reachable_buses(space, item) for item in space.connections)
-    ]
+    """The buses, without types of virtual buses that only wrap messages: nothing is ever bound to them."""
+    wraps = {one for bus in space.buses for protocols in leaves(bus.protocols) for one in protocols}
+    wraps |= {one for item in space.connections for one in item.protocols}
+    wraps -= {number for item in space.connections for number in reachable_buses(space, item)}
+    return [number for number, bus in enumerate(space.buses) if not bus.direct or number not in wraps]
 
 
 def _core_metrics(space: Space) -> Iterator[Metric]:

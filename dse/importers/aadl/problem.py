@@ -50,6 +50,7 @@ class Writer:
             "name": title,
             "source": f"{self.path.name}, {title}",
             "profile": PROFILE,
+            "worst_case": "deadline",  # what OSATE has unless told otherwise, since December 2016
             "imported": imported,
         }
         used = self._used()
