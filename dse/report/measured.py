@@ -11,7 +11,7 @@ from dse.report.amounts import amount_words
 from dse.report.charts import Spec, whole_spec
 from dse.report.page import Block, Page, Plot, Section, Table, listing, texts
 from dse.results.display import counted, display_unit
-from dse.results.measured import Input, MeasuredComparison, Prediction, Seen
+from dse.results.measured import Input, Kept, MeasuredComparison, Prediction, Seen
 from dse.units import is_unbounded
 
 DIGITS = 4
@@ -59,8 +59,12 @@ def _blocks(found: MeasuredComparison) -> Iterator[Block]:
         )
         columns = ("requirement", "as stated", "as measured", "margin as stated", "as measured", "")
         yield Table("Requirements with the measured figures", columns, kept, (1, 2, 3, 4))
+    overstepped = [item for item in found.requirements if item.observed_holds is False]
+    yield from listing((_overstepped(item, currency) for item in overstepped), "", 1, "wrong")
     yield from listing(found.remarks, "remark", 0)
-    yield from texts(_verdict(found, len(drifted)), tone="strong" if found.is_as_predicted else "wrong")
+    yield from texts(
+        _verdict(found, len(drifted)), tone="strong" if found.is_as_predicted and found.still_holds else "wrong"
+    )
 
 
 def _verdict(found: MeasuredComparison, drifted: int) -> str:
@@ -72,9 +76,17 @@ def _verdict(found: MeasuredComparison, drifted: int) -> str:
         parts.append(f"{drifted} of {len(found.inputs)} figures lie beyond what the file states.")
     if drifted:
         broken = [item.text for item in found.requirements if not item.holds[1]]
-        said = "The design meets every requirement with them." if not broken else f"It then breaks {'; '.join(broken)}."
+        said = "With them the design meets every requirement." if not broken else f"It then breaks {'; '.join(broken)}."
         parts.append(said)
+    overstepped = [item.text for item in found.requirements if item.observed_holds is False]
+    if overstepped:
+        parts.append(f"What was measured does not keep {'; '.join(overstepped)}.")
     return " ".join(parts)
+
+
+def _overstepped(item: Kept, currency: str) -> str:
+    value = amount_words(item.observed or 0, item.unit, currency, DIGITS)
+    return f"{item.text}: {value} was measured{'' if item.holds[0] else ', and predicted to break it'}"
 
 
 def _prediction(item: Prediction, currency: str) -> tuple[str, ...]:

@@ -34,11 +34,16 @@ def _blocks(data: Data) -> Iterator[Block]:
         prices.append((name, *("none" if value is None else counted(value, units[name], currency) for value in ends)))
     caption = "What robustness costs: the best of each objective"
     yield Table(caption, ("objective", "nominal", "robust"), tuple(prices), (1, 2))
+    reached = {tuple(item["objectives"].items()) for item in front.values()}
+    same = sum(
+        item["id"] in found["entered"] and tuple(item["objectives"].items()) in reached for item in data["front"]
+    )
+    alike = f"{same} as good with other decisions, " if same else ""
     unjudged = f", {count} were not looked at: the time was up" if count else ""
     yield from texts(
         f"Of {len(front)} nominal alternatives {len(lost)} are not robust{unjudged}. "
         f"{len(found['kept'])} of {len(data['front'])} robust alternatives are on the nominal front too, "
-        f"{len(found['entered'])} take the place of better ones that are not robust."
+        f"{alike}{len(found['entered']) - same} take the place of better ones that are not robust."
     )
     reasons = Counter(item["requirement"] for item in found["lost"])
     yield from listing(f"{number} break {text}" for text, number in reasons.most_common())

@@ -103,7 +103,11 @@ class Input:
 
 @dataclass(frozen=True)
 class Kept:
-    """A requirement with the figures of the file and with those that were measured: value, slack, whether it holds."""
+    """A requirement with the figures of the file and with those that were measured: value, slack, whether it holds.
+
+    `observed` is what was measured of its metric itself, at the end that the requirement looks at, and `observed_holds`
+    whether that keeps it; None where the metric was not measured.
+    """
 
     text: str
     unit: str
@@ -111,6 +115,13 @@ class Kept:
     values: tuple[Fraction, Fraction]
     slacks: tuple[Fraction, Fraction]
     holds: tuple[bool, bool]
+    observed: Fraction | None = None
+    observed_holds: bool | None = None
+
+    @property
+    def is_newly_broken(self) -> bool:
+        """Whether it holds with the figures of the file, but not with measured ones, or not as measured itself."""
+        return self.holds[0] and not (self.holds[1] and self.observed_holds is not False)
 
     @property
     def stated(self) -> tuple[Fraction, Fraction, bool]:
@@ -151,8 +162,8 @@ class MeasuredComparison(Answer):
 
     @property
     def still_holds(self) -> bool:
-        """Whether every requirement holds with the measured figures."""
-        return all(item.holds[1] for item in self.requirements)
+        """Whether every requirement holds with the measured figures, and as far as its metric itself was measured."""
+        return all(item.holds[1] and item.observed_holds is not False for item in self.requirements)
 
     def _told(self) -> Mapping[str, Any]:
         return {"tolerance_ppm": self.tolerance * PPM}

@@ -76,13 +76,13 @@ class RobustResult(Answer):
 
     @property
     def kept(self) -> tuple[Point, ...]:
-        """The points of the robust front that are on the nominal front too."""
+        """The points of the robust front whose designs are on the nominal front too."""
         nominal = {point.design for point in self.nominal.front}
         return tuple(point for point in self.robust.front if point.design in nominal)
 
     @property
     def entered(self) -> tuple[Point, ...]:
-        """The points that only the robust front has: something better was not robust."""
+        """The designs that only the robust front has: something better, or as good and earlier, was not robust."""
         nominal = {point.design for point in self.nominal.front}
         return tuple(point for point in self.robust.front if point.design not in nominal)
 

@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any, Unpack
 
 from dse.analysis.evaluate import Evaluator
-from dse.analysis.limits import build_limit
+from dse.analysis.limits import HOLDS, Verdict, build_limit
 from dse.analysis.rates import rate_hz
 from dse.analysis.views import View
 from dse.api.problem import Problem, Source, load, with_stated_cores
@@ -163,6 +163,7 @@ class _Bench:
         self.remarks: list[str] = []
         self.mistakes: list[Diagnostic] = []
         self.changed = problem.space
+        self.shown: dict[str, tuple[Fraction, Fraction]] = {}
 
     def hold(self, item: Observed) -> None:
         """Hold one observation against what it is about."""
@@ -190,6 +191,10 @@ class _Bench:
                 sample * scale > value or (least is not None and sample * scale < least) for sample in item.samples
             )
         self.predictions.append(replace(found, outside=outside))
+        self.shown[name] = low[2], top
+        if item.figure == "latency":
+            self.shown.setdefault(f"min {name}", (low[2], low[2]))
+            self.shown.setdefault(name.replace("latency", "jitter", 1), (top - low[2], top - low[2]))
 
     def _limit(self, item: Observed, value: Fraction) -> tuple[str, Fraction, Fraction, str]:
         """Name, predicted value, measured value and unit of a metric, the latter as a limit of it would be read."""
@@ -235,6 +240,8 @@ class _Bench:
         if stated.unit == "B":
             return (seen.high, seen.high) if seen.high > stated.high else None
         middle = seen.mean if seen.mean is not None else (seen.low + seen.high) / 2
+        if middle < (1 if stated.unit == "ns" else Fraction(1, 10**9)):
+            raise _UnknownError("0 is no rate, and no period")
         return (middle, middle) if abs(middle - stated.high) > self.tolerance * stated.high else None
 
     def _stated(self, item: Observed) -> _Stated:
@@ -282,9 +289,19 @@ class _Bench:
                 (one.value, other.value),
                 (one.slack, other.slack),
                 (one.holds, other.holds),
+                *self._observed(one),
             )
             for one, other in zip(before.verdicts, after.verdicts, strict=True)
         ]
+
+    def _observed(self, verdict: Verdict) -> tuple[Fraction, bool] | tuple[None, None]:
+        """The measured end of the metric itself that the requirement looks at, and whether that keeps it."""
+        operator = verdict.requirement.operator
+        ends = self.shown.get(verdict.requirement.metric.name)
+        if ends is None or operator not in ("<=", "<", ">=", ">"):
+            return None, None
+        value = ends[1] if operator in ("<=", "<") else ends[0]
+        return value, HOLDS[operator](value, verdict.limit)
 
 
 def _analysed(space: Space, design: Design) -> Analysis:

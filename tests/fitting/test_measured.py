@@ -104,6 +104,29 @@ def test_random_drift_is_what_the_edited_file_gives(tmp_path: Path) -> None:
         assert [item.slacks[1] for item in found.requirements] == [verdict.slack for verdict in there.verdicts]
 
 
+def test_what_is_measured_of_a_limited_metric_must_keep_the_limit_too(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """The file predicts 22 ms and 1 to 21 ms of jitter: 30 ms were seen, where 25 ms are allowed; no figure drifted."""
+    text = PROBLEM.replace(
+        "requirements: [", "requirements: [jitter of reaction <= 21 ms, min latency of reaction >= 1 ms, "
+    )
+    found = compare(tmp_path, "flow,latency_ms\nreaction,0.5\nreaction,30\n", problem=text)
+    kept = {item.text: (item.observed, item.observed_holds) for item in found.requirements}
+    assert kept["latency of reaction <= 25 ms"] == (30_000_000, False)
+    assert kept["jitter of reaction <= 21 ms"] == (29_500_000, False)
+    assert kept["min latency of reaction >= 1 ms"] == (500_000, False)
+    assert kept["utilisation of computer <= 70 %"] == (None, None) and not found.still_holds
+    (tmp_path / "p.yaml").write_text(text, encoding="utf-8")
+    here, there = str(tmp_path / "p.yaml"), str(tmp_path / "seen.csv")
+    assert run(["compare", here, "--measured", there]) == 4
+    told = " ".join(capsys.readouterr().out.split())
+    assert "latency of reaction <= 25 ms: 30 ms was measured" in told
+    assert "What was measured does not keep jitter of reaction <= 21 ms;" in told
+    (tmp_path / "seen.csv").write_text("flow,latency_ms\nreaction,1\nreaction,21.9\n", encoding="utf-8")
+    assert run(["compare", here, "--measured", there]) == 0
+
+
 def test_a_design_of_a_result_and_plots(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
     Path("p.yaml").write_text(PROBLEM.replace("<= 25", "<= 45") + "objectives: [minimise utilisation of computer]\n")
@@ -144,6 +167,9 @@ BAD = {
     "no thread": ("thread,execution_time_ms\nekg,3\n", "there is no such thread or device (did you mean"),
     "unit of input": ("metric,sample\nperiod of ekf,3 B\n", "seen.csv:2: period of ekf: B is no unit of it"),
     "rate 0": ("metric,sample\nrate of ekf,0 Hz\n", "0 is no rate"),
+    "period 0": ("metric,sample\nperiod of ekf,0 ms\n", "seen.csv:2: period of ekf: 0 is no rate, and no period"),
+    "period below 1 ns": ("metric,sample\nperiod of ekf,0.1 ns\n", "0 is no rate, and no period"),
+    "rate of a connection 0": ("metric,sample\nrate of out,0 Hz\n", "0 is no rate"),
     "of which": ("metric,sample\nlatency of,3 ms\n", "seen.csv:2"),
     "twice": ("metric,min,max\nload of eth,1 B/s,2 B/s\nload of eth,1 B/s,2 B/s\n", ":3: load of eth is stated"),
     "order": ("metric,min,max\nload of eth,3 B/s,2 B/s\n", "the minimum is above the maximum"),

@@ -215,3 +215,20 @@ def test_studies_say_what_all_of_a_core_is(studies: dict[str, dict[str, Any]]) -
     swept = read(dse.sweep(example("starter"), "utilisation=20%..70%"))
     for data, said in ((swept, True), (studies["sensitivity"], True), (studies["breaks"], False)):
         assert ("Utilisation counts one core as 100 %" in repr(sections_of(data))) == said
+
+
+def test_robust_designs_as_good_as_nominal_ones_take_nobodys_place(
+    capsys: pytest.CaptureFixture[str], tmp_path: Path
+) -> None:
+    """At 5 ms, first in the file, the longest time is too long; 10 ms cost the same."""
+    path = tmp_path / "p.yaml"
+    path.write_text(
+        "dse: 1\nname: P\nprocessor_types: {c: {price: 5 EUR}}\nprocessors: {p: {type: c}}\n"
+        "threads: {a: {processor: p, period: [5 ms, 10 ms], compute_execution_time: 1 ms .. 2 ms}}\n"
+        "requirements: [utilisation of p <= 70 %]\nobjectives: [minimise price]\n"
+        "uncertainty: {threads.a.compute_execution_time.max: {range: 2 ms .. 4 ms}}\n",
+        encoding="utf-8",
+    )
+    assert run(["solve", str(path), "--robust"]) == 0
+    told = " ".join(capsys.readouterr().out.split())
+    assert "0 of 1 robust alternatives are on the nominal front too, 1 as good with other decisions, 0 take" in told

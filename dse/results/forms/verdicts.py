@@ -229,6 +229,10 @@ class KeptRequirement(Form):
     limit: Figure = field("Its limit.")
     stated: KeptValue = field("With the figures of the file.")
     measured: KeptValue = field("With the measured ones.")
+    observed: Figure | None = field(
+        "What was measured of its metric itself, at the end that the requirement looks at; null where nothing was."
+    )
+    observed_holds: bool | None = field("Whether that keeps it.")
 
 
 class MeasuredForm(Form):
@@ -246,7 +250,9 @@ class MeasuredForm(Form):
     as_predicted: Annotated[bool, Of("is_as_predicted")] = field(
         "Every metric inside its prediction, no figure beyond what the file states."
     )
-    still_holds: bool = field("Every requirement holds with the measured figures.")
+    still_holds: bool = field(
+        "Every requirement holds with the measured figures, and as far as its metric was measured."
+    )
     remarks: list[str] = field("What else is to be known.")
 
 
