@@ -83,18 +83,19 @@ class Comparison:
 class Verdict:
     """How a design meets a requirement: `value` and `limit` in `unit`; `slack` is negative when it is broken.
 
-    `worst_term` names the thread that alone breaks the limit of one core, if one does; else `worst_core` is the core
-    that does, from 1, with its `core_load`. `spread` tells which core each thread of a limited processor has.
+    They are those of the sum, unless the limit of one core is nearer, or broken by more: then those of the thread,
+    which `worst_term` names, or of `worst_core`, from 1. `whole_limit` is the limit of the sum. `spread` tells which
+    core each thread of a limited processor has.
     """
 
     requirement: Requirement
     value: Fraction
     limit: Fraction
+    whole_limit: Fraction
     unit: str
     holds: bool
     worst_term: str = ""
     worst_core: int = 0
-    core_load: Fraction = Fraction(0)
     spread: Spread | None = None
 
     @property
@@ -281,19 +282,24 @@ def core_words(found: Spread) -> str:
 
 
 def judge(limit: Limit, view: View) -> Verdict:
-    """The verdict on a design."""
+    """The verdict on a design, with the figures of what is tightest: the sum, a core, or a thread that breaks a limit.
+
+    Of threads without a core another partition could use the fullest core less: it counts where it alone is broken.
+    """
     requirement, compare = limit.requirement, HOLDS[limit.requirement.operator]
     whole, *parts = comparisons(limit, view)
-    broken = [part for part in parts if not compare(part.value, part.bound)]
-    first = broken[0] if broken else None
+    broken = [item for item in (whole, *parts) if not compare(item.value, item.bound)]
+    shown = broken or [whole, *(item for item in parts if item.core)]
+    sure = [item for item in shown if item.spread is None or not item.spread.is_open]
+    decisive = max(sure or broken, key=lambda item: item.value / (item.bound or 1))
     return Verdict(
         requirement,
-        whole.value,
+        decisive.value,
+        decisive.bound,
         whole.bound,
         limit.measure.unit,
-        compare(whole.value, whole.bound) and not broken,
-        worst_term=first.thread if first is not None else "",
-        worst_core=first.core if first is not None else 0,
-        core_load=first.value if first is not None and first.core else ZERO,
+        compare(decisive.value, decisive.bound),
+        worst_term=decisive.thread,
+        worst_core=decisive.core,
         spread=parts[-1].spread if parts else None,
     )

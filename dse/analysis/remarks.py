@@ -85,7 +85,7 @@ def _bus_remarks(space: Space, view: View) -> Iterator[str]:
                 f"{bus.name} is busy for {_percent(busy)} of the time, although its load is {_percent(share)} of the "
                 "bandwidth: its messages take longer than the bandwidth says"
             )
-        if busy > PPM:
+        elif busy > PPM:
             yield f"{bus.name} would be busy for {_percent(busy)} of the time"
 
 

@@ -161,9 +161,10 @@ def verdict_table(analysis: Analysis) -> Table:
             continue
         values = [readable(value, verdict.unit, currency, 6) for value in (verdict.value, verdict.limit)]
         values.append(slack_words(verdict.slack, verdict.unit, currency))
-        said = "holds" if verdict.holds else "BROKEN"
-        who = f" by {verdict.who} alone" if verdict.who else ""
-        rows.append((verdict.requirement.shown, *values, said + who))
+        said = f"holds, {verdict.who} is the tightest" if verdict.who else "holds"
+        if not verdict.holds:
+            said = f"BROKEN by {verdict.who} alone" if verdict.who else "BROKEN"
+        rows.append((verdict.requirement.shown, *values, said))
     return Table("Requirements", ("requirement", "value", "limit", "slack", "verdict"), tuple(rows), (1, 2, 3))
 
 
@@ -194,7 +195,7 @@ def tightest_limits(analysis: Analysis) -> Mapping[str, Fraction]:
         if metric.kind in slots and verdict.requirement.operator in ("<=", "<") and metric.index is not None:
             usage = slots[metric.kind][metric.index]
             if usage.capacity:
-                share = verdict.limit / usage.capacity
+                share = verdict.whole_limit / usage.capacity
                 found[usage.name] = min(found.get(usage.name, share), share)
         elif metric.kind == "core utilisation" and verdict.requirement.operator in ("<=", "<"):
             core, share = metric.name.removeprefix("utilisation of "), verdict.limit / PPM

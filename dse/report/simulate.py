@@ -44,11 +44,25 @@ def _blocks(simulation: Simulation) -> Iterator[Block]:
     effort = (
         f"{simulation.runs} runs, {simulation.events:,} events, offsets {simulation.offsets}, seed {simulation.seed}"
     )
-    said = "The analysis is contradicted." if simulation.contradictions else "No observation contradicts the analysis."
+    said = _said(simulation)
     if not simulation.is_anything_observed:
         said = "Nothing was observed: nothing came to its end in the simulated time (--duration)."
     said = said if simulation.runs else "Nothing was observed."
     yield from texts(f"{said} {effort}.", tone="strong")
+
+
+def _said(simulation: Simulation) -> str:
+    """Whether the analysis holds; where bounds were exceeded that need not hold, this first."""
+    if simulation.contradictions:
+        return "The analysis is contradicted."
+    beyond = [flow for flow in simulation.flows if flow.outside]
+    if not beyond:
+        return "No observation contradicts the analysis."
+    counts = "; ".join(f"{flow.outside} of {flow.count} latencies of {flow.name}" for flow in beyond)
+    excuses = dict.fromkeys(flow.excuse or "they leave out CPU contention" for flow in beyond)
+    is_counted = not any(flow.excuse for flow in beyond)
+    rest = "the bounds with response times hold" if is_counted else "no bound that must hold is contradicted"
+    return f"Outside the analysed bounds: {counts} ({'; '.join(excuses)}); {rest}."
 
 
 def _ms(value_ns: Exact) -> str:

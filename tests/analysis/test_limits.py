@@ -56,14 +56,27 @@ def test_a_limit_counts_the_cores() -> None:
     [verdict] = verdicts(fits, "utilisation of one <= 70 %")
     assert verdict.holds and verdict.limit == 2_800_000
     [verdict] = verdicts(processor(4, *[("7 ms", "10 ms")] * 4, ("1 us", "1 s")), "utilisation of one <= 70 %")
-    assert not verdict.holds and verdict.worst_term == ""
+    assert not verdict.holds and verdict.who == "" and verdict.slack == -1
+
+
+def test_a_core_that_breaks_the_limit_of_the_sum_has_the_figures() -> None:
+    """Two threads of 70 % on core 1 of four: 140 % of its 100 %, not 140 % of 400 % with 260 % to spare."""
+    text = processor(4, *[("7 ms", "10 ms")] * 2)
+    [verdict] = verdicts(text.replace("{processor: one,", "{processor: one, core: 1,"), "utilisation of one <= 100 %")
+    assert not verdict.holds and verdict.who == "core 1" and verdict.whole_limit == 4_000_000
+    assert (verdict.value, verdict.limit, verdict.slack) == (1_400_000, 1_000_000, -400_000)
+    stated = processor(4, ("5 ms", "10 ms"), ("3 ms", "10 ms")).replace("{processor: one,", "{processor: one, core: 1,")
+    [verdict] = verdicts(stated, "utilisation of one <= 90 %")
+    assert verdict.holds and verdict.who == "core 1" and verdict.slack == 100_000
+    [verdict] = verdicts(processor(2, *[("6 ms", "10 ms")] * 3), "utilisation of one <= 100 %")
+    assert not verdict.holds and verdict.who == "the fullest core" and verdict.slack == -200_000
 
 
 def test_each_thread_alone_keeps_the_limit_of_one_core() -> None:
     """80 % in all is far below 4 * 70 %, but no core holds the one thread."""
     [verdict] = verdicts(processor(4, ("8 ms", "10 ms")), "utilisation of one <= 70 %")
     assert not verdict.holds
-    assert verdict.worst_term == "t0" and verdict.slack == 2_000_000
+    assert verdict.worst_term == "t0" and verdict.slack == -100_000
     [verdict] = verdicts(processor(4, ("7 ms", "10 ms")), "utilisation of one <= 70 %")
     assert verdict.holds
     [verdict] = verdicts(processor(4, ("7 ms", "10 ms")), "utilisation of one < 70 %")

@@ -11,6 +11,8 @@ import dse
 from dse.api.simulate import simulate
 from dse.cli.main import run
 from dse.errors import UsageError
+from dse.report.markdown import markdown_page
+from dse.report.simulate import simulation_page
 from dse.results.simulate import Simulation
 
 MS = 10**6
@@ -75,6 +77,8 @@ def test_contention_exceeds_execution_times_and_response_times_hold() -> None:
     [flow] = result.flows
     assert flow.scheduled_ns is not None and max(flow.latencies) > flow.bounds_ns[1]
     assert flow.outside and not result.contradictions
+    last = markdown_page(simulation_page(result)).strip().splitlines()[-1]
+    assert f"{flow.outside} of {flow.count} latencies of main" in last and "No observation" not in last
     assert all(task.bound_ns is not None and task.observed_ns <= task.bound_ns for task in result.tasks)
     assert any(task.observed_ns == task.bound_ns for task in result.tasks)
 

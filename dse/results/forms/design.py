@@ -85,7 +85,9 @@ class Verdict(Form):
     )
     unit: Unit = field("What the figures count.")
     holds: bool = field("Whether the requirement holds.")
-    worst_thread: Annotated[str | None, Of("who")] = field("The thread or core that alone decides, where one does.")
+    worst_thread: Annotated[str | None, Of("who")] = field(
+        "The thread or core that alone decides, where one does: value and limit are then its own."
+    )
 
 
 class Releases(Form):
