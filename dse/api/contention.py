@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from dse.analysis.contention import ContentionReferee, cores_of, with_contention
+from dse.analysis.evaluate import Evaluator
 from dse.api.points import Bench
 from dse.api.stated import named_design
 from dse.errors import UsageError
@@ -87,12 +88,15 @@ def check_contention(bench: Bench, deadline: float | None) -> None:
     counted = with_contention(bench.space)
     referee = None if counted is None else ContentionReferee(counted)
     listed = _listed(bench.data)
+    evaluator = Evaluator(bench.space)
     judged = left = 0
     for place, item in listed:
         try:
             design = named_design(bench.space, item["decisions"])
         except UsageError:
             continue  # which was found with the design itself
+        if evaluator.evaluate(design).breaches:
+            continue  # likewise
         for name, own in _placed(bench.space, design, item).items():
             bench.compare(f"{place}.{name}", own, item.get(name, {}))
         stated = item.get("contention", {})
