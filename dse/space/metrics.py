@@ -179,9 +179,9 @@ def disparities(space: Space, of: str | None) -> tuple[Metric, ...]:
     numbers = range(len(names)) if of is None else [names.index(of)]
     found = tuple(metric for number in numbers if (metric := _disparity(space, number)) is not None)
     if not found:
-        where = "at no component" if of is None else f"not at {shown(of)}"
+        where = "at any component" if of is None else f"at {shown(of)}"
         hint = "two flows that begin with timers have to lead there by different ways, and a timer has to read them"
-        raise QuestionError(f"inputs whose ages can be compared meet {where}", hint)
+        raise QuestionError(f"no two inputs whose ages can be compared meet {where}", hint)
     return found
 
 
