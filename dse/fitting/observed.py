@@ -11,7 +11,7 @@ import csv
 import io
 import re
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from fractions import Fraction
 from pathlib import Path
 
@@ -97,7 +97,21 @@ class Observed:
     @property
     def mean(self) -> Fraction | None:
         """The mean; None where a row does not say it."""
-        return self.total / self.count if self.is_mean_known and self.count else None
+        return self.total / (self.count or 1) if self.is_mean_known else None
+
+    def merged(self, other: Observed) -> Observed:
+        """What both say of the same thing: the least, the greatest, and the mean of all where that is known."""
+        counts = (self.count, other.count)
+        is_known = self.is_mean_known and other.is_mean_known and None not in counts
+        return replace(
+            self,
+            low=min(self.low, other.low),
+            high=max(self.high, other.high),
+            total=self.total + other.total,
+            count=None if None in counts else sum(count or 0 for count in counts),
+            is_mean_known=is_known,
+            samples=[],
+        )
 
 
 def read_observed(paths: Sequence[Path]) -> tuple[list[Observed], list[str]]:
@@ -298,7 +312,7 @@ class _Reader:
             return None
         item.count, item.is_mean_known = count, mean is not None
         if mean is not None:
-            item.count, item.total = count or 1, mean.value * (count or 1)
+            item.total = mean.value * (count or 1)
         return None
 
 

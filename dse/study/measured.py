@@ -107,7 +107,7 @@ def compare_measured(
             raise UsageError(f"{path}: nothing in it is of this problem ({'; '.join(others)})")
         observed += shown
         bench.remarks += others
-    for item in observed:
+    for item in _merged(observed):
         try:
             bench.hold(item)
         except (_UnknownError, ExpressionError, QuestionError) as error:
@@ -129,6 +129,15 @@ def compare_measured(
         requirements=tuple(bench.kept()),
         remarks=(*columns, *bench.remarks),
     )
+
+
+def _merged(observed: Sequence[Observed]) -> list[Observed]:
+    """Each figure once: what several files and recordings say of it counts together."""
+    found: dict[tuple[str, str, bool], Observed] = {}
+    for item in observed:
+        key = (item.figure, item.name, UNITS[canonical_unit(item.unit)][1] == FREQUENCY)
+        found[key] = found[key].merged(item) if key in found else item
+    return list(found.values())
 
 
 class _UnknownError(Exception):
@@ -163,6 +172,7 @@ class _Bench:
         self.remarks: list[str] = []
         self.mistakes: list[Diagnostic] = []
         self.changed = problem.space
+        self.held: dict[_Stated, str] = {}
         self.shown: dict[str, tuple[Fraction, Fraction]] = {}
 
     def hold(self, item: Observed) -> None:
@@ -221,6 +231,8 @@ class _Bench:
                 value = 1 / value
             return value * (10**9 if stated.dimension == TIME else 1)
 
+        if stated.fields and (before := self.held.setdefault(stated, item.place)) is not item.place:
+            raise _UnknownError(f"that is stated at {before.removesuffix(':0')}, too", "a period or a rate, not both")
         ends = sorted((scaled(item.low), scaled(item.high)))
         mean = None if item.mean is None else scaled(item.mean)
         seen = Seen(ends[0], ends[1], mean, item.count, item.place)

@@ -47,6 +47,19 @@ def test_a_later_trace_tells_what_has_drifted(tmp_path: Path) -> None:
     assert latency.values == (5_099_000, 7_648_500) and latency.holds == (True, False)
 
 
+def test_files_of_one_figure_count_together(tmp_path: Path) -> None:
+    """A CSV file with 9 ms, and the trace, twice, which has 1 to 1.099 ms: in whatever order they come."""
+    problem = imported(tmp_path).replace("1 ms .. 1.099 ms", "1 ms .. 1.05 ms", 1)
+    path, trace = tmp_path / "m.csv", tmp_path / "trace.txt"
+    path.write_text("metric,min,max\nexecution time of front.cam.timer,1.2 ms,9 ms\n", encoding="utf-8")
+    found = dse.compare_measured(problem, path, trace, trace)
+    assert len(found.inputs) == 4
+    [longest] = [item for item in found.inputs if item.drifted]
+    assert longest.counted == (1_000_000, 9_000_000) and longest.seen.count is None
+    assert [item.seen.count for item in found.inputs if item.name == "period of front.cam.timer"] == [198]
+    assert found.requirements == dse.compare_measured(problem, trace, path).requirements
+
+
 def test_callbacks_are_found_by_node_and_period_or_topic(tmp_path: Path) -> None:
     """In a problem whose threads go by other names, as those of CARET do."""
     text_ = imported(tmp_path).replace("front.cam.timer", "front.cam.callback_0").replace("track.on.image", "track.see")
