@@ -171,7 +171,7 @@ BAD = {
     "period 0": ("metric,sample\nperiod of ekf,0 ms\n", "seen.csv:2: period of ekf: 0 is no rate, and no period"),
     "period below 1 ns": ("metric,sample\nperiod of ekf,0.1 ns\n", "0 is no rate, and no period"),
     "rate of a connection 0": ("metric,sample\nrate of out,0 Hz\n", "0 is no rate"),
-    "period and rate": ("metric,sample\nperiod of ekf,12 ms\nrate of ekf,99 Hz\n", "seen.csv:3: rate of ekf: that is stated at"),
+    "period and rate": ("metric,sample\nperiod of ekf,12 ms\nrate of ekf,99 Hz\n", ":3: rate of ekf: that is stated"),
     "of which": ("metric,sample\nlatency of,3 ms\n", "seen.csv:2"),
     "twice": ("metric,min,max\nload of eth,1 B/s,2 B/s\nload of eth,1 B/s,2 B/s\n", ":3: load of eth is stated"),
     "order": ("metric,min,max\nload of eth,3 B/s,2 B/s\n", "the minimum is above the maximum"),
