@@ -63,8 +63,9 @@ def add_rows(
     threads = [thread for thread in places.on(processor) if not thread.is_odd]
     rows = _Rows(space, model, places, processor, threads)
     wanted: dict[int, list[Deadline]] = {}
+    busy = {thread.number for thread in threads if rows.always_works(thread)}
     for item in deadlines:
-        if item.thread in {thread.number for thread in threads}:
+        if item.thread in busy:
             wanted.setdefault(item.thread, []).append(item)
     rows.add_levels(wanted)
     rows.add_utilisation(wanted)
@@ -85,6 +86,12 @@ class _Rows:
         timers = {rate for thread in threads for _, rate in thread.modes if rate is not None}
         self.steady = sorted(timers)
         self._pairs: dict[int, list[dict[int, int]]] = {}
+
+    def always_works(self, thread: Thread) -> bool:
+        """Whether a thread takes time wherever it is: a job without work ends at its release, and waits for nobody."""
+        shares = [self.places.worst_on[self.processor, thread.number]]
+        shares += [self.places.worst_at.get((self.processor, thread.number, core)) or () for core in range(self.cores)]
+        return all(all(share) for share in shares)
 
     def literal(self, index: int) -> Any:
         """The solver's literal of an index."""

@@ -145,6 +145,8 @@ class Waiting:
         rivals = {other.number for other in self._rivals(number)}
         if not rivals or not self._executes(number):
             return
+        if not all(worst for _, worst in thread.worst):  # a job without work ends at its release
+            return
         waiting = self.waiting(number)
         for processor in thread.cores:
             delays = {

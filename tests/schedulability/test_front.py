@@ -222,3 +222,27 @@ def test_rules_and_fixed_decisions_bind_cores() -> None:
     assert not search_front(
         Evaluator(changed(problem, Changes(require=["a.core == b.core", "a.period == 10 ms"])).space), Budget()
     ).points
+
+
+def test_a_thread_without_work_waits_for_nobody() -> None:
+    """Its jobs end at their release, as the analysis says: neither its deadline nor a flow refuses what is before it.
+
+    Where it may have work, 1 ms behind 3 ms, the option without is the only one in time.
+    """
+    text = """
+    dse: 1
+    name: idle
+    processor_types: {one: {price: 10 EUR}}
+    processors: {p: {type: one}}
+    processing: response_time
+    threads:
+      a: {processor: p, period: 5 ms, compute_execution_time: [3 ms, 4 ms]}
+      b: {processor: p, period: [7 ms, 6 ms], compute_execution_time: 0 ns}
+      c: {processor: p, period: 8 ms, compute_execution_time: [1 ms, 0 ns]}
+    connections: {x: {from: b, to: c}}
+    flows: {f: {path: [b, c]}}
+    requirements: [response time of b <= 1 ms, response time of c <= 2 ms]
+    objectives: [minimise latency of f]
+    """
+    assert found(text) == {(8_000_000,)}
+    assert found(text.replace("minimise latency of f", "minimise price")) == {(1000,)}
