@@ -136,6 +136,16 @@ def test_a_timer_that_drifts_and_jobs_without_an_end_are_told(tmp_path: Path) ->
     assert any("was created with a period of 20 ms, and ran 100 times, every 30 ms on average" in item for item in said)
 
 
+@pytest.mark.parametrize("period", ["0", "-5", '"slow"'])
+def test_timers_without_a_period_are_told(period: str, tmp_path: Path) -> None:
+    found = dse.import_file(put(tmp_path, text().replace("period = 20000000", f"period = {period}")))
+    assert "front.cam.timer" not in yaml.safe_load(found.text)["threads"]
+    assert any(
+        "a timer of /front/cam without a period is left out, with its jobs: 100" in str(item) for item in found.remarks
+    )
+    assert dse.load(found.text)
+
+
 def without(part: str) -> str:
     return "".join(line for line in text().splitlines(keepends=True) if part not in line)
 
@@ -146,6 +156,10 @@ BAD = {
     "cut off": (text()[:-40], "no event: "),
     "no nodes": (without("node_init"), "no event ros2:rcl_node_init (begin the trace before the nodes start)"),
     "no starts": (without("callback_st"), "ros2 trace -u 'ros2:*'"),
+    "backwards": (
+        "".join(reversed(text().splitlines(keepends=True)[:20])),
+        "this event is earlier than the one before",
+    ),
     "no callbacks": (without("_added"), "no callback of a timer"),
 }
 

@@ -95,6 +95,8 @@ def _of_text(path: Path) -> Iterator[Event]:
                 time_ns = _time_ns(match) + days * DAY_NS
                 if match["h"] and time_ns + DAY_NS // 2 < before:
                     days, time_ns = days + 1, time_ns + DAY_NS
+                if time_ns < before:
+                    raise _stop(path, "this event is earlier than the one before it", "one trace, in its order", number)
                 before, found = time_ns, True
                 fields = {
                     name: int(value, 0) if value else quoted for name, quoted, value in _FIELD.findall(match["rest"])

@@ -126,7 +126,8 @@ class Seen:
         self.of_subscription[process, event.fields.get("callback")] = (process, event.fields.get("subscription"))
 
     def _rcl_timer_init(self, event: Event, process: Any) -> None:
-        self.periods[process, event.fields.get("timer_handle")] = int(event.fields.get("period", 0))
+        period = event.fields.get("period", 0)
+        self.periods[process, event.fields.get("timer_handle")] = max(0, period) if isinstance(period, int) else 0
 
     def _rclcpp_timer_link_node(self, event: Event, process: Any) -> None:
         self.timer_nodes[process, event.fields.get("timer_handle")] = (process, event.fields.get("node_handle"))
@@ -213,6 +214,9 @@ class Seen:
         taken: dict[str, int] = {}
         for handle, run in self.runs.items():
             one = self._timer(handle) or self._subscription(handle)
+            if one is None and handle in self.of_timer:
+                words = f"a timer of {self._node_of(self.of_timer[handle])} without a period is left out, with its jobs"
+                file.remark(Place({}, 0, 0), f"{words}: {len(run.starts)}")
             if one is None or one.topic in OF_TOOLS or not run.durations:
                 continue
             taken[one.name] = taken.get(one.name, 0) + 1
@@ -231,8 +235,11 @@ class Seen:
         timer = self.of_timer.get(handle)
         if timer is None or not self.periods.get(timer):
             return None
-        node = self.nodes.get(self.timer_nodes.get(timer, (0, 0)), "/unknown_node")
+        node = self._node_of(timer)
         return Callback(f"{node}/timer", node, Place({}, 0, 0), period_ns=self.periods[timer])
+
+    def _node_of(self, timer: Handle) -> str:
+        return self.nodes.get(self.timer_nodes.get(timer, (0, 0)), "/unknown_node")
 
     def _subscription(self, handle: Handle) -> Callback | None:
         subscription = self.objects.get(self.of_subscription.get(handle, (0, 0)))
