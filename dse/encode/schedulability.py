@@ -32,6 +32,7 @@ from dse.analysis.views import tabulate
 from dse.encode.linear import EXACT_LIMIT
 from dse.encode.places import Places, Thread, Turn
 from dse.space.cores import names_cores, numbers_of
+from dse.space.metrics import by_first_fit
 from dse.space.types import Space
 from dse.timelimit import look_at_the_clock
 
@@ -386,9 +387,12 @@ def _are_equal(space: Space, processor: int, one: int, other: int) -> bool:
 def number_cores(space: Space, model: cp_model.CpModel, places: Places, processor: int) -> None:
     """Equal cores are numbered as their first threads stand in the file: core c + 1 needs an earlier thread on core c.
 
-    Only where nothing tells cores apart: each thread of the processor may be on each of them.
+    Only where nothing tells cores apart: each thread of the processor may be on each of them, and none has its core by
+    first-fit, which goes through them by their numbers.
     """
     threads = places.on(processor)
+    if any(by_first_fit(space, processor)):
+        return
     fixed = {number for item in space.open_cores if item.index in space.fixed for number in item.threads}
     counts = {len(thread.cores[processor]) for thread in threads}
     partial = {

@@ -189,6 +189,16 @@ def test_first_fit_loses_what_open_cores_have() -> None:
     assert points(threads.replace("RULE", "any"), cores=2) == 1
 
 
+def test_cores_are_not_alike_beside_first_fit() -> None:
+    """First-fit puts b on core 1 even where a is there, which is late then; a on core 2 is in time."""
+    threads = """
+    a: {processor: p, period: 20 ms, deadline: 2 ms, compute_execution_time: 2 ms, core: any}
+    b: {processor: p, period: 5 ms, compute_execution_time: 3 ms, core: first_fit}
+    """
+    assert points(threads, cores=2) == 1
+    assert points(threads.replace("core: any", "core: 1"), cores=2) == 0
+
+
 TWO = ONE_CORE.format(cores=2, threads="  a: {processor: p, period: [10 ms, 20 ms], compute_execution_time: 6 ms}\n"
     "  b: {processor: p, period: 10 ms, compute_execution_time: 6 ms}")  # fmt: skip
 
