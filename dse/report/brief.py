@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
 
+from dse.report.contention import contention_words, waiting_words
 from dse.report.document import Document
 from dse.report.insisting import insisting_section
 from dse.report.page import Block, Page, Section, labelled, texts
@@ -149,7 +150,10 @@ def _notes(document: Document, more: Sequence[str], top: int | None) -> Iterator
     """What may not go unsaid, what the search took, and where the rest is."""
     result, search = document.result, document.result.search
     if result.front:
-        yield from (text for text in more if not text.startswith("First by"))
+        contention, waiting = contention_words(result), waiting_words(result.space)
+        said = [text for text in more if not text.startswith("First by")]
+        yield from (f"{text} {waiting}".rstrip() if text == contention else text for text in said)
+        yield "" if contention in said else waiting
     yield from filter(None, (unused_words(result), rounding_words(result), exclusion_words(result.space)))
     size = count_words(search.space_size, "design")
     spent = f"{count_words(search.solver_calls, 'solver call')}, {search.wall_s:.2f} s"

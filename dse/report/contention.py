@@ -15,9 +15,10 @@ from dse.results.contention import Broken, Contended
 from dse.results.display import readable
 from dse.results.solve import Result
 from dse.space.cores import is_scheduled
+from dse.space.metrics import CHAIN_METRICS, FLOW_METRICS, parts_of
 from dse.space.settings import told_deadlines
 from dse.space.slots import carriers
-from dse.space.types import Design, Space
+from dse.space.types import Design, Metric, Space
 
 PROCESSING = {
     "execution_time": "CPU contention is not in the latencies: each thread counts its execution time, as if alone on "
@@ -42,6 +43,18 @@ MOST_BROKEN = 3
 def processing_words(settings: Mapping[str, str]) -> str:
     """Whether contention for the CPU is in the latencies, from the settings by name."""
     return UNCOUNTED if settings["profile"] == "osate-2.2" else PROCESSING[settings["processing"]]
+
+
+def waiting_words(space: Space) -> str:
+    """What `bus_words` says, in short, where something asked is about a flow: for answers about a whole front."""
+    asked = [item.metric for item in (*space.requirements, *space.objectives)]
+    told = "Waiting for a bus is not counted." if bus_words(space) else ""
+    return told if any(_is_of_flow(space, metric) for metric in asked) else ""
+
+
+def _is_of_flow(space: Space, metric: Metric) -> bool:
+    parts = parts_of(space, metric)
+    return metric.kind in (*FLOW_METRICS, *CHAIN_METRICS) or any(_is_of_flow(space, inner) for _, inner in parts)
 
 
 def bus_words(space: Space) -> str:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import io
 from pathlib import Path
+from shutil import copytree
 
 import pytest
 from rich.console import Console
@@ -102,3 +103,16 @@ def test_many_rules_have_a_line_each(capsys: pytest.CaptureFixture[str], tmp_pat
 def test_what_all_alternatives_share_is_a_line() -> None:
     lines = printed(dse.solve(example_path("inmark"), max_jitter="20 ms"))
     assert "In all of them: ser1 rs232, eth0 none and 4 more (--explain)." in [line.rstrip() for line in lines]
+
+
+@pytest.mark.parametrize("processing", ["execution_time", "response_time"])
+def test_it_says_that_no_message_waits_for_a_bus(processing: str, tmp_path: Path) -> None:
+    """As long as latencies count no waiting for buses, every answer about a flow says so; others need not."""
+    said = "Waiting for a bus is not counted."
+    inmark = example_path("inmark")
+    assert said in " ".join(printed(dse.solve(inmark, processing=processing, max_jitter="20 ms")))
+    text = inmark.read_text(encoding="utf-8").replace("  - jitter of gnss_to_sprayer <= 100 ms\n", "")
+    copytree(inmark.parent / "catalogues", tmp_path / "catalogues")
+    (tmp_path / "inmark.yaml").write_text(text, encoding="utf-8")
+    found = printed(dse.solve(tmp_path / "inmark.yaml", processing=processing, minimise=["price"]))
+    assert said not in " ".join(found) and any(line.startswith("Choose #1,") for line in found)
