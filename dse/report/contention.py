@@ -47,7 +47,7 @@ def processing_words(settings: Mapping[str, str]) -> str:
 
 def waiting_words(space: Space) -> str:
     """What `bus_words` says, in short, where something asked is about a flow: for answers about a whole front."""
-    asked = [item.metric for item in (*space.requirements, *space.objectives)]
+    asked = [item.metric for item in space.requirements] + [item.metric for item in space.objectives]
     told = "Waiting for a bus is not counted." if bus_words(space) else ""
     return told if any(_is_of_flow(space, metric) for metric in asked) else ""
 

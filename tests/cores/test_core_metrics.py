@@ -168,6 +168,7 @@ def test_a_resumed_front_is_that_of_the_enumeration(seed: int, tmp_path: Path, m
         stopped = dse.solve(path)
     out.write_text(stopped.to_json(), encoding="utf-8")
     whole = dse.resume(out)
+    assert isinstance(whole, dse.Result)
     assert whole.status in ("complete", "infeasible")
     assert _found(dse.load(path), whole) == _expected(drawn.vectors())
 
