@@ -55,8 +55,8 @@ def check_both_ways(file: Path, method: str) -> None:
     result = dse.solve(load(file), workers=1)
     proved = dse.verify(result, method=method)  # type: ignore[arg-type]
     assert (proved.status, proved.findings, proved.left_open) == ("verified", (), ())
-    if result.front and None not in result.front[-1].objectives.values():
-        data = json.loads(json.dumps(result.to_dict()))
+    data = json.loads(json.dumps(result.to_dict()))
+    if data["front"] and None not in data["front"][-1]["objectives"].values():
         last = data["front"].pop()
         data["refuted"] = [{name: value + 1 for name, value in last["objectives"].items()}] + data["refuted"]
         assert dse.verify(data, method=method).status == "rejected"  # type: ignore[arg-type]
