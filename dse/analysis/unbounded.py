@@ -10,7 +10,7 @@ from dse.analysis.rates import NS_PER_S
 from dse.analysis.rows import UNBOUNDED_METHOD, counts_responses
 from dse.analysis.scheduling import UNBOUNDED_NS, bounded_response_ns
 from dse.analysis.views import View
-from dse.space.metrics import metric_dimension
+from dse.space.metrics import metric_dimension, parts_of
 from dse.space.types import Metric, Space
 
 
@@ -19,6 +19,8 @@ def unbounded_in(space: Space, metric: Metric, view: View) -> tuple[str, ...]:
 
     Empty for a metric that counts no response times, and where all of them are bounded.
     """
+    if metric.operands:
+        return _unbounded_extreme(space, metric, view)
     if metric.kind == "derived":
         inner = (item for _, item in _terms(space, metric))
         return tuple(dict.fromkeys(name for item in inner for name in unbounded_in(space, item, view)))
@@ -32,10 +34,27 @@ def unbounded_in(space: Space, metric: Metric, view: View) -> tuple[str, ...]:
     return ()
 
 
+def _unbounded_extreme(space: Space, metric: Metric, view: View) -> tuple[str, ...]:
+    """The same of the greatest or least of several sums: one that has no bound the other way is not what is picked."""
+    wanted = 1 if metric.kind == "max" else -1
+    picked: list[tuple[list[str], set[int]]] = []
+    others: list[tuple[list[str], set[int]]] = []
+    for terms in metric.operands:
+        found = [(times.value, unbounded_in(space, inner, view)) for times, inner in terms if times.value]
+        names = [name for _, names in found for name in names]
+        ways = {1 if times > 0 else -1 for times, unbounded in found if unbounded}
+        (picked if wanted in ways else others).append((names, ways))
+    if picked:
+        return tuple(dict.fromkeys(name for names, _ in picked for name in names))
+    if all(ways for _, ways in others):
+        return tuple(dict.fromkeys(name for names, _ in others for name in names))
+    return ()
+
+
 def may_be_unbounded(space: Space, metric: Metric) -> bool:
     """Whether response times count in a metric."""
-    if metric.kind == "derived":
-        return any(may_be_unbounded(space, inner) for times, inner in _terms(space, metric))
+    if metric.operands or metric.kind == "derived":
+        return any(may_be_unbounded(space, inner) for _, inner in _terms(space, metric))
     return metric.kind == "response time" or (metric.kind in ("latency", "jitter") and counts_responses(space))
 
 
@@ -48,11 +67,10 @@ def unbounded_from(space: Space, metric: Metric) -> Fraction:
 
 def _least_weight(space: Space, metric: Metric) -> Fraction:
     """The least weight with which the response times of a metric count in it, in coherent units."""
-    if metric.kind != "derived":
-        return Fraction(1)
-    return min(abs(times) * _least_weight(space, inner) for times, inner in _terms(space, metric))
+    terms = _terms(space, metric)
+    return min((abs(times) * _least_weight(space, inner) for times, inner in terms), default=Fraction(1))
 
 
 def _terms(space: Space, metric: Metric) -> list[tuple[Fraction, Metric]]:
-    """The terms of a derived metric that are there."""
-    return [(times.value, inner) for times, inner in space.derived[metric.index or 0].terms if times.value]
+    """The terms of a derived metric, or of the sums that an extreme is taken of, that are there."""
+    return [(times.value, inner) for times, inner in parts_of(space, metric) if times.value]

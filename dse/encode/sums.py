@@ -151,7 +151,7 @@ def _made_extreme(board: Board, rates: RateVariables, measure: Measure, term: Te
     base = forms[0].constant
     step = gcd(*(form.constant - base for form in forms), *(c for form in forms for c in form.coefficients.values()))
     if not step:
-        return Form(low, {}, low, low)
+        return Form(base, {}, base, base)
     least, most = -((base - low) // step), (high - base) // step
     variable = board.model.new_int_var(least, most, "")
     value = base + step * variable

@@ -135,3 +135,36 @@ def test_margins_of_a_design() -> None:
     assert t2 is not None and (t2.last, t2.requirement) == (8_000_000, "max(utilisation) <= 60 %")
     assert t3 is not None and t3.last == 12_000_000
     assert found.uncertain is not None and found.uncertain.design_chance.all_met == 1
+
+
+def test_the_busiest_of_equals_that_nothing_moves() -> None:
+    """Both processors are used to 1 %, whatever is chosen: the extreme is that number."""
+    result = dse.solve(
+        dse.loads(
+            "dse: 1\nname: equals\nprocessor_types: {one: {price: 10 EUR}}\n"
+            "processors: {p: {type: one}, q: {type: one}}\nbus_types: {eth: {bandwidth: [10 Mbit/s, 100 Mbit/s]}}\nbuses: {e: {type: eth}}\nthreads:\n"
+            "  b: {processor: p, period: 1 ms, compute_execution_time: 10 us}\n"
+            "  c: {processor: q, period: 1 ms, compute_execution_time: 10 us}\n"
+            "connections: {x: {from: b, to: c, data_size: 8 B, bus: e}}\nflows: {f: {path: [b, c]}}\n"
+            "objectives: [minimise max(utilisation)]\n"
+        )
+    )
+    assert [point.objectives for point in result.front] == [{"max(utilisation)": 10_000}]
+
+
+def test_an_extreme_without_a_bound_is_advised_by_no_number(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """What stands for the response time of an overloaded thread is no advice, and the second proof agrees."""
+    path, out = tmp_path / "p.yaml", tmp_path / "r.json"
+    path.write_text(
+        "dse: 1\nname: full\nprocessing: response_time\noverload: allowed\nprocessor_types: {one: {price: 10 EUR}}\n"
+        "processors: {p: {type: one}}\nthreads:\n  a: {processor: p, period: 3 ms, compute_execution_time: 4 ms}\n"
+        "  b: {processor: p, period: [5 ms, 6 ms], compute_execution_time: 2 ms}\nconnections: {c: {from: a, to: b}}\n"
+        "flows: {f: {path: [a, b]}}\nrequirements: ['max(latency of f, 2 * jitter of f) <= 40 ms']\n"
+        "objectives: [minimise price]\n",
+        encoding="utf-8",
+    )
+    assert run(["explain", str(path)]) == 4
+    said = " ".join(capsys.readouterr().out.split())
+    assert "no limit helps, for even at best the response times of a, b are unbounded" in said
+    assert run(["solve", str(path), "-q", "--json", str(out)]) == 4
+    assert dse.verify(out).status == "verified"
