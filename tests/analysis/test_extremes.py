@@ -142,7 +142,8 @@ def test_the_busiest_of_equals_that_nothing_moves() -> None:
     result = dse.solve(
         dse.loads(
             "dse: 1\nname: equals\nprocessor_types: {one: {price: 10 EUR}}\n"
-            "processors: {p: {type: one}, q: {type: one}}\nbus_types: {eth: {bandwidth: [10 Mbit/s, 100 Mbit/s]}}\nbuses: {e: {type: eth}}\nthreads:\n"
+            "processors: {p: {type: one}, q: {type: one}}\nbus_types: {eth: {bandwidth: [10 Mbit/s, 100 Mbit/s]}}\n"
+            "buses: {e: {type: eth}}\nthreads:\n"
             "  b: {processor: p, period: 1 ms, compute_execution_time: 10 us}\n"
             "  c: {processor: q, period: 1 ms, compute_execution_time: 10 us}\n"
             "connections: {x: {from: b, to: c, data_size: 8 B, bus: e}}\nflows: {f: {path: [b, c]}}\n"
