@@ -45,11 +45,20 @@ def processing_words(settings: Mapping[str, str]) -> str:
     return UNCOUNTED if settings["profile"] == "osate-2.2" else PROCESSING[settings["processing"]]
 
 
+def uncounted_words(space: Space) -> str:
+    """That the profile counts no response times at all, where something asked is about a flow."""
+    asks = space.profile == "osate-2.2" and any(_is_of_flow(space, metric) for metric in _asked(space))
+    return UNCOUNTED if asks else ""
+
+
 def waiting_words(space: Space) -> str:
     """What `bus_words` says, in short, where something asked is about a flow: for answers about a whole front."""
-    asked = [item.metric for item in space.requirements] + [item.metric for item in space.objectives]
     told = "Waiting for a bus is not counted." if bus_words(space) else ""
-    return told if any(_is_of_flow(space, metric) for metric in asked) else ""
+    return told if any(_is_of_flow(space, metric) for metric in _asked(space)) else ""
+
+
+def _asked(space: Space) -> list[Metric]:
+    return [item.metric for item in space.requirements] + [item.metric for item in space.objectives]
 
 
 def _is_of_flow(space: Space, metric: Metric) -> bool:
@@ -134,8 +143,7 @@ def _exchanged(numbers: list[int]) -> str:
 
 def asks_for_responses(space: Space) -> bool:
     """Whether a requirement or an objective looks at response times."""
-    asked = [item.metric for item in space.requirements] + [item.metric for item in space.objectives]
-    return any(is_scheduled(space, metric) for metric in asked)
+    return any(is_scheduled(space, metric) for metric in _asked(space))
 
 
 def overhead_words(space: Space, design: Design | None = None) -> str:

@@ -15,7 +15,14 @@ from dse.api.feasible import Feasible, feasible_designs
 from dse.report.analyse import flow_table, metric_table, tightest_limits, usage_tables, verdict_table
 from dse.report.bars import usage_records, waterfall_records
 from dse.report.charts import front_records
-from dse.report.contention import asks_for_responses, bus_words, contention_words, overhead_words, processing_words
+from dse.report.contention import (
+    asks_for_responses,
+    bus_words,
+    contention_words,
+    overhead_words,
+    processing_words,
+    uncounted_words,
+)
 from dse.report.explain import conflict_blocks
 from dse.report.insisting import insisting_section
 from dse.report.missing import TITLE, missing_words
@@ -168,6 +175,7 @@ class Document:
             who = f"#{first.id}" if len(shared) == 1 else " and ".join(f"#{number}" for number in shared) + ", a tie"
             figures = figures_words(self.result, first.objectives)
             found.append(f"First by {self.result.ranking_words}: {who} ({figures}).")
+            found += [text for text in (uncounted_words(self.space),) if text]
         found += [text for text in (tie_words(self.result), contention_words(self.result), self.baseline_words) if text]
         return found
 

@@ -415,3 +415,10 @@ def test_cores_are_those_of_the_question_that_is_asked() -> None:
         for asked in (free, tight)
     ]
     assert [item["late"] for item in times] == [98_000_000, 58_000_000]
+
+
+def test_a_profile_without_response_times_says_so_of_its_fronts() -> None:
+    begin = "CPU contention is not in the latencies: this profile counts no response times"
+    said = Document(dse.solve(loads(SHARED), profile="osate-2.2")).summary
+    assert len([text for text in said if text.startswith(begin)]) == 1
+    assert not [text for text in Document(dse.solve(loads(SHARED))).summary if text.startswith(begin)]
