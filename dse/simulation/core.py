@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 from heapq import heappop, heappush
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, ClassVar
 
 from dse.units import Exact
 
@@ -46,18 +46,22 @@ class Job:
 
 @dataclass
 class Waiting:
-    """The jobs that wait in an executor, each with the number of its release; `window` are those of a polling point."""
+    """The jobs that wait in an executor, each with the number of its release; `window` are those of a polling point.
+
+    An executor that is ready has not chosen yet: its OS thread looks at what waits when it gets the core.
+    """
 
     jobs: list[tuple[int, Job]] = field(default_factory=list)
     window: list[tuple[int, Job]] = field(default_factory=list)
     is_busy: bool = False
+    is_interrupt: ClassVar[bool] = False
 
-    def take(self) -> tuple[int, Job] | None:
-        """The job that runs next, if there is any."""
-        if not self.window and self.jobs:
+    def take(self) -> Job:
+        """The job that runs next; there is one."""
+        if not self.window:
             self.window = self._chosen()
             self.jobs = [item for item in self.jobs if item not in self.window]
-        return self.window.pop(0) if self.window else None
+        return self.window.pop(0)[1]
 
     def _chosen(self) -> list[tuple[int, Job]]:
         """The next job; of a wait set the oldest of each task, timers first."""
@@ -87,7 +91,7 @@ class Core:
         self.running: Job | None = None
         self.since: Exact = 0
         self.version = 0
-        self.ready: list[tuple[int, int, Job]] = []
+        self.ready: list[tuple[int, int, Job | Waiting]] = []
         self.used: Exact = 0
         self.queues: dict[int, Waiting] = {}
 
@@ -113,11 +117,11 @@ class Core:
             self._begin(self.queues[job.task.queue.executor])
 
     def _begin(self, waiting: Waiting) -> None:
-        following = waiting.take()
-        waiting.is_busy = following is not None
-        if following is not None:
-            order, job = following
-            heappush(self.ready, (job.task.urgency, order, job))
+        following = waiting.window or waiting.jobs
+        waiting.is_busy = bool(following)
+        if following:
+            order, job = following[0]
+            heappush(self.ready, (job.task.urgency, order, waiting))
 
     def settle(self, now: Exact) -> None:
         """Note what the running job has done until now."""
@@ -138,7 +142,8 @@ class Core:
         """Let the most urgent ready job run, if one may; how long it may at most."""
         if not self.ready or (self.is_closed and not self.ready[0][2].is_interrupt):
             return None
-        self.running = heappop(self.ready)[2]
+        first = heappop(self.ready)[2]
+        self.running = first.take() if isinstance(first, Waiting) else first
         self.since = now
         self.version += 1
         if self.budget_ns is None or self.running.is_interrupt:

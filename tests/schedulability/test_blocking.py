@@ -118,6 +118,23 @@ def test_no_run_of_the_simulation_is_longer(kind: str, seed: int) -> None:
             assert seen.get(f"t{number}", 0) <= bound * MS
 
 
+def test_an_executor_chooses_when_it_gets_the_core() -> None:
+    """A section holds the core until 1 ms; what came at 0.2 ms has not begun when the more urgent one comes at 0.5."""
+    threads = """
+  fast: {executor: e, period: 20 ms, compute_execution_time: 1 ms}
+  slow: {executor: e, period: 80 ms, compute_execution_time: 3 ms}
+  log: {processor: p, period: 80 ms, compute_execution_time: 1 ms, non_preemptive: 1 ms}
+executors: {e: {kind: callback_group, processor: p}}
+"""
+    space = space_of(HEAD.format(overheads="") + threads)
+    found = processor_responses(space, 0, View([0] * len(space.decisions)))
+    assert {item.name: item.response_ns for item in found} == {"fast": 4 * MS, "slow": 5 * MS, "log": 5 * MS}
+    plan = build_plan(space, (0,) * len(space.decisions), cores={0: 1, 1: 1, 2: 1})
+    offsets = {"fast": MS // 2, "slow": MS // 5}
+    seen = simulate_once(plan, Setting(80 * MS, 80 * MS, offsets, execution="max")).responses
+    assert (seen["fast"], seen["slow"]) == (1.5 * MS, 4.8 * MS)
+
+
 def test_the_simulation_comes_as_close_to_blocking_as_a_nanosecond() -> None:
     space = space_of(HEAD.format(overheads="") + READY_AND_LOG)
     plan = build_plan(space, (0,) * len(space.decisions), cores={0: 1, 1: 1})
