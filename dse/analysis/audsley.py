@@ -19,8 +19,10 @@ from dataclasses import dataclass
 from fractions import Fraction
 
 from dse.analysis.limits import HOLDS, Limit
+from dse.analysis.placement import core_of_each
 from dse.analysis.priorities import most_levels, number_of
-from dse.analysis.scheduling import TaskKey, core_of_each, counted_ns, is_released_alone, response_among
+from dse.analysis.scheduling import counted_ns, is_released_alone, response_among
+from dse.analysis.tasks import TaskKey
 from dse.analysis.views import View
 from dse.space.types import Design, OpenPriority, Space
 from dse.units import Exact

@@ -1,7 +1,7 @@
 """What a design keeps when threads wait for each other, told of fronts whose search does not count that.
 
 docs/semantics.md, section 4.4. The cores are those of the design: stated, decided, else as first-fit gives them
-(`dse.analysis.scheduling.core_of_each`), or others where these miss a limit on a response time.
+(`dse.analysis.placement.core_of_each`), or others where these miss a limit on a response time.
 """
 
 from __future__ import annotations
@@ -14,8 +14,8 @@ from dse.analysis.limits import Limit, Verdict, build_limit, judge
 from dse.analysis.memo import Recall
 from dse.analysis.packing import placed
 from dse.analysis.partition import Spread
+from dse.analysis.placement import core_of_each, placement
 from dse.analysis.rows import counts_responses
-from dse.analysis.scheduling import core_of_each, placement
 from dse.analysis.unbounded import unbounded_in
 from dse.analysis.validity import Rulebook
 from dse.analysis.views import View

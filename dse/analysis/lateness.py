@@ -12,8 +12,9 @@ from dataclasses import dataclass, replace
 from fractions import Fraction
 
 from dse.analysis.limits import HOLDS, Verdict
+from dse.analysis.placement import core_of_each
 from dse.analysis.response_time import Task, response_time_ns
-from dse.analysis.scheduling import Delay, Response, core_of_each, response_of
+from dse.analysis.scheduling import Delay, Response, response_of
 from dse.analysis.views import View
 from dse.space.trees import at
 from dse.space.types import Space

@@ -30,7 +30,8 @@ from dse.analysis.resources import (
     utilisation_terms,
 )
 from dse.analysis.rows import counts_responses
-from dse.analysis.scheduling import UNBOUNDED_NS, bounded_response_ns, longest_alone_ns
+from dse.analysis.scheduling import UNBOUNDED_NS, bounded_response_ns
+from dse.analysis.tasks import longest_alone_ns
 from dse.analysis.terms import (
     PPM,
     SCALE_LIMIT,

@@ -12,7 +12,9 @@ from typing import TypeAlias
 
 from dse.analysis.audsley import Latest, best_options, limits_of, with_best_order
 from dse.analysis.limits import HOLDS, Limit, build_limit, judge
-from dse.analysis.scheduling import core_of_each, counted_ns, members, subset_responses, utilisation
+from dse.analysis.placement import core_of_each
+from dse.analysis.scheduling import counted_ns, subset_responses
+from dse.analysis.tasks import members, utilisation
 from dse.analysis.views import View
 from dse.space.cores import without_cores
 from dse.space.settings import told_deadlines
@@ -68,7 +70,7 @@ def placed(space: Space, design: Design, waiting: Sequence[int]) -> Design:
 def first_fit(space: Space, design: Design, open_: Sequence[OpenCore]) -> Design | None:
     """The design with the cores that first-fit gives to the threads of `open_`; None where one may not run there.
 
-    See `dse.analysis.scheduling.core_of_each`.
+    See `dse.analysis.placement.core_of_each`.
     """
     view, without = View(design), without_cores(space, open_)
     chosen = list(design)

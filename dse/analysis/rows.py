@@ -5,7 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
-from dse.analysis.scheduling import UNBOUNDED_NS, Part, bounded_response_ns
+from dse.analysis.scheduling import UNBOUNDED_NS, bounded_response_ns
+from dse.analysis.tasks import Part
 from dse.analysis.views import View
 from dse.space.trees import at
 from dse.space.types import Component, Space, Step

@@ -15,7 +15,8 @@ from dse.analysis.latency import flow_rows, is_logical
 from dse.analysis.osate import is_never_sampled, is_synchronous
 from dse.analysis.priorities import deadline_ns
 from dse.analysis.rates import is_event_triggered
-from dse.analysis.scheduling import bounded_response_ns, longest_alone_ns, processor_responses
+from dse.analysis.scheduling import bounded_response_ns, processor_responses
+from dse.analysis.tasks import longest_alone_ns
 from dse.analysis.views import View
 from dse.api.problem import Source, complete_design, load, read_choices, with_stated_cores
 from dse.api.question import Question

@@ -15,7 +15,8 @@ from dse.analysis.limits import HOLDS, Limit
 from dse.analysis.memo import Watching
 from dse.analysis.rates import is_event_triggered, rate_hz
 from dse.analysis.response_time import Stream, Task, response_time_ns
-from dse.analysis.scheduling import counted_ns, work_ns
+from dse.analysis.scheduling import counted_ns
+from dse.analysis.tasks import work_ns
 from dse.analysis.views import View
 from dse.encode.places import Places
 from dse.encode.reasons import Noting, Reason

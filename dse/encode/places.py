@@ -12,7 +12,7 @@ from typing import Any
 
 from dse.analysis.priorities import number_of, order_ns
 from dse.analysis.rates import NS_PER_S, is_event_triggered, rate_hz
-from dse.analysis.scheduling import work_ns
+from dse.analysis.tasks import work_ns
 from dse.analysis.views import View, allowed_options, tabulate
 from dse.encode.linear import Board
 from dse.encode.rate_tables import RateTable

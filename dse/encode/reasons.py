@@ -14,10 +14,12 @@ from itertools import permutations
 
 from dse.analysis.limits import HOLDS, Limit
 from dse.analysis.memo import Watching
+from dse.analysis.placement import core_of_each
 from dse.analysis.priorities import number_of, order_ns
 from dse.analysis.rates import NS_PER_S, is_event_triggered, rate_hz
 from dse.analysis.response_time import Stream, Task, response_time_ns
-from dse.analysis.scheduling import ONLY, core_of_each, counted_ns, subset_responses, work_ns
+from dse.analysis.scheduling import ONLY, counted_ns, subset_responses
+from dse.analysis.tasks import work_ns
 from dse.analysis.views import View
 from dse.encode.places import Places, Thread
 from dse.space.trees import at

@@ -26,14 +26,8 @@ from ortools.sat.python import cp_model
 
 from dse.analysis.binding import transmission_ns
 from dse.analysis.rates import NS_PER_S, is_event_triggered, rate_hz
-from dse.analysis.scheduling import (
-    UNBOUNDED_NS,
-    TaskKey,
-    all_responses,
-    bounded_response_ns,
-    longest_alone_ns,
-    shortest_alone_ns,
-)
+from dse.analysis.scheduling import UNBOUNDED_NS, all_responses, bounded_response_ns
+from dse.analysis.tasks import TaskKey, longest_alone_ns, shortest_alone_ns
 from dse.analysis.views import View
 from dse.encode.combined import Combined
 from dse.encode.linear import EXACT_LIMIT, Board, Form, OpenTerm, floor_int

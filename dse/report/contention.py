@@ -8,7 +8,7 @@ from typing import Any
 from dse.analysis.contention import core_by, core_origins, is_left_out, placements_of
 from dse.analysis.overheads import stated_overheads
 from dse.analysis.partition import Spread
-from dse.analysis.scheduling import core_room
+from dse.analysis.placement import core_room
 from dse.analysis.terms import PPM
 from dse.analysis.views import View
 from dse.results.contention import Broken, Contended

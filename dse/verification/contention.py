@@ -18,7 +18,9 @@ from dse.analysis.audsley import best_options, groups_of, is_decisive, limits_of
 from dse.analysis.evaluate import Evaluation, Evaluator
 from dse.analysis.limits import HOLDS, Limit, judge
 from dse.analysis.packing import placements
-from dse.analysis.scheduling import all_responses, core_of_each, counted_ns, longest_alone_ns, subset_responses
+from dse.analysis.placement import core_of_each
+from dse.analysis.scheduling import all_responses, counted_ns, subset_responses
+from dse.analysis.tasks import longest_alone_ns
 from dse.analysis.views import CyclicActivation, View
 from dse.space.trees import NotOffered, at, leaves
 from dse.space.types import Design, OpenPriority, Space

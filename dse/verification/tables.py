@@ -14,7 +14,8 @@ from dse.analysis.limits import Limit, thread_loads
 from dse.analysis.measures import Term
 from dse.analysis.priorities import number_of, order_ns
 from dse.analysis.rates import NS_PER_S, rate_hz
-from dse.analysis.scheduling import UNBOUNDED_NS, work_ns
+from dse.analysis.scheduling import UNBOUNDED_NS
+from dse.analysis.tasks import work_ns
 from dse.analysis.validity import is_broken
 from dse.analysis.views import View
 from dse.space.cores import is_scheduled

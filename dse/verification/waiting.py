@@ -15,7 +15,8 @@ from typing import Any
 
 from ortools.sat.python import cp_model
 
-from dse.analysis.scheduling import UNBOUNDED_NS, all_responses, longest_alone_ns
+from dse.analysis.scheduling import UNBOUNDED_NS, all_responses
+from dse.analysis.tasks import longest_alone_ns
 from dse.analysis.views import View
 from dse.space.types import Design, Space
 from dse.verification.contention import place_of

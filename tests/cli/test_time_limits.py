@@ -17,7 +17,7 @@ import pytest
 
 import dse
 from dse import timelimit
-from dse.analysis import scheduling
+from dse.analysis import holistic
 from dse.cli.main import COMMANDS, cli, run
 from dse.timelimit import OutOfTime, TimeLimit, in_force, look_at_the_clock, until
 
@@ -71,7 +71,7 @@ def jumping(step_s: float, monkeypatch: pytest.MonkeyPatch) -> Iterator[list[int
 @pytest.fixture
 def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     monkeypatch.chdir(tmp_path)
-    scheduling._respond_alone.cache_clear()  # what another test computed would take no time
+    holistic._respond_alone.cache_clear()  # what another test computed would take no time
     (tmp_path / "p.yaml").write_text(COPRIME, encoding="utf-8")
     return tmp_path
 

@@ -12,7 +12,8 @@ from thread_systems import KINDS, draw, front, text_of
 import dse
 from dse.analysis.evaluate import Evaluator
 from dse.analysis.limits import build_limit, excess
-from dse.analysis.scheduling import all_responses, longest_alone_ns
+from dse.analysis.scheduling import all_responses
+from dse.analysis.tasks import longest_alone_ns
 from dse.analysis.views import View
 from dse.api.problem import loads
 from dse.encode import contention, sums

@@ -1,0 +1,197 @@
+"""Response times and the jitter that they pass on, as one fixed point.
+
+Event-triggered threads inherit the streams of what triggers them, with the jitter that processing and transmission add
+on the way (K. Tindell and J. Clark, "Holistic schedulability analysis for distributed hard real-time systems",
+Microprocessing and Microprogramming 40, 1994).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from fractions import Fraction
+from functools import lru_cache
+from typing import TypeAlias
+
+from dse.analysis.binding import transmission_ns
+from dse.analysis.executors import Fellow, executor_response_ns
+from dse.analysis.overheads import interrupting, switching_ns
+from dse.analysis.rates import NS_PER_S, is_event_triggered, rate_hz
+from dse.analysis.response_time import Stream, Task, response_time_ns
+from dse.analysis.tasks import Part, TaskKey, alone_ns, task_name
+from dse.analysis.turns import Turn
+from dse.analysis.views import View
+from dse.space.trees import at, leaves
+from dse.space.types import ExecutorKind, Space
+from dse.timelimit import look_at_the_clock
+from dse.units import Exact, Rounded
+
+MOST_ROUNDS = 64
+
+
+PLAIN = (int, Fraction, Rounded, type(None))
+
+
+def fixed_point(space: Space, cores: Sequence[Sequence[Turn]], view: View) -> dict[TaskKey, Exact | None]:
+    """Response times and inherited jitter, raised together until both stand still; what keeps growing has no bound."""
+    known: dict[TaskKey, Exact | None] = {
+        turn.key: alone_ns(space.components[turn.key[0]], turn.key[1], view)[1] for turns in cores for turn in turns
+    }
+    interrupts = [interrupting(space, [turn.key[0] for turn in turns[:1]], view) for turns in cores]
+    rounds, changed, horizon = 0, True, _horizon_ns(space)
+    lone = {
+        turn.key: task_of(space, turn.key, known, view)
+        for turns in cores
+        for turn in turns
+        if _is_lone(space, turn, view)
+    }
+    before_that: list[list[Task | None]] = [[] for _ in cores]
+    while changed:
+        rounds, changed = rounds + 1, False
+        look_at_the_clock()
+        for place, (turns, before) in enumerate(zip(cores, interrupts, strict=True)):
+            tasks = [lone[turn.key] if turn.key in lone else task_of(space, turn.key, known, view) for turn in turns]
+            if rounds > 1 and all(map(_is_same, tasks, before_that[place])):
+                continue  # as in the round before
+            before_that[place] = tasks
+            for turn, task in zip(turns, tasks, strict=True):
+                key = turn.key
+                positions = list(turn.rivals(turns))
+                if turn.executor is None:
+                    rivals = [*before, *(tasks[position] for position in positions)]
+                    found = respond(task, rivals, turn.blocked_ns)
+                else:
+                    found = _respond_in(space, turns, tasks, before, turn, view)
+                if found is not None and rounds > 1 and (found > horizon or rounds > MOST_ROUNDS):
+                    found = found if found == known[key] else None
+                if known[key] is not None and found != known[key]:
+                    known[key], changed = found, True
+    return known
+
+
+def _is_lone(space: Space, turn: Turn, view: View) -> bool:
+    """Whether a task's releases depend on no other task."""
+    number, part = turn.key
+    return part == "thread" and not is_event_triggered(space.components[number], view)
+
+
+def _is_same(one: Task | None, other: Task | None) -> bool:
+    """Whether two tasks have the same response time for sure."""
+    if one is other:
+        return True
+    return one is not None and other is not None and _is_plain(one) and _is_plain(other) and one == other
+
+
+def _horizon_ns(space: Space) -> int:
+    """Ten times the longest period: response times that grow beyond it by their own jitter have no bound."""
+    periods = [leaf for item in space.components for leaf in leaves(item.period_ns) if leaf is not None]
+    return 10 * max(periods, default=NS_PER_S)
+
+
+def respond(task: Task | None, rivals: Sequence[Task | None], blocked_ns: Exact) -> Exact | None:
+    """The response time of a task under those that may delay it."""
+    given = [rival for rival in rivals if rival is not None]
+    if task is None or len(given) < len(rivals):
+        return None
+    if type(blocked_ns) in PLAIN and all(map(_is_plain, (task, *given))):
+        return _respond_alone(task, tuple(given), blocked_ns)
+    return response_time_ns(task, given, blocked_ns)
+
+
+def _respond_in(
+    space: Space, turns: Sequence[Turn], tasks: Sequence[Task | None], before: Sequence[Task], turn: Turn, view: View
+) -> Exact | None:
+    """The response time of a task in an executor."""
+    assert turn.executor is not None
+    task, higher, fellows = None, list(before), []
+    for position in (*turn.rivals(turns), turns.index(turn)):
+        found, other = tasks[position], turns[position]
+        if found is None:
+            return None
+        if other is turn:
+            task = found
+        elif other.executor == turn.executor:
+            fellows.append(Fellow(found, other.level <= turn.level))
+        else:
+            higher.append(found)
+    assert task is not None
+    kind: ExecutorKind = at(space.executors[turn.executor].kind, view)
+    if type(turn.blocked_ns) in PLAIN and all(map(_is_plain, (task, *higher, *(item.task for item in fellows)))):
+        return _respond_in_alone(kind, task, tuple(fellows), tuple(higher), turn.blocked_ns)
+    return executor_response_ns(kind, task, fellows, higher, turn.blocked_ns)
+
+
+@lru_cache(16384)
+def _respond_in_alone(
+    kind: ExecutorKind, task: Task, fellows: tuple[Fellow, ...], higher: tuple[Task, ...], blocked_ns: Exact
+) -> Exact | None:
+    return executor_response_ns(kind, task, fellows, higher, blocked_ns)
+
+
+def _is_plain(task: Task) -> bool:
+    """Whether its times are mere numbers; what carries more (`dse.study.trace`) may be equal, and is not the same."""
+    if type(task.worst_ns) not in PLAIN or type(task.separation_ns) not in PLAIN:
+        return False
+    return all(type(item.period_ns) in PLAIN and type(item.jitter_ns) in PLAIN for item in task.streams)
+
+
+@lru_cache(16384)
+def _respond_alone(task: Task, rivals: tuple[Task, ...], blocked_ns: Exact) -> Exact | None:
+    """`response_time_ns`, remembered: from round to round, and from design to design, most tasks meet the same."""
+    return response_time_ns(task, rivals, blocked_ns)
+
+
+def task_of(space: Space, key: TaskKey, known: Mapping[TaskKey, Exact | None], view: View) -> Task | None:
+    """The task with the streams that release it; None when their jitter has no bound."""
+    number, part = key
+    component = space.components[number]
+    streams = _releases(space, number, part, known, view)
+    if streams is None:
+        return None
+    sporadic = part == "thread" and at(component.protocol, view) == "sporadic"
+    separation = at(component.period_ns, view) if sporadic else None
+    worst = alone_ns(component, part, view)[1] + switching_ns(space, number, view)
+    return Task(task_name(component, part), worst, streams, separation)
+
+
+Streams: TypeAlias = tuple[Stream, ...] | None
+
+
+def _releases(space: Space, number: int, part: Part, known: Mapping[TaskKey, Exact | None], view: View) -> Streams:
+    component = space.components[number]
+    if part == "thread" and not is_event_triggered(component, view):
+        return (Stream(at(component.period_ns, view)),)
+    streams: list[Stream] = []
+    for wire in component.triggers:
+        found = _deliveries(space, wire, known, view)
+        if found is None:
+            return None
+        streams += found
+    return tuple(streams)
+
+
+def _deliveries(space: Space, wire: int, known: Mapping[TaskKey, Exact | None], view: View) -> Streams:
+    """What a connection delivers: what its sender releases, later by the jitter of processing and transmission."""
+    connection = space.connections[wire]
+    least, most, _ = transmission_ns(space, connection, view)
+    if connection.sender is None:
+        rate = rate_hz(space, ("delivery", wire), view)
+        period = NS_PER_S // rate if rate else 0
+        return (Stream(max(1, period), most - least),) if rate else ()
+    leaving = _leaving(space, connection.sender, known, view)
+    return None if leaving is None else tuple(Stream(item.period_ns, item.jitter_ns + most - least) for item in leaving)
+
+
+def _leaving(space: Space, number: int, known: Mapping[TaskKey, Exact | None], view: View) -> Streams:
+    component = space.components[number]
+    released = _releases(space, number, "thread", known, view)
+    best, worst = alone_ns(component, "thread", view)
+    response = known.get((number, "thread"), worst)
+    if released is None or response is None:
+        return None
+    if at(component.protocol, view) == "sporadic":
+        # holding back what comes early keeps the bound of the streams (Le Boudec and Thiran, "Network Calculus", 1.5:
+        # shaping keeps arrival constraints); of this and the separation, the one with the lower rate goes on
+        separation = at(component.period_ns, view)
+        if sum((Fraction(1) / item.period_ns for item in released), Fraction(0)) * separation >= 1:
+            released = (Stream(separation),)
+    return tuple(Stream(item.period_ns, item.jitter_ns + max(response, worst) - best) for item in released)

@@ -1,0 +1,48 @@
+"""The core of each thread: as the user states, the others first-fit by decreasing utilisation."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from fractions import Fraction
+
+from dse.analysis.partition import WHOLE, Room, Spread, spread
+from dse.analysis.tasks import members, utilisation
+from dse.analysis.views import View
+from dse.space.types import Space
+
+
+def core_of_each(space: Space, processor: int, view: View) -> dict[int, int]:
+    """The core, from 1, of each thread that runs on a processor, by the thread's number in `Space.components`.
+
+    Threads whose core is stated or decided run there. The others are put on cores such that none is used beyond what
+    the space's requirements allow, else beyond all of it: each, those that use most first, on the first core with room
+    (first-fit by decreasing utilisation), by a complete search where that is in vain. Where there is no such partition,
+    each is put on the first core with room, else on the one that is used least.
+    """
+    return dict(placement(space, processor, view).cores)
+
+
+def placement(space: Space, processor: int, view: View) -> Spread:
+    """The threads of a processor on its cores as `core_of_each` has them; its status is about what requirements allow.
+
+    It tells whether a partition was found that keeps all of them, proved absent, or left undecided.
+    """
+    here = members(space, processor, view)
+    used: dict[int, Fraction] = {}
+    for number in here:
+        unit = space.unit(number)
+        used[unit] = used.get(unit, Fraction(0)) + utilisation(space, number, view)
+    found = spread(space, processor, used, view, core_room(space, processor))
+    if found.status != "found":
+        found = replace(spread(space, processor, used, view, WHOLE), status=found.status)
+    return replace(found, cores={number: found.cores[space.unit(number)] for number in here})
+
+
+def core_room(space: Space, processor: int) -> Room:
+    """What requirements allow to use of each core of a processor, at most all."""
+    limits = [
+        Room(item.limit.value, item.operator == "<")
+        for item in space.requirements
+        if (item.metric.kind, item.metric.index) == ("utilisation", processor) and item.operator in ("<=", "<")
+    ]
+    return min([*limits, WHOLE], key=lambda room: (room.share, not room.is_strict))

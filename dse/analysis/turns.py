@@ -1,0 +1,156 @@
+"""The order of the tasks of each core: which of them may delay which, and what decides a response time.
+
+Nothing says which of several threads with the same priority goes first, so each counts as interference to each of the
+others.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+
+from dse.analysis.overheads import section_ns
+from dse.analysis.placement import core_of_each
+from dse.analysis.priorities import inner_levels, levels_of
+from dse.analysis.rates import is_event_triggered
+from dse.analysis.tasks import TaskKey, alone_ns, task_keys
+from dse.analysis.views import View
+from dse.space.trees import at
+from dse.space.types import Space
+
+
+@dataclass(frozen=True, slots=True)
+class Turn:
+    """A task in the order of its core: `rank` of the tasks before it always go first, up to `reach` of all may.
+
+    Others may keep the core for `blocked_ns`. In an `executor` the tasks of a smaller `level` go first.
+    """
+
+    key: TaskKey
+    rank: int
+    reach: int
+    blocked_ns: int = 0
+    executor: int | None = None
+    level: int = 0
+
+    def rivals(self, order: Sequence[Turn]) -> Iterator[int]:
+        """The positions of what may delay the task on its core, which is not a callback's own timer.
+
+        In an executor that may do so as well.
+        """
+        number, part = self.key
+        for position, turn in enumerate(order[: self.reach]):
+            is_own_timer = part == "callback" and turn.key[0] == number and self.executor is None
+            if turn.key != self.key and not is_own_timer:
+                yield position
+
+
+class Schedule:
+    """The cores of a design's processors, each planned when it is asked for."""
+
+    def __init__(self, space: Space, view: View) -> None:
+        self.space, self.view = space, view
+        self._planned: dict[int, list[list[Turn]]] = {}
+
+    def cores(self, processor: int) -> list[list[Turn]]:
+        """The tasks of each core, by priority."""
+        if processor not in self._planned:
+            self._planned[processor] = cores_of(self.space, processor, self.view)
+        return self._planned[processor]
+
+    def place(self, key: TaskKey) -> tuple[int, int, Turn] | None:
+        """Processor, core and turn of a task; None where it runs on none."""
+        processor = at(self.space.components[key[0]].processor, self.view)
+        for core, turns in enumerate(self.cores(processor) if processor is not None else ()):
+            for turn in turns:
+                if turn.key == key:
+                    return processor, core, turn
+        return None
+
+    def needed(self, wanted: Sequence[TaskKey]) -> list[list[Turn]]:
+        """What decides the response times of `wanted`: whatever may delay them, and what releases any of these."""
+        depth: dict[tuple[int, int], int] = {}
+        todo = list(wanted)
+        while todo:
+            place = self.place(todo.pop())
+            if place is None:
+                continue
+            processor, core, turn = place
+            known = depth.get((processor, core), 0)
+            for other in self.cores(processor)[core][known : turn.reach]:
+                todo += upstream(self.space, other.key, self.view, frozenset())
+            depth[processor, core] = max(known, turn.reach)
+        return [self.cores(processor)[core][:count] for (processor, core), count in depth.items()]
+
+
+def upstream(space: Space, key: TaskKey, view: View, seen: frozenset[int]) -> list[TaskKey]:
+    """The tasks whose response times are jitter of the task's releases."""
+    number, part = key
+    component = space.components[number]
+    if number in seen or (part == "thread" and not is_event_triggered(component, view)):
+        return []
+    found: list[TaskKey] = []
+    for connection in (space.connections[wire] for wire in component.triggers):
+        if connection.sender is None:
+            continue
+        found.append((connection.sender, "thread"))
+        if at(space.components[connection.sender].processor, view) is None:
+            found += upstream(space, found[-1], view, seen | {number})
+    return found
+
+
+def cores_of(space: Space, processor: int, view: View) -> list[list[Turn]]:
+    """The tasks of each core, by priority."""
+    placed = core_of_each(space, processor, view)
+    cores = range(1, max(1, at(space.processors[processor].cores, view)) + 1)
+    return [turns_of(space, [number for number, found in placed.items() if found == core], view) for core in cores]
+
+
+def turns_of(space: Space, numbers: Sequence[int], view: View) -> list[Turn]:
+    """The tasks of one core in their order (`dse.analysis.priorities`)."""
+    units: dict[int, list[int]] = {}
+    for number in numbers:
+        units.setdefault(space.unit(number), []).append(number)
+    turns: list[Turn] = []
+    for level in levels_of(space, numbers, view):
+        parts = [(unit, [key for number in units[unit] for key in task_keys(space, number, view)]) for unit in level]
+        before, reach = len(turns), len(turns) + sum(len(keys) for _, keys in parts)
+        for unit, keys in parts:
+            executor = space.components[unit].executor
+            if executor is not None:
+                inner = _inner(space, units[unit], view)
+                turns += (Turn(key, before, reach, 0, executor, inner[key]) for key in keys)
+                continue
+            ends = [reach] * len(keys) if len(level) > 1 else range(before + 1, reach + 1)
+            turns += (Turn(key, before + own, end) for own, (key, end) in enumerate(zip(keys, ends, strict=True)))
+    return _blocked(space, turns, view)
+
+
+def _inner(space: Space, numbers: Sequence[int], view: View) -> dict[TaskKey, int]:
+    """The level of each task of an executor among its own, the most urgent first."""
+    found: dict[TaskKey, int] = {}
+    for level in inner_levels(space, numbers, view):
+        first = len(found)
+        for key in (key for number in level for key in task_keys(space, number, view)):
+            found[key] = first if len(level) > 1 else len(found)
+    return found
+
+
+def _blocked(space: Space, turns: list[Turn], view: View) -> list[Turn]:
+    """The same with the time for which what never goes before a task may keep the core all the same."""
+    if all(space.components[turn.key[0]].section_ns is None for turn in turns):
+        return turns
+    sections = [
+        section_ns(space, turn.key[0], alone_ns(space.components[turn.key[0]], turn.key[1], view)[1], view)
+        for turn in turns
+    ]
+    found = []
+    for turn in turns:
+        rivals = set(turn.rivals(turns))
+        others = [
+            section
+            for position, section in enumerate(sections)
+            if position not in rivals and turns[position].key != turn.key
+        ]
+        found.append(replace(turn, blocked_ns=max(others, default=0)))
+    return found
