@@ -23,12 +23,13 @@ from dse.analysis.scheduling import is_released_alone
 from dse.analysis.views import View
 from dse.encode.combined import Combined
 from dse.encode.corelimits import CoreLimit
+from dse.encode.equal_cores import number_cores
 from dse.encode.linear import Board, OpenTerm
 from dse.encode.orders import order_reasons
 from dse.encode.places import Places
 from dse.encode.rates import RateVariables
 from dse.encode.reasons import Reason, reason_of, reason_of_value
-from dse.encode.schedulability import add_rows, number_cores
+from dse.encode.schedulability import add_rows
 from dse.encode.waiting import Waiting
 from dse.space.cores import is_scheduled, names_cores, rules_on_order, tells_cores_apart
 from dse.space.metrics import parts_of
