@@ -17,10 +17,11 @@ from dse.analysis.views import View
 from dse.api.problem import Problem
 from dse.errors import ProblemError
 from dse.pareto.feasibility import Oracle, demanding
+from dse.space.criteria import Metric, Requirement
 from dse.space.implied import with_implied
 from dse.space.metrics import metric_dimension
 from dse.space.trees import leaves
-from dse.space.types import Design, Metric, Requirement, Space
+from dse.space.types import Design, Space
 from dse.spec.expressions import Operator
 from dse.units import DIMENSIONLESS, Quantity
 from dse.units.table import UNITS

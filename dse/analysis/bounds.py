@@ -15,7 +15,8 @@ from typing import Literal, TypeVar
 from dse.analysis.limits import HOLDS, Limit, build_limit
 from dse.analysis.terms import Measure, Term
 from dse.analysis.views import View, tabulate
-from dse.space.types import Requirement, Space
+from dse.space.criteria import Requirement
+from dse.space.types import Space
 
 MANY_CASES = 1_000
 """A summand that depends on more combinations of options than this counts as 0 at least, and has no known maximum."""

@@ -29,9 +29,10 @@ from dse.analysis.scheduling import UNBOUNDED_NS
 from dse.analysis.unbounded import may_be_unbounded, unbounded_from
 from dse.analysis.views import View, tabulate
 from dse.errors import TooLargeError
+from dse.space.criteria import Requirement
 from dse.space.metrics import metric_dimension
 from dse.space.trees import Choice, Tree, at, leaves
-from dse.space.types import EMPTY, Bus, Component, Requirement, Space
+from dse.space.types import EMPTY, Bus, Component, Space
 
 MANY_CASES = 10_000
 FULLEST = "the fullest core"

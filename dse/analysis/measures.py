@@ -48,6 +48,7 @@ from dse.analysis.terms import (
 from dse.analysis.views import View
 from dse.space.clocks import is_always_timed
 from dse.space.cores import tells_cores_apart
+from dse.space.criteria import Metric
 from dse.space.frames import Frame
 from dse.space.metrics import (
     CHAIN_METRICS,
@@ -63,7 +64,7 @@ from dse.space.metrics import (
 )
 from dse.space.slots import wrapping
 from dse.space.trees import FROM_BANDWIDTH, Choice, PerProcessorType, Tree, at, leaves
-from dse.space.types import Bus, Component, Flow, Metric, Slot, Space, Step
+from dse.space.types import Bus, Component, Flow, Slot, Space, Step
 from dse.units import DATA, DATA_RATE, DIMENSIONLESS, FREQUENCY, LENGTH, MONEY, POWER, TIME, Dimension, Exact, Quantity
 
 __all__ = [

@@ -24,10 +24,11 @@ from dse.analysis.resources import busy_terms
 from dse.analysis.rows import Row
 from dse.analysis.terms import PPM
 from dse.analysis.views import View, tabulate
+from dse.space.criteria import Metric
 from dse.space.frames import frame_at
 from dse.space.metrics import busy_obstacle
 from dse.space.trees import FROM_BANDWIDTH, at
-from dse.space.types import EMPTY, Bus, Connection, Flow, Metric, Space, Step
+from dse.space.types import EMPTY, Bus, Connection, Flow, Space, Step
 from dse.units import Exact, format_bandwidth, format_duration, format_ratio, format_size
 
 MANY_CASES = 10_000

@@ -10,8 +10,9 @@ from dse.analysis.rates import NS_PER_S
 from dse.analysis.rows import UNBOUNDED_METHOD, counts_responses
 from dse.analysis.scheduling import UNBOUNDED_NS, bounded_response_ns
 from dse.analysis.views import View
+from dse.space.criteria import Metric
 from dse.space.metrics import metric_dimension, parts_of
-from dse.space.types import Metric, Space
+from dse.space.types import Space
 
 
 def unbounded_in(space: Space, metric: Metric, view: View) -> tuple[str, ...]:

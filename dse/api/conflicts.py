@@ -19,8 +19,9 @@ from dse.analysis.unbounded import unbounded_from, unbounded_in
 from dse.analysis.views import View
 from dse.api.points import Bench
 from dse.results.display import exact
+from dse.space.criteria import Requirement, Rule
 from dse.space.implied import overload_needed
-from dse.space.types import Requirement, Rule, Space
+from dse.space.types import Space
 from dse.spec.expressions import Operator
 from dse.verification.diagrams import TooLarge
 from dse.verification.exhaustion import TooMany

@@ -28,8 +28,9 @@ from dse.results.explain import Demand, Example, Explanation, GiveUp, MinimalCon
 from dse.results.points import Clash, Conflict
 from dse.results.solve import decisions_of
 from dse.space.activation import exclusions
+from dse.space.criteria import Requirement, Rule
 from dse.space.implied import overload_needed
-from dse.space.types import Design, Requirement, Rule, Space
+from dse.space.types import Design, Space
 from dse.timelimit import OutOfTime
 from dse.units import Quantity, convert, format_duration, format_number
 

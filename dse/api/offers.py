@@ -18,7 +18,8 @@ from dse.pareto.feasibility import find_design
 from dse.results.explain import Offer
 from dse.results.solve import decisions_of
 from dse.space.build import build_space
-from dse.space.types import Metric, Space
+from dse.space.criteria import Metric
+from dse.space.types import Space
 from dse.spec.grammar import ExpressionError, parse_assignment
 from dse.spec.load import LoadedSpec
 from dse.spec.model import Spec

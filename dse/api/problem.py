@@ -13,6 +13,7 @@ from dse.api.question import Changes, Question, changes_of
 from dse.errors import UsageError
 from dse.space.build import build_space, every_mistake
 from dse.space.cores import with_all_cores, with_open_cores
+from dse.space.criteria import Objective, Requirement, Rule
 from dse.space.implied import with_implied
 from dse.space.metrics import RESERVED, QuestionError
 from dse.space.options import read_option
@@ -20,7 +21,7 @@ from dse.space.questions import read_objective, read_requirements
 from dse.space.rules import read_rule
 from dse.space.settings import SETTINGS, with_settings
 from dse.space.trees import NotOffered
-from dse.space.types import EMPTY, Design, Objective, Requirement, Rule, Space
+from dse.space.types import EMPTY, Design, Space
 from dse.spec.grammar import ExpressionError, parse_assignment, parse_limit, parse_requirement
 from dse.spec.load import LoadedSpec, UnreadableError, load_spec, parse_spec
 from dse.spec.scan import CALL

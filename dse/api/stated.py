@@ -10,12 +10,13 @@ from dse.analysis.measures import all_metrics
 from dse.api.problem import ORIGIN, Problem, complete_design, set_up
 from dse.errors import UsageError
 from dse.space.cores import with_all_cores, with_open_cores
+from dse.space.criteria import Objective, Requirement, Rule
 from dse.space.implied import with_implied
 from dse.space.metrics import QuestionError, own_limit
 from dse.space.questions import read_objective, read_requirements
 from dse.space.rules import read_rule
 from dse.space.settings import OSATE_SETTINGS, SETTINGS
-from dse.space.types import Design, Objective, Requirement, Rule, Space
+from dse.space.types import Design, Space
 from dse.spec.grammar import ExpressionError, parse_requirement
 
 

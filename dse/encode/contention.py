@@ -32,8 +32,9 @@ from dse.encode.reasons import Reason, reason_of, reason_of_value
 from dse.encode.schedulability import add_rows
 from dse.encode.waiting import Waiting
 from dse.space.cores import is_scheduled, names_cores, rules_on_order, tells_cores_apart
+from dse.space.criteria import Metric
 from dse.space.metrics import parts_of
-from dse.space.types import Design, Metric, OpenCore, OpenPriority, Space
+from dse.space.types import Design, OpenCore, OpenPriority, Space
 
 MOST_LESSONS = 60
 """After so many lessons the search for the first design with some figures gives up."""

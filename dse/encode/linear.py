@@ -12,8 +12,9 @@ from typing import Any, TypeAlias, TypeVar
 from ortools.sat.python import cp_model
 
 from dse.analysis.views import Case, View, tabulate
+from dse.space.criteria import Objective, Requirement
 from dse.space.trees import Choice, Tree
-from dse.space.types import Objective, Requirement, Space
+from dse.space.types import Space
 
 T = TypeVar("T")
 

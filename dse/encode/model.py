@@ -29,7 +29,8 @@ from dse.encode.requirements import add_limit
 from dse.encode.rules import add_rule
 from dse.encode.sums import measure_branches
 from dse.errors import TooLargeError
-from dse.space.types import INACTIVE, Design, Objective
+from dse.space.criteria import Objective
+from dse.space.types import INACTIVE, Design
 
 MOST_REGIONS = 4
 """How many regions of the objective space a question can be about (decision record 9)."""

@@ -6,7 +6,7 @@ from typing import Any
 
 from dse.analysis.validity import atom_truth, is_broken
 from dse.encode.linear import Board
-from dse.space.types import ResolvedCondition, Rule
+from dse.space.criteria import ResolvedCondition, Rule
 from dse.spec.expressions import And, Not, Or
 
 

@@ -24,7 +24,8 @@ from dse.pareto.guarded_model import Switchboard
 from dse.pareto.pool import heard
 from dse.pareto.referee import accepted
 from dse.pareto.subproblem import Solver
-from dse.space.types import INACTIVE, Design, Objective, Requirement, Rule, Space
+from dse.space.criteria import Objective, Requirement, Rule
+from dse.space.types import INACTIVE, Design, Space
 from dse.timelimit import OutOfTime, until
 
 

@@ -15,7 +15,8 @@ from dse.analysis.limits import Limit, build_limit, excess, needed_share
 from dse.analysis.rates import NS_PER_S
 from dse.analysis.views import View
 from dse.pareto.feasibility import Oracle
-from dse.space.types import Design, Requirement, Space
+from dse.space.criteria import Requirement
+from dse.space.types import Design, Space
 from dse.spec.expressions import Operator
 from dse.units import Quantity
 

@@ -15,10 +15,11 @@ from dse.results.contention import Broken, Contended
 from dse.results.display import readable
 from dse.results.solve import Result
 from dse.space.cores import is_scheduled
+from dse.space.criteria import Metric
 from dse.space.metrics import CHAIN_METRICS, FLOW_METRICS, parts_of
 from dse.space.settings import told_deadlines
 from dse.space.slots import carriers
-from dse.space.types import Design, Metric, Space
+from dse.space.types import Design, Space
 
 PROCESSING = {
     "execution_time": "CPU contention is not in the latencies: each thread counts its execution time, as if alone on "

@@ -8,7 +8,8 @@ from dse.report.amounts import amount_words, listed
 from dse.results.display import counted, without_stand_in
 from dse.results.missing import Outlook, outlooks_of
 from dse.results.solve import Result
-from dse.space.types import Objective, Space
+from dse.space.criteria import Objective
+from dse.space.types import Space
 from dse.units import is_unbounded
 
 TITLE = "Proved of every design that may be missing"

@@ -14,9 +14,10 @@ from dse.results.display import scaled_unit
 from dse.results.points import ObjectiveInfo, Point
 from dse.results.renumbering import numbered_like
 from dse.results.solve import Result, decisions_of
+from dse.space.criteria import Metric
 from dse.space.metrics import parts_of
 from dse.space.settings import SETTINGS, settings_of
-from dse.space.types import Metric, Space
+from dse.space.types import Space
 
 LATENCIES = ("latency", "min latency", "jitter")
 COUNTING = {"profile": (*LATENCIES, "busy"), "worst_case": LATENCIES, "processing": LATENCIES}

@@ -8,7 +8,8 @@ from typing import Any, cast
 
 from dse.analysis.scheduling import UNBOUNDED_NS
 from dse.analysis.unbounded import may_be_unbounded, unbounded_from
-from dse.space.types import Metric, Space
+from dse.space.criteria import Metric
+from dse.space.types import Space
 from dse.units import Exact, Unbounded, is_unbounded
 
 READABLE: dict[str, tuple[tuple[str, Fraction], ...]] = {

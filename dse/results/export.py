@@ -15,11 +15,12 @@ from dse.analysis.views import View
 from dse.errors import ProblemError
 from dse.results.editing import Draft, flow_mapping
 from dse.results.solve import Result
+from dse.space.criteria import Metric, Requirement
 from dse.space.metrics import QuestionError
 from dse.space.options import read_value
 from dse.space.settings import SETTINGS, default_deadlines
 from dse.space.trees import at
-from dse.space.types import EMPTY, Decision, Design, Metric, Requirement, Space
+from dse.space.types import EMPTY, Decision, Design, Space
 from dse.spec.writing import yaml_text
 from dse.units import UnitError
 

@@ -18,7 +18,7 @@ from dse.results.changes import Change, Delta, changes_between, counted_changes,
 from dse.results.design_tables import analyse_design
 from dse.results.points import Point
 from dse.results.solve import Result
-from dse.space.types import Requirement
+from dse.space.criteria import Requirement
 from dse.units import Exact
 
 

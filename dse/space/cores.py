@@ -11,22 +11,11 @@ from dataclasses import replace
 from functools import partial
 from typing import Any
 
+from dse.space.criteria import Metric, MultipleTest, PairTest, ResolvedCondition, UsedTest, ValueTest
 from dse.space.metrics import CHAIN_METRICS, FLOW_METRICS, parts_of
 from dse.space.properties import Ledger, Path
 from dse.space.trees import NOT_OFFERED, Choice, PerCore, Tree, graft, leaves
-from dse.space.types import (
-    Component,
-    Decision,
-    Metric,
-    MultipleTest,
-    OpenCore,
-    PairTest,
-    Processor,
-    ResolvedCondition,
-    Space,
-    UsedTest,
-    ValueTest,
-)
+from dse.space.types import Component, Decision, OpenCore, Processor, Space
 from dse.spec.expressions import And, Not, Or
 from dse.spec.fields import CORE_RULES
 from dse.spec.model import Spec

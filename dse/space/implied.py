@@ -10,9 +10,10 @@ from collections.abc import Iterator
 from dataclasses import replace
 from fractions import Fraction
 
+from dse.space.criteria import Metric, Requirement
 from dse.space.metrics import busy_obstacle, states_bandwidth
 from dse.space.trees import leaves
-from dse.space.types import Metric, Requirement, Space
+from dse.space.types import Space
 from dse.units import DIMENSIONLESS, Quantity
 
 WHOLE = Quantity(Fraction(1), DIMENSIONLESS, "%")

@@ -13,10 +13,11 @@ from itertools import permutations
 from typing import Literal
 
 from dse.space.clocks import is_always_timed
+from dse.space.criteria import Derived, Metric
 from dse.space.properties import closest
 from dse.space.slots import carriers
 from dse.space.trees import Choice, Tree, leaves
-from dse.space.types import EMPTY, UNKNOWN_TYPE, Bus, Component, Derived, Flow, Metric, Space
+from dse.space.types import EMPTY, UNKNOWN_TYPE, Bus, Component, Flow, Space
 from dse.spec.expressions import DerivedExpr, ExtremeRef, MetricExpr, MetricRef
 from dse.spec.grammar import parse_derived
 from dse.spec.scan import unquoted

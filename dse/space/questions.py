@@ -13,6 +13,7 @@ from graphlib import CycleError, TopologicalSorter
 from typing import TypeVar
 
 from dse.space.cores import open_cores, with_all_cores, with_open_cores, with_times_of_cores
+from dse.space.criteria import Metric, Objective, Requirement, Rule
 from dse.space.implied import with_implied
 from dse.space.metrics import (
     RESERVED,
@@ -29,27 +30,12 @@ from dse.space.priorities import open_priorities
 from dse.space.properties import Ledger, Path
 from dse.space.rules import read_rule
 from dse.space.settings import with_deadlines
-from dse.space.types import (
-    Component,
-    Metric,
-    Objective,
-    Requirement,
-    Rule,
-    Space,
-)
-from dse.spec.expressions import (
-    DerivedExpr,
-    ExtremeRef,
-)
+from dse.space.types import Component, Space
+from dse.spec.expressions import DerivedExpr, ExtremeRef
 from dse.spec.grammar import ExpressionError, parse_derived, parse_objective, parse_requirement
 from dse.spec.model import Spec
 from dse.spec.scan import CALL
-from dse.units import (
-    TIME,
-    Quantity,
-    format_duration,
-    shown,
-)
+from dse.units import TIME, Quantity, format_duration, shown
 
 MOST_FAILURES = 200
 T = TypeVar("T")

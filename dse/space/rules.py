@@ -5,38 +5,14 @@ from __future__ import annotations
 from difflib import get_close_matches
 from typing import Any
 
-from dse.space.metrics import (
-    QuestionError,
-)
+from dse.space.criteria import Atom, MultipleTest, PairTest, ResolvedCondition, Rule, UsedTest, ValueTest
+from dse.space.metrics import QuestionError
 from dse.space.options import offered_value, read_value
 from dse.space.trees import Tree, leaves
-from dse.space.types import (
-    EMPTY,
-    Atom,
-    MultipleTest,
-    PairTest,
-    Reference,
-    ResolvedCondition,
-    Rule,
-    Space,
-    UsedTest,
-    ValueTest,
-)
-from dse.spec.expressions import (
-    And,
-    Compare,
-    Condition,
-    MultipleOf,
-    Not,
-    OneOf,
-    Or,
-    Ref,
-    Used,
-)
+from dse.space.types import EMPTY, Reference, Space
+from dse.spec.expressions import And, Compare, Condition, MultipleOf, Not, OneOf, Or, Ref, Used
 from dse.spec.grammar import parse_rule
-from dse.units import (
-    shown,
-)
+from dse.units import shown
 
 ORDERED = ("duration", "offset", "data size", "bandwidth", "data rate", "rate", "money", "power", "total", "count")
 

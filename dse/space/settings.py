@@ -10,9 +10,10 @@ from dataclasses import replace
 from fractions import Fraction
 from typing import Any
 
+from dse.space.criteria import Metric, Requirement
 from dse.space.implied import with_implied
 from dse.space.trees import leaves
-from dse.space.types import Component, Metric, Requirement, Space
+from dse.space.types import Component, Space
 from dse.units import TIME, Quantity
 
 SETTINGS: Mapping[str, tuple[str, ...]] = {

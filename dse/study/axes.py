@@ -14,10 +14,11 @@ from typing import Any, Literal
 from dse.api.problem import Problem
 from dse.errors import UsageError
 from dse.space.cores import with_open_cores
+from dse.space.criteria import Metric, Requirement
 from dse.space.implied import with_implied
 from dse.space.metrics import BUILT_IN, QuestionError, worst_of
 from dse.space.questions import read_requirements
-from dse.space.types import Metric, Requirement, Space
+from dse.space.types import Space
 from dse.spec.grammar import ExpressionError
 from dse.spec.quantities import COUNT, TOTAL, read_value
 from dse.spec.scan import CALL

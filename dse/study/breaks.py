@@ -22,8 +22,9 @@ from dse.analysis.measures import PPM, SCALE_LIMIT, Measure, Term, build_measure
 from dse.analysis.views import View, tabulate
 from dse.results.display import exact
 from dse.space.cores import with_open_cores
+from dse.space.criteria import Objective
 from dse.space.metrics import metric_dimension
-from dse.space.types import Design, Objective, Space
+from dse.space.types import Design, Space
 from dse.study.axes import LimitAxis, limit_requirements, limited
 from dse.study.contention import Jury
 from dse.study.fronts import Figures, check_objectives, minimised, non_dominated, objective_infos, search_space, senses

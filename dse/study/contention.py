@@ -11,7 +11,8 @@ from dse.results.contention import contended
 from dse.results.display import exact
 from dse.results.forms.result import Contention
 from dse.results.forms.writing import written
-from dse.space.types import Design, Metric, Space
+from dse.space.criteria import Metric
+from dse.space.types import Design, Space
 
 
 class Jury:

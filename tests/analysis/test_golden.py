@@ -13,9 +13,10 @@ import pytest
 
 from dse.analysis.measures import build_measure, load_terms
 from dse.analysis.rows import Row
+from dse.space.criteria import Metric
 from dse.space.metrics import read_derived
 from dse.space.trees import PerProcessorType, at
-from dse.space.types import Metric, Space
+from dse.space.types import Space
 from tests.small import GOLDEN, MS, US, example, figure, rows_of, view_of
 
 Cells = list[dict[str, str]]

@@ -9,8 +9,9 @@ import pytest
 from dse.analysis.evaluate import Evaluator
 from dse.analysis.validity import is_broken, truth
 from dse.analysis.views import View
+from dse.space.criteria import ValueTest
 from dse.space.rules import read_rule
-from dse.space.types import Space, ValueTest
+from dse.space.types import Space
 from dse.spec.expressions import And, Not, Or
 from tests.small import design_of, space_of, view_of
 

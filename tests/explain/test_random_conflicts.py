@@ -20,7 +20,8 @@ from dse.api.problem import Problem
 from dse.pareto.conflicts import find_conflicts
 from dse.pareto.feasibility import Oracle
 from dse.pareto.relaxations import closest_limit
-from dse.space.types import Design, Requirement, Space
+from dse.space.criteria import Requirement
+from dse.space.types import Design, Space
 from dse.spec.expressions import Operator
 from dse.units import DIMENSIONLESS
 

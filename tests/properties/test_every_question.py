@@ -36,8 +36,9 @@ from dse.pareto.front import Budget
 from dse.pareto.subproblem import Solver
 from dse.results.robust import RobustResult
 from dse.results.solve import Result
+from dse.space.criteria import Metric
 from dse.space.settings import SETTINGS
-from dse.space.types import Design, Metric, Space
+from dse.space.types import Design, Space
 from dse.study.functions import InputSpace
 from dse.study.robust import robust_asked
 from dse.study.uncertainty import read_uncertainties

@@ -19,8 +19,9 @@ from dse.analysis.views import View
 from dse.api.check import impossible_words
 from dse.api.problem import loads
 from dse.errors import ProblemError
+from dse.space.criteria import Requirement
 from dse.space.settings import deadline_requirements
-from dse.space.types import Requirement, Space
+from dse.space.types import Space
 
 PROBLEM = """dse: 1
 name: bounds

@@ -13,7 +13,8 @@ from study.studies import ALL, LONG, example
 from study.test_breaks import expected
 
 from dse.analysis.evaluate import Evaluator
-from dse.space.types import Objective, Space
+from dse.space.criteria import Objective
+from dse.space.types import Space
 from dse.study.axes import LimitAxis, limited, read_axis
 from dse.study.breaks import break_points
 from dse.study.fronts import minimised
