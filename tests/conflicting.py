@@ -19,7 +19,7 @@ from dse.errors import ProblemError
 from dse.pareto.feasibility import Oracle, demanding
 from dse.space.criteria import Metric, Requirement
 from dse.space.implied import with_implied
-from dse.space.metrics import metric_dimension
+from dse.space.metric_kinds import metric_dimension
 from dse.space.trees import leaves
 from dse.space.types import Design, Space
 from dse.spec.expressions import Operator

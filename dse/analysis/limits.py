@@ -30,7 +30,7 @@ from dse.analysis.unbounded import may_be_unbounded, unbounded_from
 from dse.analysis.views import View, tabulate
 from dse.errors import TooLargeError
 from dse.space.criteria import Requirement
-from dse.space.metrics import metric_dimension
+from dse.space.metric_kinds import metric_dimension
 from dse.space.trees import Choice, Tree, at, leaves
 from dse.space.types import EMPTY, Bus, Component, Space
 

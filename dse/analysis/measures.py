@@ -50,18 +50,15 @@ from dse.space.clocks import is_always_timed
 from dse.space.cores import tells_cores_apart
 from dse.space.criteria import Metric
 from dse.space.frames import Frame
-from dse.space.metrics import (
+from dse.space.metric_kinds import (
     CHAIN_METRICS,
     FLOW_METRICS,
     INPUT_METRICS,
     asks_for_changes,
-    busy_obstacle,
-    core_metric,
-    has_age,
     metric_dimension,
-    most_cores,
     total_unit,
 )
+from dse.space.metrics import busy_obstacle, core_metric, has_age, most_cores
 from dse.space.slots import wrapping
 from dse.space.trees import FROM_BANDWIDTH, Choice, PerProcessorType, Tree, at, leaves
 from dse.space.types import Bus, Component, Flow, Slot, Space, Step

@@ -11,7 +11,7 @@ from dse.analysis.rows import UNBOUNDED_METHOD, counts_responses
 from dse.analysis.scheduling import UNBOUNDED_NS, bounded_response_ns
 from dse.analysis.views import View
 from dse.space.criteria import Metric
-from dse.space.metrics import metric_dimension, parts_of
+from dse.space.metric_kinds import metric_dimension, parts_of
 from dse.space.types import Space
 
 

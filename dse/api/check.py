@@ -19,7 +19,8 @@ from dse.api.sizes import too_large
 from dse.results.answer import Answer
 from dse.space.activation import exclusions
 from dse.space.implied import overload_needed
-from dse.space.metrics import asks_for_changes, busy_obstacle
+from dse.space.metric_kinds import asks_for_changes
+from dse.space.metrics import busy_obstacle
 from dse.space.properties import mentions
 from dse.space.rules import unoffered_types
 from dse.space.settings import told_deadlines

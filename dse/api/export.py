@@ -17,7 +17,7 @@ from dse.results.export import fixed_problem, without
 from dse.results.export_formats import graphml, graphviz, pinning_table, ros2_parameters
 from dse.results.points import FurtherDesign, Point
 from dse.results.solve import Result
-from dse.space.metrics import counts_changes
+from dse.space.metric_kinds import counts_changes
 from dse.space.types import Design, Space
 from dse.spec.model import Ros2
 from dse.spec.writing import block_text

@@ -15,7 +15,8 @@ from dse.space.build import build_space, every_mistake
 from dse.space.cores import with_all_cores, with_open_cores
 from dse.space.criteria import Objective, Requirement, Rule
 from dse.space.implied import with_implied
-from dse.space.metrics import RESERVED, QuestionError
+from dse.space.metric_kinds import RESERVED
+from dse.space.metrics import QuestionError
 from dse.space.options import read_option
 from dse.space.questions import read_objective, read_requirements
 from dse.space.rules import read_rule

@@ -12,7 +12,8 @@ from dse.errors import UsageError
 from dse.space.cores import with_all_cores, with_open_cores
 from dse.space.criteria import Objective, Requirement, Rule
 from dse.space.implied import with_implied
-from dse.space.metrics import QuestionError, own_limit
+from dse.space.limits import own_limit
+from dse.space.metrics import QuestionError
 from dse.space.questions import read_objective, read_requirements
 from dse.space.rules import read_rule
 from dse.space.settings import OSATE_SETTINGS, SETTINGS

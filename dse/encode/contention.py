@@ -33,7 +33,7 @@ from dse.encode.schedulability import add_rows
 from dse.encode.waiting import Waiting
 from dse.space.cores import is_scheduled, names_cores, rules_on_order, tells_cores_apart
 from dse.space.criteria import Metric
-from dse.space.metrics import parts_of
+from dse.space.metric_kinds import parts_of
 from dse.space.types import Design, OpenCore, OpenPriority, Space
 
 MOST_LESSONS = 60

@@ -16,7 +16,7 @@ from dse.results.display import readable
 from dse.results.solve import Result
 from dse.space.cores import is_scheduled
 from dse.space.criteria import Metric
-from dse.space.metrics import CHAIN_METRICS, FLOW_METRICS, parts_of
+from dse.space.metric_kinds import CHAIN_METRICS, FLOW_METRICS, parts_of
 from dse.space.settings import told_deadlines
 from dse.space.slots import carriers
 from dse.space.types import Design, Space

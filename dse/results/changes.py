@@ -9,7 +9,7 @@ from dse.analysis.changes import changed_decisions
 from dse.analysis.views import View
 from dse.results.points import ObjectiveInfo
 from dse.results.renumbering import numbered_like
-from dse.space.metrics import asks_for_changes
+from dse.space.metric_kinds import asks_for_changes
 from dse.space.types import Design, Space
 
 

@@ -15,7 +15,7 @@ from dse.results.points import ObjectiveInfo, Point
 from dse.results.renumbering import numbered_like
 from dse.results.solve import Result, decisions_of
 from dse.space.criteria import Metric
-from dse.space.metrics import parts_of
+from dse.space.metric_kinds import parts_of
 from dse.space.settings import SETTINGS, settings_of
 from dse.space.types import Space
 

@@ -18,7 +18,7 @@ from dse.space.components import (
 )
 from dse.space.executors import build_executors, executor_homes
 from dse.space.flows import build_flows, check_flow_sizes
-from dse.space.metrics import RESERVED
+from dse.space.metric_kinds import RESERVED
 from dse.space.properties import Ledger, Path, closest
 from dse.space.questions import with_questions
 from dse.space.settings import default_deadlines

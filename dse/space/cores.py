@@ -12,7 +12,7 @@ from functools import partial
 from typing import Any
 
 from dse.space.criteria import Metric, MultipleTest, PairTest, ResolvedCondition, UsedTest, ValueTest
-from dse.space.metrics import CHAIN_METRICS, FLOW_METRICS, parts_of
+from dse.space.metric_kinds import CHAIN_METRICS, FLOW_METRICS, parts_of
 from dse.space.properties import Ledger, Path
 from dse.space.trees import NOT_OFFERED, Choice, PerCore, Tree, graft, leaves
 from dse.space.types import Component, Decision, OpenCore, Processor, Space

@@ -11,7 +11,8 @@ from dataclasses import replace
 from fractions import Fraction
 
 from dse.space.criteria import Metric, Requirement
-from dse.space.metrics import busy_obstacle, states_bandwidth
+from dse.space.limits import states_bandwidth
+from dse.space.metrics import busy_obstacle
 from dse.space.trees import leaves
 from dse.space.types import Space
 from dse.units import DIMENSIONLESS, Quantity

@@ -14,47 +14,17 @@ from typing import Literal
 
 from dse.space.clocks import is_always_timed
 from dse.space.criteria import Derived, Metric
+from dse.space.limits import by_type
+from dse.space.metric_kinds import BUILT_IN, CHAIN_METRICS, FLOW_METRICS, SYSTEM_METRICS, metric_dimension, total_unit
 from dse.space.properties import closest
 from dse.space.slots import carriers
-from dse.space.trees import Choice, Tree, leaves
-from dse.space.types import EMPTY, UNKNOWN_TYPE, Bus, Component, Flow, Space
+from dse.space.trees import leaves
+from dse.space.types import EMPTY, UNKNOWN_TYPE, Component, Flow, Space
 from dse.spec.expressions import DerivedExpr, ExtremeRef, MetricExpr, MetricRef
 from dse.spec.grammar import parse_derived
 from dse.spec.scan import unquoted
-from dse.units import (
-    DATA_RATE,
-    DIMENSIONLESS,
-    MONEY,
-    POWER,
-    TIME,
-    Dimension,
-    Quantity,
-    as_written,
-    shown,
-    unit_hint,
-    unit_ratio,
-)
+from dse.units import DIMENSIONLESS, Quantity, shown
 
-SYSTEM_METRICS = {"price": MONEY, "power": POWER}
-FLOW_METRICS = ("latency", "min latency", "jitter")
-CHAIN_METRICS = ("run jitter", "reaction time", "data age", "exact latency", "exact min latency", "exact jitter")
-"""Of flows, too: listed where a problem speaks of clocks, and wherever they are asked for."""
-INPUT_METRICS = ("oldest input", "newest input")
-"""How old what a component reads at the end of a flow is at most and at least: of these disparities are made."""
-BUILT_IN = (
-    *FLOW_METRICS,
-    *CHAIN_METRICS,
-    "disparity",
-    "utilisation",
-    "load",
-    "busy",
-    "response time",
-    *SYSTEM_METRICS,
-    "changes",
-)
-SHARES = ("utilisation", "core utilisation", "busy")
-RESERVED = (*BUILT_IN, "utilization", "max latency", "maximum latency", "minimum latency")
-EXAMPLES = {TIME: "20 ms", DATA_RATE: "5 KB/s", MONEY: "500 EUR", POWER: "10 W", DIMENSIONLESS: "70 %"}
 _CORE = re.compile(r"(?:core\s+(?P<core>[0-9]{1,9})|each\s+core)\s+of\s+(?P<processor>.+)", re.DOTALL)
 _MEANT = {
     "cost": "price", "delay": "latency", "cpu": "utilisation", "cpu load": "utilisation",
@@ -268,7 +238,7 @@ def busy_obstacle(space: Space, number: int) -> str:
     bus = space.buses[number]
     if bus.virtual:
         return "is not computable: it is middleware, which runs on many cores"
-    for name, has in _by_type(bus, bus.fixed_ns):
+    for name, has in by_type(bus, bus.fixed_ns):
         if not has and name not in (EMPTY, UNKNOWN_TYPE):
             return f"is not computable: its type {shown(name)} states no transmission time"
     for item in space.connections:
@@ -293,40 +263,6 @@ def _response_times(space: Space, of: str | None) -> tuple[Metric, ...]:
             raise QuestionError(f"{shown(of)} runs on no processor: it has no response time", closest(of, threads))
         raise QuestionError(f"no thread is called {shown(of)}", closest(of, threads))
     return (threads[of],)
-
-
-def metric_dimension(space: Space, metric: Metric) -> Dimension | None:
-    """The dimension of a metric; None for a declared total, whose unit is the user's own, and for a count."""
-    parts = parts_of(space, metric)
-    if parts:
-        coefficient, inner = parts[0]
-        inner_dimension = metric_dimension(space, inner)
-        if inner_dimension is None or coefficient.dimension is None:
-            return None
-        return coefficient.dimension.times(inner_dimension)
-    if metric.kind in ("total", "changes"):
-        return None
-    known = {**dict.fromkeys(SHARES, DIMENSIONLESS), "load": DATA_RATE, **SYSTEM_METRICS}
-    return known.get(metric.kind, TIME)
-
-
-def parts_of(space: Space, metric: Metric) -> Sequence[tuple[Quantity, Metric]]:
-    """The metrics that a derived one or an extreme is made of, with their constants; nothing for others."""
-    if metric.kind == "derived":
-        return space.derived[metric.index or 0].terms
-    return [part for operand in metric.operands for part in operand]
-
-
-def counts_changes(space: Space, metric: Metric) -> bool:
-    """Whether a metric counts, or is made of what counts, changes against the baseline."""
-    return metric.kind == "changes" or any(counts_changes(space, inner) for _, inner in parts_of(space, metric))
-
-
-def asks_for_changes(space: Space) -> bool:
-    """Whether a requirement, an objective or a derived metric counts changes against the baseline."""
-    asked = [item.metric for item in space.requirements] + [item.metric for item in space.objectives]
-    derived = [inner for item in space.derived for _, inner in item.terms]
-    return any(counts_changes(space, metric) for metric in (*asked, *derived))
 
 
 def one_metric(space: Space, ref: MetricExpr) -> Metric:
@@ -382,80 +318,6 @@ def _check_kinds(space: Space, text: str, terms: Sequence[tuple[Quantity, Metric
         kinds.add((total_unit(space, metric),) if inner is None else scale.times(inner))
     if len(kinds) > 1:
         raise QuestionError(f"the terms of {shown(text)} are of different kinds: they cannot be added or compared")
-
-
-def total_unit(space: Space, metric: Metric) -> str:
-    """The unit of a declared total, or of a metric made of such; a count has none."""
-    while parts := parts_of(space, metric):
-        metric = parts[0][1]
-    return space.totals.get(metric.key, "")
-
-
-def own_limit(space: Space, metric: Metric, limit: Quantity) -> Quantity:
-    """A limit as its metric counts: in coherent units, or for a declared total in its own unit.
-
-    It must be of the metric's kind; a load may also be limited by a share of the bandwidth.
-
-    Raises
-    ------
-    QuestionError
-        when it is not.
-    """
-    wanted = metric_dimension(space, metric)
-    if wanted is None:
-        unit = total_unit(space, metric)
-        ratio = unit_ratio(limit.unit, unit) if limit.unit and unit else Fraction(1) if limit.unit == unit else None
-        if ratio is None:
-            got = shown(limit.unit) if limit.unit else "a bare number"
-            wanted_unit = f"a limit in {unit}" if unit else "a plain number"
-            raise QuestionError(f"expected {wanted_unit} for {metric.name}, got {got}")
-        return Quantity(as_written(limit).value * ratio, None, unit)
-    of_bandwidth = is_share(metric, limit)
-    if limit.unit == "" and (wanted != DIMENSIONLESS or metric.kind in SHARES):
-        hint = f"such as {EXAMPLES[wanted]}" if wanted in EXAMPLES else _units(space, wanted)
-        raise QuestionError(f"expected a limit with its unit for {metric.name}, got a bare number", hint)
-    if limit.dimension != wanted and not of_bandwidth:
-        raise QuestionError(f"{shown(limit.unit)} is no unit of {metric.name}", _units(space, wanted, limit.unit))
-    if wanted == MONEY and limit.unit != space.currency:
-        raise QuestionError(f"prices are in {space.currency}, got {limit.unit}")
-    if of_bandwidth:
-        _check_bandwidth(space.buses[metric.index or 0])
-    return limit
-
-
-def is_share(metric: Metric, limit: Quantity) -> bool:
-    """Whether a limit is a share of the bandwidth."""
-    return metric.kind == "load" and limit.dimension == DIMENSIONLESS and limit.unit != ""
-
-
-def states_bandwidth(bus: Bus) -> bool:
-    """Whether some type of a bus has a bandwidth; middleware mostly has none."""
-    return any(has for _, has in _by_type(bus, bus.bandwidth_bps))
-
-
-def _units(space: Space, wanted: Dimension, unit: str = "") -> str:
-    """The closest unit of the wanted kind, or all of them."""
-    if wanted == MONEY:
-        return f"units: {space.currency}"
-    hint = unit_hint(unit, wanted)
-    is_list = wanted == DATA_RATE and hint.startswith("units")
-    return f"{hint}, or a share of the bandwidth such as 50 %" if is_list else hint
-
-
-def _check_bandwidth(bus: Bus) -> None:
-    """Every type that the slot may have needs a bandwidth."""
-    for name, has in _by_type(bus, bus.bandwidth_bps):
-        if not has and name not in (EMPTY, UNKNOWN_TYPE):
-            message = f"{shown(bus.name)} has no bandwidth to take a share of"
-            raise QuestionError(message, f"type {shown(name)} states none")
-
-
-def _by_type(bus: Bus, tree: Tree) -> Iterator[tuple[str, bool]]:
-    """Each type that a bus may have, and whether it states the figure."""
-    if isinstance(tree, Choice) and tree.decision == bus.type_decision:
-        yield from ((name, branch is not None) for name, branch in zip(bus.types, tree.branches, strict=True))
-    else:
-        yield from ((name, tree is not None) for name in bus.types)
 
 
 _FINDERS: Mapping[str, Callable[[Space, str | None], tuple[Metric, ...]]] = {

@@ -15,16 +15,9 @@ from typing import TypeVar
 from dse.space.cores import open_cores, with_all_cores, with_open_cores, with_times_of_cores
 from dse.space.criteria import Metric, Objective, Requirement, Rule
 from dse.space.implied import with_implied
-from dse.space.metrics import (
-    RESERVED,
-    QuestionError,
-    is_share,
-    own_limit,
-    read_derived,
-    resolve_metrics,
-    states_bandwidth,
-    worst_metric,
-)
+from dse.space.limits import is_share, own_limit, states_bandwidth
+from dse.space.metric_kinds import RESERVED
+from dse.space.metrics import QuestionError, read_derived, resolve_metrics, worst_metric
 from dse.space.options import read_option, unknown_field
 from dse.space.priorities import open_priorities
 from dse.space.properties import Ledger, Path

@@ -16,7 +16,8 @@ from dse.errors import UsageError
 from dse.space.cores import with_open_cores
 from dse.space.criteria import Metric, Requirement
 from dse.space.implied import with_implied
-from dse.space.metrics import BUILT_IN, QuestionError, worst_of
+from dse.space.metric_kinds import BUILT_IN
+from dse.space.metrics import QuestionError, worst_of
 from dse.space.questions import read_requirements
 from dse.space.types import Space
 from dse.spec.grammar import ExpressionError

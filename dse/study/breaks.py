@@ -23,7 +23,7 @@ from dse.analysis.views import View, tabulate
 from dse.results.display import exact
 from dse.space.cores import with_open_cores
 from dse.space.criteria import Objective
-from dse.space.metrics import metric_dimension
+from dse.space.metric_kinds import metric_dimension
 from dse.space.types import Design, Space
 from dse.study.axes import LimitAxis, limit_requirements, limited
 from dse.study.contention import Jury

@@ -17,7 +17,7 @@ from typing import Any
 
 from dse.api.problem import Problem
 from dse.errors import UsageError
-from dse.space.metrics import asks_for_changes
+from dse.space.metric_kinds import asks_for_changes
 from dse.space.types import Space
 from dse.spec.quantities import BASE, COUNT, FIELDS, PARTS, RANGES, TOTAL
 from dse.units import (

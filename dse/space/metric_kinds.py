@@ -1,0 +1,82 @@
+"""The kinds of metrics: their names, their dimensions, and what those made of others are made of."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from dse.space.criteria import Metric
+from dse.space.types import Space
+from dse.units import DATA_RATE, DIMENSIONLESS, MONEY, POWER, TIME, Dimension, Quantity
+
+SYSTEM_METRICS = {"price": MONEY, "power": POWER}
+
+
+FLOW_METRICS = ("latency", "min latency", "jitter")
+
+
+CHAIN_METRICS = ("run jitter", "reaction time", "data age", "exact latency", "exact min latency", "exact jitter")
+"""Of flows, too: listed where a problem speaks of clocks, and wherever they are asked for."""
+
+
+INPUT_METRICS = ("oldest input", "newest input")
+"""How old what a component reads at the end of a flow is at most and at least: of these disparities are made."""
+
+
+BUILT_IN = (
+    *FLOW_METRICS,
+    *CHAIN_METRICS,
+    "disparity",
+    "utilisation",
+    "load",
+    "busy",
+    "response time",
+    *SYSTEM_METRICS,
+    "changes",
+)
+
+
+SHARES = ("utilisation", "core utilisation", "busy")
+
+
+RESERVED = (*BUILT_IN, "utilization", "max latency", "maximum latency", "minimum latency")
+
+
+def metric_dimension(space: Space, metric: Metric) -> Dimension | None:
+    """The dimension of a metric; None for a declared total, whose unit is the user's own, and for a count."""
+    parts = parts_of(space, metric)
+    if parts:
+        coefficient, inner = parts[0]
+        inner_dimension = metric_dimension(space, inner)
+        if inner_dimension is None or coefficient.dimension is None:
+            return None
+        return coefficient.dimension.times(inner_dimension)
+    if metric.kind in ("total", "changes"):
+        return None
+    known = {**dict.fromkeys(SHARES, DIMENSIONLESS), "load": DATA_RATE, **SYSTEM_METRICS}
+    return known.get(metric.kind, TIME)
+
+
+def parts_of(space: Space, metric: Metric) -> Sequence[tuple[Quantity, Metric]]:
+    """The metrics that a derived one or an extreme is made of, with their constants; nothing for others."""
+    if metric.kind == "derived":
+        return space.derived[metric.index or 0].terms
+    return [part for operand in metric.operands for part in operand]
+
+
+def counts_changes(space: Space, metric: Metric) -> bool:
+    """Whether a metric counts, or is made of what counts, changes against the baseline."""
+    return metric.kind == "changes" or any(counts_changes(space, inner) for _, inner in parts_of(space, metric))
+
+
+def asks_for_changes(space: Space) -> bool:
+    """Whether a requirement, an objective or a derived metric counts changes against the baseline."""
+    asked = [item.metric for item in space.requirements] + [item.metric for item in space.objectives]
+    derived = [inner for item in space.derived for _, inner in item.terms]
+    return any(counts_changes(space, metric) for metric in (*asked, *derived))
+
+
+def total_unit(space: Space, metric: Metric) -> str:
+    """The unit of a declared total, or of a metric made of such; a count has none."""
+    while parts := parts_of(space, metric):
+        metric = parts[0][1]
+    return space.totals.get(metric.key, "")
