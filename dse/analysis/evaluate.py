@@ -6,8 +6,9 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from functools import cached_property
 
+from dse.analysis.flow_terms import flow_figure_ns
 from dse.analysis.limits import Limit, Verdict, build_limit, judge
-from dse.analysis.measures import Measure, all_metrics, build_measure, flow_figure_ns
+from dse.analysis.measures import Measure, all_metrics, build_measure
 from dse.analysis.rates import active_circle, rate_hz
 from dse.analysis.validity import Rulebook, canonical
 from dse.analysis.views import CyclicActivation, View

@@ -17,6 +17,7 @@ from typing import Any
 import numpy
 
 from dse.analysis.evaluate import Evaluator
+from dse.analysis.flow_terms import EXACT_KINDS
 from dse.analysis.limits import (
     HOLDS,
     Limit,
@@ -27,7 +28,7 @@ from dse.analysis.limits import (
     sum_comparisons,
     thread_values,
 )
-from dse.analysis.measures import EXACT_KINDS, build_measure
+from dse.analysis.measures import build_measure
 from dse.analysis.views import View
 from dse.api.problem import Problem, changed
 from dse.space.build import build_space

@@ -1,0 +1,280 @@
+"""The metrics of flows as terms by the elements of the flow (docs/semantics.md, sections 3.1 and 3.6)."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import replace
+from fractions import Fraction
+
+from dse.analysis.chains import exact_range_ns
+from dse.analysis.clocks import LET
+from dse.analysis.latency import element_rows, elements_of, phased_parts, run_spread_ns
+from dse.analysis.memo import Recall
+from dse.analysis.osate import Place, place_rows, place_step, rivals, waiting_for_ns
+from dse.analysis.rates import is_periodic
+from dse.analysis.rows import counts_responses
+from dse.analysis.scheduling import UNBOUNDED_NS
+from dse.analysis.terms import ZERO, Phased, Sampled, Term
+from dse.analysis.views import View
+from dse.space.clocks import is_always_timed
+from dse.space.criteria import Metric
+from dse.space.trees import Choice, at, leaves
+from dse.space.types import Component, Flow, Space, Step
+from dse.units import Exact
+
+EXACT_KINDS = {"exact latency": "latency", "exact min latency": "min latency", "exact jitter": "jitter"}
+
+
+def flow_terms(space: Space, flow: Flow, kind: str) -> Iterator[Term]:
+    """The summands of a metric of a flow (docs/semantics.md, sections 3.1 and 3.6)."""
+    if kind in EXACT_KINDS:
+        yield _exact_term(space, flow, EXACT_KINDS[kind])
+        return
+    yield from _latency_terms(space, flow, "latency" if kind in ("reaction time", "data age") else kind)
+    if kind in ("reaction time", "data age"):
+        yield Term(f"first period of {flow.name}", lambda view: ZERO + first_period_ns(space, flow, view))
+    if kind == "data age":
+        yield Term(f"last period of {flow.name}", lambda view: ZERO - last_period_ns(space, flow, view))
+
+
+def up_to(flow: Flow, number: int) -> Flow:
+    """A flow until a component reads what came to it."""
+    place = next(at for at, step in enumerate(flow.steps) if (step.kind, step.index) == ("component", number))
+    return replace(flow, steps=(*flow.steps[:place], replace(flow.steps[place], only_reads=True)))
+
+
+def input_terms(space: Space, flow: Flow, kind: str) -> Iterator[Term]:
+    """The age of what the last component of a flow reads, at most or at least (docs/semantics.md, section 3.6).
+
+    At most that is the reduced latency and the first period, less that of the reader: what is read is the newest there.
+    """
+    if kind == "newest input":
+        yield from _latency_terms(space, flow, "min latency")
+        return
+    yield from _latency_terms(space, flow, "latency")
+    yield Term(f"first period of {flow.name}", lambda view: ZERO + first_period_ns(space, flow, view))
+    yield Term(f"last period of {flow.name}", lambda view: ZERO - last_period_ns(space, flow, view))
+
+
+def _exact_term(space: Space, flow: Flow, kind: str) -> Term:
+    """The exact latency, minimum latency or jitter of a flow, from everything that is on it at once."""
+    name = space.components[flow.steps[-1].index].name if flow.steps[-1].kind == "component" else ""
+
+    def value(view: View) -> Fraction:
+        return ZERO + _figure_of(kind, exact_range_ns(space, flow, view))
+
+    def ends(view: View) -> tuple[Fraction, Fraction]:
+        alone = replace(space, processing="execution_time")
+        ranges = [_element_range_ns(alone, element, view) for element in elements_of(space, flow)]
+        least, most = (sum((found[end] for found in ranges), ZERO) for end in (0, 1))
+        jobs = sum(2 + _queue_size(space, step, view) for step in flow.steps if step.kind == "component")
+        waits = sum(at(space.components[step.index].period_ns, view) or 0 for step in flow.steps if step.since)
+        low = ZERO if kind == "jitter" else ZERO + least
+        return low, ZERO + most + waits + jobs * UNBOUNDED_NS
+
+    waits_for_cores = counts_responses(space) and kind != "min latency"
+    return Term(flow.name, value, component=name, ends=ends if waits_for_cores else None)
+
+
+def _latency_terms(space: Space, flow: Flow, kind: str) -> Iterator[Term]:
+    """Sums over the rows of each element: maxima, minima, or maximum minus minimum (jitter)."""
+    alone = replace(space, processing="execution_time")
+    for element, step in zip(elements_of(space, flow), flow.steps, strict=True):
+        names = space.components if step.kind == "component" else space.connections
+        name = names[step.index].name
+        if isinstance(element, Place):
+            yield from _placed_terms(space, element, name, kind)
+            continue
+
+        def value(view: View, step: Step = step, space: Space = space) -> Fraction:
+            figure: Fraction = ZERO + _figure_of(kind, _element_range_ns(space, step, view))
+            if kind == "run jitter":
+                figure += _run_excess_ns(space, step, view)
+            return figure
+
+        def ends(view: View, step: Step = step, value: Callable[..., Fraction] = value) -> tuple[Fraction, Fraction]:
+            """Response times are no shorter than execution times; each counts for its job and for those queued."""
+            least = value(view, step, alone)
+            most = least + (2 + _queue_size(space, step, view)) * UNBOUNDED_NS
+            if not _may_move(space, step, kind):
+                return least, most
+            period = at(space.components[step.index].period_ns, view) or 0  # how far sampling on one clock may move
+            return least - period, most + period
+
+        is_scheduled = step.kind == "component" and counts_responses(space) and kind != "min latency"
+        is_scheduled = is_scheduled and _may_wait(space, step)
+        counts = is_scheduled and not step.only_reads and _counts_waiting(space, step.index)
+        waits = (step.index, Fraction(1)) if counts else None
+        yield Term(
+            name,
+            value,
+            ends=ends if is_scheduled else None,
+            waits=waits,
+            only_waits=waits is not None and not _may_move(space, step, kind) and _counts_waiting_once(space, step),
+            phased=None if is_scheduled else _phased(space, step, kind),
+            sampled=Sampled(space, step, kind) if step.since and step.kind == "component" else None,
+        )
+
+
+def _placed_terms(space: Space, place: Place, name: str, kind: str) -> Iterator[Term]:
+    """The rows of an element in its place in a flow; what its message waits for each other connection is apart."""
+
+    def value(view: View) -> Fraction:
+        rows = place_rows(space, place, view, queues=False)
+        sums = sum((row.min_ns for row in rows), ZERO), sum((row.max_ns for row in rows), ZERO)
+        figure: Fraction = ZERO + _figure_of(kind, sums)
+        return figure
+
+    yield Term(name, value)
+    if kind == "min latency" or place_step(space, place).kind == "component":
+        return
+    for other in rivals(space, place):
+
+        def waiting(view: View, other: int = other) -> Fraction:
+            return ZERO + waiting_for_ns(space, place, other, view)
+
+        yield Term(name, waiting)
+
+
+def _phased(space: Space, step: Step, kind: str) -> Phased | None:
+    """Sampling on one clock taken apart, where both timers and their offsets are there in every design.
+
+    Where clocks may be wrong the wait is cut at both ends, and stays whole.
+    """
+    earlier = [item.index for item in step.since if item.kind == "component"]
+    if not earlier or space.profile != "dse":
+        return None
+    pair = [space.components[number] for number in (earlier[-1], step.index)]
+    open_offsets = [isinstance(item.offset_ns, Choice) for item in pair]
+    if not any(open_offsets) or not all(
+        is_always_timed(item) and None not in set(leaves(item.offset_ns)) and not _may_be_wrong(item) for item in pair
+    ):
+        return None
+
+    def parts(view: View) -> tuple[Fraction, tuple[tuple[Fraction, Exact, Exact], ...]]:
+        (least, most), wait = phased_parts(space, step, view)
+        base = ZERO + _figure_of(kind, (least, most))
+        if wait is None:
+            return base, ()
+        soonest, latest, width = wait
+        if kind == "min latency":
+            return base, ((Fraction(1), soonest, width),)
+        if kind == "latency":
+            return base, ((Fraction(1), latest, width),)
+        if (soonest - latest) % width == 0:
+            return base, ()
+        return base, ((Fraction(1), latest, width), (Fraction(-1), soonest, width))
+
+    return Phased(earlier[-1], step.index, parts)
+
+
+def _may_be_wrong(component: Component) -> bool:
+    """Whether the clock of a component may be another than that of some others by an error."""
+    return any(leaf is not None and leaf.error_ns for leaf in leaves(component.clock))
+
+
+def _counts_waiting(space: Space, number: int) -> bool:
+    """Whether the longest processing of a thread is its response time, whatever the design."""
+    component = space.components[number]
+    if component.processor is None:
+        return False
+    executes = all(leaf is not None for leaf in leaves(component.execution_ns))
+    is_logical = LET in set(leaves(component.communication))
+    return space.profile == "dse" and component.response_ns is None and executes and not is_logical
+
+
+def _may_wait(space: Space, step: Step) -> bool:
+    """Whether what an element of a flow adds may hang on response times: its own, or those before it on its clock."""
+    here = space.components[step.index]
+    if space.profile != "dse" or here.callback_ns is not None:
+        return True
+    asked = [here]
+    for earlier in (space.components[item.index] for item in reversed(step.since) if item.kind == "component"):
+        asked.append(earlier)
+        if is_always_timed(earlier):
+            break
+    return any(set(leaves(item.communication)) != {LET} for item in asked)
+
+
+def _may_move(space: Space, step: Step, kind: str) -> bool:
+    """Whether sampling on one clock may be cut or spread by what is before an element of a flow."""
+    return bool(step.since) and (kind == "run jitter" or space.components[step.index].offset_ns is not None)
+
+
+def _counts_waiting_once(space: Space, step: Step) -> bool:
+    """Whether an element of a flow has no rows that count a response time but that of processing."""
+    component = space.components[step.index]
+    sizes = [component.queue_size]
+    if step.via is not None:
+        sizes.append(space.connections[step.via].queue_size)
+    is_hybrid = "hybrid" in set(leaves(component.protocol)) and component.callback_ns is not None
+    return not is_hybrid and all(leaf is None for size in sizes for leaf in leaves(size))
+
+
+def _figure_of(kind: str, range_ns: tuple[int | Fraction, int | Fraction]) -> int | Fraction:
+    """The figure of a flow, or of an element of one, in ns."""
+    least, most = range_ns
+    return least if kind == "min latency" else most if kind == "latency" else most - least
+
+
+_RANGES: Recall[tuple[int | Fraction, int | Fraction]] = Recall()
+
+
+def flow_figure_ns(space: Space, metric: Metric, view: View) -> int | Fraction | None:
+    """The latency, minimum latency or jitter of a flow at once; None for other metrics.
+
+    The same as the measure's value. What an element of a flow adds depends on few decisions, and is remembered from
+    design to design.
+    """
+    if metric.kind not in ("latency", "min latency", "jitter"):
+        return None
+    flow = space.flows[metric.index or 0]
+    key = ("flow", metric.index)
+    found: tuple[int | Fraction, int | Fraction] | None = view.memo.get(key)
+    if found is None:
+        ranges = [_RANGES.recall(space, item, view, _element_range_ns) for item in elements_of(space, flow)]
+        found = view.memo[key] = (sum(least for least, _ in ranges), sum(most for _, most in ranges))
+    return _figure_of(metric.kind, found)
+
+
+def _queue_size(space: Space, step: Step, view: View) -> int:
+    """The most jobs that a flow's queuing row may count for a step (OSATE counts one where no size is stated)."""
+    sizes = [at(space.components[step.index].queue_size, view)]
+    if step.via is not None:
+        sizes.append(at(space.connections[step.via].queue_size, view))
+    return max(1, *(int(size or 0) for size in sizes))
+
+
+def _element_range_ns(space: Space, element: Step | Place, view: View) -> tuple[Exact, Exact]:
+    """The least and most that an element of a flow adds; many flows and metrics ask for the same one."""
+    key = ("element", element, space.processing)
+    found: tuple[Exact, Exact] | None = view.memo.get(key)
+    if found is None:
+        rows = element_rows(space, element, view)
+        found = (sum((row.min_ns for row in rows), ZERO), sum((row.max_ns for row in rows), ZERO))
+        view.memo[key] = found
+    return found
+
+
+def _run_excess_ns(space: Space, step: Step, view: View) -> Exact:
+    """How much less than the jitter over all runs an element of a flow adds to that of one run; not above 0."""
+    spread = run_spread_ns(space, step, view) if step.kind == "component" else None
+    return 0 if spread is None else spread - at(space.components[step.index].period_ns, view)
+
+
+def first_period_ns(space: Space, flow: Flow, view: View) -> Exact:
+    """The period of a flow's first component, 0 where no timer releases it: what is sensed waits for its release."""
+    first = flow.steps[0]
+    if first.kind != "component" or not is_periodic(space.components[first.index], view):
+        return 0
+    found: Exact = at(space.components[first.index].period_ns, view)
+    return found
+
+
+def last_period_ns(space: Space, flow: Flow, view: View) -> Exact:
+    """The period of the last component of a flow that a timer releases, at which its output is renewed."""
+    for step in reversed(flow.steps):
+        if step.kind == "component" and is_periodic(space.components[step.index], view):
+            found: Exact = at(space.components[step.index].period_ns, view)
+            return found
+    return 0

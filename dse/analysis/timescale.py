@@ -1,0 +1,91 @@
+"""The unit in which times are counted: a denominator that all sums of times of a space have in common."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+from dataclasses import replace
+from fractions import Fraction
+from math import lcm
+
+from dse.analysis.binding import bit_times_ns, byte_times_ns
+from dse.analysis.memo import Recall
+from dse.analysis.resources import reachable_buses
+from dse.analysis.views import View
+from dse.space.frames import Frame
+from dse.space.slots import wrapping
+from dse.space.trees import FROM_BANDWIDTH, PerProcessorType, Tree, leaves
+from dse.space.types import Flow, Space
+
+TIME_SCALE_LIMIT = 1000
+"""The finest unit of times, which are counted in ps at the finest: sums of hours of them are exact for the solver."""
+
+
+RESPONSE_SCALE_LIMIT = 10
+"""The same where response times are in them, for which `UNBOUNDED_NS` may stand."""
+
+
+def latency_scale(space: Space, flow: Flow) -> tuple[int, int]:
+    """A denominator of every latency that the flow may have, and the finest in which it is counted.
+
+    A response time depends on whatever releases and delays a thread, anywhere.
+    """
+    if space.processing == "response_time":
+        return whole_time_scale(space), RESPONSE_SCALE_LIMIT
+    if space.profile != "dse":  # what waits, and what rounds up, consults others
+        return whole_time_scale(space), TIME_SCALE_LIMIT
+    numbers = {kind: [step.index for step in flow.steps if step.kind == kind] for kind in ("component", "connection")}
+    return _time_scale(space, numbers["component"], numbers["connection"]), TIME_SCALE_LIMIT
+
+
+_SCALES: Recall[int] = Recall()
+
+
+def whole_time_scale(space: Space) -> int:
+    """A common denominator of all times of a space, whatever the design; many metrics ask for it."""
+
+    def scale(space: Space, _: object, __: View) -> int:
+        return _time_scale(space, range(len(space.components)), range(len(space.connections)))
+
+    return _SCALES.recall(space, "time", View(()), scale)
+
+
+def _time_scale(space: Space, components: Iterable[int], connections: Iterable[int]) -> int:
+    """A common denominator, in ns, of sums of the times of components and connections.
+
+    Times of the file are whole but for what messages and their bytes take. Where inputs are uncertain, a space has all
+    kinds of figures (`dse.study.functions`).
+    """
+    found = 1
+    for component in (space.components[number] for number in components):
+        times = (
+            component.period_ns, component.execution_ns, component.callback_ns, component.latency_ns,
+            component.deadline_ns, component.response_ns, component.stated_period_ns, component.offset_ns,
+        )  # fmt: skip
+        errors = [leaf.error_ns for leaf in leaves(component.clock) if leaf is not None]
+        found = lcm(found, *(Fraction(error).denominator for error in errors))
+        found = lcm(found, _denominator(*times) * _denominator(component.queue_size))
+    for connection in (space.connections[number] for number in connections):
+        anywhere = replace(connection, bus=connection.stated_bus)
+        carried = reachable_buses(space, connection) | reachable_buses(space, anywhere)
+        carried |= wrapping(space.buses, connection.protocols, carried)
+        buses = [space.buses[number] for number in carried]
+        times = (connection.latency_ns, *(tree for bus in buses for tree in (bus.fixed_ns, bus.latency_ns)))
+        sizes = set(_numbers(connection.size_bytes, *(bus.overhead_bytes for bus in buses)))
+        each = set(_numbers(*(bus.per_byte_ns for bus in buses))).union(*map(byte_times_ns, buses))
+        found = lcm(found, _denominator(*times), *((one * size).denominator for one in each for size in sizes))
+        found = lcm(found, *(unit.denominator for bus in buses for unit in bit_times_ns(bus)))
+    return found
+
+
+def _denominator(*trees: Tree) -> int:
+    """The common denominator of all numbers in trees of numbers and time ranges."""
+    return lcm(1, *(number.denominator for number in _numbers(*trees)))
+
+
+def _numbers(*trees: Tree) -> Iterator[Fraction]:
+    """Every number in trees of numbers and time ranges."""
+    for leaf in (leaf for tree in trees for leaf in leaves(tree)):
+        if isinstance(leaf, PerProcessorType):
+            yield from _numbers(*leaf.by_type.values())
+        elif leaf is not None and leaf is not FROM_BANDWIDTH and not isinstance(leaf, Frame):
+            yield from map(Fraction, leaf if isinstance(leaf, tuple) else (leaf,))
