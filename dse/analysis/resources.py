@@ -19,8 +19,8 @@ from dse.analysis.binding import (
 from dse.analysis.rates import RateKey, source_rates_hz
 from dse.analysis.terms import ZERO, Term, product_term
 from dse.analysis.views import View
+from dse.space.buses import carriers
 from dse.space.frames import bit_units, frame_at, wire_bytes
-from dse.space.slots import carriers
 from dse.space.trees import at, leaves
 from dse.space.types import Connection, Space
 

@@ -11,8 +11,8 @@ from dse.analysis.binding import bit_times_ns, byte_times_ns
 from dse.analysis.memo import Recall
 from dse.analysis.resources import reachable_buses
 from dse.analysis.views import View
+from dse.space.buses import wrapping
 from dse.space.frames import Frame
-from dse.space.slots import wrapping
 from dse.space.trees import FROM_BANDWIDTH, PerProcessorType, Tree, leaves
 from dse.space.types import Flow, Space
 

@@ -15,8 +15,8 @@ from dse.analysis.binding import bus_figure, bus_stack
 from dse.analysis.limits import HOLDS
 from dse.analysis.measures import reachable_buses
 from dse.analysis.views import View, is_met
+from dse.space.buses import counted, wrapping
 from dse.space.criteria import Atom, MultipleTest, PairTest, ResolvedCondition, Rule, UsedTest, ValueTest
-from dse.space.slots import counted, wrapping
 from dse.space.trees import NOT_OFFERED, Choice, NotOffered, PerProcessorType, Tree, at, consulted, leaves
 from dse.space.types import EMPTY, INACTIVE, Component, Connection, Decision, Design, Slot, Space
 from dse.spec.expressions import And, Not, Or

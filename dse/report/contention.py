@@ -14,11 +14,11 @@ from dse.analysis.views import View
 from dse.results.contention import Broken, Contended
 from dse.results.display import readable
 from dse.results.solve import Result
+from dse.space.buses import carriers
 from dse.space.cores import is_scheduled
 from dse.space.criteria import Metric
 from dse.space.metric_kinds import CHAIN_METRICS, FLOW_METRICS, parts_of
 from dse.space.settings import told_deadlines
-from dse.space.slots import carriers
 from dse.space.types import Design, Space
 
 PROCESSING = {

@@ -6,21 +6,13 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
+from dse.space.buses import counted
 from dse.space.clocks import clock_of, read_communication, read_offset
 from dse.space.cores import check_core, cores_named
 from dse.space.executors import Home, home_of
 from dse.space.priorities import read_priority
 from dse.space.properties import FieldReader, Ledger, Owner, Path, by_machine, closest
-from dse.space.slots import (
-    counted,
-    decision_of,
-    groups_of,
-    known_types,
-    read_figures,
-    read_further,
-    read_named,
-    read_protocols,
-)
+from dse.space.slots import decision_of, groups_of, known_types, read_figures, read_further, read_named, read_protocols
 from dse.space.trees import Choice, PerProcessorType, Tree, graft, leaves
 from dse.space.types import EMPTY, UNKNOWN_TYPE, Bus, Component, Connection, Partition, Processor
 from dse.spec.model import Spec

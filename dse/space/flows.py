@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 
+from dse.space.buses import carriers
 from dse.space.clocks import speaks_of_clocks, with_past
 from dse.space.frames import Frame, is_framed
 from dse.space.properties import Ledger, Path
-from dse.space.slots import carriers
 from dse.space.trees import FROM_BANDWIDTH, PerProcessorType, Tree, leaves
 from dse.space.types import Component, Connection, Flow, Space, Step, StepFigures
 from dse.spec.model import PathElement, Spec

@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from fractions import Fraction
 
+from dse.space.buses import by_type
 from dse.space.criteria import Metric
 from dse.space.metric_kinds import SHARES, metric_dimension, total_unit
 from dse.space.metrics import QuestionError
-from dse.space.trees import Choice, Tree
 from dse.space.types import EMPTY, UNKNOWN_TYPE, Bus, Space
 from dse.units import (
     DATA_RATE,
@@ -84,11 +83,3 @@ def _check_bandwidth(bus: Bus) -> None:
         if not has and name not in (EMPTY, UNKNOWN_TYPE):
             message = f"{shown(bus.name)} has no bandwidth to take a share of"
             raise QuestionError(message, f"type {shown(name)} states none")
-
-
-def by_type(bus: Bus, tree: Tree) -> Iterator[tuple[str, bool]]:
-    """Each type that a bus may have, and whether it states the figure."""
-    if isinstance(tree, Choice) and tree.decision == bus.type_decision:
-        yield from ((name, branch is not None) for name, branch in zip(bus.types, tree.branches, strict=True))
-    else:
-        yield from ((name, tree is not None) for name in bus.types)

@@ -12,12 +12,11 @@ from fractions import Fraction
 from itertools import permutations
 from typing import Literal
 
+from dse.space.buses import by_type, carriers
 from dse.space.clocks import is_always_timed
 from dse.space.criteria import Derived, Metric
-from dse.space.limits import by_type
 from dse.space.metric_kinds import BUILT_IN, CHAIN_METRICS, FLOW_METRICS, SYSTEM_METRICS, metric_dimension, total_unit
 from dse.space.properties import closest
-from dse.space.slots import carriers
 from dse.space.trees import leaves
 from dse.space.types import EMPTY, UNKNOWN_TYPE, Component, Flow, Space
 from dse.spec.expressions import DerivedExpr, ExtremeRef, MetricExpr, MetricRef

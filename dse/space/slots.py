@@ -7,10 +7,11 @@ from dataclasses import replace
 from fractions import Fraction
 from typing import Any
 
+from dse.space.buses import carrying
 from dse.space.frames import LEAST_MTU, MOST_MTU, frame_of
 from dse.space.properties import FieldReader, Ledger, Owner, Path, per_processor_type, stated, type_choice
 from dse.space.trees import FROM_BANDWIDTH, Choice, Tree, graft, leaves
-from dse.space.types import EMPTY, UNKNOWN_TYPE, Bus, Connection, Figures, Interference, Processor
+from dse.space.types import EMPTY, UNKNOWN_TYPE, Bus, Figures, Interference, Processor
 from dse.spec.frames import CanFdFrame, EthernetFrame, FrameModel
 from dse.spec.model import FROM_BANDWIDTH as IN_WORDS
 from dse.spec.model import BusType, Spec
@@ -322,7 +323,7 @@ def _check_carriers(ledger: Ledger, buses: Sequence[Bus]) -> None:
         seen: set[int] = set()
         frontier = {start}
         while frontier:
-            frontier = {leaf for item in frontier for leaf in _carrying(buses[item])} - seen
+            frontier = {leaf for item in frontier for leaf in carrying(buses[item])} - seen
             seen |= frontier
         if start in seen:
             ledger.error(("buses", bus.name, "bus"), f"{shown(bus.name)} would carry itself")
@@ -334,34 +335,6 @@ def _check_carriers(ledger: Ledger, buses: Sequence[Bus]) -> None:
         if start in wrapped:
             place = ("bus_types", bus.types[0], "protocols")
             ledger.error(place, f"{shown(bus.types[0])} would wrap itself")
-
-
-def _carrying(bus: Bus) -> set[int]:
-    """Whatever may carry a virtual bus directly."""
-    return {leaf for leaf in leaves(bus.carrier) if leaf is not None} | set(bus.further)
-
-
-def carriers(buses: Sequence[Bus], connection: Connection) -> frozenset[int]:
-    """Every bus that may carry the connection, directly or under a virtual bus."""
-    found = {leaf for leaf in leaves(connection.bus) if leaf is not None}
-    found |= set(connection.further if found else ())
-    while more := {leaf for bus in found for leaf in _carrying(buses[bus])} - found:
-        found |= more
-    return frozenset(found)
-
-
-def wrapping(buses: Sequence[Bus], required: Sequence[int], carried: frozenset[int]) -> frozenset[int]:
-    """The protocols that wrap messages without being bound: those required, of what carries them too, and theirs."""
-    found = set(required) | {one for bus in carried for tree in leaves(buses[bus].protocols) for one in tree}
-    while more := {one for bus in found for tree in leaves(buses[bus].protocols) for one in tree} - found:
-        found |= more
-    return frozenset(found)
-
-
-def counted(buses: Sequence[Bus], connection: Connection) -> list[Bus]:
-    """Every bus that may carry the connection, and every protocol that may wrap its messages."""
-    carried = carriers(buses, connection)
-    return [buses[number] for number in sorted(carried | wrapping(buses, connection.protocols, carried))]
 
 
 def decision_of(ledger: Ledger, name: str) -> int | None:
