@@ -13,8 +13,9 @@ from dse.space.properties import FieldReader, Ledger, Owner, Path, per_processor
 from dse.space.trees import FROM_BANDWIDTH, Choice, Tree, graft, leaves
 from dse.space.types import EMPTY, UNKNOWN_TYPE, Bus, Figures, Interference, Processor
 from dse.spec.frames import CanFdFrame, EthernetFrame, FrameModel
-from dse.spec.model import FROM_BANDWIDTH as IN_WORDS
-from dse.spec.model import BusType, Spec
+from dse.spec.hardware import FROM_BANDWIDTH as IN_WORDS
+from dse.spec.hardware import BusType
+from dse.spec.model import Spec
 from dse.units import (
     format_bandwidth,
     format_duration,

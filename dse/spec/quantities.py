@@ -14,7 +14,8 @@ from math import floor
 from typing import Any, TypeAlias, TypeVar
 
 from dse.errors import UsageError
-from dse.spec.model import Spec, TransmissionTime
+from dse.spec.hardware import TransmissionTime
+from dse.spec.model import Spec
 from dse.units import (
     BANDWIDTH,
     DIMENSIONLESS,

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 
-from dse.spec.model import Priced, Spec
+from dse.spec.hardware import Priced
+from dse.spec.model import Spec
 from dse.units import Total, UnitError, shown, unit_ratio
 
 SECTIONS = ("processor_types", "bus_types", "device_types", "thread_types", "devices", "threads")

@@ -16,7 +16,7 @@ from dse.results.contention import basis_dict
 from dse.results.sweep import SweepResult, SweepRun, VariedAxis
 from dse.results.sweepranking import rank_together
 from dse.space.settings import SETTINGS, settings_of
-from dse.spec.model import FROM_BANDWIDTH
+from dse.spec.hardware import FROM_BANDWIDTH
 from dse.study.axes import Axis, InputAxis, LimitAxis, grid_points, read_axis
 from dse.study.cluster import run_on_cluster
 from dse.study.fronts import check_objectives

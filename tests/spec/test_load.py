@@ -11,8 +11,9 @@ import pytest
 import yaml
 
 from dse.errors import ProblemError
+from dse.spec.hardware import TransmissionTime
 from dse.spec.load import dotted, load_spec, parse_spec
-from dse.spec.model import Spec, TransmissionTime
+from dse.spec.model import Spec
 from dse.units import Money, TimeRange, Total
 
 FOLDER = Path(__file__).parents[1] / "bad_inputs"
