@@ -8,7 +8,8 @@ from typing import Unpack
 
 from dse.analysis.contention import ContentionReferee, with_contention
 from dse.analysis.evaluate import Evaluator
-from dse.api.problem import Source, complete_design, load, read_choices, with_stated_cores
+from dse.api.completing import complete_design
+from dse.api.problem import Source, load, read_choices, with_stated_cores
 from dse.api.question import Question
 from dse.results.analyse import Analysis
 from dse.results.contention import judge

@@ -7,8 +7,8 @@ from pathlib import Path
 from typing import TypeAlias
 
 from dse.analysis.evaluate import Evaluator
+from dse.api.completing import baseline_design
 from dse.api.export import find_design
-from dse.api.problem import baseline_design
 from dse.api.reopen import reopen
 from dse.errors import UsageError, about
 from dse.results.analyse import Analysis

@@ -10,7 +10,8 @@ from typing import Literal
 from dse.analysis.evaluate import Evaluator
 from dse.analysis.measures import all_metrics
 from dse.analysis.views import View
-from dse.api.problem import complete_design, load_carried
+from dse.api.completing import complete_design
+from dse.api.problem import load_carried
 from dse.errors import ProblemError, UsageError
 from dse.results.cie import cie_configuration
 from dse.results.export import fixed_problem, without

@@ -9,8 +9,9 @@ from pathlib import Path
 from typing import Any, TypeAlias
 
 from dse.analysis.evaluate import Evaluator
+from dse.api.completing import complete_design
 from dse.api.export import check_same, figures
-from dse.api.problem import Model, complete_design, load, load_carried
+from dse.api.problem import Model, load, load_carried
 from dse.errors import ProblemError, UsageError
 from dse.importers.aadl.model import read_model
 from dse.importers.aadl.problem import Writer

@@ -11,7 +11,8 @@ from typing import Any, Protocol
 from dse.analysis.changes import cost_of_changes
 from dse.analysis.evaluate import Evaluation, Evaluator
 from dse.analysis.views import View
-from dse.api.problem import Problem, baseline_design
+from dse.api.completing import baseline_design
+from dse.api.problem import Problem
 from dse.errors import UsageError
 from dse.results.display import NO_BOUND, figures_of, without_stand_in
 from dse.results.points import unused_choices

@@ -9,11 +9,12 @@ from pathlib import Path
 from typing import Any
 
 from dse.analysis.evaluate import Evaluator
+from dse.api.completing import baseline_design
 from dse.api.contention import stated_verdicts
 from dse.api.insisting import stated_insisting
 from dse.api.origins import origin_of
 from dse.api.points import Bench, check_ranks
-from dse.api.problem import Problem, baseline_design
+from dse.api.problem import Problem
 from dse.api.resume import search_of
 from dse.api.stated import named_design
 from dse.errors import UsageError, about

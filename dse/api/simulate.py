@@ -18,7 +18,8 @@ from dse.analysis.rates import is_event_triggered
 from dse.analysis.scheduling import bounded_response_ns, processor_responses
 from dse.analysis.tasks import longest_alone_ns
 from dse.analysis.views import View
-from dse.api.problem import Source, complete_design, load, read_choices, with_stated_cores
+from dse.api.completing import complete_design
+from dse.api.problem import Source, load, read_choices, with_stated_cores
 from dse.api.question import Question
 from dse.errors import UsageError
 from dse.results.analyse import FlowTable

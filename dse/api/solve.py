@@ -9,10 +9,11 @@ from importlib.metadata import version
 from typing import Literal, Unpack
 
 from dse.analysis.evaluate import Evaluator
+from dse.api.completing import baseline_design
 from dse.api.contention import with_verdicts
 from dse.api.explain import Wishes, conflicts_of
 from dse.api.origins import origin_of
-from dse.api.problem import Problem, Source, baseline_design, load
+from dse.api.problem import Problem, Source, load
 from dse.api.question import Question
 from dse.errors import UsageError
 from dse.pareto.front import ANYTHING, Budget, FrontSearch, Progress, Watch, search_front

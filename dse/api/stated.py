@@ -7,7 +7,8 @@ from dataclasses import replace
 from typing import Any
 
 from dse.analysis.measures import all_metrics
-from dse.api.problem import ORIGIN, Problem, complete_design, set_up
+from dse.api.completing import complete_design
+from dse.api.problem import ORIGIN, Problem, set_up
 from dse.errors import UsageError
 from dse.space.cores import with_all_cores, with_open_cores
 from dse.space.criteria import Objective, Requirement, Rule

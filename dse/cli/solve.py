@@ -143,8 +143,8 @@ def command(
     check_writable(json_path, renews=resume)  # it holds all that the result held; a table or a page does not
     check_writable(csv_path, report or None)
     target = folder_of(report, folder)
+    from dse.api.completing import baseline_design
     from dse.api.further import DEFAULT_COUNT, read_share, with_further_designs
-    from dse.api.problem import baseline_design
     from dse.api.solve import Watcher, solve_asked
     from dse.pareto.front import Budget
     from dse.results.order import check_ranking, ranked_by

@@ -14,8 +14,9 @@ from contextlib import suppress
 from dataclasses import dataclass, replace
 from typing import Unpack
 
+from dse.api.completing import baseline_design
 from dse.api.contention import with_verdicts
-from dse.api.problem import Problem, Source, baseline_design, load
+from dse.api.problem import Problem, Source, load
 from dse.api.question import Question
 from dse.api.solve import result_of
 from dse.pareto.front import Budget, FrontSearch, Progress, Watch, checked, search_front

@@ -9,7 +9,8 @@ from fractions import Fraction
 from typing import TypeVar, Unpack
 
 from dse.analysis.evaluate import Evaluator
-from dse.api.problem import Problem, Source, complete_design, load, read_choices, with_stated_cores
+from dse.api.completing import complete_design
+from dse.api.problem import Problem, Source, load, read_choices, with_stated_cores
 from dse.api.question import Question
 from dse.errors import UsageError
 from dse.extras import how_to_install, is_installed

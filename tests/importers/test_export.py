@@ -8,8 +8,8 @@ from pathlib import Path
 import pytest
 
 import dse
+from dse.api.completing import complete_design
 from dse.api.export import figures
-from dse.api.problem import complete_design
 from dse.cli.main import run
 from dse.errors import UsageError
 

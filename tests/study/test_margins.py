@@ -11,7 +11,8 @@ import pytest
 from study.studies import LONG, NAMES, edited, example, written
 
 from dse.api.analyse import analyse
-from dse.api.problem import Problem, complete_design, loads
+from dse.api.completing import complete_design
+from dse.api.problem import Problem, loads
 from dse.errors import UsageError
 from dse.results.analyse import Analysis
 from dse.results.sensitivity import Break, Margin
