@@ -21,7 +21,8 @@ from dse.errors import UsageError
 from dse.results.robust import Failure
 from dse.space.types import Design, Space
 from dse.study.fronts import check_objectives
-from dse.study.functions import Bound, DesignFunction, InputSpace, Variable
+from dse.study.functions import Bound, DesignFunction
+from dse.study.inputs import InputSpace, Variable
 from dse.study.uncertainty import read_uncertainties
 from dse.study.worst_place import Box, Corner, Worst
 from dse.units import PERIOD, RATE, RATE_OF_DATA, SIZE

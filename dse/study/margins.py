@@ -12,7 +12,8 @@ from dse.analysis.views import View
 from dse.results.sensitivity import Bar, Break, Margin, Scaling
 from dse.space.trees import at
 from dse.spec.quantities import COUNT
-from dse.study.functions import Bound, DesignFunction, Variable
+from dse.study.functions import Bound, DesignFunction
+from dse.study.inputs import Variable
 from dse.study.line import Way
 from dse.study.uncertainty import stated_cores
 from dse.units import TIME_RANGE, is_unbounded

@@ -19,8 +19,9 @@ from dse.results.solve import decisions_of
 from dse.space.settings import settings_of
 from dse.space.types import Design, Space
 from dse.study.fronts import search_space
-from dse.study.functions import DesignFunction, InputSpace
+from dse.study.functions import DesignFunction
 from dse.study.importance import SAMPLES, chance, indices, random_shares
+from dse.study.inputs import InputSpace
 from dse.study.margins import bars, broken_texts, each_margin, scaling
 from dse.study.uncertainty import Uncertain, read_uncertainties, stated_ends
 from dse.timelimit import OutOfTime, TimeLimit, look_at_the_clock, until

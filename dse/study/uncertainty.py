@@ -16,7 +16,7 @@ from dse.space.trees import leaves
 from dse.space.types import Component
 from dse.spec.quantities import RANGES
 from dse.spec.uncertainty import Stated, normal_share
-from dse.study.functions import InputSpace, Variable
+from dse.study.inputs import InputSpace, Variable
 from dse.units.text import count_words
 
 MIDDLE = 0.95

@@ -13,7 +13,8 @@ import dse
 from dse.analysis.evaluate import Evaluator
 from dse.api.problem import load
 from dse.errors import UsageError
-from dse.study.functions import DesignFunction, InputSpace
+from dse.study.functions import DesignFunction
+from dse.study.inputs import InputSpace
 from dse.study.robust import solve_robust
 from dse.study.uncertainty import read_uncertainties
 from dse.study.worst_place import Box

@@ -39,7 +39,7 @@ from dse.results.solve import Result
 from dse.space.criteria import Metric
 from dse.space.settings import SETTINGS
 from dse.space.types import Design, Space
-from dse.study.functions import InputSpace
+from dse.study.inputs import InputSpace
 from dse.study.robust import robust_asked
 from dse.study.uncertainty import read_uncertainties
 from dse.study.worst_place import Box

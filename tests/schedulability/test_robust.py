@@ -16,7 +16,7 @@ from dse.api.problem import load
 from dse.encode import sums
 from dse.pareto.front import search_front
 from dse.study.corners import RobustQuestion
-from dse.study.functions import InputSpace
+from dse.study.inputs import InputSpace
 from dse.study.robust import solve_robust
 from dse.study.uncertainty import read_uncertainties
 from dse.study.worst_place import Box

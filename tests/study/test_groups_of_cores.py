@@ -9,7 +9,8 @@ import pytest
 import dse
 from dse.api.problem import with_stated_cores
 from dse.errors import ProblemError, UsageError
-from dse.study.functions import DesignFunction, InputSpace
+from dse.study.functions import DesignFunction
+from dse.study.inputs import InputSpace
 from dse.study.margins import domain
 from dse.study.sensitivity import chosen_design, sensitivity
 

@@ -18,7 +18,8 @@ from dse.results.analyse import Analysis
 from dse.results.sensitivity import Break, Margin
 from dse.space.types import Design, Space
 from dse.study.fronts import front_outcome
-from dse.study.functions import DesignFunction, InputSpace
+from dse.study.functions import DesignFunction
+from dse.study.inputs import InputSpace
 from dse.study.line import Way
 from dse.study.margins import bars, broken_texts, margins, scaling
 from dse.study.quantities import Inputs, copied, effective_text, merged_data

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import dse
 from dse.analysis.evaluate import Evaluator
-from dse.study.functions import DesignFunction, InputSpace
+from dse.study.functions import DesignFunction
+from dse.study.inputs import InputSpace
 
 TWO = """
 dse: 1

@@ -16,8 +16,9 @@ from support import evaluated
 from dse.analysis.evaluate import Evaluator
 from dse.api.problem import Problem, load, loads
 from dse.errors import ProblemError
-from dse.study.functions import DesignFunction, InputSpace
+from dse.study.functions import DesignFunction
 from dse.study.importance import chance, indices, random_shares
+from dse.study.inputs import InputSpace
 from dse.study.margins import bars
 from dse.study.robust import solve_robust
 from dse.study.sensitivity import sensitivity
