@@ -39,6 +39,9 @@ from dse.spec.frames import CanFrame as CanFrame
 from dse.spec.frames import EthernetFrame as EthernetFrame
 from dse.spec.frames import SerialFrame as SerialFrame
 from dse.spec.hardware import ONE, BusType, Demands, Model, Priced, ProcessorType, TimeRanges
+from dse.spec.hardware import Interrupt as Interrupt
+from dse.spec.hardware import Throttling as Throttling
+from dse.spec.hardware import TransmissionTime as TransmissionTime
 
 Protocol: TypeAlias = Literal["periodic", "aperiodic", "sporadic", "hybrid"]
 ExecutorKind: TypeAlias = Literal["fifo", "callback_group", "wait_set"]

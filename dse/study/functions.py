@@ -44,12 +44,6 @@ CHECKS = 3
 """At how many random inputs a function is held to the analysis."""
 
 
-# --- the problem with traced figures -------------------------------------------------------------------------------
-
-
-# --- one design ---------------------------------------------------------------------------------------------------
-
-
 @dataclass(frozen=True)
 class Bound:
     """One comparison that a requirement makes: numbers of two outputs.

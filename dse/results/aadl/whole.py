@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping
-from dataclasses import dataclass, field
 from typing import Any
 
 from dse.importers.aadl.ours import OURS
 from dse.results.aadl.decided import Decided
+from dse.results.aadl.package import Part, kind_of, package_text, section_lines
 from dse.results.aadl.paths import PathStep, entered_times, stated_in, steps_of
 from dse.results.aadl.words import bandwidth, comment, extra, identifier, quoted, size, times, written_range
 from dse.space.settings import settings_of
@@ -22,22 +22,6 @@ PORTS = {"event_data": "event data port", "event": "event port", "data": "data p
 BOUND = ("from", "to", "bus", "further_buses", "source")
 """Fields of connections and buses that say where they are: as ends and bindings."""
 PROTOCOLS = {"periodic": "Periodic", "aperiodic": "Aperiodic", "sporadic": "Sporadic", "hybrid": "Hybrid"}
-
-
-@dataclass
-class Part:
-    """A component under construction: its type's features and flows, and what its implementation has."""
-
-    name: str
-    category: str
-    own: str
-    parent: str = ""
-    features: list[str] = field(default_factory=list)
-    flows: list[str] = field(default_factory=list)
-    properties: list[str] = field(default_factory=list)
-    subcomponents: list[str] = field(default_factory=list)
-    connections: list[str] = field(default_factory=list)
-    flow_implementations: list[str] = field(default_factory=list)
 
 
 class WholeModel:
@@ -83,7 +67,9 @@ class WholeModel:
         stated = extra(settings.items())
         if stated:
             self.root.properties.append(f"{OURS}::Extra => {stated};")
-        return comment([self.title]) + self._package()
+        parts = [*self.parts.values(), *([self.environment] if self.environment else [])]
+        package = package_text(self.package, self.types, parts, [*self.processes.values(), self.root])
+        return comment([self.title]) + package
 
     # --- hardware -------------------------------------------------------------------------------------------------
 
@@ -172,7 +158,7 @@ class WholeModel:
             properties.append(self._protocols(rest.pop("protocols")))
         stated = extra(rest.items())
         properties += [f"{OURS}::Extra => {stated};"] if stated else []
-        self.types += [f"  {category} {own}", *_section("properties", properties), f"  end {own};", ""]
+        self.types += [f"  {category} {own}", *section_lines("properties", properties), f"  end {own};", ""]
         return own
 
     # --- software and devices ----------------------------------------------------------------------------------------
@@ -361,7 +347,7 @@ class WholeModel:
         entry, leaving = (f"{self.links[before]}_in" if before else "", f"{self.links[after]}_out" if after else "")
         text = None if latency is None else times(latency)
         block = f" {{Latency => {text};}}" if text else ""
-        part.flows.append(f"{spec} : flow {_kind(entry, leaving)}{block};")
+        part.flows.append(f"{spec} : flow {kind_of(entry, leaving)}{block};")
 
     def _latency(self, name: str) -> Any:
         for section in ("devices", "threads"):
@@ -388,40 +374,11 @@ class WholeModel:
             after = steps[last][3]
             spec = f"{own}_{number}_p"
             entry, leaving = (f"{self.links[before]}_in" if before else "", f"{self.links[after]}_out" if after else "")
-            process.flows.append(f"{spec} : flow {_kind(entry, leaving)};")
+            process.flows.append(f"{spec} : flow {kind_of(entry, leaving)};")
             inner = [entry, f"{self.links[before]}_inside"] if before else []
             inner += elements[number : last + 1]
             inner += [f"{self.links[after]}_outside", leaving] if after else []
-            word = _kind(entry, leaving).split()[0]
+            word = kind_of(entry, leaving).split()[0]
             process.flow_implementations.append(f"{spec} : flow {word} {' -> '.join(inner)};")
             yield f"{process.own}.{spec}"
             number = last + 1
-
-    # --- text --------------------------------------------------------------------------------------------------------
-
-    def _package(self) -> str:
-        lines = [f"package {self.package}", "public", f"  with SEI, {OURS};", "", *self.types]
-        parts = [*self.parts.values(), *([self.environment] if self.environment else [])]
-        for part in parts:
-            lines += [f"  {part.category} {part.name}", *_section("features", part.features)]
-            lines += [*_section("flows", part.flows), *_section("properties", part.properties)]
-            lines += [f"  end {part.name};", ""]
-        for part in (*self.processes.values(), self.root):
-            name = part.name if part is not self.root else f"{self.package}_system"
-            lines += [f"  {part.category} {name}", *_section("features", part.features)]
-            lines += [*_section("flows", part.flows), f"  end {name};", ""]
-            lines += [f"  {part.category} implementation {name}.i", *_section("subcomponents", part.subcomponents)]
-            lines += [*_section("connections", part.connections), *_section("flows", part.flow_implementations)]
-            lines += [*_section("properties", part.properties), f"  end {name}.i;", ""]
-        return "\n".join([*lines, f"end {self.package};"]) + "\n"
-
-
-def _kind(entry: str, leaving: str) -> str:
-    if entry and leaving:
-        return f"path {entry} -> {leaving}"
-    return f"sink {entry}" if entry else f"source {leaving}"
-
-
-def _section(name: str, lines: Iterable[str]) -> list[str]:
-    found = [f"      {line}" for line in lines]
-    return [f"    {name}", *found] if found else []
