@@ -1,4 +1,4 @@
-"""Metrics by name: what ``METRIC [of NAME]`` means, of which kind it is, and which limits fit it.
+"""Metrics by name: what ``METRIC [of NAME]`` means, and of which kind it is.
 
 The same functions serve the problem file (mistakes become diagnostics) and the command line (they become usage errors).
 """

@@ -53,7 +53,6 @@ Category: TypeAlias = Literal[
 Timing: TypeAlias = Literal["sampled", "immediate", "delayed"]
 Port: TypeAlias = Literal["event_data", "event", "data", "feature"]
 
-
 WITH_FIGURES = " with figures "
 
 
