@@ -18,6 +18,27 @@ KINDS = ("plain", "chained", "stated", "fixed", "blocked", "ordered", "best", "g
 ORDERS = (None, 1, 2, (1, 3), (2, 1, 3), "rate_monotonic", "deadline_monotonic", "deadline_monotonic",
           ("rate_monotonic", "deadline_monotonic"))  # fmt: skip
 PERIODS = (4, 5, 6, 8, 10, 12, 15, 20)
+LATER_JOBS = """
+dse: 1
+name: later jobs
+processing: response_time
+deadlines: all
+processor_types: {cpu: {}}
+processors: {c: {type: cpu}}
+device_types:
+  near: {period: 3 ms, latency: 1 ms, price: 30 EUR}
+  middle: {period: 3 ms, latency: 2 ms, price: 20 EUR}
+  far: {period: 3 ms, latency: 3 ms, price: 10 EUR}
+devices: {s: {type: [near, middle, far]}}
+threads:
+  first: {processor: c, compute_execution_time: 7 ms, period: 20 ms}
+  second: {processor: c, compute_execution_time: 3 ms, dispatch_protocol: aperiodic}
+  urgent: {processor: c, compute_execution_time: 4 ms, period: [9 ms, 10 ms]}
+connections: {w: {from: s, to: first}, v: {from: first, to: second}}
+flows: {f: {path: [s, first, second]}}
+objectives: [minimise price, minimise latency of f]
+"""
+"""Three designs of a price and a latency each; events dispatch `second`, whose second job responds last."""
 
 
 def draw(seed: int, *, kind: str = "plain") -> dict[str, Any]:

@@ -13,13 +13,13 @@ from typing import Any
 from ortools.sat.python import cp_model
 
 from dse.analysis.measures import Measure, Term
-from dse.analysis.scheduling import UNBOUNDED_NS
-from dse.analysis.views import allowed_options
+from dse.analysis.scheduling import UNBOUNDED_NS, bounded_response_ns
+from dse.analysis.tasks import longest_alone_ns
+from dse.analysis.views import View, allowed_options
 from dse.encode.additive import additive_parts
 from dse.encode.linear import Board, Form, Given, OpenTerm, ceil_int, check_exact, floor_int
 from dse.encode.phases import phased_form
 from dse.encode.rates import RateVariables
-from dse.encode.waiting import shared_waiting
 
 SHARED_BY = 3
 """A decision on which the coefficients of so many products hang is worth a form for each of its options."""
@@ -185,7 +185,7 @@ def _made_form(board: Board, measure: Measure, term: Term, rounded: Callable[[Fr
         return board.form((literal, rounded(value * measure.scale)) for literal, value in table)
     assert term.ends is not None
     if term.only_waits and term.waits is not None and not measure.rounded:
-        shared = shared_waiting(board, term.waits[0], measure.scale, term.waits[1])
+        shared = _shared_waiting(board, term.waits[0], measure.scale, term.waits[1])
         if shared is not None:
             return _waiting_form(board, measure, term, *shared)
     bounds = board.table(term.ends)
@@ -199,6 +199,27 @@ def _made_form(board: Board, measure: Measure, term: Term, rounded: Callable[[Fr
     value = OpenTerm(variable, lambda view: rounded(term.value(view) * measure.scale), lows, waits)
     board.open_terms.append(value)
     return Form(0, {variable.index: 1}, lows.low, highs.high)
+
+
+def _shared_waiting(board: Board, number: int, scale: int, weight: Fraction) -> tuple[cp_model.IntVar, int] | None:
+    """The variable of a thread's waiting on a board, and how often it counts where the unit is 1 / `scale` ns.
+
+    None where the units do not go together. The variable is an open term: it may be too low at first.
+    """
+    unit = board.wait_scale = board.wait_scale or scale
+    times = weight * scale / unit
+    if times.denominator != 1:
+        return None
+    if number not in board.waiting:
+
+        def value(view: View) -> int:
+            waited = bounded_response_ns(board.space, number, "thread", view)
+            waited -= longest_alone_ns(board.space, number, "thread", view)
+            return -floor_int(-Fraction(waited) * unit)
+
+        board.waiting[number] = board.model.new_int_var(0, UNBOUNDED_NS * unit, "")
+        board.open_terms.append(OpenTerm(board.waiting[number], value, Form(), (number, Fraction(unit))))
+    return board.waiting[number], int(times)
 
 
 def _waiting_form(board: Board, measure: Measure, term: Term, waiting: cp_model.IntVar, times: int) -> Form:

@@ -4,7 +4,9 @@ A thread with worst time C ends, R after its release, at the least R with
 
     R = C + sum(ceil((R + J) / T) * worst over what is more urgent on its core, with separation T and jitter J)
 
-and any R that this is the least of, with >= in place of =, is no less. As jobs are counted that is
+and any R that this is the least of, with >= in place of =, is no less. That is the end of the first job of a busy
+period. A later one may respond later, though its response time is no such R: then the first job has a variable of its
+own, and the thread waits no less than that. As jobs are counted the equation is
 
     R >= C + sum(worst * (first + second + third + ...)),    the k-th job of another thread where R + J > (k - 1) * T
 
@@ -26,9 +28,9 @@ from ortools.sat.python import cp_model
 
 from dse.analysis.binding import transmission_ns
 from dse.analysis.rates import NS_PER_S, is_event_triggered, rate_hz
-from dse.analysis.scheduling import UNBOUNDED_NS, all_responses, bounded_response_ns
+from dse.analysis.scheduling import UNBOUNDED_NS, all_responses
 from dse.analysis.tasks import TaskKey, longest_alone_ns, shortest_alone_ns
-from dse.analysis.views import View
+from dse.analysis.views import View, tabulate
 from dse.encode.combined import Combined
 from dse.encode.linear import EXACT_LIMIT, Board, Form, OpenTerm, floor_int
 from dse.encode.places import Places, Thread
@@ -51,6 +53,8 @@ class Waiting:
         self.places, self.combined = places, combined
         self.scale = board.wait_scale or 1
         self.variables = {number: variable.index for number, variable in board.waiting.items()}
+        self.firsts: dict[int, int] = {}
+        """How long the first job of a busy period waits: the same where no later job waits longer."""
         self.jitters: dict[int, int] = {}
         self.upstream: dict[int, int] = {}
         """What dispatches a thread whose jitter is known: its only source."""
@@ -59,11 +63,13 @@ class Waiting:
         self._made: dict[Any, int] = {}
         self._terms = 0
         self._deadlines: set[int] = set()
+        self._orderly: set[int] = set()
         self.extend(board)
 
     def extend(self, board: Board) -> None:
         """Rows of whatever has been asked of the board since, and of its limits."""
         self.variables.update((number, variable.index) for number, variable in board.waiting.items())
+        self._orderly |= {item.thread for item in board.deadlines if item.guard is None and _ends_first(board, item)}
         for term in board.open_terms[self._terms :]:
             self._add_term(term)
         self._terms = len(board.open_terms)
@@ -81,6 +87,7 @@ class Waiting:
         other.__dict__.update(self.__dict__)
         other.combined = combined
         other.variables, other._made = dict(self.variables), dict(self._made)
+        other.firsts = dict(self.firsts)
         other._rows = {number: list(rows) for number, rows in self._rows.items()}
         return other
 
@@ -133,7 +140,7 @@ class Waiting:
             self.model.add(each.denominator * (term.variable + 1) >= low + 1)
 
     def _add_first(self, number: int) -> None:
-        """The waiting is at least sum(worst of other * literal of its delaying it), for each type of each processor."""
+        """The first job waits for sum(worst of other * literal of its delaying it), for each type of each processor."""
         thread = self.places.threads[number]
         self._rows[number] = []
         rivals = {other.number for other in self._rivals(number)}
@@ -141,7 +148,7 @@ class Waiting:
             return
         if not all(worst for _, worst in thread.worst):  # a job without work ends at its release
             return
-        waiting = self.waiting(number)
+        first = self._made_first(number)
         for processor in thread.cores:
             delays = {
                 other.number: self.combined.literal(found)
@@ -151,9 +158,24 @@ class Waiting:
             for position, kind in enumerate(self.places.types[processor]):
                 literals = list(delays.values())
                 works = [self.scale * self.places.worst_on[processor, other][position] for other in delays]
-                row = self.model.add(waiting - cp_model.LinearExpr.weighted_sum(literals, works) >= 0)
+                row = self.model.add(first - cp_model.LinearExpr.weighted_sum(literals, works) >= 0)
                 row.only_enforce_if(self.combined.literal(kind))
                 self._rows[number].append((processor, position, row.index))
+
+    def _made_first(self, number: int) -> cp_model.IntVar:
+        """The variable of the first job's waiting."""
+        waiting = self.waiting(number)
+        if number in self._orderly:
+            self.firsts[number] = waiting.index
+            return waiting
+        first = self.model.new_int_var(0, UNBOUNDED_NS * self.scale, "")
+        self.model.add(first <= waiting)
+        self.firsts[number] = first.index
+        return first
+
+    def _first_end(self, thread: Thread) -> Any:
+        """When the first job of a busy period ends."""
+        return self.combined.variable(self.firsts[thread.number]) + self._work(thread)
 
     def _add_deadlines(self, board: Board) -> None:
         """A response time is no longer than a limit on it."""
@@ -310,8 +332,7 @@ class Waiting:
                     continue
                 latest = floor_int((job - 1) * NS_PER_S * self.scale / speed)
                 beyond = self.model.new_bool_var("")
-                end = self.combined.variable(self.variables[thread.number]) + self._work(thread) + jitter
-                self.model.add(end <= latest).only_enforce_if(beyond.negated())
+                self.model.add(self._first_end(thread) + jitter <= latest).only_enforce_if(beyond.negated())
                 self._made[key] = counted = self._counted(thread, processor, other, job)
                 self.combined.implied(
                     [delays, literal, self.combined.any_of(tuple(sorted(eager))), beyond.index], counted
@@ -337,12 +358,11 @@ class Waiting:
         return total
 
     def _beyond(self, thread: Thread, latest: int) -> int:
-        """A literal that is true where the thread's response time is longer than `latest`."""
+        """A literal that is true where the thread's first job ends later than `latest`."""
         key = ("beyond", thread.number, latest)
         if key not in self._made:
             made = self.model.new_bool_var("")
-            end = self.combined.variable(self.variables[thread.number]) + self._work(thread)
-            self.model.add(end <= latest).only_enforce_if(made.negated())
+            self.model.add(self._first_end(thread) <= latest).only_enforce_if(made.negated())
             self._made[key] = made.index
         return self._made[key]
 
@@ -360,22 +380,12 @@ class Waiting:
         return self._made[key]
 
 
-def shared_waiting(board: Board, number: int, scale: int, weight: Fraction) -> tuple[cp_model.IntVar, int] | None:
-    """The variable of a thread's waiting on a board, and how often it counts where the unit is 1 / `scale` ns.
+def _ends_first(board: Board, item: Any) -> bool:
+    """Whether a limit on a thread's response time keeps each of its jobs from waiting for the one before."""
+    component = board.space.components[item.thread]
 
-    None where the units do not go together. The variable is an open term: it may be too low at first.
-    """
-    unit = board.wait_scale = board.wait_scale or scale
-    times = weight * scale / unit
-    if times.denominator != 1:
-        return None
-    if number not in board.waiting:
+    def ends(view: View) -> bool:
+        return not is_event_triggered(component, view) and item.limit.bound(view) <= at(component.period_ns, view)
 
-        def value(view: View) -> int:
-            waited = bounded_response_ns(board.space, number, "thread", view)
-            waited -= longest_alone_ns(board.space, number, "thread", view)
-            return -floor_int(-Fraction(waited) * unit)
-
-        board.waiting[number] = board.model.new_int_var(0, UNBOUNDED_NS * unit, "")
-        board.open_terms.append(OpenTerm(board.waiting[number], value, Form(), (number, Fraction(unit))))
-    return board.waiting[number], int(times)
+    cases = tabulate(board.space, ends, MOST_BOUNDS)
+    return cases is not None and all(case.value for case in cases)

@@ -3,8 +3,10 @@
 The second model's own form of response times: a product that is never written out. The work that another thread does
 within a thread's response time is a variable; k times its execution time where the thread waits for it and its k-th
 job is released in time, a comparison of the response time with k - 1 times its separation, which is a variable, too.
-What that leaves open (jitter, several streams, later jobs of a busy period) is learnt from designs, for each option in
-a box and wherever the same threads share their cores (`dse.verification.contention`).
+That is so of the first job of a busy period, whose waiting is a variable beside that of the thread: a later one may
+respond later, with fewer jobs of others in that time. What that leaves open (jitter, several streams, later jobs) is
+learnt from designs, for each option in a box and wherever the same threads share their cores
+(`dse.verification.contention`).
 """
 
 from __future__ import annotations
@@ -44,12 +46,14 @@ class Waiting:
         self.place = {number: variable(item) for number, item in waits.places.items()}
         most = UNBOUNDED_NS * self.scale
         self.variables = {number: model.new_int_var(0, most, "") for number in waits.threads}
+        self.first = {number: model.new_int_var(0, most, "") for number in waits.threads if number in self.work}
         self._done: dict[tuple[int, int], tuple[Any, Any]] = {}
         self._counted: set[tuple[int, int, int]] = set()
         for number in (item for item in waits.threads if item in self.work):
             others = [other for other in self.work if other != number and self._may_wait(number, other)]
             shares = [self._share(number, other) for other in others]
-            model.add(self.variables[number] >= self.scale * sum(shares))
+            model.add(self.first[number] >= self.scale * sum(shares))
+            model.add(self.variables[number] >= self.first[number])
         for number, latest in waits.latest.items():
             model.add(self.scale * self.work[number] + self.variables[number] <= value(latest))
 
@@ -101,7 +105,7 @@ class Waiting:
         """A share of `job` jobs, or a response time that is over before the last of them is released."""
         model = self.model
         over, full = model.new_bool_var(""), model.new_bool_var("")
-        end = self.scale * self.work[number] + self.variables[number]
+        end = self.scale * self.work[number] + self.first[number]
         model.add(end <= (job - 1) * self.separation[other]).only_enforce_if(over)
         model.add(share >= job * self.work[other]).only_enforce_if(full)
         model.add_bool_or([waits.negated(), over, full])

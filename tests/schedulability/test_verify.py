@@ -7,11 +7,13 @@ from pathlib import Path
 
 import pytest
 from effort import cases
-from thread_systems import KINDS, draw, text_of
+from thread_systems import KINDS, LATER_JOBS, draw, text_of
 
 import dse
+from dse.analysis.evaluate import Evaluator
 from dse.api.problem import load
 from dse.verification import tables, waiting
+from dse.verification.model import SecondModel
 
 
 @pytest.mark.parametrize("method", ["model", "exhaustion"])
@@ -49,6 +51,17 @@ def test_waiting_that_only_lessons_raise_is_proved_as_well(
     text = text_of(draw(seed, kind="chained")).replace("deadlines: all", "processing: response_time")
     file.write_text(text, encoding="utf-8")
     check_both_ways(file, "model")
+
+
+def test_the_second_model_knows_that_a_later_job_may_wait_longer_than_the_first(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """Three designs: two were lost once the third had taught the model that the first job ends no earlier."""
+    monkeypatch.setattr(tables, "FEW_DECISIONS", -1)
+    model = SecondModel(tables.build_tables(Evaluator(dse.loads(LATER_JOBS).space)))
+    for price, latency_ms in ((10, 62), (20, 61), (30, 60)):
+        asked = price * 100 + 1, latency_ms * 1_000_000 + 1
+        assert model.in_region(asked).answer == "design"
 
 
 def check_both_ways(file: Path, method: str) -> None:
