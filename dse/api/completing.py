@@ -10,7 +10,9 @@ from dse.space.types import EMPTY, Design, Space
 
 
 def complete_design(space: Space, choices: Mapping[int, int]) -> Design:
-    """A design from choices: decisions with one option are made, the others must be given unless they do not matter.
+    """A design from choices: what has one option is made, what rules settle too; the others must be given.
+
+    What does not matter in the design may be left out.
 
     Raises
     ------
@@ -18,9 +20,10 @@ def complete_design(space: Space, choices: Mapping[int, int]) -> Design:
         naming the decisions that are still open.
     """
     from dse.analysis.views import View, is_met
+    from dse.api.settling import settled
 
     made = [0 if len(item.options) == 1 else choices.get(index, -1) for index, item in enumerate(space.decisions)]
-    design = _with_slots(space, made)
+    design = _with_slots(space, settled(space, made))
     waiting = [item.index for item in (*space.open_cores, *space.open_priorities)
                if item.index < len(design) and design[item.index] < 0]  # fmt: skip
     known = View([max(option, 0) for option in design])

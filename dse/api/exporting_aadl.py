@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+import json
 import re
 import tempfile
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any, TypeAlias
 
@@ -13,6 +14,8 @@ from dse.api.completing import complete_design
 from dse.api.export import check_same, figures
 from dse.api.problem import Model, load, load_carried
 from dse.errors import ProblemError, UsageError
+from dse.importers.aadl.alternatives import Subsystem, replacement, subsystems, with_implementations
+from dse.importers.aadl.model import Model as AadlModel
 from dse.importers.aadl.model import read_model
 from dse.importers.aadl.problem import Writer
 from dse.importers.registry import is_model
@@ -21,7 +24,7 @@ from dse.results.aadl.whole import WholeModel
 from dse.results.design_tables import analyse_design
 from dse.results.solve import Result
 from dse.space.settings import settings_of
-from dse.space.types import Design
+from dse.space.types import Design, Space
 from dse.spec.model import Imported
 from dse.units import Exact
 
@@ -72,12 +75,23 @@ def _chosen(result: Result, design: Design, title: str, imported: Imported, resp
     path = _model_file(result)
     options = {key: text for key, text in (("root", imported.root), ("mode", imported.mode)) if text is not None}
     model = read_model(path, options)
+    taken = _implementations(model, result.space, design)
+    if taken:
+        names = {item.name: item.classifiers[0] for item in taken}
+        model = with_implementations(model, taken, names, path, options)
     writer = Writer(model, path, options)
     writer.document()
-    base = load(Model(path, imported.root, imported.mode)).space
+    base = _base(path, imported, taken)
     before, chosen = Side(base, complete_design(base, {})), Side(result.space, design)
+    components = {item.title: item for item in model.root.below()}
+    refined = {
+        components[item.component.title]: replacement(model.library, item.component, item.classifiers[0])
+        for item in taken
+    }
     name = f"{imported.root.rpartition('::')[2].partition('.')[0]}_chosen"
-    text, given = (ChosenModel(model, writer, before, chosen, title, name).text(told) for told in ({}, responses))
+    text, given = (
+        ChosenModel(model, writer, before, chosen, title, name, refined).text(told) for told in ({}, responses)
+    )
     with tempfile.TemporaryDirectory() as place:
         for number, file in enumerate(model.library.files):
             (Path(place) / f"{number}.aadl").write_bytes(file.read_bytes())
@@ -93,6 +107,30 @@ def _chosen(result: Result, design: Design, title: str, imported: Imported, resp
     if differing:
         raise UsageError(f"AADL cannot say all of this design: in the model it would have another {differing[0]}")
     return given
+
+
+def _implementations(model: AadlModel, space: Space, design: Design) -> list[Subsystem]:
+    """The subsystems of the root whose implementation was chosen, each with that alone."""
+    choices: dict[str, dict[str, list[str]]] = {"threads": {}, "devices": {}}
+    sections = {item.name: item.section for item in space.components}
+    for item, option in zip(space.decisions, design, strict=False):
+        if item.field == "type" and item.component in sections and option >= 0:
+            choices[sections[item.component]][item.component] = [item.options[option]]
+    return [item for item in subsystems(model, choices) if item.component.parent is model.root]
+
+
+def _base(path: Path, imported: Imported, taken: Sequence[Subsystem]) -> Space:
+    """The problem that a model states by itself, with these implementations of subsystems."""
+    if not taken:
+        return load(Model(path, imported.root, imported.mode)).space
+    document: dict[str, Any] = {"dse": 1, "name": "base", "of": str(path.resolve()), "root": imported.root}
+    document |= {"mode": imported.mode} if imported.mode else {}
+    for item in taken:
+        document.setdefault(item.key[0], {})[item.name] = {"type": item.classifiers[0]}
+    with tempfile.TemporaryDirectory() as place:
+        file = Path(place) / "base.yaml"
+        file.write_text(json.dumps(document), encoding="utf-8")
+        return load(file).space
 
 
 def _responses(result: Result, design: Design) -> Responses:

@@ -8,7 +8,7 @@ from itertools import product
 
 from dse.importers.aadl.flat import Flat, Flattener, Member, Owned
 from dse.importers.aadl.library import Library
-from dse.importers.aadl.syntax import Number, Path, Subcomponent, Value, Word
+from dse.importers.aadl.syntax import Classifier, Number, Path, Subcomponent, Value, Word
 from dse.importers.registry import Place
 
 MAX_DEPTH = 40
@@ -80,12 +80,19 @@ class Instance:
 
 
 class Instantiator:
-    """Builds the tree of one root."""
+    """Builds the tree of one root; `replaced` are classifiers that subcomponents have instead of theirs, by path."""
 
-    def __init__(self, library: Library, flattener: Flattener, modes: Mapping[str, str]) -> None:
+    def __init__(
+        self,
+        library: Library,
+        flattener: Flattener,
+        modes: Mapping[str, str],
+        replaced: Mapping[str, Classifier] | None = None,
+    ) -> None:
         self.library = library
         self.flattener = flattener
         self.modes = dict(modes)
+        self.replaced = dict(replaced or {})
         self.used: set[str] = set()
         self._count = 0
 
@@ -124,6 +131,9 @@ class Instantiator:
         item = member.item
         name = item.name + "".join(f"[{number}]" for number in index)
         category = item.category
+        other = self.replaced.get(".".join((*component.path, name)).lower())
+        if other is not None:
+            inner = self.flattener.flat(other)
         if inner is not None and category == "abstract":
             category = inner.classifier.category
         child = Instance(name, category, inner, component, member, item.place, base=item.name.lower(), index=index)

@@ -147,9 +147,23 @@ def read_model(path: FilePath, options: Mapping[str, Any]) -> Model:
     """
     library = load_library(path)
     _stop(library)
+    return instantiated(library, path, options, {})
+
+
+def instantiated(
+    library: Library, path: FilePath, options: Mapping[str, Any], replaced: Mapping[str, Classifier]
+) -> Model:
+    """The instance of files that are read; `replaced` are classifiers that subcomponents have instead, by path.
+
+    Raises
+    ------
+    ProblemError
+        with every mistake.
+    """
     classifier = _root(library, options.get("root"), path)
     flattener = Flattener(library)
-    root = Instantiator(library, flattener, _modes(options.get("mode", ""))).build(flattener.flat(classifier))
+    modes = _modes(options.get("mode", ""))
+    root = Instantiator(library, flattener, modes, replaced).build(flattener.flat(classifier))
     _stop(library)
     properties = Properties(library, root)
     features = Features(library, flattener)

@@ -2,14 +2,23 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
 from dse.errors import ProblemError
-from dse.importers.aadl.model import read_model
+from dse.importers.aadl.alternatives import (
+    DifferError,
+    Subsystem,
+    conflict,
+    merged,
+    subsystems,
+    with_implementations,
+)
+from dse.importers.aadl.model import Model, read_model
 from dse.importers.aadl.problem import Writer
-from dse.importers.registry import Imported
+from dse.importers.aadl.tokens import finding
+from dse.importers.registry import CHOICES, Imported, Key, Place
 
 
 def read(path: Path, options: Mapping[str, Any]) -> Imported:
@@ -30,8 +39,29 @@ def read(path: Path, options: Mapping[str, Any]) -> Imported:
     """
     model = read_model(path, options)
     writer = Writer(model, path, options)
-    document = writer.document()
+    choices = options.get(CHOICES, {})
+    chosen = subsystems(model, choices)
+    document = writer.document() if not chosen else _alternatives(model, chosen, writer.places, path, options)
     if model.library.findings:
         raise ProblemError(sorted(model.library.findings, key=lambda item: (item.file, item.line, item.column)))
     remarks = sorted(model.library.remarks, key=lambda item: (item.file, item.line, item.column))
     return Imported(document, tuple(remarks), writer.places)
+
+
+def _alternatives(
+    model: Model, chosen: Sequence[Subsystem], places: dict[Key, Place], path: Path, options: Mapping[str, Any]
+) -> dict[str, Any]:
+    """The document that leaves implementations of subsystems open."""
+
+    def document(taken: Mapping[str, str]) -> dict[str, Any]:
+        writer = Writer(with_implementations(model, chosen, taken, path, options), path, options)
+        found = writer.document()
+        places.update({key: place for key, place in writer.places.items() if key not in places})
+        return found
+
+    try:
+        if reason := conflict(chosen):
+            raise DifferError(reason)
+        return merged(chosen, document, places)
+    except DifferError as error:
+        raise ProblemError([finding(str(error), chosen[0].component.place)]) from None

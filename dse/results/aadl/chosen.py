@@ -12,6 +12,7 @@ from dse.errors import UsageError
 from dse.importers.aadl.instance import Instance
 from dse.importers.aadl.model import Model
 from dse.importers.aadl.problem import Writer
+from dse.importers.aadl.syntax import Classifier
 from dse.importers.aadl.wiring import ConnectionInstance
 from dse.results.aadl.words import comment, identifier, times, written_range
 from dse.space.trees import NotOffered, Tree, at
@@ -49,10 +50,23 @@ class Side:
 
 
 class ChosenModel:
-    """Writes a design of a problem that came from `model`, whose own problem is `base`."""
+    """Writes a design of a problem that came from `model`, whose own problem is `base`.
 
-    def __init__(self, model: Model, writer: Writer, base: Side, chosen: Side, title: str, name: str) -> None:
+    `implementations` are those that subsystems of the root have in `model` instead of their own.
+    """
+
+    def __init__(
+        self,
+        model: Model,
+        writer: Writer,
+        base: Side,
+        chosen: Side,
+        title: str,
+        name: str,
+        implementations: Mapping[Instance, Classifier] | None = None,
+    ) -> None:
         self.model = model
+        self.implementations = dict(implementations or {})
         self.writer = writer
         self.base = base
         self.chosen = chosen
@@ -74,6 +88,8 @@ class ChosenModel:
 
     def text(self, response_times: Mapping[str, tuple[Exact, Exact]] | None = None) -> str:
         """The package; `response_times`, best and worst in ns, go in as SEI::Response_Time."""
+        for component, classifier in self.implementations.items():
+            self._refined(component, classifier)
         self._slots()
         self._components(response_times or {})
         self._connections()
@@ -121,8 +137,12 @@ class ChosenModel:
         if flat is None or component.parent is not self.model.root:
             where = "is no classifier of the model" if flat is None else "is not directly in the root"
             raise UsageError(f"AADL cannot say that {name} has the type {kind}: it {where}")
-        self.withs[flat.classifier.package] = None
-        self.refined.append(f"{component.name} : refined to {component.category} {flat.title};")
+        self._refined(component, flat.classifier)
+
+    def _refined(self, component: Instance, classifier: Classifier) -> None:
+        self.withs[classifier.package] = None
+        title = f"{classifier.package}::{classifier.name}"
+        self.refined.append(f"{component.name} : refined to {component.category} {title};")
 
     # --- threads and devices ---------------------------------------------------------------------------------------
 
