@@ -6,7 +6,8 @@ from collections.abc import Sequence
 
 from dse.analysis.validity import is_broken
 from dse.analysis.views import PartialView, Undecided
-from dse.space.types import Rule, Space
+from dse.space.criteria import Rule
+from dse.space.types import Space
 
 
 def settled(space: Space, made: Sequence[int]) -> list[int]:
