@@ -26,6 +26,7 @@ if TYPE_CHECKING:
     from dse.api.problem import Problem as Problem
     from dse.api.problem import load as load
     from dse.api.problem import loads as loads
+    from dse.api.read import read as read
     from dse.api.reopen import reopen as reopen
     from dse.api.ros_sizes import Sizes as Sizes
     from dse.api.ros_sizes import sizes as sizes
@@ -53,6 +54,7 @@ if TYPE_CHECKING:
     from dse.results.sweep import SweepResult as SweepResult
     from dse.results.verify import Verification as Verification
     from dse.study.insist import insist as insist
+    from dse.study.resume import reopen_robust as reopen_robust
     from dse.study.resume import resume as resume
     from dse.study.robust import solve_robust as solve_robust
     from dse.study.sensitivity import sensitivity as sensitivity
@@ -75,9 +77,11 @@ _HOMES = {
     "Problem": "dse.api.problem",
     "load": "dse.api.problem",
     "loads": "dse.api.problem",
+    "read": "dse.api.read",
     "reopen": "dse.api.reopen",
     "with_further_designs": "dse.api.further",
     "insist": "dse.study.insist",
+    "reopen_robust": "dse.study.resume",
     "resume": "dse.study.resume",
     "simulate": "dse.api.simulate",
     "solve": "dse.api.solve",

@@ -146,9 +146,14 @@ def test_reports_and_figures_are_those_of_the_command(tmp_path: Path, monkeypatc
         assert run([*words, "-o", f"theirs-{name}"]) == 0
     assert run(["fit", "delays.csv", "--figures", "theirs-fit"]) == 0
     reopened = dse.reopen("r.json")
-    dse.write_report(reopened, "whole", alternative=2, top=1, studies=[study])
+    read = dse.read("s.json")
+    assert isinstance(read, dse.SweepResult) and read == study and read.frame().equals(study.frame())
+    dse.write_report(reopened, "whole", alternative=2, top=1, studies=[read])
     dse.write_figures(reopened, "plots", alternative=2)
-    dse.write_figures(study, "study")
+    dse.write_figures(read, "study")
+    dse.write_report(read, "page.html")
+    assert run(["report", "s.json", "-o", "theirs-page"]) == 0
+    assert Path("page.html").read_bytes() == Path("theirs-page/Pump-sweep.html").read_bytes()
     dse.write_figures(fit, "fit", ("svg", "png"))
     for name in (*theirs, "fit"):
         assert contents(name) == contents(f"theirs-{name}")

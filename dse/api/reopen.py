@@ -18,6 +18,7 @@ from dse.api.problem import Problem
 from dse.api.resume import search_of
 from dse.api.stated import named_design
 from dse.errors import UsageError, about
+from dse.pareto.front import FrontSearch
 from dse.results.display import figures_of
 from dse.results.insisting import InsistedPoint
 from dse.results.points import (
@@ -37,7 +38,7 @@ from dse.space.types import Design
 
 
 def reopen(path: str | Path, problem: str | Path | None = None) -> Result:
-    """The result at `path`, as `dse.solve` returned it.
+    """The result at `path`, as `dse.solve` returned it; of a robust one its front (`dse.reopen_robust` has all of it).
 
     Parameters
     ----------
@@ -61,12 +62,12 @@ def reopen(path: str | Path, problem: str | Path | None = None) -> Result:
     <Result of 'Pump': complete, 4 points>
     """
     with about(path):
-        return _reopened(path, problem)
+        data = read_result(path)
+        return found_again(data, *search_of(data, path, problem), path)
 
 
-def _reopened(path: str | Path, problem: str | Path | None) -> Result:
-    data = read_result(path)
-    asked, search = search_of(data, path, problem)
+def found_again(data: Mapping[str, Any], asked: Problem, search: FrontSearch, path: str | Path) -> Result:
+    """The result of whole data that were read from `path`: of what they ask, and found; errors as for `reopen`."""
     space = asked.space
     evaluator = Evaluator(space)
     infos = tuple(

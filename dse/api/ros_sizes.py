@@ -9,11 +9,11 @@ from pathlib import Path
 from dse.errors import UsageError
 from dse.importers.ros_bags import Topic, read_bag
 from dse.importers.ros_messages import DEFAULT, LONGEST, MessageSize, Types, message_sizes
-from dse.results.answer import Answer
+from dse.results.answer import DataAnswer
 
 
 @dataclass(frozen=True)
-class Sizes(Answer):
+class Sizes(DataAnswer):
     """Sizes of message types and of the messages of bags.
 
     Examples

@@ -6,7 +6,7 @@ import json
 from collections.abc import Mapping
 from dataclasses import dataclass
 from importlib import import_module
-from typing import TYPE_CHECKING, Any, ClassVar, get_args
+from typing import TYPE_CHECKING, Any, ClassVar, Self, get_args
 
 if TYPE_CHECKING:
     from pydantic import BaseModel
@@ -57,3 +57,23 @@ class Answer:
     def to_json(self) -> str:
         """`to_dict` as text."""
         return json_text(self.to_dict())
+
+
+class DataAnswer(Answer):
+    """An answer that is made of nothing but the data of its form: it can be read back."""
+
+    @classmethod
+    def from_dict(cls, data: Mapping[str, Any]) -> Self:
+        """The answer that `to_dict` made these data of; nothing is computed again.
+
+        Raises
+        ------
+        UsageError
+            when the data are not of its form, naming the first place that is wrong.
+        """
+        from dse.results.forms.reading import read_as
+        from dse.results.reading import check_data
+
+        form = cls.form()
+        check_data(cls.format().removeprefix("dse-").partition("/")[0], data, "the data")
+        return read_as(cls, form.model_validate(data))  # type: ignore[arg-type]

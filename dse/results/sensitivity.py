@@ -10,11 +10,13 @@ from fractions import Fraction
 from typing import TYPE_CHECKING, Any
 
 from dse.errors import EXIT_COMPLETE, EXIT_INCOMPLETE, EXIT_NO
-from dse.results.answer import Answer
+from dse.results.answer import DataAnswer
 from dse.results.display import exact
 
 if TYPE_CHECKING:
     import pandas
+
+    from dse.results.forms import studies as forms
 
 
 @dataclass(frozen=True)
@@ -51,6 +53,11 @@ class Margin:
     def searched(self) -> tuple[Fraction, Fraction]:
         """Between which values borders were looked for."""
         return self.least, self.most
+
+    @classmethod
+    def _heard(cls, form: forms.Margin) -> Mapping[str, Any]:
+        least, most = form.searched
+        return {"least": least, "most": most}
 
 
 @dataclass(frozen=True)
@@ -137,7 +144,7 @@ class UncertainResult:
 
 
 @dataclass(frozen=True)
-class SensitivityResult(Answer):
+class SensitivityResult(DataAnswer):
     """The sensitivity of one design.
 
     `broken` are the requirements that the design breaks as it is; margins and scaling then look at the others.
@@ -187,6 +194,10 @@ class SensitivityResult(Answer):
                 row += [None, None] if side is None else [exact(side.last), side.requirement]
             rows.append(row)
         return rows
+
+    @classmethod
+    def _heard(cls, form: forms.SensitivityForm) -> Mapping[str, Any]:
+        return {"currency": form.problem.currency, "files": form.files or {}}
 
     COLUMNS = ("path", "unit", "nominal", "least that holds", "broken below", "greatest that holds", "broken above")
 

@@ -11,12 +11,14 @@ from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 from dse.errors import EXIT_COMPLETE, EXIT_INCOMPLETE, EXIT_INVALID, EXIT_NO
-from dse.results.answer import Answer
+from dse.results.answer import DataAnswer
 from dse.results.display import figure, in_table, titled
 from dse.results.frames import unit_frame
 
 if TYPE_CHECKING:
     import pandas
+
+    from dse.results.forms.studies import SweepForm
 
 RANKING = "distance to the ideal point, objectives scaled to their range on all fronts of the sweep (equal weights)"
 
@@ -93,7 +95,7 @@ class ScaledObjective:
 
 
 @dataclass(frozen=True)
-class SweepResult(Answer):
+class SweepResult(DataAnswer):
     """Everything that a sweep found, in the order of the values, the last axis fastest.
 
     The same problem, changes and seed give the same text, however often the sweep was stopped and wherever its runs
@@ -175,6 +177,17 @@ class SweepResult(Answer):
             for run, change in zip(self.runs, self.changes, strict=True)
         ]
         return {"ranking": (RANKING, self.scale), "vary": [_axis(axis) for axis in self.axes], "runs": runs}
+
+    @classmethod
+    def _heard(cls, form: SweepForm) -> Mapping[str, Any]:
+        from dse.results.forms.writing import written
+
+        runs = []
+        for run in form.runs:
+            data = written(type(run), run)
+            outcome = {name: value for name, value in data.items() if name not in ("values", "change")}
+            runs.append(SweepRun(tuple(run.values.values()), outcome if run.kind != "open" else None))
+        return {"axes": form.vary, "runs": runs, "scale": form.ranking.scale, "files": form.files or {}}
 
     def to_csv(self) -> str:
         """A row for each alternative of each run (and stretch of limits), units in the header.

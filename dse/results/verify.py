@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing import Literal
 
 from dse.errors import EXIT_COMPLETE, EXIT_INCOMPLETE, EXIT_NO
-from dse.results.answer import Answer
+from dse.results.answer import DataAnswer
 
 
 @dataclass(frozen=True)
@@ -21,7 +21,7 @@ class Finding:
 
 
 @dataclass(frozen=True)
-class Verification(Answer):
+class Verification(DataAnswer):
     """The outcome of `dse.verify`.
 
     `status` is ``verified``, ``rejected`` (`findings` say what is wrong) or ``unfinished`` (nothing wrong was found,

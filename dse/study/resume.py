@@ -3,17 +3,21 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from typing import Any
 
+from dse.api.reopen import found_again
 from dse.api.resume import read_search, search_in, search_of
 from dse.api.solve import Watcher, solve_asked
 from dse.api.stated import restated
 from dse.errors import UsageError, about
 from dse.pareto.front import Budget, Progress
+from dse.results.forms.reading import read_as
+from dse.results.forms.result import Robust
 from dse.results.reading import read_result
-from dse.results.robust import RobustResult
+from dse.results.robust import Failure, RobustResult
 from dse.results.solve import Result
 from dse.study.corners import RobustQuestion
 from dse.study.robust import RobustSearch, RobustWatcher, solve_question
@@ -61,6 +65,46 @@ def resume(
         if asked.robust:
             return resume_robust(path, problem, budget, RobustWatcher(progress))
         return solve_asked(asked, budget, Watcher(progress), earlier)
+
+
+def reopen_robust(path: str | Path, problem: str | Path | None = None) -> RobustResult:
+    """The robust result at `path`, as `dse.solve_robust` returned it.
+
+    Both fronts are computed anew and compared; why designs of the nominal one are not robust is as it was written.
+
+    Parameters
+    ----------
+    path
+        what ``dse solve --robust --json`` wrote.
+    problem
+        the problem file, where it is no longer where the result says.
+
+    Raises
+    ------
+    UsageError
+        when the file is no robust result, its problem is not found or means something else now, or a figure is not the
+        one that the analysis finds.
+
+    Examples
+    --------
+    >>> import dse, pathlib
+    >>> text = pathlib.Path("pump.yaml").read_text(encoding="utf-8")
+    >>> text += "uncertainty: {threads.filter.compute_execution_time: {factor: 0.9 .. 1.5}}"
+    >>> written = pathlib.Path("robust.json").write_text(dse.solve_robust(text).to_json(), encoding="utf-8")
+    >>> dse.reopen_robust("robust.json").price["price"]
+    (6000, 6000)
+    """
+    data = read_result(path)
+    if "robust" not in data:
+        raise UsageError(f"{path}: is no result of `dse solve --robust`")
+    with about(path):
+        asked, search = search_of(data, path, problem)
+        robust = found_again(data, asked, search, path)
+        alone = {**nominal_data(data), "conflicts": [], "give_up": [], "others": [], "insisting": None}
+        nominal = found_again(alone, replace(asked, robust=False), search_in(asked.space, alone), path)
+        said = Robust.model_validate(data["robust"])
+        failures = tuple(read_as(Failure, item) for item in said.lost)
+    return RobustResult(robust, nominal, said.inputs, said.corners, failures, tuple(said.unjudged))
 
 
 def resume_robust(path: str | Path, problem: str | Path | None, budget: Budget, watcher: RobustWatcher) -> RobustResult:

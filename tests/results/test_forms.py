@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -12,9 +13,14 @@ import pytest
 from pydantic import BaseModel
 from results.written import written_files
 
+import dse
+from dse.api.read import ANSWERS
 from dse.cli.main import run
 from dse.cli.schema import FORMATS
+from dse.results.answer import DataAnswer, json_text
+from dse.results.forms.base import Form
 from dse.results.forms.registry import FORMS, form_schema, mistakes_in
+from dse.results.forms.writing import written as write
 
 Data = dict[str, Any]
 UNSEEN = {
@@ -50,6 +56,45 @@ def test_what_is_read_can_be_written_again(name: str, written: dict[str, list[tu
     for command, data in written[name]:
         read = FORMS[name].model_validate(data)
         assert json.loads(read.model_dump_json(by_alias=True, exclude_unset=True)) == data, command
+
+
+@pytest.mark.parametrize("name", FORMS)
+def test_a_file_is_read_as_it_was_written(
+    name: str, written: dict[str, list[tuple[str, Data]]], tmp_path: Path
+) -> None:
+    """Byte for byte, whether it becomes an answer again or typed data."""
+    for command, data in written[name]:
+        path = tmp_path / "written.json"
+        path.write_text(json_text(data), encoding="utf-8")
+        read = dse.read(path)
+        again = read.to_json() if isinstance(read, DataAnswer) else json_text(write(type(read), read))
+        assert again == path.read_text(encoding="utf-8"), command
+        assert isinstance(read, DataAnswer) is (name in ANSWERS)
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        ("{", "is not JSON"),
+        ("[]", "names no format that is known: dse-result/1, dse-analysis/1"),
+        ('{"format": "dse-sweep/2"}', "names no format that is known"),
+        ('{"format": "dse-sweep/1"}', "is not a whole sweep: problem: is missing (and 7 more mistakes)"),
+    ],
+)
+def test_what_is_no_answer_is_told(text: str, said: str, tmp_path: Path) -> None:
+    path = tmp_path / "x.json"
+    path.write_text(text, encoding="utf-8")
+    with pytest.raises(dse.UsageError, match=f"^{re.escape(f'{path}: {said}')}"):
+        dse.read(path)
+    with pytest.raises(dse.UsageError, match="no such file"):
+        dse.read(tmp_path / "y.json")
+
+
+def test_a_form_that_states_its_order_states_all_of_it() -> None:
+    pending: list[type[Form]] = [Form]
+    for form in pending:
+        pending += form.__subclasses__()
+        assert not form.ORDER or sorted(form.ORDER) == sorted(form.model_fields), form
 
 
 @pytest.mark.parametrize("name", FORMS)

@@ -84,6 +84,26 @@ def test_true_robust_results_are_accepted(
     assert run(["verify", str(out), "--method", method]) == 0
 
 
+def test_a_robust_result_is_opened_again(solved: tuple[Path, RobustResult], tmp_path: Path) -> None:
+    """Both fronts, and why designs of the nominal one are not robust."""
+    _, result = solved
+    path = tmp_path / "r.json"
+    path.write_text(result.to_json(), encoding="utf-8")
+    again = dse.reopen_robust(path)
+    assert result.failures and again.failures == result.failures
+    assert again.to_json() == result.to_json()
+    ours, theirs = again.nominal.to_dict(), result.nominal.to_dict()
+    assert ours.pop("search") != theirs.pop("search") and ours == theirs  # the file has the effort of both together
+    data = data_of(result)
+    data["robust"]["nominal_front"][0]["objectives"]["price"] += 1
+    path.write_text(json.dumps(data), encoding="utf-8")
+    with pytest.raises(UsageError, match="has other figures than the result says"):
+        dse.reopen_robust(path)
+    path.write_text(result.nominal.to_json(), encoding="utf-8")
+    with pytest.raises(UsageError, match="is no result of `dse solve --robust`"):
+        dse.reopen_robust(path)
+
+
 def changed_parts(data: Data) -> Iterator[tuple[str, Callable[[Data], object]]]:
     """One thing changed in each."""
     robust, lost = data["robust"], data["robust"]["lost"]

@@ -21,14 +21,22 @@ class Form(BaseModel):
     """Base of every part of a format: unknown fields are errors, nothing is coerced, nothing changes.
 
     `dse.results.forms.writing` makes data of objects by it. Fields of a base come first there, or behind the own field
-    `INHERITED_BEHIND`, from the attribute `INHERITED_OF` of what is written; the fields `LAST` come last.
+    `INHERITED_BEHIND`, from the attribute `INHERITED_OF` of what is written; the fields `LAST` come last. Where they
+    are mixed otherwise, `ORDER` has all of them.
     """
 
     INHERITED_BEHIND: ClassVar[str] = ""
     INHERITED_OF: ClassVar[str] = ""
     LAST: ClassVar[tuple[str, ...]] = ()
+    ORDER: ClassVar[tuple[str, ...]] = ()
 
     model_config = ConfigDict(strict=True, frozen=True, extra="forbid", populate_by_name=False, defer_build=True)
+
+    def __repr__(self) -> str:
+        """What there is, by the names of the fields; their values may be long."""
+        return f"<{type(self).__name__}: {', '.join(type(self).model_fields)}>"
+
+    __str__ = __repr__
 
 
 def _figure(value: Any) -> Fraction:

@@ -135,8 +135,8 @@ class Stretch(Form):
 
     from_: Figure = field("Where it begins, seen from the tightest limit; included.", alias="from")
     to: Figure = field("Where the next one begins, or the loosest limit.")
-    best: int = field("The design that is ranked first.")
     front: list[Entry] = field("The front, best first.", min_length=1)
+    best: int = field("The design that is ranked first.")
 
 
 class Run(Form):
@@ -151,12 +151,16 @@ class Run(Form):
 class OpenRun(Run):
     """A run that was not solved: the sweep was stopped before."""
 
+    ORDER = ("values", "kind", "status", "change")
+
     kind: Literal["open"] = field("What was found.")
     status: Literal["open"] = field("How far.")
 
 
 class FailedRun(Run):
     """A run whose values make no valid problem."""
+
+    ORDER = ("values", "kind", "status", "message", "change")
 
     kind: Literal["error"] = field("What was found.")
     status: Literal["invalid", "other version"] = field("What is wrong.")
@@ -174,12 +178,19 @@ class SolvedRun(Run):
 class FrontRun(SolvedRun):
     """A run with a front."""
 
+    ORDER = ("values", "kind", "status", "objectives", "units", "front", "change")
+
     kind: Literal["front"] = field("What was found.")
     front: list[Alternative] = field("The front, best first.")
 
 
 class BreaksRun(SolvedRun):
     """A run with the exact break-points of a limit."""
+
+    ORDER = (
+        "values", "kind", "status", "definition", "metric", "operator", "unit", "from_", "to", "exact", "objectives",
+        "units", "infeasible_until", "stretches", "alternatives", "change",
+    )  # fmt: skip
 
     kind: Literal["breaks"] = field("What was found.")
     definition: str = field("What a break-point is.")

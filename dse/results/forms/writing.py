@@ -31,7 +31,8 @@ def written(form: type[BaseModel], source: object) -> dict[str, Any]:
     form
         what to write: its fields in order. One with a `default` is left out where that is its value, or None.
     source
-        an object, whose attributes become fields; a tuple, which has them in order; or plain data of the form.
+        an object, whose attributes become fields; a tuple, which has them in order; plain data of the form; or the form
+        itself, which was read.
 
     Raises
     ------
@@ -49,6 +50,8 @@ def written(form: type[BaseModel], source: object) -> dict[str, Any]:
     parts = _parts(form)
     if isinstance(source, tuple):
         source = {part.key: value for part, value in zip(parts, source, strict=True)}
+    if isinstance(source, form):
+        source = {part.key: getattr(source, part.name) for part in parts if part.name in source.model_fields_set}
     if isinstance(source, Mapping):
         return {part.key: part.write(source[part.key]) for part in parts if part.is_always or part.key in source}
     found: dict[str, Any] = {}
@@ -57,6 +60,11 @@ def written(form: type[BaseModel], source: object) -> dict[str, Any]:
         if part.is_always or not part.says_nothing(value):
             found[part.key] = part.write(value)
     return found
+
+
+def sources_of(form: type[BaseModel]) -> dict[str, str]:
+    """The field of a form by the attribute of an answer that it is written from."""
+    return {part.path: part.name for part in _parts(form)}
 
 
 @dataclass(frozen=True)
@@ -95,6 +103,8 @@ def _inherited(form: type[BaseModel]) -> list[str]:
 
 def _order(form: type[BaseModel]) -> list[str]:
     """The fields in the order in which they are written: those of a base where the form has their place."""
+    if vars(form).get("ORDER"):
+        return list(form.ORDER)  # type: ignore[attr-defined]
     inherited = _inherited(form)
     own = [name for name in form.model_fields if name not in inherited]
     behind = vars(form).get("INHERITED_BEHIND", "")
@@ -128,7 +138,7 @@ def _writer(kind: Any) -> Writer:
         return _writer(inner[0]) if serializer is None else serializer.func  # type: ignore[return-value]
     if origin in (Union, UnionType):
         cases = [item for item in inner if item is not type(None)]
-        return partial(_optional, _writer(cases[0])) if len(cases) == 1 else _same
+        return partial(_optional, _writer(cases[0])) if len(cases) == 1 else _any_form
     if origin is list:
         return partial(_list, _writer(inner[0]))
     if origin is dict:
@@ -140,6 +150,11 @@ def _writer(kind: Any) -> Writer:
 
 def _same(value: Any) -> Any:
     return value
+
+
+def _any_form(value: Any) -> Any:
+    """One of several forms that was read; else what is plain data."""
+    return written(type(value), value) if isinstance(value, Form) else value
 
 
 def _number(value: Any) -> Any:
