@@ -27,14 +27,16 @@ from dse.analysis.views import View, tabulate
 from dse.space.criteria import Metric
 from dse.space.frames import frame_at
 from dse.space.metrics import busy_obstacle
-from dse.space.trees import FROM_BANDWIDTH, at
-from dse.space.types import EMPTY, Bus, Connection, Flow, Space, Step
+from dse.space.trees import FROM_BANDWIDTH, at, leaves
+from dse.space.types import EMPTY, Bus, Component, Connection, Flow, Space, Step
 from dse.units import Exact, format_bandwidth, format_duration, format_ratio, format_size
 
 MANY_CASES = 10_000
 """Bounds of figures that depend on more combinations of options than this are not looked for."""
 SHOWN = 3
 """Contributions that contradict themselves are named up to so many."""
+MOST_NAMED = 20
+"""Threads without an execution time are named up to so many."""
 TELLING = Fraction(101, 100)
 """By what factor a bus must be busier than its load says for a remark."""
 
@@ -65,6 +67,24 @@ def design_remarks(space: Space, view: View) -> Iterator[str]:
                 "latency"
             )
     yield from _bus_remarks(space, view)
+    untimed = [item.name for item in _on_processors(space) if at(item.execution_ns, view) is None]
+    yield from _untimed(untimed)
+
+
+def _on_processors(space: Space) -> Iterator[Component]:
+    """Threads of which an execution time would be counted."""
+    if space.profile == "dse":  # OSATE has its own figures in place of one
+        yield from (item for item in space.components if item.section == "threads" and item.processor is not None)
+
+
+def _untimed(names: Sequence[str]) -> Iterator[str]:
+    """That threads count as taking no time."""
+    if names:
+        more = f", and {len(names) - MOST_NAMED} more" if len(names) > MOST_NAMED else ""
+        yield (
+            f"no execution time is stated for {', '.join(names[:MOST_NAMED])}{more}: what has no "
+            "`compute_execution_time` counts as taking no CPU time"
+        )
 
 
 def _bus_remarks(space: Space, view: View) -> Iterator[str]:
@@ -92,6 +112,7 @@ def _bus_remarks(space: Space, view: View) -> Iterator[str]:
 
 def problem_remarks(space: Space) -> Iterator[str]:
     """The same of every bus that a design may have, and of every flow."""
+    yield from _untimed([item.name for item in _on_processors(space) if None in leaves(item.execution_ns)])
     alone = replace(space, processing="execution_time")  # a response time is never below an execution time
     for flow in space.flows:
         found: dict[str, None] = {}

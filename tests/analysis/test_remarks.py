@@ -98,3 +98,16 @@ def test_a_stated_response_time_below_the_execution_time_is_remarked_on_too() ->
     found = [remark for remark in dse.check(dse.loads(text)).remarks if "too small" in remark]
     assert len(found) == 1
     assert found[0].endswith("it counts for a at least 5 ms (processing time), at most 4 ms (response time)")
+
+
+def test_threads_without_an_execution_time_are_told() -> None:
+    """They count as taking none: of a problem with any such design, of a design with that one."""
+    text = """{dse: 1, name: x, processor_types: {t: {}}, processors: {p: {type: t}},
+        thread_types: {quick: {}, timed: {compute_execution_time: 1 ms}},
+        threads: {a: {processor: p, period: 10 ms, type: [timed, quick]},
+                  b: {processor: p, period: 10 ms, type: timed}, c: {period: 10 ms}}}"""
+    words = "no execution time is stated for a: what has no `compute_execution_time` counts as taking no CPU time"
+    problem = dse.load(text)
+    assert words in dse.check(problem).remarks
+    assert words not in dse.analyse(problem, {"a.type": "timed"}).warnings
+    assert words in dse.analyse(problem, {"a.type": "quick"}).warnings
