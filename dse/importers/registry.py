@@ -6,6 +6,7 @@ step. Everything else (the command, its options, the keyword arguments of `dse.i
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from importlib import import_module
@@ -51,11 +52,11 @@ Read: TypeAlias = Callable[[Path, Mapping[str, Any]], Imported]
 class Importer:
     """One format.
 
-    `home` is the module whose function ``read`` (see `Read`) reads it, imported when it is used. `options` has a help
+    `home` is the module whose `function` (see `Read`) reads it, imported when it is used. `options` has a help
     text for each option of the command line (``--name``) and keyword of `dse.import_file`. `is_problem`: its documents
     are whole problems, so that every command takes such a file where it takes a problem file. `telltale`, where several
-    formats share a suffix, is a key at the beginning of a line that only files of this one have; `inside` is the name
-    of a file that only its folders have.
+    formats share a suffix, is a pattern that only files of this one have; `sure` are suffixes that need none; `inside`
+    is the name of a file that only its folders have.
     """
 
     name: str
@@ -66,11 +67,13 @@ class Importer:
     is_problem: bool = False
     telltale: str = ""
     inside: str = ""
+    sure: tuple[str, ...] = ()
+    function: str = "read"
 
     @property
     def read(self) -> Read:
         """The function that reads it."""
-        found: Read = getattr(import_module(self.home), "read")  # noqa: B009 (typed as Any on purpose)
+        found: Read = getattr(import_module(self.home), self.function)
         return found
 
 
@@ -78,6 +81,12 @@ YAML = (".yaml", ".yml")
 OF_ROS2 = {
     "cores": "how many cores the computer has; else as many as callbacks are pinned to, at least one.",
     "rate": "how often topics come that nothing in the file publishes, such as 10 Hz.",
+}
+OF_LAUNCH = {
+    "timers": "the parameters that state how often timers come, with their unit: 'fps [Hz], /cam:grab.period_ms [ms]'; "
+    "else those of well-known names.",
+    "arguments": "launch arguments, as ros2 launch takes them: 'name:=value, other:=value'.",
+    "workspace": "the folder with the packages to which launch files refer; else that around the package of FILE.",
 }
 IMPORTERS: tuple[Importer, ...] = (
     Importer(
@@ -109,7 +118,7 @@ IMPORTERS: tuple[Importer, ...] = (
         "architecture files of CARET (ROS 2)",
         "dse.importers.ros2.caret",
         OF_ROS2,
-        telltale="named_paths:",
+        telltale="^named_paths:",
     ),
     Importer(
         "cie",
@@ -117,7 +126,25 @@ IMPORTERS: tuple[Importer, ...] = (
         "configurations and templates of the callback-isolated executor (ROS 2)",
         "dse.importers.ros2.cie",
         OF_ROS2,
-        telltale="callback_groups:",
+        telltale="^callback_groups:",
+    ),
+    Importer(
+        "launch",
+        (".xml", ".py", *YAML),
+        "launch files (XML, YAML, Python), as far as they are static (ROS 2)",
+        "dse.importers.launch.reading",
+        {**OF_ROS2, **OF_LAUNCH},
+        telltale=r"^launch\s*:|<launch\b|def generate_launch_description\b",
+        sure=tuple(f"{mark}launch{end}" for mark in "._" for end in (".xml", ".py", *YAML, "")),
+    ),
+    Importer(
+        "parameters",
+        YAML,
+        "parameter files: rates and periods of timers (ROS 2)",
+        "dse.importers.launch.reading",
+        {**OF_ROS2, "timers": OF_LAUNCH["timers"]},
+        telltale="ros__parameters",
+        function="read_parameters",
     ),
     Importer(
         "trace",
@@ -125,7 +152,7 @@ IMPORTERS: tuple[Importer, ...] = (
         "traces of ros2_tracing: the folder of a CTF trace, or what babeltrace2 prints of it (ROS 2)",
         "dse.importers.ros2.trace",
         OF_ROS2,
-        telltale="[",
+        telltale=r"^\[",
         inside="metadata",
     ),
 )
@@ -158,6 +185,7 @@ def importer_of(path: Path, form: str | None = None) -> Importer | None:
     for importer in IMPORTERS:
         is_its = path.name.lower().endswith(importer.suffixes) or (importer.name == "aadl" and path.is_dir())
         is_its = is_its and (form is not None or _tells(path, importer.telltale))
+        is_its = is_its or path.name.lower().endswith(importer.sure or ("\n",))
         if importer.name == form or (form is None and is_its):
             return importer
     if form is not None:
@@ -165,13 +193,13 @@ def importer_of(path: Path, form: str | None = None) -> Importer | None:
     return None
 
 
-def _tells(path: Path, key: str) -> bool:
-    """Whether a file has a line that begins with a key."""
-    if not key:
+def _tells(path: Path, pattern: str) -> bool:
+    """Whether a file has what tells its format."""
+    if not pattern:
         return True
     try:
         with path.open(encoding="utf-8", errors="replace") as stream:
-            return any(line.startswith(key) for line in stream.read(MOST_LOOKED_AT).splitlines())
+            return re.search(pattern, stream.read(MOST_LOOKED_AT), re.MULTILINE) is not None
     except OSError:
         return False
 

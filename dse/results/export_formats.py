@@ -37,21 +37,24 @@ def ros2_parameters(space: Space, design: Design, title: str, names: Ros2 | None
 def _nodes(space: Space, design: Design, names: Ros2) -> Iterator[str]:
     view, cores = View(design), cores_of(space, design)
     nodes: dict[str, list[int]] = {}
+    same: dict[str, str] = {}
     for number, component in enumerate(space.components):
         if component.section == "threads":
-            nodes.setdefault(at(component.process, view) or component.name, []).append(number)
-    own: dict[str, list[Parameter]] = {}
+            own = names.nodes.get(component.name)  # of several nodes in one process
+            name = same.setdefault(own, component.name) if own else at(component.process, view) or component.name
+            nodes.setdefault(name, []).append(number)
+    stated_of: dict[str, list[Parameter]] = {}
     for key, text in names.parameters.items():
         parameter = read_parameter(key, text)
         if isinstance(parameter, Parameter):
-            own.setdefault(parameter.thread, []).append(parameter)
+            stated_of.setdefault(parameter.thread, []).append(parameter)
     taken = set(names.nodes.values())
     for name, numbers in nodes.items():
         full = _node_name(space, name, numbers, names)
         yield f"{full}:" if full is not None else f"{_unique(name, taken)}:{_original(name)}"
         yield "  ros__parameters:"
         inside: set[str] = set()
-        stated = [item for number in numbers for item in own.get(space.components[number].name, ())]
+        stated = [item for number in numbers for item in stated_of.get(space.components[number].name, ())]
         if stated:
             yield from _own_parameters(space, stated, view)
             continue

@@ -33,8 +33,15 @@ class Parameter:
     def value(self, period_ns: Fraction, rate_hz: Fraction, offset_ns: Fraction) -> Fraction:
         """The figure in the unit of the parameter."""
         if self.field == "rate":
-            return rate_hz / RATES[self.unit]
+            return _stated_rate(rate_hz, period_ns) / RATES[self.unit]
         return (period_ns if self.field == "period" else offset_ns) / UNITS[self.unit]
+
+
+def _stated_rate(rate_hz: Fraction, period_ns: Fraction) -> Fraction:
+    """The rate, or that in thousandths of which the period is what is left in whole nanoseconds: 30 Hz, 33333333 ns."""
+    near = Fraction(round(rate_hz * 1000), 1000)
+    is_it = near > 0 and period_ns.denominator == 1 and round(10**9 / near) == period_ns
+    return near if is_it else rate_hz
 
 
 def read_parameter(key: str, text: str) -> Parameter | str:
@@ -67,7 +74,7 @@ def mistakes(spec: Spec) -> Iterator[tuple[tuple[PathPart, ...], str]]:
     nodes = {*processes, *spec.executors, *spec.threads}
     first: dict[str, str] = {}
     for name, text in stated.nodes.items():
-        if first.setdefault(text, name) != name:
+        if first.setdefault(text, name) != name and not _share(spec, first[text], name):
             yield ("ros2", "nodes", name), f"{shown(first[text])} has this name too"
         if name not in nodes:
             yield ("ros2", "nodes", name), f"there is no process, executor or thread {shown(name)}"
@@ -80,6 +87,12 @@ def mistakes(spec: Spec) -> Iterator[tuple[tuple[PathPart, ...], str]]:
         elif found.thread not in spec.threads:
             yield ("ros2", "parameters", key), f"there is no thread {shown(found.thread)}"
     yield from _groups(spec, stated)
+
+
+def _share(spec: Spec, first: str, second: str) -> bool:
+    """Whether two names are threads of one process, which may be those of one node in it."""
+    both = [spec.threads[name].process for name in (first, second) if name in spec.threads]
+    return len(both) == 2 and both[0] is not None and both[0] == both[1]
 
 
 def _groups(spec: Spec, stated: Ros2) -> Iterator[tuple[tuple[PathPart, ...], str]]:

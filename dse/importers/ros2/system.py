@@ -25,6 +25,8 @@ class Callback:
     """A callback: a timer with a period, or what runs when a message of a topic comes.
 
     `durations_ns` are its measured execution times, `starts_ns` when they began, `words` what else is known of it.
+    `process` is the container of its node ("": the node is a process of its own), `parameter` what states its period:
+    ``rate`` or ``period``, and the parameter's name with its unit. `is_open`: nothing says what runs it.
     """
 
     name: str
@@ -35,6 +37,9 @@ class Callback:
     durations_ns: Sequence[int] = ()
     starts_ns: Sequence[int] = ()
     words: str = ""
+    process: str = ""
+    parameter: tuple[str, str] | None = None
+    is_open: bool = False
 
 
 @dataclass
@@ -159,7 +164,7 @@ class Writer:
         for group in self.system.groups:
             for one in group.callbacks:
                 what = f"Subscription({one.topic})" if one.topic else f"Timer({one.period_ns})"
-                found[self.threads[id(one)]] = f"{one.node}@{what}"
+                found[self.threads[id(one)]] = f"{one.node}@{'' if one.is_open else what}"
         return found
 
     def _at(self, place: Place, *words: str) -> str:
@@ -206,13 +211,14 @@ class Writer:
             for one in group.callbacks:
                 name = self.threads[id(one)]
                 executor = self.executor_of.get(id(one))
-                body: dict[str, Any] = {"process": ros_name(one.node)}
+                body: dict[str, Any] = {"process": ros_name(one.process or one.node)}
                 body |= {"executor": executor} if executor else {"processor": COMPUTER}
                 if one.period_ns is not None:
                     body |= {"dispatch_protocol": "periodic", "period": format_duration(one.period_ns)}
                 else:
-                    body["dispatch_protocol"] = "aperiodic"
+                    body["dispatch_protocol"] = "periodic" if one.is_open else "aperiodic"
                 what = f"timer of {one.node}" if one.period_ns is not None else f"{one.node}, on {one.topic}"
+                what = f"{one.node}, MISSING: its `period`" if one.is_open else what
                 if one.durations_ns:
                     body["compute_execution_time"] = _range(one.durations_ns)
                     what += f"; execution times measured, {len(one.durations_ns)} samples"
@@ -266,8 +272,12 @@ class Writer:
 
     def _mapping(self) -> dict[str, Any]:
         """How threads, nodes and groups are called in ROS."""
-        nodes = {ros_name(one.node): one.node for group in self.system.groups for one in group.callbacks}
+        callbacks = [one for group in self.system.groups for one in group.callbacks]
+        nodes = {self.threads[id(one)] if one.process else ros_name(one.node): one.node for one in callbacks}
         found: dict[str, Any] = {"nodes": nodes}
+        stated = [(self.threads[id(one)], *one.parameter) for one in callbacks if one.parameter is not None]
+        if stated:
+            found["parameters"] = {f"{thread}.{field}": text for thread, field, text in stated}
         groups = {}
         for _, members in self.system.executors:
             group = members[0]
