@@ -9,11 +9,11 @@ from fractions import Fraction
 
 from dse.spec.model import Ros2, Spec
 from dse.spec.reader import PathPart
+from dse.units import PARAMETER_RATES as RATES
+from dse.units import PARAMETER_TIMES_NS as UNITS
 from dse.units import shown
 
 FIELDS = ("period", "rate", "offset")
-UNITS = {"s": Fraction(10**9), "ms": Fraction(10**6), "us": Fraction(10**3), "ns": Fraction(1)}
-RATES = {"Hz": Fraction(1), "kHz": Fraction(1000)}
 _PARAMETER = re.compile(r"(?P<name>[A-Za-z_][\w./-]*)(\s*\[\s*(?P<whole>int\s+)?(?P<unit>\w+)\s*\])?")
 _NODE = re.compile(r"(/[A-Za-z_]\w*)+")
 HOLE = re.compile(r"\{([^{}]*)\}")

@@ -13,7 +13,8 @@ from fractions import Fraction
 from pathlib import Path
 
 from dse.importers.ros2.located import LocatedFile, Place
-from dse.spec.ros2 import RATES, UNITS
+from dse.units import PARAMETER_RATES as RATES
+from dse.units import PARAMETER_TIMES_NS as UNITS
 
 WHAT = "a parameter file of ROS 2"
 INSIDE = "ros__parameters"
