@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from dse.cli.common import check_writable, in_time, json_option, load_told, problem_argument
+from dse.cli.common import all_option, check_writable, in_time, json_option, load_told, problem_argument
 from dse.cli.pages import answer, report_option
 from dse.cli.question import question_of, question_options
 from dse.errors import EXIT_COMPLETE, EXIT_NO
@@ -26,14 +26,22 @@ if TYPE_CHECKING:
 )
 @click.option("--response-times", is_flag=True, help="Also the response time of every thread, by core and priority.")
 @question_options
+@all_option
 @report_option
 @json_option
 @in_time
 def command(
-    file: str, design: tuple[str, ...], response_times: bool, report: str | None, json_path: str | None, **options: Any
+    file: str,
+    design: tuple[str, ...],
+    response_times: bool,
+    every: bool,
+    report: str | None,
+    json_path: str | None,
+    **options: Any,
 ) -> int:
-    """One design (the baseline, unless told otherwise): latency contributors, CPU and bus tables, verdicts.
+    """One design (the baseline, unless told otherwise): its verdict, what is tightest, its latencies.
 
+    With --all also each contribution to each latency, who uses processors and buses, and every metric.
     Exit code 4 when the design breaks a requirement or is not valid.
     """
     check_writable(json_path, report)
@@ -43,7 +51,7 @@ def command(
     analysis = analyse(found.problem, found.texts, response_times=response_times)
     from dse.report.analyse import analysis_page
 
-    answer(analysis_page(analysis), (json_path, analysis.to_json), report=report)
+    answer(analysis_page(analysis), (json_path, analysis.to_json), report=report, every=every)
     return EXIT_COMPLETE if analysis.is_feasible else EXIT_NO
 
 

@@ -6,7 +6,7 @@ from typing import Any
 
 import click
 
-from dse.cli.common import check_writable, in_time, json_option, load_told, problem_argument
+from dse.cli.common import all_option, check_writable, in_time, json_option, load_told, problem_argument
 from dse.cli.pages import answer, report_option
 from dse.cli.question import question_of, question_options
 
@@ -14,10 +14,11 @@ from dse.cli.question import question_of, question_options
 @click.command("check")
 @problem_argument()
 @question_options
+@all_option
 @report_option
 @json_option
 @in_time
-def command(file: str, report: str | None, json_path: str | None, **options: Any) -> int:
+def command(file: str, every: bool, report: str | None, json_path: str | None, **options: Any) -> int:
     """Validate a problem file; describe its decisions, its size, and what a careful reader would remark.
 
     With the options of `dse solve` the question is the one that they ask.
@@ -28,5 +29,5 @@ def command(file: str, report: str | None, json_path: str | None, **options: Any
     description = check(load_told(file), **question_of(options))
     from dse.report.check import description_page
 
-    answer(description_page(description), (json_path, description.to_json), report=report)
+    answer(description_page(description), (json_path, description.to_json), report=report, every=every)
     return 0

@@ -84,6 +84,13 @@ def json_option(command: F) -> F:
     return click.option("--json", "json_path", metavar="PATH", help=text)(command)
 
 
+def all_option(command: F) -> F:
+    """``--all``, as `every`: of a command whose answer is on one screen otherwise."""
+    return click.option("--all", "every", is_flag=True, help="Print everything, not what one screen has room for.")(
+        command
+    )
+
+
 def time_limit_option(what: str) -> Callable[[F], F]:
     """``--time-limit``: a `TimeLimit` that begins with the command; `what` there is when it comes."""
     text = f"Stop after this time {what}, e.g. 60 (seconds) or 2min (exit code 5)."

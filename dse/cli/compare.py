@@ -6,7 +6,7 @@ from pathlib import Path
 
 import click
 
-from dse.cli.common import check_writable, in_time, json_option, load_told, report_folder, tell_carried
+from dse.cli.common import all_option, check_writable, in_time, json_option, load_told, report_folder, tell_carried
 from dse.cli.pages import answer, report_option
 from dse.errors import EXIT_COMPLETE, EXIT_NO
 
@@ -39,6 +39,7 @@ from dse.errors import EXIT_COMPLETE, EXIT_NO
     help="With --measured: how far the mean of periods and rates may be from what is stated.  [default: 1 %]",
 )
 @click.option("--figures", metavar="DIR", help="With --measured: write the plots into this folder, as SVG and PNG.")
+@all_option
 @report_option
 @json_option
 @in_time
@@ -50,6 +51,7 @@ def command(
     design: tuple[str, ...],
     tolerance: str | None,
     figures: str | None,
+    every: bool,
     report: str | None,
     json_path: str | None,
 ) -> int:
@@ -63,7 +65,7 @@ def command(
     if measured:
         if other is not None or problem is not None:
             raise click.UsageError("--measured goes with one problem file; --design names a design of it")
-        return _measured(one, measured, design, tolerance or "1 %", figures, report, json_path)
+        return _measured(one, measured, design, tolerance or "1 %", figures, every, report, json_path)
     if design or tolerance is not None or figures is not None:
         given = "--design" if design else "--tolerance" if tolerance is not None else "--figures"
         raise click.UsageError(f"{given} goes with --measured")
@@ -75,7 +77,7 @@ def command(
     found = compare(one, other, problem)
     for file in found.carried:
         tell_carried(file, is_carried=True)
-    answer(comparison_page(found), (json_path, found.to_json), report=report)
+    answer(comparison_page(found), (json_path, found.to_json), report=report, every=every)
     return EXIT_COMPLETE
 
 
@@ -85,6 +87,7 @@ def _measured(
     design: tuple[str, ...],
     tolerance: str,
     figures: str | None,
+    every: bool,
     report: str | None,
     json_path: str | None,
 ) -> int:
@@ -97,7 +100,7 @@ def _measured(
     chosen = named(design, load_told(problem))
     found = compare_measured(chosen.problem, *files, design=chosen.texts, tolerance=tolerance)
     page = measured_page(found)
-    answer(page, (json_path, found.to_json), report=report)
+    answer(page, (json_path, found.to_json), report=report, every=every)
     if figures is not None:
         from dse.files.writing import write_files
         from dse.report.plot_files import page_figures

@@ -43,7 +43,7 @@ def _refuse(ctx: click.Context, param: click.Parameter, value: object) -> None:
 @problem_argument()
 @question_options
 @objective_options(hidden=True)
-@click.option("--all", "every", is_flag=True, help="List all minimal conflicts.")
+@click.option("--all", "every", is_flag=True, help="List all minimal conflicts, and print everything.")
 @click.option("--limit", type=click.IntRange(1), default=100, show_default=True, help="At most so many conflicts.")
 @click.option(
     "--offer",
@@ -89,5 +89,12 @@ def command(
     found = explain_asked(asked, Wishes(every, limit, offer, time_limit.rest_s, seed))
     from dse.report.explain import explanation_page
 
-    answer(explanation_page(found), (json_path, found.to_json), (csv_path, found.to_csv), report=report, quiet=quiet)
+    answer(
+        explanation_page(found),
+        (json_path, found.to_json),
+        (csv_path, found.to_csv),
+        report=report,
+        quiet=quiet,
+        every=every,
+    )
     return found.exit_code

@@ -8,7 +8,16 @@ from typing import Any
 import click
 
 from dse.cli.analyse import named
-from dse.cli.common import check_writable, console, json_option, load_told, problem_argument, save, time_limit_option
+from dse.cli.common import (
+    all_option,
+    check_writable,
+    console,
+    json_option,
+    load_told,
+    problem_argument,
+    save,
+    time_limit_option,
+)
 from dse.cli.pages import write_page
 from dse.cli.question import OrderedCommand, objective_options, objectives_of, question_of, question_options
 from dse.cli.studies import claim_study, folder_of, study_report_options, write_study
@@ -67,7 +76,7 @@ class Share(click.ParamType[Any]):
 @click.option(
     "--front/--no-front", default=True, help="Whether to tell the chance of each alternative of the front too."
 )
-@click.option("--all", "show_all", is_flag=True, help="Show every margin and bar, not the closest and longest only.")
+@all_option
 @time_limit_option("with what was found so far")
 @study_report_options
 @json_option
@@ -82,7 +91,7 @@ def command(
     seed: int,
     front: bool,
     time_limit: TimeLimit,
-    show_all: bool,
+    every: bool,
     report: str | None,
     folder: str,
     json_path: str | None,
@@ -119,7 +128,7 @@ def command(
 
     page = study_page(result.to_dict())
     if "-" not in (json_path, csv_path):
-        print_page(console(), page, every=show_all)
+        print_page(console(), page, every=every)
     failure = save((json_path, result.to_json), (csv_path, result.to_csv)) or write_page(report or None, page)
     if target is not None:
         write_study(result, target)

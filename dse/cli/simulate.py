@@ -7,7 +7,7 @@ from typing import Any
 import click
 
 from dse.cli.analyse import named
-from dse.cli.common import check_writable, json_option, load_told, problem_argument, time_limit_option
+from dse.cli.common import all_option, check_writable, json_option, load_told, problem_argument, time_limit_option
 from dse.cli.pages import answer, report_option
 from dse.cli.question import question_of, question_options
 from dse.timelimit import TimeLimit, until
@@ -54,6 +54,7 @@ from dse.timelimit import TimeLimit, until
 )
 @time_limit_option("with the runs that were made")
 @question_options
+@all_option
 @report_option
 @json_option
 def command(
@@ -69,6 +70,7 @@ def command(
     bus_contention: bool,
     endless_queues: bool,
     time_limit: TimeLimit,
+    every: bool,
     report: str | None,
     json_path: str | None,
     **options: Any,
@@ -98,5 +100,5 @@ def command(
     )
     from dse.report.simulate import simulation_page
 
-    answer(simulation_page(simulation), (json_path, simulation.to_json), report=report)
+    answer(simulation_page(simulation), (json_path, simulation.to_json), report=report, every=every)
     return simulation.exit_code

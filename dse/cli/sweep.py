@@ -11,7 +11,16 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from dse.cli.common import check_writable, console, json_option, load_told, problem_argument, save, time_limit_option
+from dse.cli.common import (
+    all_option,
+    check_writable,
+    console,
+    json_option,
+    load_told,
+    problem_argument,
+    save,
+    time_limit_option,
+)
 from dse.cli.pages import write_page
 from dse.cli.question import OrderedCommand, objective_options, objectives_of, question_of, question_options
 from dse.cli.studies import claim_study, folder_of, study_report_options, write_study
@@ -59,6 +68,7 @@ PLAIN_STEP_S = 5.0
 )
 @click.option("--no-store", is_flag=True, help="Keep nothing; a stopped sweep begins anew.")
 @time_limit_option("with the runs that are finished")
+@all_option
 @study_report_options
 @json_option
 @click.option(
@@ -76,6 +86,7 @@ def command(
     store: str | None,
     no_store: bool,
     time_limit: TimeLimit,
+    every: bool,
     report: str | None,
     folder: str,
     json_path: str | None,
@@ -112,7 +123,7 @@ def command(
 
     page = study_page(result.to_dict())
     if not quiet and "-" not in (json_path, csv_path):
-        print_page(console(), page)
+        print_page(console(), page, every=every)
         kept = f", kept in {path}" if path is not None else ""
         count = f"{len(result.runs)} {'run' if len(result.runs) == 1 else 'runs'}"
         told = f"{count}: {result.solved} solved now, {result.found} from the store{kept}."

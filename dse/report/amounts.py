@@ -52,9 +52,9 @@ def amount_words(value: Fraction | int, unit: str, currency: str, digits: int = 
     return text.removesuffix("%") + _points(text) if text.endswith("%") else text
 
 
-def slack_words(slack: Fraction, unit: str, currency: str) -> str:
+def slack_words(slack: Fraction, unit: str, currency: str, digits: int = 6) -> str:
     """How far a value is from its limit; a dash where the value is unbounded."""
-    return "-" if is_unbounded(slack) else readable(slack, unit, currency, 6)
+    return "-" if is_unbounded(slack) else readable(slack, unit, currency, digits)
 
 
 def _points(text: str) -> str:

@@ -3,16 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
+from dataclasses import replace
 from fractions import Fraction
 from functools import partial
 
+from dse.analysis.limits import Verdict
 from dse.analysis.terms import PPM
 from dse.report.amounts import amount_words, slack_words
 from dse.report.bars import usage_chart, usage_records, waterfall, waterfall_records
-from dse.report.contention import bus_words, contended_words, core_words, overhead_words, processing_words
-from dse.report.page import MINUS, NOTHING, Block, Page, Plot, Section, Table, listing, texts
+from dse.report.contention import PROCESSING, bus_words, contended_words, core_words, overhead_words, processing_words
+from dse.report.page import MINUS, NOTHING, Block, Page, Plot, Section, Table, Text, few, listing, texts
 from dse.report.plain import basis_words, scale_words
-from dse.report.scheduling import response_blocks
+from dse.report.scheduling import busy_timelines, response_tables
 from dse.report.timeline import boundary_blocks
 from dse.report.words import EMPTY_SLOT, GAPS, OTHER_TYPE, REDUCED
 from dse.results.analyse import Analysis, FlowTable, Usage
@@ -21,10 +23,22 @@ from dse.space.settings import settings_of
 from dse.units import is_unbounded
 from dse.units.text import count_words
 
+LEFT_OUT = "CPU contention is not in the latencies."
+WAITING = "Waiting for a bus is not counted."
 WATERFALL = (
     "Latency of {}: each bar begins where the worst case of the one before it ends; its solid part is the minimum. "
     "Contributions without time are in the table only."
 )
+FEW = 3
+"""So many decisions, processors and buses are told on a terminal."""
+FEW_REQUIREMENTS = 5
+FEW_FLOWS = 4
+FEW_THREADS = 8
+MANY = 6
+"""So many other metrics are told before the table of all."""
+MORE_REQUIREMENTS = "and {} more requirements (--all)"
+OF_COMPONENTS = ("latency", "min latency", "jitter", "utilisation", "load", "busy")
+"""Metrics that the tables of flows, processors and buses tell."""
 USAGE = (
     "Which thread runs on which core, and which connection on which bus: each piece of a bar is one of them; the mark "
     "across a bar is its limit."
@@ -32,20 +46,24 @@ USAGE = (
 
 
 def analysis_page(analysis: Analysis) -> Page:
-    """Contributor tables, processor and bus tables, verdicts of one design."""
+    """The verdict and what it hangs on; behind that contributor tables, processor and bus tables, metrics."""
     lead = f"{analysis.space.name} ({basis_words(settings_of(analysis.space))})"
-    chosen = ", ".join(f"{name.removesuffix('.type')} {value}" for name, value in analysis.decisions.items())
-    design = [*texts(f"Design: {chosen}" if chosen else "")]
-    design += listing(analysis.breaches, "not a valid design", 0, "wrong")
+    chosen = [f"{name.removesuffix('.type')} {value}" for name, value in analysis.decisions.items()]
+    design: list[Block] = [Text(f"Design: {', '.join(chosen)}", brief=f"Design: {few(chosen, FEW, 'decisions')}.")]
+    blocks = [*(design if chosen else []), *listing(analysis.breaches, "not a valid design", 0, "wrong")]
     if not analysis.breaches:
-        design += texts(_verdict_words(analysis), tone="strong")
-    sections = [Section("design", "The design", tuple(design))]
+        blocks += texts(_verdict_words(analysis), tone="strong")
+    sections = [Section("design", "The design", tuple(blocks))]
     if not analysis.breaches:
         sections += [
-            Section("latency", "Latency", tuple(_latency(analysis))),
-            Section("clocks", "Timers on one clock", tuple(boundary_blocks(analysis.boundaries))),
-            Section("usage", "Processors and buses", tuple(_usage(analysis))),
-            Section("verdicts", "Requirements", tuple(_verdicts(analysis))),
+            Section("overview", "Where it stands", tuple(_overview(analysis))),
+            Section("flows", "Latencies", tuple(_flows(analysis)), is_detail=bool(analysis.responses)),
+            Section("responses", "Response times", tuple(response_tables(analysis.responses, FEW_THREADS))),
+            Section("notes", "What is counted", tuple(_notes(analysis))),
+            Section("latency", "Latency, contribution by contribution", tuple(_latency(analysis)), is_detail=True),
+            Section("clocks", "Timers on one clock", tuple(boundary_blocks(analysis.boundaries)), is_detail=True),
+            Section("usage", "Who uses processors and buses", tuple(_usage(analysis)), is_detail=True),
+            Section("metrics", "Every metric", (metric_table(analysis),), is_detail=True),
         ]
     return Page(f"{analysis.space.name}: analysis", lead, tuple(section for section in sections if section.blocks))
 
@@ -55,9 +73,98 @@ def _verdict_words(analysis: Analysis) -> str:
     broken = [verdict.requirement.shown for verdict in analysis.verdicts if not verdict.holds]
     if not broken:
         return "Verdict: meets every requirement." if analysis.verdicts else ""
-    return (
-        f"Verdict: breaks {len(broken)} of {count_words(len(analysis.verdicts), 'requirement')}: {'; '.join(broken)}."
-    )
+    what = f"breaks {len(broken)} of {count_words(len(analysis.verdicts), 'requirement')}"
+    return f"Verdict: {what}: {'; '.join(broken)}."
+
+
+def _overview(analysis: Analysis) -> Iterator[Block]:
+    """What is asked of the design, and how full processors and buses are."""
+    if analysis.verdicts:
+        yield replace(verdict_table(analysis, tightest_first=True), brief=FEW_REQUIREMENTS)
+    used = [(_fullness(usage), _processor_words(usage)) for usage in analysis.processors if _is_used(usage)]
+    used += [(_fullness(usage), _bus_words(usage)) for usage in analysis.buses if _is_used(usage)]
+    if used:
+        said = [words for _, words in used]
+        fullest = [words for _, words in sorted(used, key=lambda item: -item[0])]
+        brief = f"Used most: {few(fullest, FEW, 'processors and buses')}." if len(used) > FEW + 1 else ""
+        yield Text(f"Used: {'; '.join(said)}.", brief=brief)
+    currency = analysis.space.currency
+    others = [
+        f"{name} {readable(value, analysis.metric_units[name], currency)}"
+        for name, value in analysis.metrics.items()
+        if name.partition(" of ")[0] not in OF_COMPONENTS
+    ]
+    if others:
+        yield Text(f"Beside: {'; '.join(others)}.", brief=f"Beside: {few(others, MANY, 'metrics')}.")
+    missed = [item.name for found in analysis.responses.values() for item in found if item.meets_deadline is False]
+    yield from texts(f"Missed deadlines: {', '.join(missed)}." if missed else "", tone="wrong")
+    yield from listing(analysis.warnings, "warning", 0, brief=1)
+
+
+def _flows(analysis: Analysis) -> Iterator[Table]:
+    """A row for each flow: its latency, its jitter, and what takes the most of it."""
+    rows = []
+    for flow in analysis.flows:
+        ends = [counted(value, "ns", digits=6) for value in (flow.min_ns, flow.max_ns, flow.jitter_ns)]
+        most = max(flow.rows, key=lambda row: row.max_ns, default=None)
+        said = ""
+        if most is not None and flow.max_ns and not is_unbounded(flow.max_ns):
+            share = readable(Fraction(most.max_ns) / flow.max_ns * PPM, "ppm", digits=1)
+            said = f"{most.contributor}, {most.max_method} ({share})"
+        rows.append((flow.name, *ends, said))
+    headings = ("flow", "least latency", "greatest", "jitter", "the most of it")
+    if rows:
+        yield Table("Latencies", headings, tuple(rows), (1, 2, 3), brief=FEW_FLOWS, rest="and {} more flows (--all)")
+
+
+def _is_used(usage: Usage) -> bool:
+    return bool(usage.capacity and usage.shares)
+
+
+def _fullness(usage: Usage) -> Fraction:
+    """How much of a processor's fullest core, or of a bus, is used."""
+    assert usage.capacity is not None
+    loads = _core_loads(usage)
+    busy = usage.busy_total or Fraction(0)
+    return max(loads.values()) / PPM if loads else max(usage.total / usage.capacity, busy / PPM)
+
+
+def _core_loads(usage: Usage) -> dict[int, Fraction]:
+    """What each core of a processor with several does, where something runs on it."""
+    loads: dict[int, Fraction] = {}
+    for who, core in usage.cores.items():
+        loads[core] = loads.get(core, Fraction(0)) + usage.shares[who]
+    return loads
+
+
+def _processor_words(usage: Usage) -> str:
+    """``computer (soc_high) 231.9 % of 4 cores, of core 1, the fullest, 60.2 %``."""
+    assert usage.capacity is not None
+    count = int(usage.capacity / PPM)
+    said = f"{usage.name} ({usage.type}) {readable(usage.total, 'ppm')}"
+    if count == 1:
+        return said
+    loads = _core_loads(usage)
+    said += f" of {count} cores"
+    fullest = max(loads, key=lambda core: loads[core], default=None)
+    return said if fullest is None else f"{said}, {readable(loads[fullest], 'ppm')} of core {fullest}, the fullest"
+
+
+def _bus_words(usage: Usage) -> str:
+    """``can0 (can_500k) 8.6 % of its bandwidth, busy 11.8 %``."""
+    busy = "" if usage.busy_total is None else f", busy {readable(usage.busy_total, 'ppm')}"
+    return f"{usage.name} ({usage.type}) {_share(usage.total, usage)} of its bandwidth{busy}"
+
+
+def _notes(analysis: Analysis) -> Iterator[Block]:
+    """What the figures leave out, in one paragraph."""
+    settings = settings_of(analysis.space)
+    processing, buses, kept = processing_words(settings), bus_words(analysis.space), ""
+    if analysis.contended is not None:
+        said = contended_words(analysis.contended, analysis.space.currency)
+        kept = f"With response times, {core_words(analysis.space)}: {said}"
+    brief = [LEFT_OUT if processing == PROCESSING["execution_time"] else processing, kept, WAITING if buses else ""]
+    yield Text(" ".join(filter(None, (processing, kept, buses))), brief=" ".join(filter(None, brief)))
 
 
 def _latency(analysis: Analysis) -> Iterator[Block]:
@@ -67,11 +174,7 @@ def _latency(analysis: Analysis) -> Iterator[Block]:
             draw = partial(waterfall, flow, records)
             yield Plot(f"latency-{flow.name}", draw, WATERFALL.format(flow.name))
         yield flow_table(flow)
-    yield from texts(REDUCED, processing_words(settings_of(analysis.space)), bus_words(analysis.space))
-    if analysis.contended is not None:
-        said = contended_words(analysis.contended, analysis.space.currency)
-        yield from texts(f"With response times, {core_words(analysis.space)}: {said}")
-    yield from texts(GAPS[0], scale_words(analysis.space))
+    yield from texts(REDUCED, GAPS[0], scale_words(analysis.space))
 
 
 def _usage(analysis: Analysis) -> Iterator[Block]:
@@ -79,19 +182,9 @@ def _usage(analysis: Analysis) -> Iterator[Block]:
     if records:
         yield Plot("usage", partial(usage_chart, records), USAGE)
     yield from usage_tables(analysis)
-    yield from response_blocks(analysis.responses)
+    yield from busy_timelines(analysis.responses)
     if analysis.responses:
         yield from texts(overhead_words(analysis.space, analysis.design))
-
-
-def _verdicts(analysis: Analysis) -> Iterator[Block]:
-    yield metric_table(analysis)
-    if analysis.verdicts:
-        yield verdict_table(analysis)
-    yield from listing(analysis.warnings, "warning", 0)
-    if analysis.verdicts:
-        words = "meets every requirement" if analysis.is_feasible else "breaks a requirement"
-        yield from texts(f"The design {words}.", tone="strong")
 
 
 def flow_table(flow: FlowTable) -> Table:
@@ -150,22 +243,59 @@ def _share(share: Fraction, usage: Usage) -> str:
     return readable(share / usage.capacity * 10**6, "ppm", digits=2) if usage.capacity else NOTHING
 
 
-def verdict_table(analysis: Analysis) -> Table:
-    """How the design meets each requirement."""
-    rows: list[tuple[str, ...]] = []
-    currency = analysis.space.currency
-    for verdict in analysis.verdicts:
-        if analysis.limits_empty_slot(verdict):
-            said = OTHER_TYPE if analysis.is_of_other_type(verdict) else EMPTY_SLOT
-            rows.append((verdict.requirement.shown, NOTHING, NOTHING, NOTHING, said))
-            continue
-        values = [readable(value, verdict.unit, currency, 6) for value in (verdict.value, verdict.limit)]
-        values.append(slack_words(verdict.slack, verdict.unit, currency))
-        said = f"holds, {verdict.who} is the tightest" if verdict.who else "holds"
-        if not verdict.holds:
-            said = f"BROKEN by {verdict.who} alone" if verdict.who else "BROKEN"
-        rows.append((verdict.requirement.shown, *values, said))
-    return Table("Requirements", ("requirement", "value", "limit", "slack", "verdict"), tuple(rows), (1, 2, 3))
+def verdict_table(analysis: Analysis, *, tightest_first: bool = False) -> Table:
+    """How the design meets each requirement, in the order of the file, or what is broken and what is nearest first."""
+    verdicts = sorted(analysis.verdicts, key=partial(_closeness, analysis)) if tightest_first else analysis.verdicts
+    rows = tuple(_verdict_row(analysis, verdict) for verdict in verdicts)
+    caption = "Requirements, the tightest first" if tightest_first and len(rows) > 1 else "Requirements"
+    return Table(
+        caption, ("requirement", "value", "limit", "slack", "verdict"), rows, (1, 2, 3), rest=MORE_REQUIREMENTS
+    )
+
+
+def _closeness(analysis: Analysis, verdict: Verdict) -> tuple[bool, bool, Fraction]:
+    """What is broken, then by the share of the limit that is left; what limits nothing here last."""
+    share = Fraction(1) if not verdict.limit or is_unbounded(verdict.slack) else verdict.slack / abs(verdict.limit)
+    return verdict.holds, analysis.limits_empty_slot(verdict), share
+
+
+def _verdict_row(analysis: Analysis, verdict: Verdict, digits: int = 6) -> tuple[str, ...]:
+    """A requirement with its figures, on the scale of the limit as it was written.
+
+    Where the sum of a processor's cores decides they are those of the mean of its cores, so that 100 % is one core; of
+    a load that a share limits they are shares of the bandwidth.
+    """
+    currency, text = analysis.space.currency, verdict.requirement.shown
+    if analysis.limits_empty_slot(verdict):
+        said = OTHER_TYPE if analysis.is_of_other_type(verdict) else EMPTY_SLOT
+        return (text, NOTHING, NOTHING, NOTHING, said)
+    cores, bandwidth = _summed_cores(analysis, verdict), _shared_bandwidth(analysis, verdict)
+    one, unit = (bandwidth / PPM, "ppm") if bandwidth else (Fraction(cores), verdict.unit)
+    figures = [value if is_unbounded(value) else value / one for value in (verdict.value, verdict.limit, verdict.slack)]
+    values = [readable(value, unit, currency, digits) for value in figures[:2]]
+    values.append(slack_words(figures[2], unit, currency, digits))
+    mean = f" (mean of {cores} cores)" if cores > 1 else ""
+    said = f"holds, {verdict.who} is the tightest" if verdict.who else f"holds{mean}"
+    if not verdict.holds:
+        said = f"BROKEN by {verdict.who} alone" if verdict.who else f"BROKEN{mean}"
+    return (text, *values, said)
+
+
+def _summed_cores(analysis: Analysis, verdict: Verdict) -> int:
+    """Of how many cores a verdict on the utilisation of a processor has the sum; 1 where one alone decides."""
+    metric = verdict.requirement.metric
+    if metric.kind != "utilisation" or metric.index is None or verdict.who or verdict.limit != verdict.whole_limit:
+        return 1
+    capacity = analysis.processors[metric.index].capacity
+    return int(capacity / PPM) if capacity else 1
+
+
+def _shared_bandwidth(analysis: Analysis, verdict: Verdict) -> Fraction | None:
+    """The bandwidth of a bus whose load a share of it limits."""
+    metric = verdict.requirement.metric
+    if metric.kind != "load" or metric.index is None or not verdict.requirement.is_share:
+        return None
+    return analysis.buses[metric.index].capacity
 
 
 def metric_table(analysis: Analysis, base: Analysis | None = None) -> Table:

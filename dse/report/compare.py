@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 
 from dse.report.amounts import amount_words
 from dse.report.page import Block, Page, Section, Table, texts
@@ -11,53 +11,95 @@ from dse.results.display import counted
 from dse.results.solve import Result
 from dse.units import is_unbounded
 
+MOST = 8
+"""So many rows of a table are printed."""
+
 
 def comparison_page(found: DesignComparison | ResultComparison) -> Page:
-    """Two designs, or two results, side by side; what differs is marked."""
-    blocks = _designs(found) if isinstance(found, DesignComparison) else _results(found)
+    """Two designs, or two results, side by side: what differs, and for files and those who ask for it what does not."""
+    sections = _designs(found) if isinstance(found, DesignComparison) else _results(found)
     name = " against ".join(found.names)
-    return Page(name, "", (Section("comparison", "Side by side", tuple(blocks)),))
+    return Page(name, "", tuple(section for section in sections if section.blocks))
 
 
-def _designs(found: DesignComparison) -> Iterator[Block]:
-    yield _texts("Decisions", "decision", found.names, found.decisions)
+def _designs(found: DesignComparison) -> Iterator[Section]:
+    blocks: list[Block] = []
+    changed = [line for line in found.decisions if line.differs]
+    blocks += texts(f"{len(changed)} of {len(found.decisions)} decisions differ.", tone="strong")
+    if any(line.renumbered for line in found.decisions):
+        one, other = found.names
+        blocks += texts(f"Cores of {other} are numbered here like those of {one}: equal cores may change places.")
+    if found.unlike:
+        blocks += texts(f"Figures that follow different rules have no difference: {'; '.join(found.unlike)}.")
+    moved = [line for line in found.metrics if _moves(line)]
+    verdicts = [line for line in found.verdicts if line.differs]
+    blocks += _if_any(_texts("Decisions that differ", "decision", found.names, changed, brief=MOST))
+    blocks += _if_any(_metrics("Metrics that differ", found, moved))
+    blocks += _if_any(_texts("Requirements that differ", "requirement", found.names, verdicts, brief=MOST))
+    yield Section("comparison", "What differs", tuple(blocks))
+    same = [line for line in found.decisions if not line.differs]
+    equal = [line for line in found.metrics if not _moves(line)]
+    agreed = [line for line in found.verdicts if not line.differs]
+    blocks = [*_if_any(_texts("The same decisions", "decision", found.names, same))]
+    blocks += _if_any(_metrics("The same metrics", found, equal))
+    blocks += _if_any(_texts("The same verdicts", "requirement", found.names, agreed))
+    yield Section("same", "What does not differ", tuple(blocks), is_detail=True)
+
+
+def _moves(line: Line) -> bool:
+    """Whether a metric is not the same in both, as far as it can be told."""
+    return line.difference is None or bool(line.difference)
+
+
+def _metrics(title: str, found: DesignComparison, lines: Sequence[Line]) -> Table:
     rows = []
-    for line in found.metrics:
+    for line in lines:
         pairs = zip((line.one, line.other), found.currencies, strict=True)
         values = ["-" if value is None else counted(value, line.unit, currency) for value, currency in pairs]
         rows.append((line.name, *values, _difference(line, found.currencies[0])))
-    yield Table("Metrics", ("metric", *found.names, "difference"), tuple(rows), (1, 2, 3))
-    if found.verdicts:
-        yield _texts("Requirements", "requirement", found.names, found.verdicts)
-    changed = sum(line.differs for line in found.decisions)
-    yield from texts(f"{changed} of {len(found.decisions)} decisions differ.", tone="strong")
-    if any(line.renumbered for line in found.decisions):
-        one, other = found.names
-        yield from texts(f"Cores of {other} are numbered here like those of {one}: equal cores may change places.")
+    headings = ("metric", *found.names, "difference")
+    return Table(title, headings, tuple(rows), (1, 2, 3), brief=MOST, rest="and {} more metrics (--all)")
+
+
+def _results(found: ResultComparison) -> Iterator[Section]:
+    blocks: list[Block] = []
     if found.unlike:
-        yield from texts(f"Figures that follow different rules have no difference: {'; '.join(found.unlike)}.")
-
-
-def _results(found: ResultComparison) -> Iterator[Block]:
-    yield _texts("What was asked and found", "", found.names, found.facts)
+        said = "The fronts are not comparable, their objectives follow different rules"
+        blocks += texts(f"{said}: {'; '.join(found.unlike)}.", tone="strong")
+    else:
+        for name, other, points in zip(found.names, found.names[::-1], found.points, strict=True):
+            blocks += texts(_summary(name, other, points), tone="strong")
+    differing = [line for line in found.facts if line.differs]
+    blocks += _if_any(_texts("What was asked and found: what differs", "", found.names, differing))
+    yield Section("comparison", "What differs", tuple(blocks))
+    blocks = []
     for name, other, result, points in zip(found.names, found.names[::-1], found.results, found.points, strict=True):
         rows = [(str(item.point.id), *_figures(item, result), "-" if found.unlike else _said(item)) for item in points]
         objectives = [info.name for info in result.objectives]
         numbers = tuple(range(1 + len(objectives)))
-        yield Table(f"{name}, against {other}", ("#", *objectives, "there"), tuple(rows), numbers)
-        if not found.unlike:
-            yield from texts(_summary(name, other, points))
-    if found.unlike:
-        said = "The fronts are not comparable, their objectives follow different rules"
-        yield from texts(f"{said}: {'; '.join(found.unlike)}.", tone="strong")
+        rest = "and {} more points (--all)"
+        headings = ("#", *objectives, "there")
+        blocks.append(Table(f"{name}, against {other}", headings, tuple(rows), numbers, brief=MOST, rest=rest))
+    yield Section("points", "Point by point", tuple(blocks))
+    same = [line for line in found.facts if not line.differs]
+    yield Section(
+        "same", "What does not differ", tuple(_if_any(_texts("Alike", "", found.names, same))), is_detail=True
+    )
 
 
-def _texts(title: str, heading: str, names: tuple[str, str], lines: tuple[Line, ...]) -> Table:
+def _if_any(table: Table) -> list[Block]:
+    """The table, unless it has no row."""
+    return [table] if table.rows else []
+
+
+def _texts(
+    title: str, heading: str, names: tuple[str, str], lines: Sequence[Line], *, brief: int | None = None
+) -> Table:
     rows = []
     for line in lines:
         cells = ["-" if value is None else str(value) for value in (line.one, line.renumbered or line.other)]
-        rows.append((line.name, *cells, "differs" if line.differs else ""))
-    return Table(title, (heading, *names, ""), tuple(rows))
+        rows.append((line.name, *cells))
+    return Table(title, (heading, *names), tuple(rows), brief=brief, rest="and {} more (--all)")
 
 
 def _difference(line: Line, currency: str) -> str:

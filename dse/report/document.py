@@ -28,7 +28,7 @@ from dse.report.insisting import insisting_section
 from dse.report.missing import TITLE, missing_words
 from dse.report.page import NOTHING, Block, Section, Table
 from dse.report.plain import basis_words, scale_words
-from dse.report.scheduling import response_blocks
+from dse.report.scheduling import busy_timelines, response_tables
 from dse.report.timeline import boundary_table, by_flow, timeline_records
 from dse.report.words import (
     GAPS,
@@ -296,7 +296,7 @@ class Document:
             ),
             usage=usage_records(analysis.processors, analysis.buses, tightest_limits(analysis)),
             usage_tables=tuple(usage_tables(analysis)),
-            responses=tuple(response_blocks(analysis.responses)),
+            responses=(*response_tables(analysis.responses), *busy_timelines(analysis.responses)),
             bindings=self._bindings(reasons.point),
             requirements=verdict_table(analysis),
             decisions=self._decisions(reasons.point),

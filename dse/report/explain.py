@@ -20,6 +20,8 @@ from dse.units import Exact
 DIGITS = 6
 MOST_DECISIONS = 24
 """Maximum number of decisions of a design in one line."""
+ROOM = 180
+"""Letters of a design on a terminal: two lines."""
 MOST_REDUCED = 20
 """Maximum number of demands that are listed of a set that may not be minimal."""
 REACHED = {"<=": "from {} on", "<": "beyond {}", ">=": "up to {}", ">": "below {}", "==": "at {}"}
@@ -108,11 +110,14 @@ class _Teller:
         """A verdict."""
         self.blocks.append(Text(text, "strong"))
 
-    def item(self, text: str, depth: int = 1) -> None:
-        """A line of the list that stands last, or of a new one."""
+    def item(self, text: str, depth: int = 1, told: int | None = None) -> None:
+        """A line of the list that stands last, or of a new one; a terminal has `told` letters of it."""
         last = self.blocks[-1] if self.blocks else None
         before = last.items if isinstance(last, Listing) else ()
-        self.blocks = [*(self.blocks[:-1] if before else self.blocks), Listing((*before, Item(text, depth=depth)))]
+        self.blocks = [
+            *(self.blocks[:-1] if before else self.blocks),
+            Listing((*before, Item(text, depth=depth, told=told))),
+        ]
 
 
 def _tell_conflict_sets(say: _Teller, explanation: Explanation) -> None:
@@ -240,11 +245,12 @@ def _tell_designs(say: _Teller) -> None:
         broken = say.demands(example.breaks)
         what = f"breaks {broken}" if broken else "keeps everything that is asked"
         shown = _decisions(example.design, differing if several else names) or "the only one that the file describes"
-        say.item(f"{_letters(number)} {what}: {shown}", int(several))
+        say.item(f"{_letters(number)} {what}: {shown}", int(several), ROOM)
         for late in example.late:
             say.item(late_words(late), 1 + int(several))
     if several and len(differing) < len(names):
-        say.item(f"all of them: {_decisions(designs[0], [name for name in names if name not in differing])}")
+        shared = _decisions(designs[0], [name for name in names if name not in differing])
+        say.item(f"all of them: {shared}", told=ROOM)
 
 
 def late_words(late: Late) -> str:

@@ -9,13 +9,17 @@ from typing import Any
 
 from dse.report.amounts import amount_words
 from dse.report.charts import Spec, whole_spec
-from dse.report.page import Block, Page, Plot, Section, Table, listing, texts
+from dse.report.page import Block, Page, Plot, Section, Table, Tone, listing, texts
 from dse.results.display import counted, display_unit
 from dse.results.measured import Input, Kept, MeasuredComparison, Prediction, Seen
 from dse.units import is_unbounded
 
 DIGITS = 4
 VERDICTS = {"inside": "inside", "above": "above", "below": "below", "both": "above and below"}
+
+MOST = 8
+"""So many rows of a table are printed."""
+REST = "and {} more (--all)"
 
 
 def measured_page(found: MeasuredComparison) -> Page:
@@ -27,10 +31,13 @@ def measured_page(found: MeasuredComparison) -> Page:
 
 def _blocks(found: MeasuredComparison) -> Iterator[Block]:
     currency = found.currency
+    drifted = [item for item in found.inputs if item.drifted]
+    tone: Tone = "strong" if found.is_as_predicted and found.still_holds else "wrong"
+    yield from texts(_verdict(found, len(drifted)), tone=tone)
     if found.predictions:
         rows = tuple(_prediction(item, currency) for item in found.predictions)
         headings = ("metric", "predicted", "measured", "mean", "samples", "outside", "verdict")
-        yield Table("Predicted and measured", headings, rows, (1, 2, 3, 4, 5))
+        yield Table("Predicted and measured", headings, rows, (1, 2, 3, 4, 5), brief=MOST, rest=REST)
         yield from listing(
             (_beyond(item, currency) for item in found.predictions if item.verdict != "inside"), "", 1, "wrong"
         )
@@ -45,8 +52,9 @@ def _blocks(found: MeasuredComparison) -> Iterator[Block]:
             ("figure", "stated", "measured", "mean", "samples", "", "counts as"),
             stated,
             (1, 2, 3, 4),
+            brief=MOST,
+            rest=REST,
         )
-    drifted = [item for item in found.inputs if item.drifted]
     if found.requirements and drifted:
         kept = tuple(
             (
@@ -58,13 +66,10 @@ def _blocks(found: MeasuredComparison) -> Iterator[Block]:
             for item in found.requirements
         )
         columns = ("requirement", "as stated", "as measured", "margin as stated", "as measured", "")
-        yield Table("Requirements with the measured figures", columns, kept, (1, 2, 3, 4))
+        yield Table("Requirements with the measured figures", columns, kept, (1, 2, 3, 4), brief=MOST, rest=REST)
     overstepped = [item for item in found.requirements if item.observed_holds is False]
     yield from listing((_overstepped(item, currency) for item in overstepped), "", 1, "wrong")
     yield from listing(found.remarks, "remark", 0)
-    yield from texts(
-        _verdict(found, len(drifted)), tone="strong" if found.is_as_predicted and found.still_holds else "wrong"
-    )
 
 
 def _verdict(found: MeasuredComparison, drifted: int) -> str:

@@ -13,27 +13,37 @@ from typing import Any, ClassVar, Literal, TypeAlias
 
 NOTHING = "\N{EN DASH}"
 """The cell of a table where there is nothing to say."""
+MORE = "--all"
+"""The option of every command that prints less than it has found."""
 MINUS = "\N{MINUS SIGN}"
 Tone: TypeAlias = Literal["plain", "strong", "wrong"]
 
 
 @dataclass(frozen=True)
 class Text:
-    """A paragraph; `tone` sets off a verdict (strong) and what is amiss (wrong)."""
+    """A paragraph; `tone` sets off a verdict (strong) and what is amiss (wrong).
+
+    A terminal says `brief`, if there is one, unless it is told to show all.
+    """
 
     kind: ClassVar = "text"
     text: str
     tone: Tone = "plain"
+    brief: str = ""
 
 
 @dataclass(frozen=True)
 class Item:
-    """A line of a list, under a label if it has one; `depth` 2 belongs to the line above it."""
+    """A line of a list, under a label if it has one; `depth` 2 belongs to the line above it.
+
+    Of a list of decisions a terminal has no more than `told` letters, unless it is told to show all.
+    """
 
     text: str
     label: str = ""
     depth: int = 1
     tone: Tone = "plain"
+    told: int | None = None
 
     @property
     def line(self) -> str:
@@ -43,10 +53,11 @@ class Item:
 
 @dataclass(frozen=True)
 class Listing:
-    """Lines, one below the other."""
+    """Lines, one below the other; a terminal shows `brief` of them unless it is told to show all."""
 
     kind: ClassVar = "listing"
     items: tuple[Item, ...]
+    brief: int | None = None
 
 
 @dataclass(frozen=True)
@@ -56,7 +67,8 @@ class Table:
     `numbers` are the columns that align right, `total` marks the last row as a sum. `bars` has for each row a length
     from 0 to 1, drawn beside it. A terminal shows `brief` rows unless it is told to show all, and says `rest` of the
     others (``{}`` is how many); a file has `most`. Where there is no room for the columns from `wide` on a terminal
-    tells them below the table, by the cell of column `label`.
+    tells them below the table, by the cell of column `label`, and of each no more than `told` letters (with 0: nothing)
+    unless it is to show all.
     """
 
     kind: ClassVar = "table"
@@ -71,6 +83,7 @@ class Table:
     most: int | None = None
     wide: int | None = None
     label: int = 0
+    told: int | None = None
 
     @property
     def written(self) -> tuple[tuple[str, ...], ...]:
@@ -138,12 +151,16 @@ Block: TypeAlias = Text | Listing | Table | Plot | Timeline
 
 @dataclass(frozen=True)
 class Section:
-    """A part of a page; one that `is_for_files` says what a file needs beside: details, and what it rests on."""
+    """A part of a page; one that `is_for_files` says what a file needs beside: details, and what it rests on.
+
+    One that `is_detail` is on a terminal only where it is told to show all.
+    """
 
     name: str
     title: str
     blocks: tuple[Block, ...]
     is_for_files: bool = False
+    is_detail: bool = False
 
     @property
     def plots(self) -> tuple[Plot, ...]:
@@ -174,15 +191,27 @@ class Page:
     sections: tuple[Section, ...]
 
 
+def few(found: Sequence[str], most: int, what: str) -> str:
+    """A list of which the first `most` are told, and how many more of `what` there are; one more is told instead.
+
+    >>> few(["a", "b", "c"], 2, "options"), few(["a", "b", "c", "d"], 2, "options")
+    ('a; b; c', 'a; b; and 2 more options (--all)')
+    """
+    more = len(found) - most
+    return "; ".join(found if more <= 1 else [*found[:most], f"and {more} more {what} ({MORE})"])
+
+
 def texts(*found: str, tone: Tone = "plain") -> list[Block]:
     """Paragraphs, without those that are empty."""
     return [Text(text, tone) for text in found if text]
 
 
-def listing(found: Iterable[str], label: str = "", depth: int = 1, tone: Tone = "plain") -> list[Block]:
+def listing(
+    found: Iterable[str], label: str = "", depth: int = 1, tone: Tone = "plain", brief: int | None = None
+) -> list[Block]:
     """A list of lines, all under one label; nothing where there are none."""
     items = tuple(Item(text, label, depth, tone) for text in found)
-    return [Listing(items)] if items else []
+    return [Listing(items, brief)] if items else []
 
 
 def labelled(found: Iterable[tuple[str, str]]) -> list[Block]:

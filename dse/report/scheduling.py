@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
 
 from dse.analysis.busy_period import SECTION, BusyPeriod, worst_busy_period
 from dse.analysis.scheduling import Response
-from dse.report.page import Block, Lane, Table, Timeline
+from dse.report.page import Lane, Table, Timeline
 from dse.results.display import readable
 from dse.units import Exact
 
@@ -17,6 +18,8 @@ HEADINGS = (
     "core", "thread", "execution", "releases", "response time", "deadline", "", "slack", "blocked", "waits for",
 )  # fmt: skip
 NUMBERS = (0, 2, 4, 5, 7, 8)
+LEAST = 2
+"""So many rows a table has on a terminal, however many there are."""
 ALWAYS = 7
 """Columns from here on are there where they say something."""
 
@@ -39,12 +42,20 @@ def _share(item: Response) -> float:
     return 1.0 if item.response_ns is None else min(1.0, float(item.response_ns) / item.deadline_ns)
 
 
-def response_blocks(responses: Mapping[str, Sequence[Response]]) -> Iterator[Block]:
-    """For each processor what runs on it, and how its cores are busy where it is tightest."""
+def response_tables(responses: Mapping[str, Sequence[Response]], brief: int | None = None) -> Iterator[Table]:
+    """For each processor what runs on it; a terminal shows `brief` rows in all, without what they wait for."""
+    shown = {processor: found for processor, found in responses.items() if found}
+    for processor, found in shown.items():
+        table = response_table(processor, found)
+        if brief is not None:
+            rows = max(LEAST, brief // len(shown))
+            table = replace(table, brief=rows, rest="and {} more threads, and what each waits for (--all)", told=0)
+        yield table
+
+
+def busy_timelines(responses: Mapping[str, Sequence[Response]]) -> Iterator[Timeline]:
+    """How each core is busy where it is tightest."""
     for processor, found in responses.items():
-        if not found:
-            continue
-        yield response_table(processor, found)
         for core in sorted({item.core for item in found}):
             busy = worst_busy_period(core, found)
             if busy is not None and len({piece.name for piece in busy.pieces}) > 1:

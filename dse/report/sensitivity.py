@@ -8,7 +8,7 @@ from functools import partial
 
 from dse.report.charts import Spec
 from dse.report.figuretext import MOST_ROWS, Data, decisions_text, figure_text, number_of
-from dse.report.page import NOTHING, Block, Plot, Section, Table, listing, texts
+from dse.report.page import NOTHING, Block, Plot, Section, Table, Text, few, listing, texts
 from dse.report.plain import scale_of
 from dse.report.studyplots import shares, tornado
 from dse.results.display import display_unit, figure, readable, titled
@@ -18,7 +18,10 @@ from dse.units import is_unbounded
 SHOWN_BARS = 12
 BRIEF_BARS = 8
 """Maximum number of bars of a metric on a terminal."""
-SHOWN_MARGINS = 15
+SHOWN_MARGINS = 6
+BRIEF_METRICS = 4
+FEW = 3
+"""So many margins, metrics and uncertain inputs, and decisions are on a terminal."""
 INDICES = (
     "share of its variance (Sobol); effect: mean change from one end of the input's range to the other "
     "(where it has no bounds, of the middle 95 % of its values)"
@@ -30,7 +33,8 @@ def sensitivity_sections(data: Data) -> Iterator[Section]:
     currency = data["problem"].get("currency", "EUR")
     chosen = decisions_text(data["decisions"], list(data["decisions"]))
     broken = (f"{text}; left out of what follows" for text in data["broken"])
-    margins: list[Block] = [*texts(f"Design: {chosen or 'the only one'}")]
+    told = few(chosen.split(", "), FEW, "decisions")
+    margins: list[Block] = [Text(f"Design: {chosen or 'the only one'}", brief=f"Design: {told}" if chosen else "")]
     margins += listing(broken, "broken as it is", 0, "wrong")
     margins.append(_margin_table(data, currency))
     margins += texts(_free_words(data))
@@ -39,15 +43,28 @@ def sensitivity_sections(data: Data) -> Iterator[Section]:
     breaks = (item[end]["requirement"] for item in data["margins"] for end in ("below", "above") if item[end])
     margins += texts(scale_of([*breaks, *(bar["metric"] for bar in data["tornado"])]))
     yield Section("margins", "Margins", tuple(margins))
+    yield from _tornadoes(data, currency)
+    if data["uncertainty"] is not None:
+        yield from _uncertain_sections(data["uncertainty"], currency)
+
+
+def _tornadoes(data: Data, currency: str) -> Iterator[Section]:
+    """What moves each metric most, and all that moves it."""
     swings: list[Block] = []
+    most: list[tuple[str, ...]] = []
     for metric in dict.fromkeys(bar["metric"] for bar in data["tornado"]):
         bars = [bar for bar in data["tornado"] if bar["metric"] == metric]
         swings += [_tornado_plot(metric, bars, currency), _tornado_table(metric, bars, currency)]
+        ends = sorted(map(figure, bars[0]["values"]))
+        moved = [figure_text(value, bars[0]["unit"], currency) for value in (bars[0]["nominal"], *ends)]
+        most.append((metric, moved[0], bars[0]["path"], *moved[1:]))
     if swings:
         swing = texts(f"Each input alone, over: {data['swing']}.")
-        yield Section("tornado", "What each metric hangs on", (*swing, *swings))
-    if data["uncertainty"] is not None:
-        yield _uncertain_section(data["uncertainty"], currency)
+        headings = ("metric", "now", "moved most by", "from", "to")
+        caption, rest = "What each metric hangs on most", "and {} more metrics (--all)"
+        table = Table(caption, headings, tuple(most), (1, 3, 4), brief=BRIEF_METRICS, rest=rest)
+        yield Section("hangs", caption, (*swing, table))
+        yield Section("tornado", "What each metric hangs on", tuple(swings), is_detail=True)
 
 
 def _free_words(data: Data) -> str:
@@ -162,15 +179,20 @@ def _tornado_table(metric: str, bars: Sequence[Data], currency: str) -> Table:
     )
 
 
-def _uncertain_section(found: Data, currency: str) -> Section:
-    return Section("uncertainty", "Uncertain inputs", tuple(_uncertain_blocks(found, currency)))
+def _uncertain_sections(found: Data, currency: str) -> Iterator[Section]:
+    yield Section("uncertainty", "Uncertain inputs", tuple(_uncertain_blocks(found, currency)))
+    indices = tuple(_index_blocks(found, currency))
+    if indices:
+        yield Section("variance", "What explains how much of the variance", indices, is_detail=True)
 
 
 def _uncertain_blocks(found: Data, currency: str) -> Iterator[Block]:
     one = found["design"]
     error = f", standard error {one['standard_error']:.2%}" if 0 < one["all_met"] < 1 else ""
     yield from texts(f"Uncertain inputs ({found['samples']} samples, seed {found['seed']}):", tone="strong")
-    yield Table("Uncertain inputs", ("input", "what is stated"), tuple(found["inputs"].items()))
+    stated = tuple(found["inputs"].items())
+    rest = "and {} more uncertain inputs (--all)"
+    yield Table("Uncertain inputs", ("input", "what is stated"), stated, brief=BRIEF_METRICS, rest=rest)
     said = f"The design meets every requirement in {one['all_met']:.2%} of the samples{error}."
     yield from texts(said, tone="strong")
     yield from listing(f"{text}: {share:.2%}" for text, share in one["by_requirement"].items() if share < 1)
@@ -185,11 +207,14 @@ def _uncertain_blocks(found: Data, currency: str) -> Iterator[Block]:
             ("chance", "weakest requirement", "decisions"),
             tuple(chances),
             (0,),
-            brief=SHOWN_MARGINS,
+            brief=BRIEF_METRICS,
             rest="and {} less sure ones (--all shows them)",
             most=MOST_ROWS,
         )
     yield from texts(unbounded_words(found["unbounded"]) if found.get("unbounded") else "")
+
+
+def _index_blocks(found: Data, currency: str) -> Iterator[Block]:
     for index in found["indices"]:
         paths = sorted(index["total"], key=lambda path: -index["total"][path])
         words = f"{index['output']}: what each input explains of its variance, alone (solid) and with interactions."

@@ -3,17 +3,21 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from fractions import Fraction
 from functools import partial
 
 from dse.report.charts import Spec
-from dse.report.page import Block, Page, Plot, Section, Table, listing, texts
+from dse.report.page import Block, Page, Plot, Section, Table, Text, listing, texts
 from dse.report.plain import basis_words
 from dse.report.studyplots import histogram
 from dse.results.display import counted, readable
-from dse.results.simulate import LATENCY, FlowObservation, Simulation
+from dse.results.simulate import LATENCY, FlowObservation, Simulation, TaskObservation
 from dse.space.settings import settings_of
 from dse.units import Exact, is_unbounded
 
+FEW = 3
+MANY = 6
+"""So many threads are printed."""
 HISTOGRAM = (
     "Latencies of {} as they were observed; the lines are the least and the greatest that the analysis allows, without "
     "and with waiting for the CPU."
@@ -23,32 +27,38 @@ HISTOGRAM = (
 def simulation_page(simulation: Simulation) -> Page:
     """Contradictions first, then each flow against its bounds, its histogram, response times, losses, notes."""
     lead = f"{simulation.space.name}: simulated ({basis_words(settings_of(simulation.space))})"
-    section = Section("simulation", "What was observed", tuple(_blocks(simulation)))
-    return Page(f"{simulation.space.name}: simulation", lead, (section,))
+    sections = (
+        Section("simulation", "What was observed", tuple(_blocks(simulation))),
+        Section("histograms", "Each latency as a histogram", tuple(_histograms(simulation)), is_detail=True),
+    )
+    return Page(f"{simulation.space.name}: simulation", lead, tuple(section for section in sections if section.blocks))
 
 
 def _blocks(simulation: Simulation) -> Iterator[Block]:
-    yield from listing(simulation.contradictions, "CONTRADICTION", 0, "wrong")
-    yield _flow_table(simulation)
-    for flow in simulation.flows:
-        if flow.count:
-            yield Plot(f"latencies-{flow.name}", partial(_drawn, flow), HISTOGRAM.format(flow.name))
-        yield from _histogram(flow)
-    if simulation.tasks:
-        yield _task_table(simulation)
-    yield from listing((f"{count} at {name}" for name, count in simulation.lost.items()), "lost", 0)
-    yield from listing(simulation.notes, "note", 0)
-    if simulation.is_stopped:
-        yield from texts("Stopped by the time limit: the other runs were not made.", tone="strong")
-    yield from texts(LATENCY)
-    effort = (
-        f"{simulation.runs} runs, {simulation.events:,} events, offsets {simulation.offsets}, seed {simulation.seed}"
-    )
     said = _said(simulation)
     if not simulation.is_anything_observed:
         said = "Nothing was observed: nothing came to its end in the simulated time (--duration)."
     said = said if simulation.runs else "Nothing was observed."
-    yield from texts(f"{said} {effort}.", tone="strong")
+    yield from texts(said, tone="strong")
+    yield from listing(simulation.contradictions, "CONTRADICTION", 0, "wrong")
+    if simulation.is_stopped:
+        yield from texts("Stopped by the time limit: the other runs were not made.", tone="strong")
+    yield _flow_table(simulation)
+    if simulation.tasks:
+        yield _task_table(simulation)
+    yield from listing((f"{count} at {name}" for name, count in simulation.lost.items()), "lost", 0, brief=FEW)
+    yield from listing(simulation.notes, "note", 0, brief=FEW)
+    yield Text(LATENCY, brief="Latencies are reduced reaction times.")
+    yield from texts(
+        f"{simulation.runs} runs, {simulation.events:,} events, offsets {simulation.offsets}, seed {simulation.seed}."
+    )
+
+
+def _histograms(simulation: Simulation) -> Iterator[Block]:
+    for flow in simulation.flows:
+        if flow.count:
+            yield Plot(f"latencies-{flow.name}", partial(_drawn, flow), HISTOGRAM.format(flow.name))
+        yield from _histogram(flow)
 
 
 def _said(simulation: Simulation) -> str:
@@ -124,8 +134,16 @@ def _histogram(flow: FlowObservation) -> Iterator[Table]:
 
 def _task_table(simulation: Simulation) -> Table:
     rows = []
-    for task in simulation.tasks:
+    for task in sorted(simulation.tasks, key=_closeness):
         bound = "unbounded" if task.bound_ns is None else _ms(task.bound_ns)
         said = "CONTRADICTION" if task.is_contradiction else "within" if task.is_compared else "not compared"
         rows.append((task.name, _ms(task.observed_ns), bound, said))
-    return Table("Response times", ("thread", "observed", "analysed", "verdict"), tuple(rows), (1, 2))
+    headings = ("thread", "observed", "analysed", "verdict")
+    rest = "and {} more threads (--all)"
+    return Table("Response times, the nearest to its bound first", headings, tuple(rows), (1, 2), brief=MANY, rest=rest)
+
+
+def _closeness(task: TaskObservation) -> tuple[bool, Fraction]:
+    """What contradicts its bound, then by how much of the bound was seen; what has none last."""
+    share = Fraction(task.observed_ns) / task.bound_ns if task.bound_ns else Fraction(-1)
+    return not task.is_contradiction, -share

@@ -20,6 +20,10 @@ from dse.units.text import count_words
 
 SHOWN_DESIGNS = 3
 """How many designs of each front are told."""
+SCREEN: dict[str, Any] = {"brief": 10, "rest": "and {} more (--all)"}
+"""How much of a table is printed."""
+TOLD = 180
+"""Letters of a design below a table: two lines."""
 KEPT: Data = {"status": "kept"}
 """What is said of designs that are not judged: results of earlier versions."""
 UNSOLVED = {"invalid": "made no valid problem", "open": "not solved", "incomplete": "stopped early"}
@@ -29,6 +33,7 @@ def sweep_sections(data: Data) -> Iterator[Section]:
     """The section of what ``dse-sweep/1`` holds."""
     currency = data["problem"].get("currency", "EUR")
     breaks = [run for run in data["runs"] if run["kind"] == "breaks"]
+    designs: list[Block] = []
     blocks: list[Block] = [*texts(_varied(data))] if len(data["runs"]) > 1 or not breaks else []
     if breaks:
         name, title = "breaks", f"Limit on {breaks[0]['metric']}"
@@ -40,11 +45,14 @@ def sweep_sections(data: Data) -> Iterator[Section]:
         grid = list(data["runs"][0]["values"]) if data["runs"] else []
         name, title = "sweep", f"Front as a function of {' and '.join(grid)}" if grid else "Sweep"
         blocks += _grid(data, currency)
+        designs += _grid_designs(data, currency)
     objectives = (info["name"] for run in data["runs"] for info in run.get("objectives", ()))
     scale = scale_of([*objectives, *(axis["name"] for axis in data["vary"])])
     blocks += texts(*_counted_runs(data), study_contention_words(data), scale)
-    blocks += listing(data.get("remarks", ()), "remark", 0)
+    blocks += listing(data.get("remarks", ()), "remark", 0, brief=SHOWN_DESIGNS)
     yield Section(name, title, tuple(blocks))
+    if designs:
+        yield Section("designs", "The first designs of each front", tuple(designs), is_detail=True)
 
 
 def _varied(data: Data) -> str:
@@ -110,7 +118,17 @@ def _break_table(run: Data, currency: str) -> Table:
     last = len(headings) - 1
     where = f" at {_where(run)}" if run["values"] else ""
     caption = f"Best choice under the limit{where}"
-    return Table(caption, headings, tuple(rows), tuple(range(last)), most=MOST_ROWS, wide=last, label=last - 1)
+    return Table(
+        caption,
+        headings,
+        tuple(rows),
+        tuple(range(last)),
+        most=MOST_ROWS,
+        wide=last,
+        label=last - 1,
+        told=TOLD,
+        **SCREEN,
+    )
 
 
 def _contended(run: Data, item: Data, currency: str) -> str:
@@ -185,17 +203,23 @@ def _steps_chart(runs: Sequence[Data], info: Data, currency: str, words: str) ->
 
 
 def _grid(data: Data, currency: str) -> Iterator[Block]:
-    """The front for each value: its best figures and its first designs."""
+    """The front for each value: its best figures, and what has no front."""
     infos: list[Data] = next((run["objectives"] for run in data["runs"] if run.get("objectives")), [])
     for info in infos:
         plot = _values_plot(data, info, currency)
         if plot is not None:
             yield plot
     yield _grid_table(data, infos, currency)
-    names = varying([item["decisions"] for run in data["runs"] for item in run.get("front", ())])
     for run in data["runs"]:
         if run["kind"] != "front":
             yield from _unsolved(run)
+
+
+def _grid_designs(data: Data, currency: str) -> Iterator[Block]:
+    """The first designs of each front."""
+    names = varying([item["decisions"] for run in data["runs"] for item in run.get("front", ())])
+    for run in data["runs"]:
+        if run["kind"] != "front":
             continue
         said = ": infeasible, proved" if run["status"] == "infeasible" else ""
         yield Text(f"{_where(run)}{said}", "strong")
@@ -223,7 +247,7 @@ def _grid_table(data: Data, infos: Sequence[Data], currency: str) -> Table:
     headings = (*grid, "status", "on the front", *keep, *bests, "enter", "leave", "stay, moved")
     numbers = tuple(range(len(grid) + 1, len(headings)))
     caption = "Front by value, and what enters and leaves it against the value before"
-    return Table(caption, headings, tuple(rows), numbers, most=MOST_ROWS)
+    return Table(caption, headings, tuple(rows), numbers, most=MOST_ROWS, **SCREEN)
 
 
 def _first_designs(data: Data, run: Data, names: Sequence[str], currency: str) -> Iterator[Block]:

@@ -5,13 +5,15 @@ from __future__ import annotations
 from collections.abc import Iterable
 from dataclasses import replace
 from math import ceil
+from typing import TypeVar
 
 from rich.console import Console
 from rich.table import Table as Grid
 
-from dse.report.page import MINUS, NOTHING, Block, Item, Listing, Page, Plot, Table, Text, Timeline
+from dse.report.page import MINUS, MORE, NOTHING, Block, Item, Listing, Page, Plot, Table, Text, Timeline
 from dse.report.plain import is_ascii, plain, plain_table, print_hanging
 
+T = TypeVar("T")
 STYLES = {"plain": "", "strong": "bold", "wrong": "bold red"}
 ANY_WIDTH = 10_000
 BAR = 40
@@ -30,25 +32,40 @@ WIDE = 110
 """Columns of a terminal on which a table that tells some of its columns below has its bars."""
 LONGEST = 100
 """Letters of a line of a Gantt chart."""
+PAGE = "--report PAGE.html is a page."
 
 
 def print_page(console: Console, page: Page, *, every: bool = False) -> None:
-    """Its lead and its sections, but for those that say what a file rests on; `every` row of each table."""
+    """Its lead and its sections, but for those that say what a file rests on, and the details.
+
+    With `every` also these, and every row of each table; without, the last line says what is left out.
+    """
     if page.lead:
         console.print(page.lead, style="bold", markup=False)
+    left_out: dict[str, None] = {}
     for section in page.sections:
-        if not section.is_for_files:
-            for block in section.blocks:
-                print_block(console, block, every=every)
+        if section.is_for_files:
+            continue
+        if section.is_detail and not every:
+            left_out[section.title[:1].lower() + section.title[1:]] = None
+            continue
+        for block in section.blocks:
+            print_block(console, block, every=every)
+    if left_out:
+        print_hanging(console, f"{MORE} shows the rest: {'; '.join(left_out)}. {PAGE}", "")
 
 
 def print_block(console: Console, block: Block, *, every: bool = False) -> None:
     """A paragraph, a list or a table; a plot is left out, for a table has the same figures."""
     if isinstance(block, Text):
-        console.print(block.text, style=STYLES[block.tone], markup=False)
+        said = block.text if every or not block.brief else block.brief
+        console.print(said, style=STYLES[block.tone], markup=False)
     elif isinstance(block, Listing):
-        for item in block.items:
-            _print_item(console, item)
+        shown = _first(block.items, None if every else block.brief)
+        for item in shown:
+            _print_item(console, item if every else replace(item, text=_cut(item.text, item.told)))
+        if len(block.items) > len(shown):
+            _print_item(console, Item(f"and {len(block.items) - len(shown)} more ({MORE})", depth=shown[0].depth))
     elif isinstance(block, Table):
         _print_table(console, block, every=every)
     elif isinstance(block, Timeline):
@@ -61,6 +78,11 @@ def print_block(console: Console, block: Block, *, every: bool = False) -> None:
         assert isinstance(block, Plot)
 
 
+def _first(found: tuple[T, ...], most: int | None) -> tuple[T, ...]:
+    """The first `most`; all where one more than these takes no more room than to say that there is one."""
+    return found if most is None or len(found) <= most + 1 else found[:most]
+
+
 def _print_item(console: Console, item: Item) -> None:
     if item.tone == "plain":
         print_hanging(console, item.line, "  " * item.depth)
@@ -70,12 +92,12 @@ def _print_item(console: Console, item: Item) -> None:
 
 def _print_table(console: Console, table: Table, *, every: bool) -> None:
     """The rows that are shown; what there is no room for below them."""
-    shown = table.rows if every or table.brief is None else table.rows[: table.brief]
+    shown = _first(table.rows, None if every else table.brief)
     more = len(table.rows) - len(shown)
     if table.wide is None:
         console.print(_fitting(console, table, shown))
     else:
-        _print_wide(console, table, shown)
+        _print_wide(console, table if not every else replace(table, told=None), shown)
     if more:
         console.print(table.rest.format(more), markup=False)
 
@@ -104,9 +126,25 @@ def _print_wide(console: Console, table: Table, shown: tuple[tuple[str, ...], ..
         return
     if room >= 0:
         console.print(bare)
+        if table.told == 0:
+            return
     for row, text in zip(shown, told, strict=True):
         figures = "" if room >= 0 else f"{_figures(table, row)}; "
-        print_hanging(console, f"{_name(table, row)}: {figures}{text}")
+        print_hanging(console, f"{_name(table, row)}: {figures}{_cut(text, table.told)}")
+
+
+def _cut(text: str, most: int | None) -> str:
+    """A comma-separated list as far as there is room, and how many more there are.
+
+    >>> _cut("computer large, can0 can_500k, nav.period 5 ms", 32)
+    'computer large and 2 more (--all)'
+    """
+    if most is None or len(text) <= most:
+        return text
+    items = text.split(", ")
+    rest = f" and {len(items)} more ({MORE})"
+    told = max(1, len(text[: most - len(rest)].split(", ")) - 1)
+    return f"{', '.join(items[:told])} and {len(items) - told} more ({MORE})" if told < len(items) else text
 
 
 def _joined(table: Table, row: tuple[str, ...], first: tuple[str, ...]) -> str:

@@ -71,7 +71,8 @@ def test_break_points_are_those_of_the_data(studies: dict[str, dict[str, Any]]) 
 
 def test_a_grid_tells_what_enters_leaves_and_moves(studies: dict[str, dict[str, Any]]) -> None:
     data = studies["grid"]
-    [section] = sections_of(data)
+    section, designs = sections_of(data)
+    assert designs.is_detail and not section.is_detail
     rows = section.tables[0].rows
     assert len(rows) == 6 and [row[:2] for row in rows] == [tuple(run["values"].values()) for run in data["runs"]]
     for row, item in zip(rows, data["runs"], strict=True):
@@ -87,12 +88,13 @@ def test_a_grid_tells_what_enters_leaves_and_moves(studies: dict[str, dict[str, 
 
 def test_sensitivity_has_margins_tornadoes_and_chances(studies: dict[str, dict[str, Any]]) -> None:
     data = studies["sensitivity"]
-    margins, tornado, uncertain = sections_of(data)
+    margins, most, tornado, uncertain, variance = sections_of(data)
     breaking = [item["path"] for item in data["margins"] if item["below"] or item["above"]]
     assert sorted(row[0] for row in margins.tables[0].rows) == sorted(breaking)
     metrics = list(dict.fromkeys(bar["metric"] for bar in data["tornado"]))
     assert [table.caption.rpartition(": ")[0] for table in tornado.tables] == metrics
-    assert len(tornado.plots) == len(metrics)
+    assert len(tornado.plots) == len(metrics) and [row[0] for row in most.tables[0].rows] == metrics
+    assert tornado.is_detail and len(variance.plots) == len(data["uncertainty"]["indices"])
     chances = table_of(uncertain, "Alternatives").rows
     assert len(chances) == len(data["uncertainty"]["alternatives"])
     assert all(bool(row[1]) == (row[0] != "100.00%") for row in chances)  # the weakest requirement, where one breaks

@@ -352,7 +352,7 @@ def test_the_terminal_says_whether_contention_is_in_a_latency(tmp_path: Path) ->
     file.write_text(SHARED.lstrip(), encoding="utf-8")
 
     def said(*options: str) -> str:
-        design = ["--design", "p.type = cpu", *options]
+        design = ["--design", "p.type = cpu", "--all", *options]
         return " ".join(CliRunner().invoke(cli, ["analyse", str(file), *design], env={"COLUMNS": "300"}).output.split())
 
     assert "CPU contention is not in the latencies: each thread counts its execution time" in said()
