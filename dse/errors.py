@@ -57,6 +57,16 @@ class Diagnostic:
         return f"{text} ({self.hint})" if self.hint else text
 
 
+class Suggestion(str):
+    """A hint of what could have been meant: it lists names, and tells nothing of them.
+
+    Examples
+    --------
+    >>> Suggestion('did you mean "threads"?').partition(" ")[0]
+    'did'
+    """
+
+
 def in_order(findings: Iterable[Diagnostic], files: Sequence[str]) -> list[Diagnostic]:
     """Findings by file, in the order given, other files behind them; then by line and column."""
     order = {file: number for number, file in enumerate(files)}

@@ -145,7 +145,7 @@ def _check_totals(spec: Spec, ledger: Ledger) -> None:
         for key, given in model.totals.items():
             if key not in spec.totals:
                 hint = closest(key, spec.totals) or f"declare its unit at the top: totals: {{{key}: UNIT}}"
-                ledger.error((*path, "totals", key), f"unknown total {shown(key)}", hint, at_key=True)
+                ledger.error((*path, "totals", key), f"unknown total {shown(key)}", hint, at_key=True, unknown=key)
                 continue
             for at, total in enumerate(given):
                 place = (*path, "totals", key, *([at] if len(given) > 1 else []))

@@ -112,7 +112,7 @@ class _Tracer:
             message = f"several connections from {shown(one)} to {shown(other)}"
             self.ledger.error(where, message, f"name one of them in the path: {names}")
         elif not self._hidden_connection(source, target):
-            self.ledger.error(where, f"no connection from {shown(one)} to {shown(other)}")
+            self.ledger.error(where, f"no connection from {shown(one)} to {shown(other)}", is_sure=True)
         return None
 
     def _hidden_connection(self, source: int, target: int) -> bool:

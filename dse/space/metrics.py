@@ -12,6 +12,7 @@ from fractions import Fraction
 from itertools import permutations
 from typing import Literal
 
+from dse.errors import Suggestion
 from dse.space.buses import by_type, carriers
 from dse.space.clocks import is_always_timed
 from dse.space.criteria import Derived, Metric
@@ -33,11 +34,14 @@ _MEANT = {
 
 
 class QuestionError(ValueError):
-    """A question that does not fit the architecture: an unknown name, a unit of the wrong kind."""
+    """A question that does not fit the architecture: an unknown name, a unit of the wrong kind.
 
-    def __init__(self, message: str, hint: str = "") -> None:
+    `unknown` is the name that nothing has, where that is what is wrong.
+    """
+
+    def __init__(self, message: str, hint: str = "", *, unknown: str = "") -> None:
         super().__init__(f"{message} ({hint})" if hint else message)
-        self.message, self.hint = message, hint
+        self.message, self.hint, self.unknown = message, hint, unknown
 
 
 def resolve_metrics(space: Space, ref: MetricExpr) -> tuple[Metric, ...]:
@@ -67,7 +71,7 @@ def resolve_metrics(space: Space, ref: MetricExpr) -> tuple[Metric, ...]:
     known = [*BUILT_IN, *space.totals, *(item.name for item in space.derived)]
     meant = _MEANT.get(kind.lower())
     hint = f'did you mean "{meant}"?' if meant else closest(kind, known) or "known: " + ", ".join(known)
-    raise QuestionError(f"unknown metric {shown(kind)}", hint)
+    raise QuestionError(f"unknown metric {shown(kind)}", Suggestion(hint), unknown=kind)
 
 
 def _changes(space: Space, of: str | None) -> Metric:

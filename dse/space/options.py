@@ -6,6 +6,7 @@ from collections.abc import Callable, Mapping
 from difflib import get_close_matches
 from typing import Any
 
+from dse.errors import Suggestion
 from dse.space.metrics import (
     QuestionError,
 )
@@ -85,7 +86,7 @@ def read_option(space: Space, name: str, text: str) -> tuple[int | None, int]:
     if value not in space.decisions[decision].values:
         options = ", ".join(space.decisions[decision].options)
         message = f"{name} is {reference.texts[value]} only where a type does not state it: there is nothing to choose"
-        raise QuestionError(message, f"options: {options}")
+        raise QuestionError(message, Suggestion(f"options: {options}"))
     return decision, space.decisions[decision].values.index(value)
 
 
@@ -123,4 +124,4 @@ def _never(reference: Reference, text: str) -> QuestionError:
     match = get_close_matches(text, options, n=1) if reference.kind not in PARSERS else []
     shortened = options[:SHOWN_OPTIONS] + ["..."] * (len(options) > SHOWN_OPTIONS)
     hint = f'did you mean "{match[0]}"?' if match else f"options: {', '.join(shortened)}"
-    return QuestionError(f"{reference.name} is never {shown(text)}", hint)
+    return QuestionError(f"{reference.name} is never {shown(text)}", Suggestion(hint))

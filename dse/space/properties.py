@@ -10,7 +10,7 @@ from typing import Any, TypeAlias
 
 from pydantic import BaseModel
 
-from dse.errors import Diagnostic, in_order
+from dse.errors import Diagnostic, Suggestion, in_order
 from dse.space.trees import NOT_OFFERED, Choice, PerCore, PerProcessorType, Tree, graft
 from dse.space.types import EMPTY, UNKNOWN_TYPE, Decision, Processor, Reference
 from dse.spec.load import LoadedSpec
@@ -64,28 +64,39 @@ class Ledger:
                 ends = {"from": connection.from_, "to": connection.to, "data_size": connection.data_size}
                 self.doubt(*(f"{name}.{field_name}" for field_name, value in ends.items() if value is None))
 
-    def error(self, path: Path, message: str, hint: str = "", *, at_key: bool = False) -> None:
-        """Note a mistake at `path` of the problem file; one about a whole entry points at its name."""
-        if self._may_follow(path, message, hint):
+    def error(
+        self,
+        path: Path,
+        message: str,
+        hint: str = "",
+        *,
+        at_key: bool = False,
+        unknown: str = "",
+        is_sure: bool = False,
+    ) -> None:
+        """Note a mistake at `path` of the problem file; one about a whole entry points at its name.
+
+        `unknown` is the name that nothing has, where that is the mistake. One that `is_sure` follows from no other: who
+        notes it has looked at what is open. Others are not noted where they may follow from what was taken out.
+        """
+        if not is_sure and self._may_follow(path, message, hint, unknown):
             return
         depth = max(len(source.node.known(path)) for source in self.loaded.sources)
         at_key = at_key or (depth == 2 and path[0] in NAMED)
         self.diagnostics[self.loaded.diagnostic(path, message, hint, at_key=at_key)] = None
 
-    def _may_follow(self, path: Path, message: str, hint: str) -> bool:
-        """Whether a mistake may come of what had to be taken out of the problem: its place or its words say so."""
+    def _may_follow(self, path: Path, message: str, hint: str, unknown: str) -> bool:
+        """Whether a mistake may come of what was taken out of the problem: of its place, or of what it names."""
         taken = self.loaded.remains
         if taken.is_whole:
             return False
         if path in taken.places:
             return True
-        if message.startswith("unknown ") and path[0] != "rules":
-            return any(_names(message, name) for name in taken.gone)
-        if message.startswith("unknown name ") and any(shown(name) in message for name in self._types()):
+        if unknown and path[0] != "rules":
+            return any(_names(shown(unknown), name) for name in taken.gone)
+        if unknown and unknown in self._types():
             return True  # a type that nothing has any more
-        if message.startswith("no connection from "):  # `flows` looks at what is open
-            return False
-        words = message if hint.startswith(("did you mean", "known", "options")) else f"{message} {hint}"
+        words = message if isinstance(hint, Suggestion) else f"{message} {hint}"
         text = self.loaded.source_of(path).text_at(path)
         return any(name in path[1:] or _names(words, name) or mentions(text, name) for name in taken.names)
 
@@ -133,7 +144,7 @@ class Ledger:
         names = list(known)
         self._compared += len(names)
         hint = closest(name, names) if self._compared <= MOST_COMPARED else ""
-        self.error(path, f"unknown {what} {shown(name)}", hint, at_key=at_key)
+        self.error(path, f"unknown {what} {shown(name)}", hint, at_key=at_key, unknown=name)
 
     def decide(self, component: str, field_name: str, kind: str, values: Options, write: Callable[[Any], str]) -> int:
         """Add a decision and return its index; the caller sets its home when the tree is known."""
@@ -173,8 +184,8 @@ def closest(name: str, known: Iterable[str]) -> str:
     names = [str(item) for item in known]
     match = get_close_matches(name, names, n=1)
     if match:
-        return f'did you mean "{match[0]}"?'
-    return "known: " + ", ".join(names) if 0 < len(names) <= 8 else ""
+        return Suggestion(f'did you mean "{match[0]}"?')
+    return Suggestion("known: " + ", ".join(names) if 0 < len(names) <= 8 else "")
 
 
 def type_choice(decision: int | None, branches: Sequence[Tree]) -> Tree:

@@ -78,7 +78,7 @@ def _attempt(ledger: Ledger, path: Path, text: str, make: Callable[[], T]) -> li
         if ledger.failures == MOST_FAILURES:
             ledger.error(path, f"{MOST_FAILURES} questions cannot be read; those behind this one were not looked at")
         if not ledger.mentions_doubt(path, text):
-            ledger.error(path, error.message, error.hint)
+            ledger.error(path, error.message, error.hint, unknown=error.unknown)
         return []
 
 

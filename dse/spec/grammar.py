@@ -290,7 +290,8 @@ def _constant(text: str, offset: int) -> Quantity:
         found = text.strip().replace("*", " * ", 1)
         raise ExpressionError("an operator has blanks around", offset + text.index("*"), f'such as "{found}"')
     if quantity.dimension is None:
-        raise ExpressionError(f"unknown unit {shown(quantity.unit)}", offset, unit_hint(quantity.unit))
+        unit = quantity.unit
+        raise ExpressionError(f"unknown unit {shown(unit)}", offset, unit_hint(unit), unknown=unit)
     return quantity
 
 

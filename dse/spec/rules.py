@@ -11,6 +11,7 @@ from contextlib import contextmanager
 from difflib import get_close_matches
 from typing import Literal
 
+from dse.errors import Suggestion
 from dse.spec.expressions import And, Compare, Condition, MultipleOf, Not, OneOf, Operator, Or, Ref, RuleExpr, Used
 from dse.spec.scan import STOPS, ExpressionError, Scanner, operator_at
 from dse.units import shown
@@ -217,7 +218,8 @@ class RuleParser:
         self.at = start
         if not wrong:
             raise self._error("expected the name of a decision, type or slot")
-        raise self._error(f"unknown name {shown(wrong)} in a rule", self._closest(wrong, self.names | self.bare))
+        hint = self._closest(wrong, self.names | self.bare)
+        raise self._error(f"unknown name {shown(wrong)} in a rule", hint, unknown=wrong)
 
     def _unknown(self) -> str:
         start = self.at
@@ -232,7 +234,7 @@ class RuleParser:
 
     def _closest(self, name: str, known: Collection[str]) -> str:
         close = get_close_matches(name[:200], sorted(known), 1, 0.6)
-        return f'did you mean "{close[0]}"?' if close else ""
+        return Suggestion(f'did you mean "{close[0]}"?' if close else "")
 
     # --- characters and words -------------------------------------------------------------------------------------
 
@@ -244,8 +246,8 @@ class RuleParser:
         yield
         self.depth -= 1
 
-    def _error(self, message: str, hint: str = "") -> ExpressionError:
-        return ExpressionError(message, self.at, hint)
+    def _error(self, message: str, hint: str = "", *, unknown: str = "") -> ExpressionError:
+        return ExpressionError(message, self.at, hint, unknown=unknown)
 
     def _skip(self) -> None:
         self.at = self._after_blanks(self.at)

@@ -26,12 +26,16 @@ _OPERATORS: tuple[tuple[str, Operator], ...] = (
 
 
 class ExpressionError(ValueError):
-    """A text does not follow the grammar; `offset` counts characters from its start, from 0."""
+    """A text does not follow the grammar; `offset` counts characters from its start, from 0.
 
-    def __init__(self, message: str, offset: int, hint: str = "") -> None:
+    `unknown` is the name that nothing has, where that is what is wrong.
+    """
+
+    def __init__(self, message: str, offset: int, hint: str = "", *, unknown: str = "") -> None:
         self.message = message
         self.offset = offset
         self.hint = hint
+        self.unknown = unknown
         super().__init__(f"{message} ({hint})" if hint else message)
 
 
