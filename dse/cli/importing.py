@@ -21,7 +21,7 @@ def _format_options(command: click.Command) -> click.Command:
 
 
 @click.command("import", epilog="Formats: " + "; ".join(f"{item.name}, {item.what}" for item in IMPORTERS) + ".")
-@click.argument("file", type=click.Path(exists=True))
+@click.argument("files", metavar="FILE...", nargs=-1, required=True, type=click.Path(exists=True))
 @click.option(
     "--format", "form", type=click.Choice([item.name for item in IMPORTERS]), help="What FILE is; else by its suffix."
 )
@@ -43,17 +43,23 @@ def _format_options(command: click.Command) -> click.Command:
 @click.option("-o", "--output", default="-", metavar="PATH", help="The file to write; standard output if left out.")
 @in_time
 def command(
-    file: str, form: str | None, times: tuple[str, ...], bags: tuple[str, ...], output: str, **options: str | None
+    files: tuple[str, ...],
+    form: str | None,
+    times: tuple[str, ...],
+    bags: tuple[str, ...],
+    output: str,
+    **options: str | None,
 ) -> int:
-    """A file of another format as a problem file, or as a file that problem files include.
+    """A file of another format, or several, as a problem file, or as a file that problem files include.
 
-    Each figure says where it comes from (`source`). What was not understood is told on standard error, with its place.
+    Of several files those named first count where they differ, which is told. Each figure says where it comes from
+    (`source`). What was not understood is told on standard error, with its place.
     """
     check_writable(output)
     from dse.api.importing import import_file
 
     given: dict[str, Any] = {name.replace("_", "-"): value for name, value in options.items()}
-    found = import_file(file, form, times, bags, **given)
+    found = import_file(files, form, times, bags, **given)
     for remark in found.remarks:
         click.echo(str(remark), err=True)
     write_text(output, found.text)

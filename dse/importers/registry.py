@@ -160,6 +160,8 @@ IMPORTERS: tuple[Importer, ...] = (
 
 MOST_LOOKED_AT = 4_000_000
 """So many characters of a file are looked at for what tells its format."""
+NODES = "nodes"
+"""The option by which parameter files learn which nodes the files named before them have."""
 CHOICES = "choices"
 """The option of importers of whole problems that names what may be chosen: for each section, types by component."""
 
@@ -220,7 +222,7 @@ def read_foreign(path: Path, form: str | None = None, options: Mapping[str, Any]
         raise UsageError(f"{path}: which format this is cannot be told by its name; name it with --format: {known}")
     given = dict(options or {})
     for name in given:
-        if name not in importer.options and name != CHOICES:
+        if name not in importer.options and name not in (CHOICES, NODES):
             what = ", ".join(f"--{item}" for item in importer.options) or "none"
             raise UsageError(f"--{name}: {importer.name} has no such option; it has {what}")
     if not path.is_dir() and (missing := obstacle(path)) is not None:

@@ -10,7 +10,7 @@ from dse.errors import Diagnostic, UsageError
 from dse.importers.launch.packages import Packages
 from dse.importers.launch.parameters import ParameterFile, Stated, stated_timers, timers_of
 from dse.importers.launch.running import Launch, Started, joined
-from dse.importers.registry import Imported
+from dse.importers.registry import NODES, Imported
 from dse.importers.ros2.located import LocatedFile, Place
 from dse.importers.ros2.system import Callback, Group, System, Wire, Writer
 
@@ -59,7 +59,7 @@ def read_parameters(path: Path, options: Mapping[str, Any]) -> Imported:
     parameters = ParameterFile(path)
     file = LocatedFile(path, "a parameter file", Place({}, 0, 0))
     system = System()
-    for name in parameters.nodes:
+    for name in dict.fromkeys([*parameters.nodes, *options.get(NODES, ())]):
         node = Started(name, path, 0, "", "", [], parameters.of(name))
         callbacks = _timers(node, file, stated)
         if callbacks:

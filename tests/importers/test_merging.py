@@ -1,0 +1,164 @@
+"""Several sources that make one problem: who wins, what is told, and problem files among them."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import pytest
+import yaml
+
+import dse
+from dse.cli.main import run
+from tests.importers.test_ros2 import ARCHITECTURE, CONFIGURATION, TIMES
+
+ISOLATED = """callback_groups:
+  - id: /cam@Timer(50000000)
+    affinity: [1]
+    policy: SCHED_FIFO
+    priority: 80
+  - id: /ns/track@Subscription(/image)@Timer(20000000)
+    affinity: ~
+    policy: SCHED_OTHER
+    priority: 0
+"""
+LAUNCH = """<launch>
+  <node_container pkg="rclcpp_components" exec="component_container" name="box">
+    <composable_node pkg="cam" plugin="Cam" name="cam"><param name="update_rate" value="25"/></composable_node>
+    <composable_node pkg="more" plugin="More" name="more"><param name="update_rate" value="10"/></composable_node>
+  </node_container>
+  <node pkg="drive" exec="drive" name="drive"/>
+</launch>
+"""
+PARAMETERS = "/**:\n  ros__parameters: {update_rate: 20.0}\n/other:\n  ros__parameters: {update_rate: 5.0}\n"
+SYSTEM = {
+    "architecture.yaml": ARCHITECTURE, "isolated.yaml": ISOLATED, "robot.launch.xml": LAUNCH,
+    "parameters.yaml": PARAMETERS, "times.csv": TIMES, "template.yaml": CONFIGURATION,
+}  # fmt: skip
+
+
+@pytest.fixture(autouse=True)
+def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    for name, text in SYSTEM.items():
+        Path(name).write_text(text, encoding="utf-8")
+
+
+def read(*names: str, **options: Any) -> tuple[dict[str, Any], list[str]]:
+    found = dse.import_file(list(names), **options)
+    document: dict[str, Any] = yaml.safe_load(found.text)
+    return document, [str(item) for item in found.remarks]
+
+
+def test_priorities_and_cores_of_one_file_go_into_the_structure_of_another() -> None:
+    """The executor of /ns/track and /drive is in the architecture; that of /cam only in the configuration."""
+    data, said = read("architecture.yaml", "isolated.yaml", rate="1 Hz")
+    assert list(data["threads"]) == [
+        *("cam.callback_0", "ns.track.on_image", "ns.track.tick", "drive.on_lane", "drive.on_stop"),
+    ]
+    assert data["threads"]["cam.callback_0"]["executor"] == "cam.group"
+    assert "processor" not in data["threads"]["cam.callback_0"]
+    assert data["executors"]["cam.group"].items() >= {"kind": "callback_group", "priority": 80, "core": 2}.items()
+    assert data["ros2"]["callback_groups"] == {"cam.group": "/cam@Timer({cam.callback_0})"}
+    assert any(
+        "the executor ns.track.group is left out: by the file named before other executors run" in x for x in said
+    )
+    assert set(data["connections"]) == {"image", "ns.track.on_image.to.tick", "lane", "stop"}
+    assert data["processor_types"]["computer_type"]["cores"] == 2
+    dse.load(yaml.safe_dump(data))
+
+
+def test_the_other_order_keeps_the_groups_and_learns_who_sends() -> None:
+    data, said = read("isolated.yaml", "architecture.yaml", rate="1 Hz")
+    assert list(data["threads"])[:3] == ["cam.timer", "ns.track.on.image", "ns.track.timer_2"]
+    assert data["threads"]["drive.on_lane"]["process"] == "drive"
+    assert list(data["executors"]) == ["cam.group", "ns.track.group"]
+    wires = {name: (body.get("from"), body["to"], "rate" in body) for name, body in data["connections"].items()}
+    assert wires["image.ns.track"] == ("cam.timer", "ns.track.on.image", False)
+    assert ("ns.track.timer_2", "drive.on_lane", False) in wires.values()
+    assert any("connections.image.ns.track.rate is left out (1 Hz): cam.timer sends it" in text for text in said)
+    assert data["flows"]["steer"]["path"][0] == "cam.timer"
+    assert data["ros2"]["callback_groups"]["ns.track.group"].endswith("@Timer({ns.track.timer_2})")
+    dse.load(yaml.safe_dump(data))
+
+
+def test_figures_that_differ_are_told_with_both_sources() -> None:
+    data, said = read("architecture.yaml", "robot.launch.xml", rate="1 Hz")
+    assert data["threads"]["cam.callback_0"]["period"] == "50 ms"
+    told = next(text for text in said if "threads.cam.callback_0.period" in text)
+    assert "period: 50 ms (architecture.yaml:30: " in told and "but 40 ms (robot.launch.xml" in told
+    assert "the file that is named first counts" in told
+    assert data["threads"]["more.timer"]["period"] == "100 ms"
+    assert {name: data["threads"][name]["process"] for name in ("cam.callback_0", "more.timer")} == {
+        "cam.callback_0": "box", "more.timer": "box",
+    }  # fmt: skip
+    assert data["ros2"]["nodes"]["cam.callback_0"] == "/cam" and "cam" not in data["ros2"]["nodes"]
+    assert data["ros2"]["parameters"]["cam.callback_0.rate"] == "update_rate [int Hz]"
+    assert "drive" not in data["threads"]
+    other, _ = read("robot.launch.xml", "architecture.yaml", rate="1 Hz")
+    assert other["threads"]["cam.timer"]["period"] == "40 ms"
+    assert [name for name in other["threads"] if name.startswith("drive")] == ["drive.on_lane", "drive.on_stop"]
+
+
+def test_parameter_files_concern_the_nodes_of_the_other_files() -> None:
+    """``/**`` gives both nodes with timers a rate; /other is only in the parameter file."""
+    data, said = read("parameters.yaml", "architecture.yaml", rate="1 Hz")
+    assert data["threads"]["other.timer"]["period"] == "200 ms"
+    data, said = read("architecture.yaml", "parameters.yaml", rate="1 Hz")
+    assert data["ros2"]["parameters"] == {
+        "cam.callback_0.rate": "update_rate [Hz]",
+        "ns.track.tick.rate": "update_rate [Hz]",
+        "other.timer.rate": "update_rate [Hz]",
+    }
+    assert any("threads.ns.track.tick.period: 20 ms" in text and "but 50 ms" in text for text in said)
+
+
+def test_times_go_to_all_of_them_and_what_is_missing_is_named() -> None:
+    data, _ = read("architecture.yaml", "robot.launch.xml", times=["times.csv"], rate="1 Hz")
+    assert data["assumptions"][0] == "MISSING: execution times of more.timer. They count as taking no time."
+    problem = dse.load(yaml.safe_dump(data))
+    assert any("no execution time is stated for more.timer" in text for text in dse.check(problem).remarks)
+
+
+@pytest.mark.parametrize(
+    "names", [["architecture.yaml"], ["template.yaml"], ["robot.launch.xml"], ["architecture.yaml", "isolated.yaml"]]
+)
+def test_what_an_import_writes_is_read_back_as_it_is(names: list[str]) -> None:
+    """Alone it is the same text; after the file that it was made of it adds nothing."""
+    assert run(["import", *names, "--rate", "3 Hz", "-o", "own.yaml"]) == 0
+    text = Path("own.yaml").read_text(encoding="utf-8")
+    again = dse.import_file("own.yaml")
+    assert again.text == text and not again.remarks
+    twice = dse.import_file(["own.yaml", "own.yaml"])
+    assert yaml.safe_load(twice.text) == yaml.safe_load(text) and not twice.remarks
+    merged = dse.import_file(["own.yaml", *names], rate="3 Hz")
+    before, after = yaml.safe_load(text), yaml.safe_load(merged.text)
+    for section in ("threads", "executors", "connections", "processors", "flows", "ros2"):
+        assert after.get(section) == before.get(section), section
+
+
+def test_a_completed_problem_keeps_its_question_and_takes_new_figures() -> None:
+    assert run(["import", "architecture.yaml", "--rate", "3 Hz", "-o", "own.yaml"]) == 0
+    own = Path("own.yaml").read_text(encoding="utf-8").replace("period: 20 ms", "period: [20 ms, 10 ms]")
+    Path("own.yaml").write_text(own + "objectives: [minimise latency of steer]\n", encoding="utf-8")
+    data, said = read("own.yaml", "isolated.yaml", times=["times.csv"])
+    assert data["objectives"] == ["minimise latency of steer"]
+    assert data["threads"]["ns.track.tick"]["period"] == ["20 ms", "10 ms"]
+    assert data["executors"]["cam.group"]["priority"] == 80
+    assert [text for text in said if "period" in text] == [
+        next(text for text in said if "threads.ns.track.tick.period: ['20 ms', '10 ms']" in text)
+    ]
+
+
+def test_sources_of_other_kinds_stand_beside_each_other() -> None:
+    Path("car.dbc").write_text(
+        'VERSION ""\nNS_ :\nBS_:\nBU_: cam ecu\nBO_ 100 image: 8 ecu\n SG_ s : 0|8@1+ (1,0) [0|0] "" cam\n',
+        encoding="utf-8",
+    )
+    data, said = read("architecture.yaml", "car.dbc", rate="1 Hz", bandwidth="500 kbit/s", cycle="10 ms")
+    assert set(data["devices"]) >= {"ecu"} and len(data["buses"]) == 1
+    assert {"image", "image_2"} <= set(data["connections"])
+    with pytest.raises(dse.UsageError, match="--mode: none of these formats has such an option"):
+        read("architecture.yaml", "car.dbc", mode="x")
+    with pytest.raises(dse.UsageError, match="--format: of several files each one tells its format by itself"):
+        dse.import_file(["architecture.yaml", "isolated.yaml"], "caret")
