@@ -155,7 +155,7 @@ def test_sources_of_other_kinds_stand_beside_each_other() -> None:
         'VERSION ""\nNS_ :\nBS_:\nBU_: cam ecu\nBO_ 100 image: 8 ecu\n SG_ s : 0|8@1+ (1,0) [0|0] "" cam\n',
         encoding="utf-8",
     )
-    data, said = read("architecture.yaml", "car.dbc", rate="1 Hz", bandwidth="500 kbit/s", cycle="10 ms")
+    data, _ = read("architecture.yaml", "car.dbc", rate="1 Hz", bandwidth="500 kbit/s", cycle="10 ms")
     assert set(data["devices"]) >= {"ecu"} and len(data["buses"]) == 1
     assert {"image", "image_2"} <= set(data["connections"])
     with pytest.raises(dse.UsageError, match="--mode: none of these formats has such an option"):
