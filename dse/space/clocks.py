@@ -10,8 +10,8 @@ from dse.space.properties import FieldReader, Ledger, Owner, Path
 from dse.space.slots import decision_of
 from dse.space.trees import NOT_OFFERED, Tree, graft, leaves
 from dse.space.types import ClockReading, Component, Step
-from dse.spec.fields import OFFSET_WORDS
 from dse.spec.model import Spec
+from dse.spec.quantity_fields import OFFSET_WORDS
 from dse.units import format_duration, shown
 
 MOST_OFFSETS = 2_000

@@ -6,7 +6,6 @@ Values are integers or exact fractions from here on; `dse.units` knows the units
 from __future__ import annotations
 
 from collections.abc import Callable
-from fractions import Fraction
 from typing import Annotated, Any, TypeAlias, TypeVar
 
 from pydantic import (
@@ -14,7 +13,6 @@ from pydantic import (
     Field,
     GetCoreSchemaHandler,
     GetJsonSchemaHandler,
-    PlainSerializer,
     PlainValidator,
     ValidationError,
     WithJsonSchema,
@@ -23,7 +21,7 @@ from pydantic_core import CoreSchema, InitErrorDetails, PydanticCustomError, cor
 
 from dse import units
 from dse.importers.ros_messages import LONGEST
-from dse.units import Kind, Rounding, UnitError
+from dse.units import Kind
 
 T = TypeVar("T")
 MAX_NAME = 200
@@ -137,26 +135,6 @@ def _priority(value: Any) -> int | str:
     return value
 
 
-OFFSET_WORDS = ("any", "unknown")
-"""What may stand where an offset does: the search decides on the grid, or it is constant and nobody knows it."""
-
-
-def _offset(value: Any) -> int | str:
-    if value in OFFSET_WORDS:
-        return str(value)
-    hint = f"a duration such as {units.DURATION.example}, a list of them, any (the search decides) or unknown"
-    if not isinstance(value, str):
-        raise field_error(f"expected an offset, got {describe(value)}", hint)
-    try:
-        return units.parse_duration_ns(value, Rounding.EXACT)
-    except UnitError as error:
-        raise field_error(error.message, error.hint or hint) from None
-
-
-def _write_offset(value: int | str) -> str:
-    return value if isinstance(value, str) else units.format_duration(value)
-
-
 def _setting(value: Any) -> str | int:
     if isinstance(value, bool) or not isinstance(value, str | int):
         raise field_error(f"expected one option, got {describe(value)}")
@@ -169,12 +147,16 @@ def _version(value: Any) -> int:
     return value
 
 
+COUNT = Kind("a whole number", "4", units.DIMENSIONLESS)
+"""A figure that counts: a `Kind` beside a type tells that studies may vary its values (`dse.spec.quantities`)."""
+
 Version: TypeAlias = Annotated[int, PlainValidator(_version), WithJsonSchema({"const": 1})]
 Count: TypeAlias = Annotated[int, PlainValidator(_count(1)), WithJsonSchema({"type": "integer", "minimum": 1})]
 MOST_CORES = 1024
 """The most cores of one processor."""
 Cores: TypeAlias = Annotated[
     int,
+    COUNT,
     PlainValidator(_count(1, MOST_CORES)),
     WithJsonSchema({"type": "integer", "minimum": 1, "maximum": MOST_CORES}),
 ]
@@ -188,7 +170,9 @@ Priority: TypeAlias = Annotated[
     PlainValidator(_priority),
     WithJsonSchema({"anyOf": [{"type": "integer", "minimum": 0}, {"enum": [*PRIORITY_RULES, ANY_PRIORITY]}]}),
 ]
-QueueSize: TypeAlias = Annotated[int, PlainValidator(_count(0)), WithJsonSchema({"type": "integer", "minimum": 0})]
+QueueSize: TypeAlias = Annotated[
+    int, COUNT, PlainValidator(_count(0)), WithJsonSchema({"type": "integer", "minimum": 0})
+]
 Length: TypeAlias = Annotated[
     int,
     PlainValidator(_count(0, LONGEST)),
@@ -203,156 +187,6 @@ Setting: TypeAlias = Annotated[
     str | int,
     PlainValidator(_setting),
     WithJsonSchema({"type": ["string", "integer"], "description": "The option that the baseline has."}),
-]
-
-# --- quantities ---------------------------------------------------------------------------------------------------
-
-_NUMBER = r"\+?([0-9]+/[0-9]+|([0-9]+(\.[0-9]*)?|\.[0-9]+)([eE][+-]?[0-9]+)?)"
-
-
-def _reader(kind: Kind, parse: Callable[[str], T]) -> PlainValidator:
-    def read(value: Any) -> T:
-        if not isinstance(value, str):
-            raise field_error(f"expected {units.expectation(kind)}, got {describe(value)}")
-        try:
-            return parse(value)
-        except UnitError as error:
-            raise field_error(error.message, error.hint) from None
-
-    return PlainValidator(read)
-
-
-def _unit_pattern(kind: Kind) -> str:
-    names = list(units.units_of(kind.dimension))
-    names += [spelling for spelling, unit in units.SPELLINGS.items() if unit in names]
-    return "(" + "|".join(names) + ")"
-
-
-def _describe_quantity(kind: Kind, *examples: str, pattern: str = "") -> WithJsonSchema:
-    text = pattern or rf"^\s*{_NUMBER}\s*{_unit_pattern(kind)}\s*$"
-    named = kind.noun.split(" ", 1)[1].capitalize()
-    known = ", ".join(units.units_of(kind.dimension))
-    return WithJsonSchema(
-        {
-            "type": "string",
-            "pattern": text,
-            "description": f"{named} with its unit: {known}.",
-            "examples": [kind.example, *examples],
-        }
-    )
-
-
-def _writer(write: Callable[[Any], str]) -> PlainSerializer:
-    return PlainSerializer(write, return_type=str, when_used="json")
-
-
-def _deadline_ns(text: str) -> int:
-    """A time that there is for something: supply, which rounds down."""
-    return units.parse_duration_ns(text, Rounding.DOWN)
-
-
-def _demand_ns(text: str) -> int:
-    """A time that something takes: demand, which rounds up."""
-    return units.parse_duration_ns(text, Rounding.UP)
-
-
-_RANGE = (
-    rf"^\s*({_NUMBER}\s*{_unit_pattern(units.TIME_RANGE)}"
-    rf"|{_NUMBER}\s*{_unit_pattern(units.TIME_RANGE)}?\s*\.\.\s*{_NUMBER}\s*{_unit_pattern(units.TIME_RANGE)})\s*$"
-)
-_TOTAL = Kind("a figure", "90 g", units.DIMENSIONLESS)
-
-Duration: TypeAlias = Annotated[
-    int,
-    _reader(units.DURATION, _deadline_ns),
-    _writer(units.format_duration),
-    _describe_quantity(units.DURATION, "1.3 ms", "250 us"),
-]
-Demand: TypeAlias = Annotated[
-    int,
-    _reader(units.DURATION, _demand_ns),
-    _writer(units.format_duration),
-    _describe_quantity(units.DURATION, "5 us", "250 us"),
-]
-Offset: TypeAlias = Annotated[
-    int | str,
-    PlainValidator(_offset),
-    _writer(_write_offset),
-    WithJsonSchema(
-        {
-            "type": "string",
-            "pattern": rf"^\s*{_NUMBER}\s*{_unit_pattern(units.DURATION)}\s*$|^({'|'.join(OFFSET_WORDS)})$",
-            "description": "When the first release is on its clock; the search decides (any), or nobody knows.",
-            "examples": ["3 ms", "any"],
-        }
-    ),
-]
-Period: TypeAlias = Annotated[
-    int,
-    _reader(units.PERIOD, units.parse_period_ns),
-    _writer(units.format_duration),
-    _describe_quantity(units.PERIOD, "20 ms", "1 s"),
-]
-TimeRange: TypeAlias = Annotated[
-    units.TimeRange,
-    _reader(units.TIME_RANGE, units.parse_time_range_ns),
-    _writer(units.format_time_range),
-    _describe_quantity(units.TIME_RANGE, "10 ms", "1 .. 3 ms", pattern=_RANGE),
-]
-Transmission: TypeAlias = Annotated[
-    units.TimeRange,
-    _reader(units.TRANSMISSION, units.parse_transmission_ns),
-    _writer(units.format_time_range),
-    _describe_quantity(units.TRANSMISSION, "128 us", "100 ps .. 0.2 ns", pattern=_RANGE),
-]
-DataSize: TypeAlias = Annotated[
-    int,
-    _reader(units.SIZE, units.parse_size_bytes),
-    _writer(units.format_size),
-    _describe_quantity(units.SIZE, "2 KB", "64 KiB"),
-]
-Bandwidth: TypeAlias = Annotated[
-    int,
-    _reader(units.BANDWIDTH, units.parse_bandwidth_bps),
-    _writer(units.format_bandwidth),
-    _describe_quantity(units.BANDWIDTH, "11520 B/s", "100 Mbit/s"),
-]
-DataRate: TypeAlias = Annotated[
-    Fraction,
-    _reader(units.RATE_OF_DATA, units.parse_data_rate),
-    _writer(units.format_data_rate),
-    _describe_quantity(units.RATE_OF_DATA, "3 kbit/s"),
-]
-Rate: TypeAlias = Annotated[
-    Fraction,
-    _reader(units.RATE, units.parse_rate_hz),
-    _writer(units.format_rate),
-    _describe_quantity(units.RATE, "50/3 Hz", "1 kHz"),
-]
-Money: TypeAlias = Annotated[
-    units.Money,
-    _reader(units.PRICE, units.parse_money),
-    _writer(units.format_money),
-    _describe_quantity(units.PRICE, "99.90 EUR"),
-]
-Power: TypeAlias = Annotated[
-    int,
-    _reader(units.POWER_DRAW, units.parse_power_mw),
-    _writer(units.format_power),
-    _describe_quantity(units.POWER_DRAW, "500 mW"),
-]
-Total: TypeAlias = Annotated[
-    units.Total,
-    _reader(_TOTAL, units.parse_total),
-    _writer(units.format_total),
-    WithJsonSchema(
-        {
-            "type": "string",
-            "pattern": rf"^\s*-?{_NUMBER}\s*[^\s0-9].*$",
-            "description": "A figure in the unit that `totals` declares, or another one of the same: kg where it is g.",
-            "examples": ["90 g", "1.5 kg"],
-        }
-    ),
 ]
 
 # --- lists --------------------------------------------------------------------------------------------------------

@@ -6,7 +6,8 @@ from typing import Annotated, Any, Literal, TypeAlias
 
 from pydantic import BaseModel, ConfigDict, Discriminator, PlainValidator, Tag, WithJsonSchema
 
-from dse.spec.fields import Bandwidth, DataSize, describe, field_error
+from dse.spec.fields import describe, field_error
+from dse.spec.quantity_fields import Bandwidth, DataSize
 
 
 class FrameModel(BaseModel):

@@ -7,27 +7,20 @@ from typing import Annotated, Any, TypeAlias
 from pydantic import BaseModel, ConfigDict, Discriminator, PlainValidator, Tag, WithJsonSchema
 
 from dse import units
-from dse.spec.fields import (
+from dse.spec.fields import Cores, Count, Items, Line, Name, Options, describe, field_error
+from dse.spec.frames import FrameType
+from dse.spec.quantity_fields import (
     Bandwidth,
-    Cores,
-    Count,
     DataSize,
     Demand,
     Duration,
-    Items,
-    Line,
     Money,
-    Name,
-    Options,
     Period,
     Power,
     TimeRange,
     Total,
     Transmission,
-    describe,
-    field_error,
 )
-from dse.spec.frames import FrameType
 
 
 class Model(BaseModel):

@@ -12,24 +12,15 @@ from pydantic import BeforeValidator, Discriminator, Field, Tag, WithJsonSchema
 
 from dse.spec.fields import (
     Core,
-    DataRate,
-    DataSize,
-    Demand,
-    Duration,
     Items,
     Length,
     Line,
     Name,
-    Offset,
     Options,
-    Period,
     Priority,
     QueueSize,
-    Rate,
     Setting,
     SomeItems,
-    TimeRange,
-    Transmission,
     Version,
     Weight,
     field_error,
@@ -42,6 +33,7 @@ from dse.spec.hardware import ONE, BusType, Demands, Model, Priced, ProcessorTyp
 from dse.spec.hardware import Interrupt as Interrupt
 from dse.spec.hardware import Throttling as Throttling
 from dse.spec.hardware import TransmissionTime as TransmissionTime
+from dse.spec.quantity_fields import DataRate, DataSize, Demand, Duration, Offset, Period, Rate, TimeRange, Transmission
 
 Protocol: TypeAlias = Literal["periodic", "aperiodic", "sporadic", "hybrid"]
 ExecutorKind: TypeAlias = Literal["fifo", "callback_group", "wait_set"]

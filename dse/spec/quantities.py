@@ -11,18 +11,19 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from math import floor
-from typing import Any, TypeAlias, TypeVar
+from typing import Any, TypeAlias, TypeVar, get_args
+
+from pydantic.fields import FieldInfo
 
 from dse.errors import UsageError
-from dse.spec.hardware import TransmissionTime
-from dse.spec.model import Spec
+from dse.spec.fields import COUNT
+from dse.spec.hardware import Priced, TransmissionTime
+from dse.spec.model import Catalogue, Spec
+from dse.spec.quantity_fields import TOTAL
 from dse.units import (
     BANDWIDTH,
-    DIMENSIONLESS,
     DURATION,
     PERIOD,
-    POWER_DRAW,
-    PRICE,
     RATE,
     RATE_OF_DATA,
     SIZE,
@@ -41,28 +42,37 @@ from dse.units import (
     unit_hint,
 )
 
-COUNT = Kind("a whole number", "4", DIMENSIONLESS)
-TOTAL = Kind("a figure", "90 g", DIMENSIONLESS)
-PRICED = {"price": PRICE, "power": POWER_DRAW}
-DEVICE = {
-    **PRICED, "period": PERIOD, "compute_execution_time": TIME_RANGE, "latency": TIME_RANGE, "deadline": DURATION,
-    "response_time": TIME_RANGE, "queue_size": COUNT, "offset": DURATION,
-}  # fmt: skip
-THREAD = {**DEVICE, "callback_execution_time": TIME_RANGE, "non_preemptive": DURATION}
-FIELDS: Mapping[str, Mapping[str, Kind]] = {
-    "processor_types": {"cores": COUNT, "context_switch": DURATION, **PRICED},
-    "bus_types": {"bandwidth": BANDWIDTH, "latency": TIME_RANGE, "overhead": SIZE, **PRICED},
-    "device_types": DEVICE,
-    "thread_types": THREAD,
-    "devices": DEVICE,
-    "threads": THREAD,
-    "connections": {
-        "data_size": SIZE, "rate": RATE, "data_rate": RATE_OF_DATA, "queue_size": COUNT, "latency": TIME_RANGE,
-    },
-    "clocks": {"synchronisation_error": DURATION},
-    "partitions": {"period": PERIOD, "offset": DURATION, "duration": DURATION},
-    "flows": {"latency": TRANSMISSION},
-}  # fmt: skip
+SECTIONS = (
+    "processor_types", "bus_types", "device_types", "thread_types", "devices", "threads", "connections", "clocks",
+    "partitions", "flows",
+)  # fmt: skip
+"""The sections with figures, in the order in which studies go through them."""
+NOT_VARIED = (("bus_types", "period"),)
+"""Figures that studies do not vary: OSATE's profiles alone look at them."""
+
+
+def _kinds(section: str) -> dict[str, Kind]:
+    """The fields of the entries of a section that hold figures; of hardware its own before what it costs."""
+    entries = get_args(Catalogue.model_fields[section].annotation)[1]
+    found = {name: kind for name, info in entries.model_fields.items() if (kind := _kind(info)) is not None}
+    found = {name: kind for name, kind in found.items() if (section, name) not in NOT_VARIED}
+    costs = {name: found.pop(name) for name in PRICED if issubclass(entries, Priced) and name in found}
+    return {**found, **costs} if section in ("processor_types", "bus_types") else {**costs, **found}
+
+
+def _kind(info: FieldInfo) -> Kind | None:
+    """The kind that stands beside the type of a field, or of its options; None where there is none."""
+    todo: list[Any] = [*info.metadata, info.annotation]
+    for item in todo:
+        if isinstance(item, Kind):
+            return item
+        todo += [*getattr(item, "__metadata__", ()), *get_args(item)]
+    return None
+
+
+PRICED = ("price", "power")
+FIELDS: Mapping[str, Mapping[str, Kind]] = {section: _kinds(section) for section in SECTIONS}
+"""Which fields hold figures, and of which kind: as the form of the problem file says."""
 PARTS = ("fixed", "per_byte")
 RANGES = (TIME_RANGE, TRANSMISSION)
 BASE = dict.fromkeys((PERIOD, DURATION, *RANGES), "ns") | {

@@ -16,8 +16,10 @@ from fractions import Fraction
 from math import erfc, sqrt
 
 from dse.errors import UsageError
+from dse.spec.fields import COUNT
 from dse.spec.model import Spec, Uncertainty
-from dse.spec.quantities import BASE, COUNT, TOTAL, Figure, figures_of, matching, read_value
+from dse.spec.quantities import BASE, Figure, figures_of, matching, read_value
+from dse.spec.quantity_fields import TOTAL
 from dse.spec.samples import SampleError, Samples
 from dse.units import DIMENSIONLESS, POWER_DRAW, UNITS, Kind, UnitError, parse_quantity, range_ends, shown, unit_ratio
 

@@ -20,8 +20,10 @@ from dse.space.metric_kinds import BUILT_IN
 from dse.space.metrics import QuestionError, worst_of
 from dse.space.questions import read_requirements
 from dse.space.types import Space
+from dse.spec.fields import COUNT
 from dse.spec.grammar import ExpressionError
-from dse.spec.quantities import COUNT, TOTAL, read_value
+from dse.spec.quantities import read_value
+from dse.spec.quantity_fields import TOTAL
 from dse.spec.scan import CALL
 from dse.study.quantities import Inputs, copied, quantity_text
 from dse.units import DIMENSIONLESS, Quantity, UnitError, format_number, parse_quantity, unit_ratio

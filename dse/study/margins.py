@@ -11,7 +11,7 @@ from fractions import Fraction
 from dse.analysis.views import View
 from dse.results.sensitivity import Bar, Break, Margin, Scaling
 from dse.space.trees import at
-from dse.spec.quantities import COUNT
+from dse.spec.fields import COUNT
 from dse.study.functions import Bound, DesignFunction
 from dse.study.inputs import Variable
 from dse.study.line import Way

@@ -19,7 +19,9 @@ from dse.api.problem import Problem
 from dse.errors import UsageError
 from dse.space.metric_kinds import asks_for_changes
 from dse.space.types import Space
-from dse.spec.quantities import BASE, COUNT, FIELDS, PARTS, RANGES, TOTAL
+from dse.spec.fields import COUNT
+from dse.spec.quantities import BASE, FIELDS, PARTS, RANGES
+from dse.spec.quantity_fields import TOTAL
 from dse.units import (
     TRANSMISSION,
     UNITS,
