@@ -6,7 +6,7 @@ them: there is one formula for all three. Values are exact; `Measure.integer` co
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from fractions import Fraction
 from math import lcm
 from typing import Literal
@@ -34,6 +34,7 @@ from dse.space.metric_kinds import (
     CHAIN_METRICS,
     FLOW_METRICS,
     INPUT_METRICS,
+    SYSTEM_METRICS,
     asks_for_changes,
     metric_dimension,
     total_unit,
@@ -78,30 +79,43 @@ def build_measure(space: Space, metric: Metric, *, counted: bool = True) -> Meas
     Unless it is to be `counted` in whole units, sums of shares and rates are spared the search for a common
     denominator: only exact values may be asked of them.
     """
-    if metric.kind in (*FLOW_METRICS, *CHAIN_METRICS):
-        flow = space.flows[metric.index or 0]
-        return _scaled(metric, "ns", tuple(flow_terms(space, flow, metric.kind)), *latency_scale(space, flow))
+    return FORMULAS[metric.kind](space, metric, counted)
+
+
+def _of_flow(space: Space, metric: Metric, _: bool) -> Measure:
+    flow = space.flows[metric.index or 0]
+    return _scaled(metric, "ns", tuple(flow_terms(space, flow, metric.kind)), *latency_scale(space, flow))
+
+
+def _of_input(space: Space, metric: Metric, _: bool) -> Measure:
+    flow = up_to(space.flows[metric.index or 0], int(metric.key))
+    return _scaled(metric, "ns", tuple(input_terms(space, flow, metric.kind)), *latency_scale(space, flow))
+
+
+def _utilisation(space: Space, metric: Metric, counted: bool) -> Measure:
+    terms = utilisation_terms(space, metric.index or 0, int(metric.key) if metric.key else None)
+    return _scaled(metric, "ppm", terms, utilisation_scale(space, terms) if counted else 1)
+
+
+def _load(space: Space, metric: Metric, counted: bool) -> Measure:
     number = metric.index or 0
-    if metric.kind in INPUT_METRICS:
-        flow = up_to(space.flows[number], int(metric.key))
-        return _scaled(metric, "ns", tuple(input_terms(space, flow, metric.kind)), *latency_scale(space, flow))
-    if metric.kind in ("utilisation", "core utilisation"):
-        terms = utilisation_terms(space, number, int(metric.key) if metric.key else None)
-        return _scaled(metric, "ppm", terms, utilisation_scale(space, terms) if counted else 1)
-    if metric.kind == "load":
-        terms = load_terms(space, number)
-        return _scaled(metric, "B/s", terms, load_scale(space, metric.index or 0, terms) if counted else 1)
-    if metric.kind == "busy":
-        terms = busy_terms(space, number)
-        return _scaled(metric, "ppm", terms, busy_scale(space, number, terms) if counted else 1)
-    if metric.kind == "response time":
-        return _scaled(metric, "ns", (_response_term(space, number),), whole_time_scale(space), RESPONSE_SCALE_LIMIT)
-    if metric.kind == "changes":
-        return Measure(metric, "", change_terms(space))
-    if metric.kind == "derived":
-        return _sum(space, metric, space.derived[metric.index or 0].terms)
-    if metric.kind in ("max", "min"):
-        return _extreme(space, metric)
+    terms = load_terms(space, number)
+    return _scaled(metric, "B/s", terms, load_scale(space, number, terms) if counted else 1)
+
+
+def _busy(space: Space, metric: Metric, counted: bool) -> Measure:
+    number = metric.index or 0
+    terms = busy_terms(space, number)
+    return _scaled(metric, "ppm", terms, busy_scale(space, number, terms) if counted else 1)
+
+
+def _response_time(space: Space, metric: Metric, _: bool) -> Measure:
+    term = _response_term(space, metric.index or 0)
+    return _scaled(metric, "ns", (term,), whole_time_scale(space), RESPONSE_SCALE_LIMIT)
+
+
+def _figures(space: Space, metric: Metric, _: bool) -> Measure:
+    """Price, power and declared totals."""
     unit = {"price": "ct", "power": "mW"}.get(metric.kind, space.totals.get(metric.key, ""))
     trees = list(_figure_trees(space, metric))
     scale = lcm(*(Fraction(leaf).denominator for _, tree in trees for leaf in leaves(tree) if leaf is not None))
@@ -236,3 +250,18 @@ def _core_metrics(space: Space) -> Iterator[Metric]:
         is_told = all(isinstance(item.core, int) or (apart and item.core is not None) for item in here)
         if here and is_told and most_cores(space, number) > 1:
             yield from (core_metric(space, number, core) for core in range(1, most_cores(space, number) + 1))
+
+
+FORMULAS: Mapping[str, Callable[[Space, Metric, bool], Measure]] = {
+    **dict.fromkeys((*FLOW_METRICS, *CHAIN_METRICS), _of_flow),
+    **dict.fromkeys(INPUT_METRICS, _of_input),
+    **dict.fromkeys(("utilisation", "core utilisation"), _utilisation),
+    "load": _load,
+    "busy": _busy,
+    "response time": _response_time,
+    **dict.fromkeys((*SYSTEM_METRICS, "total"), _figures),
+    "changes": lambda space, metric, _: Measure(metric, "", change_terms(space)),
+    "derived": lambda space, metric, _: _sum(space, metric, space.derived[metric.index or 0].terms),
+    **dict.fromkeys(("max", "min"), lambda space, metric, _: _extreme(space, metric)),
+}
+"""How a design has a metric of each kind: its measure, counted in whole units if so asked."""

@@ -2,42 +2,48 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from typing import NamedTuple
 
 from dse.space.criteria import Metric
 from dse.space.types import Space
 from dse.units import DATA_RATE, DIMENSIONLESS, MONEY, POWER, TIME, Dimension, Quantity
 
-SYSTEM_METRICS = {"price": MONEY, "power": POWER}
+
+class MetricKind(NamedTuple):
+    """What a metric is of (a flow, processor, bus, component or thread; "" for the whole system), and its dimension.
+
+    A count has no dimension.
+    """
+
+    of: str
+    dimension: Dimension | None
 
 
 FLOW_METRICS = ("latency", "min latency", "jitter")
-
-
 CHAIN_METRICS = ("run jitter", "reaction time", "data age", "exact latency", "exact min latency", "exact jitter")
 """Of flows, too: listed where a problem speaks of clocks, and wherever they are asked for."""
-
-
 INPUT_METRICS = ("oldest input", "newest input")
 """How old what a component reads at the end of a flow is at most and at least: of these disparities are made."""
-
-
-BUILT_IN = (
-    *FLOW_METRICS,
-    *CHAIN_METRICS,
-    "disparity",
-    "utilisation",
-    "load",
-    "busy",
-    "response time",
-    *SYSTEM_METRICS,
-    "changes",
-)
-
-
-SHARES = ("utilisation", "core utilisation", "busy")
-
-
+KINDS: Mapping[str, MetricKind] = {
+    **dict.fromkeys((*FLOW_METRICS, *CHAIN_METRICS), MetricKind("flow", TIME)),
+    "disparity": MetricKind("component", TIME),
+    "utilisation": MetricKind("processor", DIMENSIONLESS),
+    "load": MetricKind("bus", DATA_RATE),
+    "busy": MetricKind("bus", DIMENSIONLESS),
+    "response time": MetricKind("thread", TIME),
+    "price": MetricKind("", MONEY),
+    "power": MetricKind("", POWER),
+    "changes": MetricKind("", None),
+}
+"""The metrics that a file may ask for, by name, besides those that it makes itself; how a design has them is a formula
+of `dse.analysis.measures`."""
+INNER = {**dict.fromkeys(INPUT_METRICS, KINDS["latency"]), "core utilisation": KINDS["utilisation"]}
+"""Those that are asked for in other words."""
+BUILT_IN = tuple(KINDS)
+SHARES = tuple(name for name, kind in {**KINDS, **INNER}.items() if kind.dimension == DIMENSIONLESS)
+SYSTEM_METRICS = ("price", "power")
+"""Figures that every part may have."""
 RESERVED = (*BUILT_IN, "utilization", "max latency", "maximum latency", "minimum latency")
 
 
@@ -50,10 +56,8 @@ def metric_dimension(space: Space, metric: Metric) -> Dimension | None:
         if inner_dimension is None or coefficient.dimension is None:
             return None
         return coefficient.dimension.times(inner_dimension)
-    if metric.kind in ("total", "changes"):
-        return None
-    known = {**dict.fromkeys(SHARES, DIMENSIONLESS), "load": DATA_RATE, **SYSTEM_METRICS}
-    return known.get(metric.kind, TIME)
+    kind = KINDS.get(metric.kind) or INNER.get(metric.kind)
+    return kind.dimension if kind is not None else None
 
 
 def parts_of(space: Space, metric: Metric) -> Sequence[tuple[Quantity, Metric]]:

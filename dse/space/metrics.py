@@ -16,7 +16,7 @@ from dse.errors import Suggestion
 from dse.space.buses import by_type, carriers
 from dse.space.clocks import is_always_timed
 from dse.space.criteria import Derived, Metric
-from dse.space.metric_kinds import BUILT_IN, CHAIN_METRICS, FLOW_METRICS, SYSTEM_METRICS, metric_dimension, total_unit
+from dse.space.metric_kinds import BUILT_IN, KINDS, SYSTEM_METRICS, metric_dimension, total_unit
 from dse.space.properties import closest
 from dse.space.trees import leaves
 from dse.space.types import EMPTY, UNKNOWN_TYPE, Component, Flow, Space
@@ -55,12 +55,10 @@ def resolve_metrics(space: Space, ref: MetricExpr) -> tuple[Metric, ...]:
     if isinstance(ref, ExtremeRef):
         return (_extreme(space, ref),)
     kind = ref.metric
-    if kind in (*FLOW_METRICS, *CHAIN_METRICS):
-        return _of_flow(space, kind, ref.of)
     if kind in _FINDERS:
         return _FINDERS[kind](space, ref.of)
-    if kind == "changes":
-        return (_changes(space, ref.of),)
+    if kind in KINDS and KINDS[kind].of:
+        return _indexed(space, kind, ref.of, KINDS[kind].of)
     if kind in SYSTEM_METRICS or kind in space.totals:
         return (_system_metric(space, ref),)
     for number, derived in enumerate(space.derived):
@@ -74,14 +72,14 @@ def resolve_metrics(space: Space, ref: MetricExpr) -> tuple[Metric, ...]:
     raise QuestionError(f"unknown metric {shown(kind)}", Suggestion(hint), unknown=kind)
 
 
-def _changes(space: Space, of: str | None) -> Metric:
+def _changes(space: Space, of: str | None) -> tuple[Metric, ...]:
     """How many decisions differ from the baseline, or what they cost."""
     if of is not None:
         raise QuestionError("changes are counted in the whole system: leave the `of` out")
     if not space.states_baseline:
         hint = 'such as "baseline: {my_thread: {period: 10 ms}}"'
         raise QuestionError("changes are counted from the baseline, and the problem states none", hint)
-    return Metric("changes", "changes")
+    return (Metric("changes", "changes"),)
 
 
 def _system_metric(space: Space, ref: MetricRef) -> Metric:
@@ -115,11 +113,9 @@ def _indexed(space: Space, kind: str, of: str | None, what: str) -> tuple[Metric
     raise QuestionError(f"no {what} is called {shown(of)}", closest(of, names))
 
 
-def _of_flow(space: Space, kind: str, of: str | None) -> tuple[Metric, ...]:
-    """A metric of a flow, or of every one; the age of data is that of a flow whose first component samples."""
-    found = _indexed(space, kind, of, "flow")
-    if kind != "data age":
-        return found
+def _data_ages(space: Space, of: str | None) -> tuple[Metric, ...]:
+    """The age of data of a flow whose first component samples, or of every such one."""
+    found = _indexed(space, "data age", of, "flow")
     kept = tuple(metric for metric in found if has_age(space, space.flows[metric.index or 0]))
     if not kept:
         name = space.flows[found[0].index or 0].name
@@ -325,9 +321,10 @@ def _check_kinds(space: Space, text: str, terms: Sequence[tuple[Quantity, Metric
 
 _FINDERS: Mapping[str, Callable[[Space, str | None], tuple[Metric, ...]]] = {
     "utilisation": lambda space, of: core_metrics(space, of) or _indexed(space, "utilisation", of, "processor"),
-    "load": lambda space, of: _indexed(space, "load", of, "bus"),
     "busy": _busy,
+    "changes": _changes,
+    "data age": _data_ages,
     "response time": _response_times,
     "disparity": disparities,
 }
-"""What finds the metrics of a kind, of a name or of all."""
+"""What finds the metrics of a kind, of a name or of all, where it is not there for each that has the name."""
