@@ -32,7 +32,7 @@ def number_cores(space: Space, model: cp_model.CpModel, places: Places, processo
     threads = places.on(processor)
     if any(by_first_fit(space, processor)):
         return
-    fixed = {number for item in space.open_cores if item.index in space.fixed for number in item.threads}
+    fixed = {number for item in space.open_cores if item.index in places.fixable for number in item.threads}
     counts = {len(thread.cores[processor]) for thread in threads}
     partial = {
         item.component

@@ -86,6 +86,7 @@ class Board:
         self.wait_scale = 0
         self.phases: dict[Any, Any] = {}  # by pair of components, see `dse.encode.phases`
         self.guard: cp_model.IntVar | None = None
+        self.fixable: frozenset[int] = frozenset(space.fixed)  # decisions that are fixed, or may be once it is made
         self.branched: Counter[int] = Counter()
         self.true = self.model.new_constant(1)
 

@@ -216,12 +216,14 @@ def encode(evaluator: Evaluator) -> EncodedSpace:
 class Demands:
     """A space with demands that can be switched on and off: each holds while its guard is true.
 
-    Built once for many questions about the same space; further limits and objectives may be added.
+    Built once for many questions about the same space; further limits and objectives may be added, and the decisions
+    `fixable` restricted.
     """
 
-    def __init__(self, evaluator: Evaluator) -> None:
+    def __init__(self, evaluator: Evaluator, fixable: Iterable[int] = ()) -> None:
         self.evaluator = evaluator
         self.board = _structure(evaluator)
+        self.board.fixable |= frozenset(fixable)
         self.rates = RateVariables(self.board)
         self.rules = [self._guarded(partial(add_rule, self.board, rule)) for rule in evaluator.space.rules]
         self.is_upward = is_upward(evaluator.space)

@@ -65,6 +65,7 @@ class Places:
 
     def __init__(self, board: Board, rates: RateVariables) -> None:
         self.space = board.space
+        self.fixable = board.fixable
         self.true = board.true.index
         self.threads: dict[int, Thread] = {}
         self.types: list[tuple[int, ...]] = []

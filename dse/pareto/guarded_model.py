@@ -34,7 +34,7 @@ class Switchboard:
         self.space = space
         self.evaluator = Evaluator(replace(space, fixed={}, objectives=()))
         self.structure = Evaluator(replace(space, fixed={}, objectives=(), requirements=(), rules=()))
-        self.demands = Demands(self.evaluator)
+        self.demands = Demands(self.evaluator, space.fixed)
         self.model = self.demands.board.model
         self.guards = [*self.demands.limits, *self.demands.rules]
 
