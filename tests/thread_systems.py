@@ -137,7 +137,8 @@ def text_of(
     system: Mapping[str, Any], objectives: tuple[str, ...] = ("minimise price", "minimise latency of f")
 ) -> str:
     """The problem file: few and cheap computers, and a flow that wants short periods."""
-    lines = ["dse: 1", "name: drawn", "overload: allowed", "deadlines: all", "processor_types:"]
+    lines = ["dse: 1", "name: drawn", "overload: allowed", f"deadlines: {system.get('deadlines', 'all')}"]
+    lines.append("processor_types:")
     for name, figures in system["types"].items():
         lines.append(f"  {name}: {{{', '.join(_type_fields(figures))}}}")
     lines += ["processors: {c: {type: [slow, fast]}}", "devices: {sensor: {period: 3 ms}}"]
@@ -364,10 +365,12 @@ def _levels(system: Mapping[str, Any], choice: Mapping[str, Any], period: list[i
 
 
 def is_in_time(system: Mapping[str, Any], choice: Mapping[str, Any]) -> bool:
-    """Whether each thread ends by its deadline: the stated one, else its period, else any time."""
+    """Whether each thread ends by its deadline: the stated one, else (where all count) its period, else any time."""
     found = responses(system, choice)
     for number, thread in enumerate(system["threads"]):
-        latest = thread["deadline"] if thread["deadline"] is not None else choice["periods"][number]
+        latest = thread["deadline"]
+        if latest is None and system.get("deadlines", "all") == "all":
+            latest = choice["periods"][number]
         if latest is not None and found[number] > latest:
             return False
     return True

@@ -1,26 +1,25 @@
 """What a design keeps when threads wait for each other, told of fronts whose search does not count that.
 
 docs/semantics.md, section 4.4. The cores are those of the design: stated, decided, else as first-fit gives them
-(`dse.analysis.placement.core_of_each`), or others where these miss a limit on a response time.
+(`dse.analysis.placement.core_of_each`).
 """
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 from dse.analysis.limits import Limit, Verdict, build_limit, judge
 from dse.analysis.memo import Recall
 from dse.analysis.packing import placed
 from dse.analysis.partition import Spread
-from dse.analysis.placement import core_of_each, placement
+from dse.analysis.placement import placement
 from dse.analysis.rows import counts_responses
 from dse.analysis.unbounded import unbounded_in
 from dse.analysis.validity import Rulebook
 from dse.analysis.views import View
 from dse.space.cores import is_scheduled, with_open_cores
-from dse.space.settings import told_deadlines
 from dse.space.trees import at, leaves
 from dse.space.types import EMPTY, Component, Design, Space
 
@@ -40,35 +39,24 @@ def is_left_out(space: Space) -> bool:
 
 
 def with_contention(space: Space) -> Space | None:
-    """The question with response times counted in latencies, and all deadlines that count among the requirements.
-
-    None where that is what is asked anyway.
-    """
-    told = told_deadlines(space)
-    if not told and not is_left_out(space):
-        return None
-    return replace(space, processing="response_time", requirements=(*space.requirements, *told))
+    """The question with response times counted in latencies; None where that is what is asked anyway."""
+    return replace(space, processing="response_time") if is_left_out(space) else None
 
 
 @dataclass(frozen=True)
 class Judged:
-    """What a design breaks, as `design` of `space`, the question with contention, with the cores that it is judged on.
-
-    `cores` has the core of each thread, by its number, where first-fit's were exchanged for others.
-    """
+    """What a design breaks, as `design` of `space`, the question with contention and the order that it is judged in."""
 
     misses: tuple[Miss, ...]
     space: Space
     design: Design
-    cores: Mapping[int, int] = field(default_factory=dict)
 
 
 class ContentionReferee:
     """Judges designs by the question with contention.
 
-    Where cores or a best order are open in a design, and are none of the decisions of the question that it is an answer
-    to, it is judged on those that whoever analyses it with contention gets (`dse.analysis.packing.placed`): first-fit's
-    unless a limit on a response time is missed on them.
+    Where a best order is open in a design, and is none of the decisions of the question that it is an answer to, it is
+    judged in the one that whoever analyses it with contention gets (`dse.analysis.packing.placed`).
     """
 
     def __init__(self, counted: Space, *, of_fronts: bool = True) -> None:
@@ -88,31 +76,19 @@ class ContentionReferee:
         OutOfTime
             when a limit of time (`dse.timelimit.until`) is up.
         """
-        misses = self._misses(self.space, self._limits, design)
-        late = any(item.verdict.requirement.metric.kind == "response time" for item in misses)
-        if self._open is None or not (late or self.space.open_priorities):
-            return Judged(misses, self.space, design)
+        if self._open is None:
+            return Judged(self._misses(self.space, self._limits, design), self.space, design)
         space, limits = self._open
         added = range(len(self.space.decisions), len(space.decisions))
-        told = told_deadlines(space)
-        asked = tuple(item for item in space.requirements if item not in told)
-        whole = placed(replace(space, requirements=asked), (*design, *(0 for _ in added)), added)
+        whole = placed(space, (*design, *(0 for _ in added)), added)
         if Rulebook(space).breaches(whole):
-            return Judged(misses, self.space, design)
-        view = View(whole)
-        first = View(design)
-        exchanged = {
-            number: core
-            for processor in range(len(space.processors))
-            if (found := core_of_each(space, processor, view)) != core_of_each(self.space, processor, first)
-            for number, core in found.items()
-        }
-        return Judged(self._misses(space, limits, whole), space, whole, dict(sorted(exchanged.items())))
+            return Judged(self._misses(self.space, self._limits, design), self.space, design)
+        return Judged(self._misses(space, limits, whole), space, whole)
 
     @cached_property
     def _open(self) -> tuple[Space, tuple[Limit, ...]] | None:
-        """The space with a decision for each open core and order; None where all of them are decisions already."""
-        space = with_open_cores(self.space)
+        """The space with a decision for each open core and order; None where no order is left open."""
+        space = with_open_cores(self.space) if self.space.open_priorities else self.space
         return (space, self._limits_of(space)) if len(space.decisions) > len(self.space.decisions) else None
 
     def _limits_of(self, space: Space) -> tuple[Limit, ...]:

@@ -17,7 +17,6 @@ from dse.analysis.scheduling import counted_ns, subset_responses
 from dse.analysis.tasks import members, utilisation
 from dse.analysis.views import View
 from dse.space.cores import without_cores
-from dse.space.settings import told_deadlines
 from dse.space.trees import at, consulted
 from dse.space.types import EMPTY, Design, OpenCore, OpenPriority, Space
 
@@ -38,32 +37,26 @@ def core_limits(space: Space) -> list[Limit]:
     ]
 
 
-def told_limits(space: Space) -> list[Limit]:
-    """The deadlines that are told of a design, and not asked for."""
-    return [build_limit(space, item) for item in told_deadlines(space)]
-
-
 def placed(space: Space, design: Design, waiting: Sequence[int]) -> Design:
     """The design, whole but for `waiting`, with cores for these: as first-fit gives them where limits are met so.
 
     Else the first of `placements` that meet them; where there are none, those of first-fit. Limits are those on
-    response times that are asked for, with the deadlines that are told of designs as far as both can be met. So a
-    design that leaves cores open is analysed on the cores on which fronts without contention are judged
-    (docs/semantics.md, section 4.4). Where the best order is asked for, it is looked for on these cores.
+    response times, deadlines among them. So a design that leaves cores open is analysed on the cores on which fronts
+    without contention are judged (docs/semantics.md, section 4.4). Where the best order is asked for, it is looked for
+    on these cores.
     """
     open_ = [item for item in space.open_cores if item.index in set(waiting)]
     orders = [item for item in space.open_priorities if item.index in set(waiting)]
-    asked, told = core_limits(space), told_limits(space)
+    limits = core_limits(space)
     beside = [build_limit(space, item) for item in space.requirements if item.metric.kind == "core utilisation"]
     whole = first_fit(space, design, open_)
     first: Design | None = None
-    for limits in [[*asked, *told], asked] if told else [asked]:
-        known = iter(()) if whole is None else _ordered(space, whole, orders, limits)
-        for found in chain(known, placements(space, design, open_, limits, orders)):
-            first = first if first is not None else found
-            view = View(found)
-            if all(judge(limit, view).holds for limit in (*limits, *beside)):
-                return found
+    known = iter(()) if whole is None else _ordered(space, whole, orders, limits)
+    for found in chain(known, placements(space, design, open_, limits, orders)):
+        first = first if first is not None else found
+        view = View(found)
+        if all(judge(limit, view).holds for limit in (*limits, *beside)):
+            return found
     return first if first is not None else design
 
 

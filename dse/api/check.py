@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from fractions import Fraction
-from functools import partial
 from typing import Any, Unpack
 
 from dse.analysis.bounds import Impossible, impossible
@@ -23,7 +22,6 @@ from dse.space.metric_kinds import asks_for_changes
 from dse.space.metrics import busy_obstacle
 from dse.space.properties import mentions
 from dse.space.rules import unoffered_types
-from dse.space.settings import told_deadlines
 from dse.space.size import space_size
 from dse.space.trees import leaves
 from dse.space.types import Component, Decision, Slot, Space
@@ -106,8 +104,7 @@ def check(problem: Source, **question: Unpack[Question]) -> Description:
     asked = load(problem).ask(**question)
     space = asked.space
     decisions = tuple(item for item in space.decisions if item.is_open)
-    told = told_deadlines(space, partial(_deadline_origin, asked))
-    found = tuple(impossible(space, (*space.requirements, *told)))
+    found = tuple(impossible(space, space.requirements))
     remarks = (
         *too_large(space),
         *_remarks(space),
@@ -116,12 +113,6 @@ def check(problem: Source, **question: Unpack[Question]) -> Description:
         *_rounded(asked),
     )
     return Description(space, decisions, space_size(space), remarks, found)
-
-
-def _deadline_origin(problem: Problem, component: Component) -> str:
-    """Where the deadline of a thread stands, or the thread."""
-    place = problem.loaded.diagnostic((component.section, component.name, "deadline"), "")
-    return f"{place.file}:{place.line}"
 
 
 def impossible_words(item: Impossible, currency: str) -> str:
@@ -149,17 +140,10 @@ def _setting_remarks(problem: Problem, space: Space) -> Iterator[str]:
     if isinstance(written, bool):
         word = "all" if written else "none"
         yield f"deadlines: {str(written).lower()} is the former word for `{word}`" + (
-            "; a stated deadline is told of each design by default (`stated`)" if not written else ""
+            "; a stated deadline is required by default (`stated`)" if not written else ""
         )
     there = [item for item in space.components if any(leaf is not None for leaf in leaves(item.deadline_ns))]
-    told = [item for item in there if item.processor is not None]
     idle = [item.name for item in there if item.processor is None]
-    if told and told_deadlines(space):
-        count = f"the deadline of {told[0].name}" if len(told) == 1 else f"the deadlines of {len(told)} threads"
-        yield (
-            f"whether {count} {'is' if len(told) == 1 else 'are'} met is told of each design, and not searched for: "
-            "`deadlines: all` or `response time of THREAD <= …` require it"
-        )
     if idle and space.profile == "dse":
         yield f"no deadline counts of what runs on no processor: {', '.join(idle)}"
     if space.profile == "osate-2.2" and space.processing == "response_time":

@@ -26,6 +26,7 @@ def changed_meanings(problem: Problem) -> Iterator[str]:
     yield from _totals(space)
     yield from _defaults(space)
     yield from _open_cores(problem)
+    yield from _deadlines(space)
 
 
 def _named(names: Sequence[str]) -> str:
@@ -97,4 +98,16 @@ def _open_cores(problem: Problem) -> Iterator[str]:
         yield (
             "the core of each thread is a decision, as something that is asked depends on it "
             f"(`core: first_fit` puts them as before): {_named(silent)}"
+        )
+
+
+def _deadlines(space: Space) -> Iterator[str]:
+    """Threads whose deadline is a requirement because they state it."""
+    names = [
+        space.components[item.metric.index or 0].name for item in space.requirements if item.metric.key == "deadline"
+    ]
+    if names and space.deadlines == "stated":
+        yield (
+            "every design meets the deadlines that are stated (each design only told of them before; "
+            f"`deadlines: none` asks for none): {_named(names)}"
         )

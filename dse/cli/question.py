@@ -88,7 +88,7 @@ def question_options(command: F) -> F:
         click.option(
             "--deadlines",
             type=Words(["stated", "all", "none"]),
-            help="Which deadlines count: those stated (told of each design), all (required; else the period), or none.",
+            help="Which deadlines count: those stated (by default under profile dse), all (else the period), or none.",
         ),
         click.option(
             "--overload",

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Collection, Mapping
 from typing import Any
 
-from dse.analysis.contention import core_by, core_origins, is_left_out, placements_of
+from dse.analysis.contention import core_by, core_origins, placements_of
 from dse.analysis.overheads import stated_overheads
 from dse.analysis.partition import Spread
 from dse.analysis.placement import core_room
@@ -18,7 +18,6 @@ from dse.space.buses import carriers
 from dse.space.cores import is_scheduled
 from dse.space.criteria import Metric
 from dse.space.metric_kinds import CHAIN_METRICS, FLOW_METRICS, parts_of
-from dse.space.settings import told_deadlines
 from dse.space.types import Design, Space
 
 PROCESSING = {
@@ -31,6 +30,7 @@ PROCESSING = {
 UNCOUNTED = (
     "CPU contention is not in the latencies: this profile counts no response times, but execution times and deadlines."
 )
+CONTENTION_OUT = "CPU contention is not in the latencies: with response times"
 BLOCKING = "blocking by non-preemptive sections"
 COUNTED_BY = " Counted in the search: --processing response-time."
 """Where designs do not keep what is asked: how to find those that do."""
@@ -83,33 +83,27 @@ def contention_words(result: Result) -> str:
     if not result.front or not result.leaves_out_contention:
         return ""
     space = result.space
-    left_out = is_left_out(space)
-    told = [told_words(space)] if told_deadlines(space) else []
-    is_asked = any(not item.implied for item in space.requirements)
-    what = " and ".join([*(["requirement"] if left_out and is_asked else []), *told])
-    if not what:
+    if all(item.implied for item in space.requirements):
         return "CPU contention is not in the latencies, and nothing is required that it could break."
-    begin = "CPU contention is not in the latencies: with response times" if left_out else "With response times"
     found = {point.id: result.contended.get(str(point.id)) for point in result.front}
     checked = {number: item for number, item in found.items() if item is not None}
     kept = [number for number, item in checked.items() if not item.broken]
-    begin = f"{begin}, {core_words(space)},"
+    begin = f"{CONTENTION_OUT}, {core_words(space)},"
     if not checked:
         return f"{begin} no design was checked in the time that there was."
     rest = f"; {len(found) - len(checked)} not checked: the time was up" if len(checked) < len(found) else ""
-    rest = _exchanged([number for number, item in checked.items() if item.cores]) + rest
     if len(checked) == 1:
         which = "only design" if len(found) == 1 else "one design that was checked"
-        said = f"{begin} the {which} {'keeps' if kept else 'does not keep'} every {what}{rest}."
-        return said if kept or not left_out else said + COUNTED_BY
+        said = f"{begin} the {which} {'keeps' if kept else 'does not keep'} every requirement{rest}."
+        return said if kept else said + COUNTED_BY
     count = f"{len(kept) or 'none'} of the {len(checked)}"
     if len(kept) == len(checked):
         count = "both" if len(kept) == 2 else f"all {len(checked)}"
     of = "designs" if len(checked) == len(found) else "designs that were checked"
     who = f" ({_ids(kept)})" if 0 < len(kept) < len(checked) else ""
     verb = "keep" if len(kept) > 1 else "keeps"
-    said = f"{begin} {count} {of} {verb} every {what}{who}{rest}."
-    return said if len(kept) == len(checked) or not left_out else said + COUNTED_BY
+    said = f"{begin} {count} {of} {verb} every requirement{who}{rest}."
+    return said if len(kept) == len(checked) else said + COUNTED_BY
 
 
 def study_contention_words(data: Mapping[str, Any]) -> str:
@@ -123,23 +117,15 @@ def study_contention_words(data: Mapping[str, Any]) -> str:
     ]
     if basis is None or not judged:
         return ""
-    told = {"none": "", "all": " and deadline", "stated": " and stated deadline"}[basis["deadlines"]]
-    out = "CPU contention is not in the latencies: with" if basis["left_out"] else "With"
     kept = sum(item["status"] == "kept" for item in judged)
     count = f"{kept or 'none'} of the" if kept < len(judged) else "all"
     designs = f"{len(judged)} designs of all fronts" if len(judged) > 1 else "only design"
     count = count if len(judged) > 1 else "the"
     verb = ("keep" if kept > 1 else "keeps") if kept or len(judged) > 1 else "does not keep"
     varied = " (a limit that varies counts apart)" if any(run["kind"] == "breaks" for run in data["runs"]) else ""
-    exchanged = sum(bool(item.get("cores")) for item in judged)
-    on = f"; {exchanged} on others, for a response time is too long on those" if exchanged else ""
     cores = cores_of_origins(basis["cores"])
-    said = f"{out} response times, {cores}, {count} {designs} {verb} every requirement{told}{varied}{on}."
-    return said if kept == len(judged) or not basis["left_out"] else said + COUNTED_BY
-
-
-def _exchanged(numbers: list[int]) -> str:
-    return f"; {_ids(numbers)} on others, for a response time is too long on those" if numbers else ""
+    said = f"{CONTENTION_OUT}, {cores}, {count} {designs} {verb} every requirement{varied}."
+    return said if kept == len(judged) else said + COUNTED_BY
 
 
 def asks_for_responses(space: Space) -> bool:
@@ -165,11 +151,6 @@ def overhead_words(space: Space, design: Design | None = None) -> str:
     none = "of which the design has none" if others else "of which nothing is stated"
     rest = f"; not {' and not '.join(left)}, {none}" if left else ""
     return f"Response times count {', '.join(counted)}{rest}."
-
-
-def told_words(space: Space) -> str:
-    """What the deadlines are that are only told."""
-    return "deadline" if space.deadlines == "all" else "stated deadline"
 
 
 def core_words(space: Space) -> str:
@@ -205,20 +186,11 @@ def contended_words(found: Contended | None, currency: str) -> str:
     """What a design keeps or breaks when response times count."""
     if found is None:
         return "Not checked: the time was up."
-    on = f", with {_cores_words(found.cores)}, for a response time is too long by first-fit" if found.cores else ""
     if not found.broken:
-        return f"Keeps every requirement{on}."
+        return "Keeps every requirement."
     shown = "; ".join(broken_words(item, currency) for item in found.broken[:MOST_BROKEN])
     more = len(found.broken) - MOST_BROKEN
-    return f"Breaks {shown}" + (f"; and {more} more" if more > 0 else "") + f"{on}."
-
-
-def _cores_words(cores: Mapping[str, int]) -> str:
-    """``a, b on core 1; c on core 2``."""
-    named = {core: [name for name, its in cores.items() if its == core] for core in sorted(set(cores.values()))}
-    if len(cores) > MOST_THREADS:
-        return "other cores"
-    return "; ".join(f"{', '.join(names)} on core {core}" for core, names in named.items())
+    return f"Breaks {shown}" + (f"; and {more} more" if more > 0 else "") + "."
 
 
 def broken_words(item: Broken, currency: str) -> str:

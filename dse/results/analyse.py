@@ -115,7 +115,7 @@ class Analysis(Answer):
     boundaries: tuple[Boundary, ...] = ()
     """Every reader on the clock of the timer before it, flow by flow."""
     contended: Contended | None = None
-    """What the design keeps when response times count and deadlines are met, where the question leaves that out."""
+    """What the design keeps when response times count, where the question leaves that out."""
 
     @property
     def is_feasible(self) -> bool:

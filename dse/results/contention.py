@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from fractions import Fraction
 from typing import Any
 
@@ -17,13 +16,12 @@ from dse.analysis.contention import (
     with_contention,
 )
 from dse.analysis.terms import PPM
-from dse.space.settings import told_deadlines
 from dse.space.types import Design, Space
 
 
 @dataclass(frozen=True)
 class Broken:
-    """A requirement or deadline that a design misses: `value` (None: unbounded) against `limit`, in `unit`.
+    """A requirement that a design misses: `value` (None: unbounded) against `limit`, in `unit`.
 
     `unbounded` names the threads in it whose response time has no bound.
     """
@@ -44,13 +42,9 @@ class Broken:
 
 @dataclass(frozen=True)
 class Contended:
-    """What a design breaks when response times count; it keeps every requirement where that is nothing.
-
-    `cores` are those of threads by name, where it is judged on others than first-fit gives.
-    """
+    """What a design breaks when response times count; it keeps every requirement where that is nothing."""
 
     broken: tuple[Broken, ...]
-    cores: Mapping[str, int] = field(default_factory=dict)
 
     @property
     def status(self) -> str:
@@ -70,24 +64,22 @@ def judge(referee: ContentionReferee, design: Design) -> Contended:
     OutOfTime
         when a limit of time (`dse.timelimit.until`) is up.
     """
-    return contended(referee, referee.judge(design))
+    return contended(referee.judge(design))
 
 
-def contended(referee: ContentionReferee, found: Judged) -> Contended:
+def contended(found: Judged) -> Contended:
     """What the referee said of a design."""
-    cores = {referee.space.components[number].name: core for number, core in found.cores.items()}
-    return Contended(tuple(Broken.of(miss) for miss in found.misses), cores)
+    return Contended(tuple(Broken.of(miss) for miss in found.misses))
 
 
 def basis_dict(space: Space) -> dict[str, Any] | None:
     """What the fronts of a study leave out and are judged by, for JSON; None where they leave out nothing.
 
-    Whether response times are left out, which deadlines are only told, and who chooses the cores.
+    Whether response times are left out, and who chooses the cores.
     """
     if with_contention(space) is None:
         return None
-    told = space.deadlines if told_deadlines(space) else "none"
-    return {"left_out": is_left_out(space), "deadlines": told, "cores": sorted(core_origins(space))}
+    return {"left_out": is_left_out(space), "cores": sorted(core_origins(space))}
 
 
 def core_use(space: Space, design: Design) -> dict[str, tuple[str, list[Fraction]]]:

@@ -136,8 +136,10 @@ def _required_latencies(ledger: Ledger, space: Space) -> list[Requirement]:
 
 
 def _deadline_origin(ledger: Ledger, spec: Spec, component: Component) -> str:
-    """Where a deadline is asked for: the setting, where the file has it, else the thread."""
-    return ledger.origin(("deadlines",) if spec.deadlines is not None else (component.section, component.name))
+    """Where a deadline is asked for: at the thread, or by the setting where the file asks for all of them."""
+    if spec.deadlines == "all":
+        return ledger.origin(("deadlines",))
+    return ledger.origin((component.section, component.name, "deadline"))
 
 
 def _objectives(ledger: Ledger, space: Space, spec: Spec) -> list[Objective]:

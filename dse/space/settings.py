@@ -1,6 +1,6 @@
 """How a question is to be read: settings that go by one name in the file, in `Space`, in `Changes` and in results.
 
-Which deadlines the search requires, and which are only told of each design, is decided here (`REQUIRED`).
+Which deadlines are requirements is decided here (`deadline_requirements`).
 """
 
 from __future__ import annotations
@@ -38,8 +38,6 @@ OSATE_WORDS = {
 """OSATE's abbreviations, of which the names of its reports are made, such as ``AS-MF-DL-EQ-EQL``."""
 OSATE_SETTINGS = tuple(dict.fromkeys(name for name, _ in OSATE_WORDS.values()))
 """The settings that the profile `dse` does not look at."""
-REQUIRED = ("all",)
-"""The values of `deadlines` whose deadlines the search requires; others are told of each design, not searched for."""
 ORIGIN = "command line"
 
 
@@ -95,15 +93,10 @@ def with_deadlines(space: Space, origin: Callable[[Component], str]) -> Space:
 
     They take the place of those that were there; `origin` says where each comes from.
     """
-    found = deadline_requirements(space, origin) if space.deadlines in REQUIRED else []
+    found = deadline_requirements(space, origin)
     others = [item for item in space.requirements if item.metric.key != "deadline"]
     first = sum(flow.required_ns is not None for flow in space.flows)
     return replace(space, requirements=(*others[:first], *found, *others[first:]))
-
-
-def told_deadlines(space: Space, origin: Callable[[Component], str] = lambda _: "") -> list[Requirement]:
-    """The deadlines that are told of each design, and that the search does not require."""
-    return [] if space.deadlines in REQUIRED else deadline_requirements(space, origin)
 
 
 def deadline_requirements(space: Space, origin: Callable[[Component], str]) -> list[Requirement]:

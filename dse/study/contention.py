@@ -36,7 +36,7 @@ class Jury:
         if self._referee is None:
             return {}
         found = self._referee.judge(design)
-        said = written(Contention, contended(self._referee, found))
+        said = written(Contention, contended(found))
         if self._limited is not None:
             said["limited"] = exact(self._measure(found.space, self._limited).value(View(found.design)))
         return {"contention": said}

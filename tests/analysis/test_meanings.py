@@ -27,6 +27,10 @@ objectives: [minimise latency of f]
 PRIORITIES = "threads of equal stated priority count in each other's response time on one core, in both directions"
 FINE = "times that are no whole ns count exactly (rounded outwards to whole ns before): "
 CORES = "the core of each thread is a decision, as something that is asked depends on it"
+DEADLINES = (
+    "every design meets the deadlines that are stated (each design only told of them before; `deadlines: none` asks "
+    "for none): "
+)
 FIXED = "x.transmission_time.fixed is no decision where the chosen type does not state it: it counts as 0 ns"
 
 
@@ -52,6 +56,7 @@ def remarks(text: str, word: str) -> list[str]:
         (("requirements:", "deadlines: all\nrequirements:"), CORES,
          [f"{CORES} (`core: first_fit` puts them as before): a, b"]),
         (("priority: 3}", "priority: 3, core: first_fit}\ndeadlines: all"), CORES, []),
+        (("priority: 3}", "priority: 3, deadline: 5 ms}"), "deadlines", [f"{DEADLINES}a"]),
     ],
 )  # fmt: skip
 def test_what_counts_otherwise_is_told(edit: tuple[str, str], word: str, said: list[str]) -> None:

@@ -89,17 +89,6 @@ buses: {b: {type: can}}
 devices: {s: {period: 10 ms}, t: {}}
 connections: {c: {from: s, to: t, data_size: 8 B, bus: b}}
 """
-EXCHANGED = """
-dse: 1
-name: exchanged
-processor_types: {quad: {cores: 2, price: 5 EUR}, more: {cores: 2, price: 9 EUR}}
-processors: {p: {type: [quad, more]}}
-threads:
-  fast: {processor: p, period: 10 ms, compute_execution_time: 4 ms}
-  slow: {processor: p, period: 100 ms, compute_execution_time: {quad: 50 ms, more: 20 ms}}
-  late: {processor: p, period: 100 ms, compute_execution_time: 8 ms, deadline: 10 ms}
-objectives: [minimise price]
-"""
 MISSED = """
 dse: 1
 name: missed
@@ -119,7 +108,6 @@ PROBLEMS = {
     "rounded": ROUNDED,
     "overloaded": OVERLOADED,
     "framed": FRAMED,
-    "exchanged": EXCHANGED,
     "missed": MISSED,
 }
 COMMANDS = (
@@ -134,7 +122,6 @@ COMMANDS = (
     "solve overloaded.yaml --overload forbidden --json too_much.json",
     "solve pump.yaml --fix 'filter.period = 20 ms' --json fixed.json",
     "solve shared.yaml --insist --json insist.json",
-    "solve exchanged.yaml --json exchanged.json",
     "report pump.json -o reports",
     "check pump.yaml --json check.json",
     "check shared.yaml --require 'latency of f >= 9 s' --json most.json",
@@ -145,7 +132,6 @@ COMMANDS = (
     "analyse framed.yaml --json framed.json",
     "analyse node.yaml --json node.json",
     "analyse missed.yaml --json missed.json",
-    "analyse exchanged.yaml --design 'p.type = quad' --json exchanged.json",
     "explain pump.yaml --max-jitter 5ms --json explanation.json",
     "explain pump.yaml --max-jitter 5ms --max-price 50EUR --json together.json",
     "explain pump.yaml --json feasible.json",
@@ -159,10 +145,8 @@ COMMANDS = (
     ),
     "sweep pump.yaml --vary 'devices.sensor.period=20ms,30ms' --time-limit 0.000001s --no-store --json open.json",
     "sweep pump.yaml --vary 'devices.sensor.period=20ms,0ms' --no-store --json wrong.json",
-    "sweep exchanged.yaml --vary 'price=4EUR..9EUR' --no-store --json moved.json",
-    "sweep exchanged.yaml --vary 'price=4EUR,9EUR' --workers 1 --no-store --json moves.json",
-    "sweep shared.yaml --vary 'price=5EUR,9EUR' --deadlines stated --workers 1 --no-store --json kept.json",
-    "sweep shared.yaml --vary 'latency of f=70ms..84ms' --deadlines stated --no-store --json late.json",
+    "sweep shared.yaml --vary 'price=5EUR,9EUR' --workers 1 --no-store --json kept.json",
+    "sweep shared.yaml --vary 'latency of f=70ms..84ms' --no-store --json late.json",
     "sensitivity pump.yaml --json margins.json",
     "sensitivity uncertain.yaml --samples 64 --json uncertain.json",
     "simulate pump.yaml --runs 2 --json simulation.json",

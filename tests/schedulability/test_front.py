@@ -78,6 +78,16 @@ def test_response_times_in_flows_are_exact(kind: str, seed: int, monkeypatch: py
     assert found(text) == front(system, by_response=True)
 
 
+@pytest.mark.parametrize("kind", ["stated", "ordered", "mixed", "chained"])
+@pytest.mark.parametrize("seed", cases(10, 6 * SEEDS))
+def test_deadlines_that_are_stated_are_met(kind: str, seed: int) -> None:
+    """Others may be missed: with response times in the flow, and without."""
+    system = draw(seed, kind=kind) | {"deadlines": "stated"}
+    text = text_of(system)
+    assert found(text) == front(system)
+    assert found(text + "processing: response_time\n") == front(system, by_response=True)
+
+
 def test_bounds_from_below_and_limits_from_above_meet(monkeypatch: pytest.MonkeyPatch) -> None:
     """Calls that prove bounds end at their first solution, so that limits on what is minimised do the rest."""
     monkeypatch.setattr(sums, "SCHEDULE_CASE_LIMIT", 1)

@@ -41,6 +41,18 @@ def test_the_same_with_response_times_in_the_flow(
     check_both_ways(file, method)
 
 
+@pytest.mark.parametrize("method", ["model", "exhaustion"])
+@pytest.mark.parametrize("kind", ["stated", "ordered", "mixed"])
+@pytest.mark.parametrize("seed", cases(4, 1_500))
+def test_the_same_with_the_deadlines_that_are_stated(
+    kind: str, method: str, seed: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(tables, "FEW_DECISIONS", -1)
+    file = tmp_path / "drawn.yaml"
+    file.write_text(text_of(draw(seed, kind=kind) | {"deadlines": "stated"}), encoding="utf-8")
+    check_both_ways(file, method)
+
+
 @pytest.mark.parametrize("seed", cases(6, 2_000))
 def test_waiting_that_only_lessons_raise_is_proved_as_well(
     seed: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch

@@ -109,7 +109,9 @@ def texts(problem: dse.Problem) -> list[str]:
 @pytest.mark.parametrize(
     ("said", "means", "required"),
     [
-        ("", "stated", []),
+        ("", "stated", DEADLINES[1:]),
+        ("deadlines: stated\n", "stated", DEADLINES[1:]),
+        ("profile: osate-2.19\ndeadlines: stated\n", "stated", DEADLINES[1:]),
         ("deadlines: all\n", "all", DEADLINES),
         ("deadlines: true\n", "all", DEADLINES),
         ("deadlines: none\n", "none", []),

@@ -51,7 +51,7 @@ class SolvedProblem(Form):
 
 
 class Broken(Form):
-    """A requirement or deadline that a design misses when response times count."""
+    """A requirement that a design misses when response times count."""
 
     requirement: str = field("The requirement in the words of the problem.")
     value: Figure | None = field("What the design has, in `unit`; null where it is unbounded.")
@@ -61,15 +61,10 @@ class Broken(Form):
 
 
 class Contention(Form):
-    """What a design keeps when response times count and deadlines are met."""
+    """What a design keeps when response times count."""
 
     status: Literal["kept", "broken", "not checked"] = field("Whether it keeps every requirement then.")
     broken: list[Broken] = field("What it misses then.")
-    cores: dict[str, int] = field(
-        "The core of each thread of the processors where others than first-fit's are counted, because a response time "
-        "is too long on those.",
-        default={},
-    )
 
 
 class CoreUse(Form):

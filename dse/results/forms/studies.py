@@ -80,7 +80,6 @@ class ContentionBasis(Form):
     """What the fronts leave out, and how their designs are judged all the same."""
 
     left_out: bool = field("Whether response times are left out of the latencies.")
-    deadlines: Literal["stated", "all", "none"] = field("Which deadlines are told of designs, and not searched for.")
     cores: list[Literal["stated", "decided", "first-fit"]] = field("Who chooses the cores that threads are judged on.")
 
 
