@@ -51,7 +51,7 @@ def test_each_design_of_a_front_is_in_time() -> None:
 
 
 def test_a_thread_without_a_deadline_may_be_late() -> None:
-    """log has no bound beside both on a small core, and takes 12 + 2 * 4 = 20 ms, its period, on a large one."""
+    """Log has no bound beside both on a small core, and takes 12 + 2 * 4 = 20 ms, its period, on a large one."""
     one = LATE.replace("cores: 2", "cores: 1").replace("[5 ms, 10 ms]", "10 ms").replace(", deadline: 6 ms", "")
     one = one.replace("period: 40 ms", "period: 20 ms") + "overload: allowed\n"
     assert prices(dse.solve(loads(one))) == [60, 240]
@@ -94,8 +94,10 @@ def test_margins_ranges_and_stopped_searches_keep_to_it(tmp_path: Path) -> None:
     out.write_text(json.dumps(dse.solve(file, fix=TOGETHER, time_limit_s=1e-9).to_dict()), encoding="utf-8")
     again = dse.resume(out, problem=file)
     assert isinstance(again, dse.Result) and prices(again) == [240]
+    other = tmp_path / "other.yaml"
+    other.write_text(LATE.replace("deadline: 6 ms", "deadline: 5 ms").lstrip(), encoding="utf-8")
     with pytest.raises(UsageError):
-        dse.resume(out, problem=loads(LATE.replace("deadline: 6 ms", "deadline: 5 ms")))
+        dse.resume(out, problem=other)
     swept = dse.sweep(loads(LATE), "threads.control.deadline=1 ms,2 ms,4500 us,6 ms")
     assert [len(run.front) for run in swept.runs] == [0, 1, 1, 2]
 
