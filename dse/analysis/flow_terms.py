@@ -223,8 +223,7 @@ _RANGES: Recall[tuple[int | Fraction, int | Fraction]] = Recall()
 def flow_figure_ns(space: Space, metric: Metric, view: View) -> int | Fraction | None:
     """The latency, minimum latency or jitter of a flow at once; None for other metrics.
 
-    The same as the measure's value. What an element of a flow adds depends on few decisions, and is remembered from
-    design to design.
+    The same as the measure's value.
     """
     if metric.kind not in ("latency", "min latency", "jitter"):
         return None
@@ -232,7 +231,7 @@ def flow_figure_ns(space: Space, metric: Metric, view: View) -> int | Fraction |
     key = ("flow", metric.index)
     found: tuple[int | Fraction, int | Fraction] | None = view.memo.get(key)
     if found is None:
-        ranges = [_RANGES.recall(space, item, view, _element_range_ns) for item in elements_of(space, flow)]
+        ranges = [_element_range_ns(space, item, view) for item in elements_of(space, flow)]
         found = view.memo[key] = (sum(least for least, _ in ranges), sum(most for _, most in ranges))
     return _figure_of(metric.kind, found)
 
@@ -246,14 +245,21 @@ def _queue_size(space: Space, step: Step, view: View) -> int:
 
 
 def _element_range_ns(space: Space, element: Step | Place, view: View) -> tuple[Exact, Exact]:
-    """The least and most that an element of a flow adds; many flows and metrics ask for the same one."""
+    """The least and most that an element of a flow adds; many flows, metrics and designs ask for the same."""
     key = ("element", element, space.processing)
     found: tuple[Exact, Exact] | None = view.memo.get(key)
     if found is None:
-        rows = element_rows(space, element, view)
-        found = (sum((row.min_ns for row in rows), ZERO), sum((row.max_ns for row in rows), ZERO))
+        if counts_responses(space):  # which consult whatever shares a processor
+            found = _rows_range_ns(space, element, view)
+        else:
+            found = _RANGES.recall(space, element, view, _rows_range_ns)
         view.memo[key] = found
     return found
+
+
+def _rows_range_ns(space: Space, element: Step | Place, view: View) -> tuple[Exact, Exact]:
+    rows = element_rows(space, element, view)
+    return sum((row.min_ns for row in rows), ZERO), sum((row.max_ns for row in rows), ZERO)
 
 
 def _run_excess_ns(space: Space, step: Step, view: View) -> Exact:

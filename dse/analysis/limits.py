@@ -215,17 +215,18 @@ def thread_loads(terms: tuple[Term, ...]) -> dict[str, list[Term]]:
 
 def comparisons(limit: Limit, view: View) -> Iterator[Comparison]:
     """Everything that a requirement compares in a design: the sum, then each thread and the fullest core."""
-    yield from sum_comparisons(limit, view)
+    loads = {} if limit.each is None else thread_values(limit, view)
+    yield from sum_comparisons(limit, view, loads)
     if limit.processor is not None and limit.each is not None:
-        yield core_comparison(limit, thread_values(limit, view), view)
+        yield core_comparison(limit, loads, view)
 
 
-def sum_comparisons(limit: Limit, view: View) -> Iterator[Comparison]:
-    """The sum, then each thread."""
+def sum_comparisons(limit: Limit, view: View, loads: Mapping[str, Fraction] | None = None) -> Iterator[Comparison]:
+    """The sum, then each thread; `loads` are what `thread_values` finds, where that is known."""
     if limit.each is None:
         yield Comparison(limit.measure.value(view), limit.bound(view))
         return
-    loads = thread_values(limit, view)
+    loads = thread_values(limit, view) if loads is None else loads
     yield Comparison(exact_sum(loads.values()), limit.bound(view))
     for name, load in loads.items():
         yield Comparison(load, limit.each, thread=name)
@@ -261,7 +262,8 @@ def needed_share(limit: Limit, view: View, *, of_total: bool = False) -> tuple[F
 
     With `of_total` the sum alone counts.
     """
-    whole, *threads = sum_comparisons(limit, view)
+    loads = {} if limit.each is None else thread_values(limit, view)
+    whole, *threads = sum_comparisons(limit, view, loads)
     needed, who = whole.value / whole.bound, ""
     if of_total or limit.each is None:
         return needed, who
@@ -270,7 +272,7 @@ def needed_share(limit: Limit, view: View, *, of_total: bool = False) -> tuple[F
             needed, who = item.value / item.bound, item.thread
     if limit.processor is not None:
         space, processor = limit.processor
-        even = even_spread(space, processor, on_processor(space, processor, thread_values(limit, view), view), view)
+        even = even_spread(space, processor, on_processor(space, processor, loads, view), view)
         peak = even.loads[even.fullest - 1] * PPM / limit.each
         if peak > needed:
             return peak, core_words(even)

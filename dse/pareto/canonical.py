@@ -7,45 +7,82 @@ and the solver's version only (decision records 8 and 9).
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import Any
 
 from ortools.sat.python import cp_model
 
 from dse.encode.linear import EXACT_LIMIT
-from dse.pareto.answer import Found
+from dse.pareto.answer import Answer, Found, Unfinished
+from dse.pareto.settings import BARE_IN_ORDER, MOST_MISSED, ORDERED_SEARCH, ORDERED_TO_THE_END, Settings
 from dse.pareto.subproblem import Solver
 from dse.space.types import Design
 
+FEW_VARIABLES = 1_000
+"""In larger models the linear relaxation costs more than it helps a depth-first search."""
+
+
+@dataclass
+class InOrder:
+    """How depth-first searches in the order of the file went, from point to point: with which settings, if at all."""
+
+    settings: Settings = BARE_IN_ORDER
+    missed: int = 0
+
+    def first(self, solver: Solver, *, to_the_end: bool) -> Answer:
+        """The first solution in the order of the model's decision strategy; unfinished when that takes too long.
+
+        The strategy is followed strictly (fixed search), linear relaxation only refutes branches; `to_the_end` tries
+        longer. The settings that did it last time come first; after a few misses in a row it is not tried any more.
+        """
+        if self.missed >= MOST_MISSED and not to_the_end:
+            return Unfinished()
+        solver.calls += 1
+        attempts = list(ORDERED_TO_THE_END if to_the_end else ORDERED_SEARCH)
+        if not to_the_end and len(solver.encoded.model.proto.variables) > FEW_VARIABLES:
+            attempts = attempts[:1]
+        attempts.sort(key=lambda attempt: attempt[0] is not self.settings)
+        for settings, work in attempts:
+            answer = solver.run(settings, work)
+            if not isinstance(answer, Unfinished):
+                self.settings, self.missed = settings, 0
+                return answer
+        self.missed += 1
+        return Unfinished()
+
 
 def canonical_design(
-    solver: Solver, known: Found, near: Design | None = None, *, strictly: bool = False
+    solver: Solver, known: Found, near: Design | None, order: InOrder, *, strictly: bool = False
 ) -> tuple[Design, bool] | None:
     """A design with the point of a known one, and whether it is the first of them; None when stopped.
 
     The model is left as it was.
 
-    `near` is the canonical design of another point, to start from. `strictly` the lexicographically smallest, inactive
-    before every option, however long it takes; for models that the search has changed.
+    `near` is the canonical design of another point, to start from, `order` how it went with those before. `strictly`
+    the lexicographically smallest, inactive before every option, however long it takes; for models that the search has
+    changed.
     """
     contention = solver.encoded.contention
     if contention is None:
-        return _canonical(solver, known, near, strictly=strictly)
+        return _canonical(solver, known, near, order, strictly=strictly)
     contention.seek_first(patient=strictly)
     try:
-        found = _canonical(solver, known, near, strictly=strictly)
+        found = _canonical(solver, known, near, order, strictly=strictly)
         return None if found is None else (found[0], found[1] and contention.is_first)
     finally:
         contention.seek_any()
 
 
-def _canonical(solver: Solver, known: Found, near: Design | None, *, strictly: bool) -> tuple[Design, bool] | None:
+def _canonical(
+    solver: Solver, known: Found, near: Design | None, order: InOrder, *, strictly: bool
+) -> tuple[Design, bool] | None:
     model = solver.encoded.model
     solver.set_point(known.point)
     model.clear_objective()
     model.clear_hints()
     model.add_decision_strategy(solver.encoded.in_order_of_the_file(), cp_model.CHOOSE_FIRST, cp_model.SELECT_MAX_VALUE)
     try:
-        answer = solver.first_in_order(to_the_end=strictly)
+        answer = order.first(solver, to_the_end=strictly)
     finally:
         model.proto.search_strategy.clear()
     if isinstance(answer, Found):

@@ -19,7 +19,7 @@ from dse.encode.model import EncodedSpace, encode
 from dse.errors import UsageError
 from dse.pareto.answer import Answer, Found, NoSuchDesign, Unfinished
 from dse.pareto.best import claimed_by, counted, minimise_in, signed
-from dse.pareto.canonical import canonical_design
+from dse.pareto.canonical import InOrder, canonical_design
 from dse.pareto.outcome import ANYTHING, Frame, FrontSearch
 from dse.pareto.pace import Pace
 from dse.pareto.pool import SolverPool, stop_on_interrupt
@@ -33,7 +33,6 @@ from dse.pareto.regions import (
     local_upper_bounds,
     strictly_inside,
 )
-from dse.pareto.settings import BARE_IN_ORDER
 from dse.pareto.subproblem import Solver
 from dse.space.types import Design
 from dse.timelimit import NEVER, OutOfTime, TimeLimit, until
@@ -302,10 +301,10 @@ def _canonical_designs(solver: Solver, evaluator: Evaluator, chain: list[Found])
     Where time is up the design that is known stays.
     """
     designs: list[tuple[Design, bool]] = []
-    solver.in_order = BARE_IN_ORDER  # whatever chain came before
+    order = InOrder()
     for known in chain:
         try:
-            found = _first_accepted(solver, evaluator, known, designs[-1][0] if designs else None)
+            found = _first_accepted(solver, evaluator, known, designs[-1][0] if designs else None, order)
             if counts_responses(evaluator.space):
                 evaluator.weigh(found[0])
         except OutOfTime:
@@ -369,7 +368,9 @@ def _is_strict(evaluator: Evaluator, encoded: EncodedSpace) -> bool:
     return may_refuse(evaluator)
 
 
-def _first_accepted(solver: Solver, evaluator: Evaluator, known: Found, near: Design | None) -> tuple[Design, bool]:
+def _first_accepted(
+    solver: Solver, evaluator: Evaluator, known: Found, near: Design | None, order: InOrder
+) -> tuple[Design, bool]:
     """The canonical design of a point among those that exact comparison accepts; the known one when stopped.
 
     And whether it is the first of them in the order of the file.
@@ -379,7 +380,7 @@ def _first_accepted(solver: Solver, evaluator: Evaluator, known: Found, near: De
     is_refereed = may_refuse(evaluator)
     strictly = _is_strict(evaluator, solver.encoded)
     while True:
-        found = canonical_design(solver, known, near, strictly=strictly)
+        found = canonical_design(solver, known, near, order, strictly=strictly)
         if found is None:
             return known.design, False
         if not is_refereed or accepted(evaluator, found[0], claimed_by(evaluator, solver.encoded, known.point)):

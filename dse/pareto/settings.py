@@ -65,6 +65,8 @@ RELAXED_IN_ORDER = Settings(2, has_cuts=False, weight=1.0, in_order=True)
 CUTTING_IN_ORDER = Settings(2, has_cuts=True, weight=1.0, in_order=True)
 ORDERED_SEARCH = ((BARE_IN_ORDER, 0.01), (RELAXED_IN_ORDER, 0.05), (CUTTING_IN_ORDER, 0.05))
 """Settings and work of the attempts to find a canonical design."""
+MOST_MISSED = 2
+"""After so many failures in a row the points that follow are not tried so any more."""
 ORDERED_TO_THE_END = ((BARE_IN_ORDER, 0.01), (CUTTING_IN_ORDER, 2.0))
 """The same where nothing else tells one design from the others."""
 FIRST_DESIGN = ((BARE_IN_ORDER, 0.1), (BARE, 0.5))
@@ -80,17 +82,19 @@ BARE_FIRST = 0.25
 
 
 def sound_solver(seed: int = 0) -> cp_model.CpSolver:
-    """A solver with one worker that leaves Ctrl-C to us, without the steps of OR-tools 9.15 that are wrong.
+    """A solver with one worker that leaves Ctrl-C to us, without the steps of OR-tools 9.15 that are wrong or too dear.
 
     Presolve loses solutions where it combines linear with at-most-one constraints (google/or-tools issue 5293). The
     detection of variables above at least one of several conditional bounds refutes models that have solutions, when a
-    bound has two conditions. Both are off (decision record 9).
+    bound has two conditions. Both are off (decision record 9). Probing, which is done as a model is
+    read, costs more than most of our calls (decision record 20).
     """
     solver = cp_model.CpSolver()
     solver.parameters.num_workers = 1
     solver.parameters.random_seed = seed
     solver.parameters.catch_sigint_signal = False
     solver.parameters.cp_model_presolve = False
+    solver.parameters.cp_model_probing_level = 0
     solver.parameters.symmetry_level = 0
     solver.parameters.auto_detect_greater_than_at_least_one_of = False
     return solver

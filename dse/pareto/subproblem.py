@@ -25,11 +25,8 @@ from dse.pareto.settings import (
     ANY,
     ANY_WITH_WAITING,
     BARE_FIRST,
-    BARE_IN_ORDER,
     BRIEF,
     FIRST_DESIGN,
-    ORDERED_SEARCH,
-    ORDERED_TO_THE_END,
     WAYS,
     WAYS_WITH_WAITING,
     Settings,
@@ -39,8 +36,6 @@ from dse.space.types import Design
 
 MOST_RELAXED_REGIONS = 2
 """How many regions a question should be about where linear relaxation is what helps."""
-FEW_VARIABLES = 1_000
-"""In larger models the linear relaxation costs more than it helps a depth-first search."""
 
 
 class Solver:
@@ -66,7 +61,6 @@ class Solver:
         expected = [settings.least_work(encoded.model) for settings in self._ways]
         self._whole = Portfolio(expected if len(self.parts) == 1 else [BARE_FIRST / PATIENCE, BARE_FIRST])
         self._asked = Portfolio([settings.least_work(encoded.model) for settings in WAYS])
-        self.in_order = BARE_IN_ORDER
         self._has_looked_for_any = False
         self._has_relaxed = False
         self.relaxed_first: set[int] = set()  # numbers of parts
@@ -235,24 +229,6 @@ class Solver:
     def out_of_time(self) -> bool:
         """Whether there is no time left, or the search was stopped."""
         return self.stopped or (self.deadline is not None and time.monotonic() >= self.deadline)
-
-    def first_in_order(self, *, to_the_end: bool = False) -> Answer:
-        """The first solution in the order of the model's decision strategy; unfinished when that takes too long.
-
-        The strategy is followed strictly (fixed search), linear relaxation only refutes branches; `to_the_end` tries
-        longer. The settings that did it last time (`in_order`) come first.
-        """
-        self.calls += 1
-        attempts = list(ORDERED_TO_THE_END if to_the_end else ORDERED_SEARCH)
-        if not to_the_end and len(self.encoded.model.proto.variables) > FEW_VARIABLES:
-            attempts = attempts[:1]
-        attempts.sort(key=lambda attempt: attempt[0] is not self.in_order)
-        for settings, work in attempts:
-            answer = self.run(settings, work)
-            if not isinstance(answer, Unfinished):
-                self.in_order = settings
-                return answer
-        return Unfinished()
 
     def any_solution(self, point: Bound) -> Answer:
         """A solution with the point that `set_point` fixed, the same one whatever was asked before.

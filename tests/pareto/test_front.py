@@ -20,7 +20,7 @@ from dse.encode.model import encode
 from dse.errors import RefereeError
 from dse.pareto import best, canonical, front, pace
 from dse.pareto.answer import Answer, Found, NoSuchDesign, Unfinished
-from dse.pareto.canonical import canonical_design
+from dse.pareto.canonical import InOrder, canonical_design
 from dse.pareto.front import Budget, FrontSearch, Progress, Watch, search_front
 from dse.pareto.settings import CUTTING, Settings
 from dse.pareto.subproblem import Solver
@@ -271,7 +271,7 @@ def test_canonical_designs_by_digits_are_those_of_the_depth_first_search(
     """Where the depth-first search takes too long, options become digits, as many to a call as stay exact."""
     evaluator = Evaluator(load_space(BY_NAME[name]))
     expected = search_front(evaluator)
-    monkeypatch.setattr(Solver, "first_in_order", lambda self, to_the_end: Unfinished())
+    monkeypatch.setattr(InOrder, "first", lambda self, solver, to_the_end: Unfinished())
     monkeypatch.setattr(front, "canonical_design", lambda *given, strictly: canonical_design(*given, strictly=True))
     monkeypatch.setattr(canonical, "EXACT_LIMIT", limit)
     search = search_front(evaluator)
@@ -285,7 +285,7 @@ def test_canonical_designs_from_a_fresh_start_do_not_depend_on_the_way(
 ) -> None:
     """Where the depth-first search takes too long: the same designs with other hints, orders and workers."""
     evaluator = Evaluator(load_space(BY_NAME[name]))
-    monkeypatch.setattr(Solver, "first_in_order", lambda self, to_the_end: Unfinished())
+    monkeypatch.setattr(InOrder, "first", lambda self, solver, to_the_end: Unfinished())
     monkeypatch.setattr(front, "HELP_AFTER_S", 0.0)
     expected = search_front(evaluator)
     assert expected.not_first == expected.points.keys()
@@ -302,7 +302,7 @@ def test_the_canonical_design_leaves_the_model_as_it_was() -> None:
     assert isinstance(answer, Found)
     options = {literal.index for literals in encoded.options for literal in literals}
     before = [list(encoded.model.proto.variables[index].domain) for index in sorted(options)]
-    assert canonical_design(solver, answer) is not None
+    assert canonical_design(solver, answer, None, InOrder()) is not None
     assert [list(encoded.model.proto.variables[index].domain) for index in sorted(options)] == before
 
 
