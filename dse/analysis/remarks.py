@@ -122,6 +122,11 @@ def problem_remarks(space: Space) -> Iterator[str]:
         yield from _too_small(space, flow, list(found))
         yield from _gains(space, flow)
     for number, bus in enumerate(space.buses):
+        if space.profile == "dse" and any(leaf is not None for leaf in leaves(bus.period_ns)):
+            yield (
+                f"the period of {bus.name} does not count: only OSATE's profiles sample with it (here the slot of a "
+                "message is a device of category bus before it)"
+            )
         if bus.virtual:
             continue
         users = [item for item in space.connections if number in reachable_buses(space, item)]

@@ -10,6 +10,7 @@ from functools import cached_property
 from math import ceil
 from typing import Unpack
 
+from dse.analysis.boundaries import boundaries
 from dse.analysis.evaluate import Evaluator
 from dse.analysis.lateness import late_threads
 from dse.analysis.limits import build_limit
@@ -30,6 +31,7 @@ from dse.results.solve import decisions_of
 from dse.space.activation import exclusions
 from dse.space.criteria import Requirement, Rule
 from dse.space.implied import overload_needed
+from dse.space.metric_kinds import flows_in
 from dse.space.types import Design, Space
 from dse.timelimit import OutOfTime
 from dse.units import Quantity, convert, format_duration, format_number
@@ -306,8 +308,14 @@ class Explainer:
     def example(self, design: Design) -> Example:
         """A design as it is named, with what it breaks."""
         broken = sorted(self.oracle.everything - self.oracle.met_by(design))
-        late = tuple(late_threads(self.space, self.evaluator.evaluate(design).verdicts, View(design)))
-        return Example(self.decisions(design), tuple(self.demand(number) for number in broken), late)
+        view = View(design)
+        late = tuple(late_threads(self.space, self.evaluator.evaluate(design).verdicts, view))
+        limited = [self.oracle.members[number] for number in broken]
+        flows = {
+            name for item in limited if isinstance(item, Requirement) for name in flows_in(self.space, item.metric)
+        }
+        read = tuple(item for item in boundaries(self.space, view) if item.flow in flows) if flows else ()
+        return Example(self.decisions(design), tuple(self.demand(number) for number in broken), late, read)
 
     def decisions(self, design: Design) -> dict[str, str]:
         """The active open decisions of a design."""

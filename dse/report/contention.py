@@ -17,7 +17,7 @@ from dse.results.solve import Result
 from dse.space.buses import carriers
 from dse.space.cores import is_scheduled
 from dse.space.criteria import Metric
-from dse.space.metric_kinds import CHAIN_METRICS, FLOW_METRICS, parts_of
+from dse.space.metric_kinds import flows_in
 from dse.space.types import Design, Space
 
 PROCESSING = {
@@ -48,23 +48,18 @@ def processing_words(settings: Mapping[str, str]) -> str:
 
 def uncounted_words(space: Space) -> str:
     """That the profile counts no response times at all, where something asked is about a flow."""
-    asks = space.profile == "osate-2.2" and any(_is_of_flow(space, metric) for metric in _asked(space))
+    asks = space.profile == "osate-2.2" and any(flows_in(space, metric) for metric in _asked(space))
     return UNCOUNTED if asks else ""
 
 
 def waiting_words(space: Space) -> str:
     """What `bus_words` says, in short, where something asked is about a flow: for answers about a whole front."""
     told = "Waiting for a bus is not counted." if bus_words(space) else ""
-    return told if any(_is_of_flow(space, metric) for metric in _asked(space)) else ""
+    return told if any(flows_in(space, metric) for metric in _asked(space)) else ""
 
 
 def _asked(space: Space) -> list[Metric]:
     return [item.metric for item in space.requirements] + [item.metric for item in space.objectives]
-
-
-def _is_of_flow(space: Space, metric: Metric) -> bool:
-    parts = parts_of(space, metric)
-    return metric.kind in (*FLOW_METRICS, *CHAIN_METRICS) or any(_is_of_flow(space, inner) for _, inner in parts)
 
 
 def bus_words(space: Space) -> str:

@@ -10,6 +10,7 @@ from dse.analysis.limits import FULLEST
 from dse.report.amounts import amount_words
 from dse.report.page import Block, Item, Listing, Page, Section, Text, listing, texts
 from dse.report.plain import basis_words
+from dse.report.timeline import boundary_words
 from dse.report.words import exclusion_words
 from dse.results.display import readable
 from dse.results.explain import Demand, Example, Explanation, GiveUp, Offer, Relaxation
@@ -248,6 +249,8 @@ def _tell_designs(say: _Teller) -> None:
         say.item(f"{_letters(number)} {what}: {shown}", int(several), ROOM)
         for late in example.late:
             say.item(late_words(late), 1 + int(several))
+        for text in boundary_words(example.boundaries):
+            say.item(f"on one clock, {text.removesuffix('.')}", 1 + int(several))
     if several and len(differing) < len(names):
         shared = _decisions(designs[0], [name for name in names if name not in differing])
         say.item(f"all of them: {shared}", told=ROOM)

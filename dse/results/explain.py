@@ -7,6 +7,7 @@ from dataclasses import dataclass, field, replace
 from fractions import Fraction
 from typing import Any, Literal
 
+from dse.analysis.boundaries import Boundary
 from dse.analysis.lateness import Late
 from dse.errors import EXIT_COMPLETE, EXIT_INCOMPLETE, EXIT_NO
 from dse.results.answer import Answer, With
@@ -30,12 +31,14 @@ class Demand:
 class Example:
     """A design that is named, and every demand of the question that it breaks: it meets all others.
 
-    `late` are the threads that end too late in it, with what goes before them on their cores.
+    `late` are the threads that end too late in it, with what goes before them on their cores; `boundaries` the timers
+    that read on one clock along the flows whose limits it breaks.
     """
 
     design: Decisions
     breaks: tuple[Demand, ...] = ()
     late: tuple[Late, ...] = ()
+    boundaries: tuple[Boundary, ...] = ()
 
     @property
     def broken_texts(self) -> list[str]:

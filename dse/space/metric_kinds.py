@@ -67,6 +67,13 @@ def parts_of(space: Space, metric: Metric) -> Sequence[tuple[Quantity, Metric]]:
     return [part for operand in metric.operands for part in operand]
 
 
+def flows_in(space: Space, metric: Metric) -> frozenset[str]:
+    """The flows of which a metric is, or of which some are that it is made of."""
+    if metric.kind in (*FLOW_METRICS, *CHAIN_METRICS, *INPUT_METRICS):
+        return frozenset({space.flows[metric.index or 0].name})
+    return frozenset(name for _, inner in parts_of(space, metric) for name in flows_in(space, inner))
+
+
 def counts_changes(space: Space, metric: Metric) -> bool:
     """Whether a metric counts, or is made of what counts, changes against the baseline."""
     return metric.kind == "changes" or any(counts_changes(space, inner) for _, inner in parts_of(space, metric))

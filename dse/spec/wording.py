@@ -20,6 +20,9 @@ from dse.spec.reader import PathPart
 if TYPE_CHECKING:
     from dse.spec.load import Source
 
+BUS_SCHEDULE = "put a device of `category: bus` with `period`, `clock` and `offset` before the message that it sends"
+"""How the schedule of a bus is said."""
+
 
 def translated(item: ErrorDetails, source: Source, root: type[Model]) -> Diagnostic:
     """A finding of pydantic with its place in the file; `root` is what the file was read as."""
@@ -68,6 +71,8 @@ def _unknown_key(path: Sequence[PathPart], root: type[Model]) -> tuple[str, str]
     key = str(path[-1])
     if len(path) == 1 and root is Catalogue and key in Spec.model_fields:
         return "this key has no place in an included file", ""
+    if len(path) == 3 and path[0] in ("buses", "bus_types") and key in ("clock", "offset"):
+        return f"a bus has no {key}: its schedule is that of its messages", BUS_SCHEDULE
     fields = _model_at(path[:-1], root).model_fields
     allowed = [info.alias or name for name, info in fields.items()]
     return "unknown key", suggestion(key, allowed) or f"allowed: {', '.join(allowed)}"

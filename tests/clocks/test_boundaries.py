@@ -10,6 +10,8 @@ import pytest
 
 import dse
 from dse.report.analyse import analysis_page
+from dse.report.explain import explanation_page
+from dse.report.page import Listing
 from dse.report.timeline import boundary_words
 from dse.results.analyse import Analysis
 from tests.clocks import let
@@ -106,3 +108,21 @@ def test_offsets_are_exported_as_ros_2_parameters() -> None:
     named["threads"]["t1"]["offset"] = "unknown"
     with pytest.raises(dse.UsageError, match="t1 has no known offset in this design"):
         dse.export(dse.solve(named), 1, "ros2")
+
+
+def test_explanations_say_what_the_designs_just_miss() -> None:
+    """Of the flows whose limits a named design breaks, and of no others."""
+    data = chain("0 ms", "0 ms", "5 ms")
+    data["threads"]["t1"]["offset"] = ["0 ms", "1 ms"]
+    data["requirements"] = ["latency of chain <= 10 ms"]
+    [page] = explanation_page(dse.explain(data)).sections
+    said = [item.text for block in page.blocks if isinstance(block, Listing) for item in block.items]
+    assert any(
+        text.startswith("on one clock, chain: t1 meets some data of t0 and misses others")
+        and text.endswith("offset 3.5 ms instead of 1 ms saves 20 ms of latency")
+        for text in said
+    )
+    data["requirements"] = ["price <= -1 EUR"]
+    [page] = explanation_page(dse.explain(data)).sections
+    said = [item.text for block in page.blocks if isinstance(block, Listing) for item in block.items]
+    assert said and not any("on one clock" in text for text in said)
