@@ -217,6 +217,8 @@ def all_metrics(space: Space) -> tuple[Metric, ...]:
         kinds = (*FLOW_METRICS, *CHAIN_METRICS) if any(step.since for step in flow.steps) else FLOW_METRICS
         aged = has_age(space, flow)
         metrics += [Metric(f"{kind} of {flow.name}", kind, number) for kind in kinds if kind != "data age" or aged]
+    if any(step.since for flow in space.flows for step in flow.steps):
+        metrics += all_disparities(space, range(len(space.components)))
     metrics += [Metric(f"utilisation of {slot.name}", "utilisation", n) for n, slot in enumerate(space.processors)]
     metrics += _core_metrics(space)
     metrics += [Metric(f"load of {space.buses[n].name}", "load", n) for n in loaded_buses(space)]

@@ -6,7 +6,7 @@ The same functions serve the problem file (mistakes become diagnostics) and the 
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from fractions import Fraction
 from itertools import permutations
@@ -146,13 +146,19 @@ def disparities(space: Space, of: str | None) -> tuple[Metric, ...]:
     names = [item.name for item in space.components]
     if of is not None and of not in names:
         raise QuestionError(f"no component is called {shown(of)}", closest(of, names))
-    numbers = range(len(names)) if of is None else [names.index(of)]
-    found = tuple(metric for number in numbers if (metric := _disparity(space, number)) is not None)
+    found = all_disparities(space, range(len(names)) if of is None else [names.index(of)])
     if not found:
         where = "at any component" if of is None else f"at {shown(of)}"
         hint = "two flows that begin with timers have to lead there by different ways, and a timer has to read them"
         raise QuestionError(f"no two inputs whose ages can be compared meet {where}", hint)
     return found
+
+
+def all_disparities(space: Space, numbers: Iterable[int]) -> tuple[Metric, ...]:
+    """The disparities of those of some components at which flows meet, under the profile that defines them."""
+    if space.profile != "dse":
+        return ()
+    return tuple(metric for number in numbers if (metric := _disparity(space, number)) is not None)
 
 
 def _disparity(space: Space, number: int) -> Metric | None:

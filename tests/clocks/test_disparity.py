@@ -12,14 +12,15 @@ from typing import Any
 import pytest
 
 import dse
-from dse.analysis.evaluate import Evaluator
 from dse.analysis.measures import build_measure
 from dse.analysis.views import View
 from dse.pareto.front import search_front
 from dse.space.metrics import QuestionError, disparities
 from tests.clocks import let
 from tests.effort import cases
-from tests.support import brute_front
+from tests.oracle.generator import to_yaml
+from tests.properties.pair import Pair
+from tests.properties.test_against_oracle import figures_agree, fronts_agree
 
 Job = tuple[int, int]
 
@@ -106,27 +107,63 @@ def test_it_is_the_difference_of_the_oldest_and_the_newest(tmp_path: Path) -> No
     assert dse.verify(found).status == "verified"
 
 
-@pytest.mark.parametrize("seed", cases(8))
-def test_fronts_equal_exhaustion(seed: int, tmp_path: Path) -> None:
-    rng = random.Random(f"fusions {seed}")
+def asked(rng: random.Random) -> dict[str, Any]:
+    """A fusion with offsets to choose, some unknown, parts that events dispatch, and a second clock."""
     data, ways = fusion(rng)
     names = list(data["threads"])
     for name in rng.sample(names, 2):
         data["threads"][name]["offset"] = "any"
+    for name in rng.sample(names, 2):
+        if rng.random() < 0.3:
+            data["threads"][name]["offset"] = "unknown"
     body = data["threads"][rng.choice(names)]
     body["communication"] = ["let", "implicit"]
     body["compute_execution_time"] = "1 ms .. 2 ms"
+    inner = [name for way in ways for name in way[1:-1]]
+    if inner and rng.random() < 0.5:
+        thread = data["threads"][rng.choice(inner)]
+        for key in ("period", "offset", "communication", "deadline"):
+            thread.pop(key, None)
+        thread |= {"dispatch_protocol": "aperiodic", "compute_execution_time": "300 us .. 2 ms"}
+    if rng.random() < 0.5:
+        data["processors"] |= {"other": {"type": "any", "clock": "k"}}
+        data["processors"]["computer"]["clock"] = rng.choice(["k", "k", "l"])
+        data["threads"][rng.choice(names)]["processor"] = "other"
+    data["clocks"] = {"k": {"synchronisation_error": rng.choice(["0 ns", "100 us"])}, "l": {}}
     data |= {"offset_grid": "3 ms", "overload": "allowed"}
     data["objectives"] = [f"minimise disparity of {ways[0][-1]}", "minimise max(latency)"]
     if rng.random() < 0.5:
-        data["requirements"] = [f"disparity <= {rng.randint(5, 60)} ms"]
-    problem = dse.load(data)
-    found = search_front(Evaluator(problem.space))
-    assert found.is_complete and dict(found.points) == brute_front(Evaluator(problem.space))
-    (tmp_path / "p.yaml").write_text(json.dumps(data), encoding="utf-8")
+        data["requirements"] = [f"disparity of {ways[0][-1]} <= {rng.randint(5, 60)} ms"]
+    return data
+
+
+@pytest.mark.parametrize("seed", cases(12))
+def test_figures_and_fronts_equal_exhaustion_by_the_oracle(seed: int, tmp_path: Path) -> None:
+    """Each design's figures, the front, and what the second proofs say of it."""
+    data = asked(random.Random(f"fusions {seed}"))
+    text = to_yaml(texts(data))
+    try:
+        pair = Pair(text)
+    except dse.ProblemError as error:
+        assert "meet" in str(error)  # both ways are one
+        return
+    if pair.combinations > 3000:
+        return
+    figures_agree(pair)
+    found = search_front(pair.evaluator)
+    assert found.is_complete
+    fronts_agree(pair, found.points)
+    (tmp_path / "p.yaml").write_text(text, encoding="utf-8")
     result = dse.solve(tmp_path / "p.yaml")
     for method in ("exhaustion", "model"):
         assert dse.verify(result, method=method).status == "verified"  # type: ignore[arg-type]
+
+
+def texts(data: Any) -> Any:
+    """A document of texts, as the oracle reads it."""
+    if isinstance(data, dict):
+        return {key: texts(value) for key, value in data.items()}
+    return list(map(texts, data)) if isinstance(data, list) else str(data)
 
 
 def test_where_nothing_meets_it_is_refused() -> None:

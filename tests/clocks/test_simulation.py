@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import json
 import random
+from pathlib import Path
 from typing import Any
 
 import pytest
@@ -94,11 +96,12 @@ def slotted(offset: Any) -> dict[str, Any]:
     }  # fmt: skip
 
 
-def test_the_schedule_of_a_bus_is_that_of_the_slots_of_its_messages() -> None:
+def test_the_schedule_of_a_bus_is_that_of_the_slots_of_its_messages(tmp_path: Path) -> None:
     """Just missed at 1 ms, some wait until 6 and are read at 14; from 1.5 ms on all of it is read at 4."""
     [flow] = dse.simulate(slotted("1 ms"), runs=20, seed=1).flows
     assert flow.bounds_ns == (4_000_000, 14_000_000) and max(flow.latencies) == 14_000_000
-    found = dse.solve(slotted("any"))
+    (tmp_path / "p.yaml").write_text(json.dumps(slotted("any")), encoding="utf-8")
+    found = dse.solve(tmp_path / "p.yaml")
     assert [(point.decisions, point.objectives) for point in found.front] == [
         ({"slot.offset": "1.5 ms"}, {"exact latency of f": 4_000_000})
     ]

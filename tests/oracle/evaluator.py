@@ -53,7 +53,10 @@ Where the documents leave something open, this is how they are read here:
     The times from a release of one to those of the next on a flow are all numbers that differ from the difference of
     their offsets by multiples of the greatest common divisor of the periods; data are read at the first release from
     when they are there. Unknown offsets may be any.
-24. Lists inside a ``totals`` mapping, and inside a map of a virtual bus per processor type, are not supported here.
+24. Where flows from timers meet at a timer by different ways, what it reads by one is at most as old as data may be
+    when they are read and a period of their first timer, less that of the reader, whose every release reads; at least
+    as the way takes. The disparity is the largest difference.
+25. Lists inside a ``totals`` mapping, and inside a map of a virtual bus per processor type, are not supported here.
 """
 
 from __future__ import annotations
@@ -223,6 +226,7 @@ def _figures(problem: Problem, reading: Reading) -> dict[str, Any]:
         figures["flows"][flow]["reaction"] = worst + reading.first_period(flow)
         if reading.first_period(flow):
             figures["flows"][flow]["age"] = worst + reading.first_period(flow) - reading.last_period(flow)
+    figures["disparity"] = {name: reading.disparity(name) for name in problem.meetings}
     figures["shares"] = reading.shares()
     figures["utilisation"] = {slot: sum(parts.values(), Fraction(0)) for slot, parts in figures["shares"].items()}
     figures["peak"] = {slot: reading.peak(slot, shares) for slot, shares in figures["shares"].items()}
@@ -293,6 +297,8 @@ def _metric(problem: Problem, figures: Mapping[str, Any], name: str, of: str | N
         return figures["load"][of] / NS_PER_S, DATA_RATE
     if name == "busy":
         return figures["busy"][of], RATIO
+    if name == "disparity":
+        return Fraction(figures["disparity"][of]), TIME
     key = {
         "latency": "max", "min latency": "min", "jitter": "jitter", "run jitter": "run", "reaction time": "reaction",
         "data age": "age",
@@ -304,8 +310,8 @@ def _subjects(problem: Problem, metric: str) -> list[str]:
     """The flows, processors or buses that a metric without a name is about."""
     if metric == "utilisation":
         return list(problem.sections["processors"])
-    if metric == "busy":
-        return problem.timed_buses
+    if metric in ("busy", "disparity"):
+        return problem.timed_buses if metric == "busy" else list(problem.meetings)
     return problem.buses if metric == "load" else list(problem.paths)
 
 

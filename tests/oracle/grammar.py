@@ -11,8 +11,8 @@ from typing import TypeAlias
 from .quantities import NUMBER, UNITS, Quantity, quantity
 
 METRICS = (
-    "latency", "min latency", "jitter", "run jitter", "reaction time", "data age", "utilisation", "load", "busy",
-    "price", "power",
+    "latency", "min latency", "jitter", "run jitter", "reaction time", "data age", "disparity", "utilisation", "load",
+    "busy", "price", "power",
 )  # fmt: skip
 KEYWORDS = {"and", "or", "not", "implies", "requires", "in", "is"}
 OPERATORS = {"<=", "<", ">=", ">", "==", "!="}

@@ -187,6 +187,28 @@ class Problem:
             full.append(after)
         return full
 
+    def is_always_timed(self, name: str) -> bool:
+        """Whether a timer releases a component in every design."""
+        if self.section_of[name] not in ("devices", "threads"):
+            return False
+        types: list[Any] = [kind for kind in self.types(name) if kind != NONE] or [None]
+        protocols = {text for kind in types for text in as_list(self.stated(name, "dispatch_protocol", kind))}
+        return protocols <= {"periodic", "hybrid"} and all(self.stated(name, "period", kind) for kind in types)
+
+    @cached_property
+    def meetings(self) -> dict[str, list[str]]:
+        """Every timer at which flows that timers begin meet by different ways, and one flow for each way."""
+        found: dict[str, list[str]] = {}
+        for name in filter(self.is_always_timed, self.section_of):
+            ways = {
+                tuple(path[: path.index(name)]): flow
+                for flow, path in reversed(self.paths.items())
+                if name in path[1:] and self.is_always_timed(path[0])
+            }
+            if len(ways) > 1:
+                found[name] = list(ways.values())
+        return found
+
     @cached_property
     def buses(self) -> list[str]:
         """The entries of ``buses``, then the virtual bus types that are used directly."""

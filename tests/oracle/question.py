@@ -126,8 +126,9 @@ def _candidates(problem: Problem) -> list[str]:
     found = [f"{metric} of {_quote(flow)}" for flow in problem.paths for metric in ("latency", "min latency", "jitter")]
     if "clocks" in problem.document:
         found += [f"{metric} of {_quote(flow)}" for flow in problem.paths for metric in ("reaction time", "run jitter")]
-        aged = [flow for flow, path in problem.paths.items() if _is_always_timed(problem, path[0])]
+        aged = [flow for flow, path in problem.paths.items() if problem.is_always_timed(path[0])]
         found += [f"data age of {_quote(flow)}" for flow in aged]
+        found += 2 * [f"disparity of {_quote(name)}" for name in problem.meetings]
     found += [f"utilisation of {_quote(slot)}" for slot in problem.sections["processors"]]
     found += [f"load of {_quote(bus)}" for bus in problem.sections["buses"]]
     found += ["price", "power", *problem.totals, *problem.metrics]
@@ -142,15 +143,6 @@ def _candidates(problem: Problem) -> list[str]:
     if len(problem.sections["processors"]) == 1:
         found.append("utilisation")
     return found
-
-
-def _is_always_timed(problem: Problem, name: str) -> bool:
-    """Whether a timer releases a component in every design."""
-    if problem.section_of[name] not in ("devices", "threads"):
-        return False
-    types: list[Any] = [t for t in problem.types(name) if t != NONE] or [None]
-    protocols = {text for t in types for text in as_list(problem.stated(name, "dispatch_protocol", t))}
-    return protocols <= {"periodic", "hybrid"} and all(problem.stated(name, "period", t) for t in types)
 
 
 class _Sample:

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import operator
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import cache, cached_property
+from itertools import permutations
 from math import ceil, gcd
 from typing import Any
 
@@ -357,9 +358,27 @@ class Reading:
 
     def flow_parts(self, flow: str) -> tuple[list[tuple[str, str, int, int]], int]:
         """The contributor table of a flow, and the jitter of one run."""
+        return self._parts(self.problem.paths[flow])
+
+    def input_ages(self, flow: str, name: str) -> tuple[Any, Any]:
+        """How old at least and at most what a component reads by a flow is: nothing newer than that is there."""
+        path = self.problem.paths[flow]
+        rows, _ = self._parts(path[: path.index(name) + 1])
+        while "sampling" not in rows[-1][1]:
+            rows.pop()  # what follows when it has read
+        least, most = (sum(row[end] for row in rows) for end in (2, 3))
+        return least, most + self.first_period(flow) - (self.period_ns(name) or 0)
+
+    def disparity(self, name: str) -> Any:
+        """The oldest input by one flow less the newest by another, at most."""
+        ages = [self.input_ages(flow, name) for flow in self.problem.meetings[name]]
+        pairs = permutations(ages, 2)
+        return max(one[1] - other[0] for one, other in pairs)
+
+    def _parts(self, path: Sequence[str]) -> tuple[list[tuple[str, str, int, int]], int]:
         rows, arrival, first = [], None, True
         timer, since, run = None, [], 0
-        for name in self.problem.paths[flow]:
+        for name in path:
             if self.problem.section_of[name] == "connections":
                 found = self.connection_rows(name)
                 arrival, first = name, False

@@ -124,6 +124,8 @@ class Pair:
         for kind, key in (("run jitter", "run"), ("reaction time", "reaction"), ("data age", "age")):
             rows = figures["flows"].items()
             found |= {f"{kind} of {flow}": row[key] for flow, row in rows if f"{kind} of {flow}" in listed}
+        rows = {f"disparity of {name}": value for name, value in figures["disparity"].items()}
+        found |= {name: value for name, value in rows.items() if name in listed}
         found |= {f"utilisation of {slot}": value for slot, value in figures["utilisation"].items()}
         for slot, used in figures["core use"].items():
             if self._has_cores(slot):
