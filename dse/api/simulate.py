@@ -12,6 +12,7 @@ from typing import Literal, TypeAlias, Unpack
 from dse.analysis.contention import cores_of
 from dse.analysis.evaluate import Evaluator
 from dse.analysis.latency import flow_rows, is_logical
+from dse.analysis.measures import build_measure
 from dse.analysis.osate import is_never_sampled, is_synchronous
 from dse.analysis.priorities import deadline_ns
 from dse.analysis.rates import is_event_triggered
@@ -23,15 +24,16 @@ from dse.api.problem import Source, load, read_choices, with_stated_cores
 from dse.api.question import Question
 from dse.errors import UsageError
 from dse.results.analyse import FlowTable
-from dse.results.simulate import Extreme, FlowObservation, Simulation, TaskObservation
+from dse.results.simulate import DisparityObservation, Extreme, FlowObservation, Simulation, TaskObservation
 from dse.results.solve import decisions_of
 from dse.simulation.engine import Execution, Setting, simulate_once
 from dse.simulation.plan import Plan, build_plan
 from dse.simulation.search import Record, histogram, random_offsets, search_flow
+from dse.space.metrics import all_disparities
 from dse.space.trees import at
 from dse.space.types import Design, Flow, Space
 from dse.timelimit import OutOfTime, TimeLimit, until
-from dse.units import Exact, Rounding, UnitError, format_duration, parse_duration_ns
+from dse.units import Exact, Rounding, UnitError, format_duration, parse_duration_ns, whole
 
 Offsets: TypeAlias = Literal["worst", "random", "zero"]
 BINS = 20
@@ -136,6 +138,8 @@ def simulate(
         view = View(evaluation.design)
         flows = tuple(_flows(space, plan, record, view, excuses, drift_ppm, contention=contention))
         tasks = tuple(_tasks(space, plan, record, View(evaluation.design))) if contention else ()
+        counted = replace(space, processing="response_time") if contention else space
+        disparities = tuple(_disparities(counted, record, View(evaluation.design), flows, drift_ppm))
     return Simulation(
         space=space,
         design=evaluation.design,
@@ -151,6 +155,7 @@ def simulate(
         contention=contention,
         seed=seed,
         is_stopped=is_stopped,
+        disparities=disparities,
     )
 
 
@@ -281,6 +286,26 @@ def _flows(
             best=_extreme(record, number, "min"),
             histogram=histogram(counter, min(counter), max(counter), BINS) if counter else (),
             excuse="; ".join(found),
+        )
+
+
+def _disparities(
+    space: Space, record: Record, view: View, flows: Sequence[FlowObservation], drift_ppm: int
+) -> Iterator[DisparityObservation]:
+    """What was seen at each component at which flows meet; what excuses a flow excuses it, too, and so do losses."""
+    for metric in all_disparities(space, range(len(space.components))):
+        parts = {part.name: part for operand in metric.operands for _, part in operand}
+        number = int(next(iter(parts.values())).key)
+        excuses = dict.fromkeys(flows[part.index or 0].excuse for part in parts.values())
+        if record.lost:
+            excuses["data were lost, and older ones stayed"] = None
+        oldest = max(build_measure(space, part).value(view) for part in parts.values() if part.kind == "oldest input")
+        yield DisparityObservation(
+            space.components[number].name,
+            record.disparities.get(number),
+            whole(build_measure(space, metric).value(view)),
+            ceil(2 * oldest * drift_ppm / 10**6) + 2 * len(space.connections) if drift_ppm else 0,
+            "; ".join(excuse for excuse in excuses if excuse),
         )
 
 

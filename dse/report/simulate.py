@@ -46,6 +46,8 @@ def _blocks(simulation: Simulation) -> Iterator[Block]:
     yield _flow_table(simulation)
     if simulation.tasks:
         yield _task_table(simulation)
+    if simulation.disparities:
+        yield _disparity_table(simulation)
     yield from listing((f"{count} at {name}" for name, count in simulation.lost.items()), "lost", 0, brief=FEW)
     yield from listing(simulation.notes, "note", 0, brief=FEW)
     yield Text(LATENCY, brief="Latencies are reduced reaction times.")
@@ -130,6 +132,17 @@ def _histogram(flow: FlowObservation) -> Iterator[Table]:
         rows = tuple((_ms(item["from_ns"]), str(item["count"])) for item in flow.histogram)
         bars = tuple(float(item["count"]) / float(most) for item in flow.histogram)
         yield Table(f"Latencies of {flow.name}", ("from", "data"), rows, (0, 1), bars=bars)
+
+
+def _disparity_table(simulation: Simulation) -> Table:
+    rows = []
+    for item in simulation.disparities:
+        seen = "-" if item.observed_ns is None else _ms(item.observed_ns)
+        bound = "unbounded" if is_unbounded(item.bound_ns) else _ms(item.bound_ns)
+        said = "CONTRADICTION" if item.is_contradiction else item.excuse or "within"
+        rows.append((item.name, seen, bound, said if item.observed_ns is not None else "never two inputs"))
+    headings = ("reader", "observed", "analysed", "verdict")
+    return Table("Disparity of inputs: the largest difference of age", headings, tuple(rows), (1, 2))
 
 
 def _task_table(simulation: Simulation) -> Table:

@@ -126,6 +126,26 @@ class TaskObservation:
 
 
 @dataclass(frozen=True)
+class DisparityObservation:
+    """The largest observed difference of age of a component's inputs (None: two were never there), and its bound.
+
+    `bound_ns` counts response times where threads shared cores. `excuse` says why it need not hold.
+    """
+
+    name: str
+    observed_ns: Exact | None
+    bound_ns: Exact
+    allowance_ns: int = 0
+    excuse: str = ""
+
+    @property
+    def is_contradiction(self) -> bool:
+        """Whether the observation refutes the analysis."""
+        seen = self.observed_ns
+        return seen is not None and not self.excuse and seen > self.bound_ns + self.allowance_ns
+
+
+@dataclass(frozen=True)
 class Simulation(Answer):
     """A simulation of one design. `lost` counts data by where and why; `notes` is what a reader must know.
 
@@ -156,6 +176,7 @@ class Simulation(Answer):
     contention: bool
     seed: int
     is_stopped: bool = False
+    disparities: tuple[DisparityObservation, ...] = ()
 
     @property
     def exit_code(self) -> int:
@@ -182,6 +203,11 @@ class Simulation(Answer):
             f"thread {task.name}: observed response {task.observed_ns} ns, response time {task.bound_ns} ns"
             for task in self.tasks
             if task.is_contradiction
+        ]
+        found += [
+            f"disparity of {item.name}: observed {item.observed_ns} ns, analysed {item.bound_ns} ns"
+            for item in self.disparities
+            if item.is_contradiction
         ]
         return tuple(found)
 

@@ -56,6 +56,7 @@ class Setting:
 class Observation:
     """What a run showed: latencies by flow, response times by task (most), what was lost where.
 
+    `disparities` has the largest difference of age of what a component reads by two flows, by its number.
     `latest` and `earliest` hold for each flow step the datum that took longest (shortest) to get there: its age and
     the time.
     """
@@ -65,6 +66,7 @@ class Observation:
     lost: Counter[str] = field(default_factory=Counter)
     latest: dict[StepKey, tuple[Exact, Exact]] = field(default_factory=dict)
     earliest: dict[StepKey, tuple[Exact, Exact]] = field(default_factory=dict)
+    disparities: dict[int, Exact] = field(default_factory=dict)
     events: int = 0
 
 
@@ -104,6 +106,7 @@ class _Run:
         self.entries: dict[TaskKey, _Entry] = {}
         self.free: dict[TaskKey, Exact] = {}
         self.buffers: Births = {}
+        self.newest: dict[StepKey, Exact] = {}
         self.sent_after: dict[int, Exact] = {}
         self.delivered: dict[int, Exact] = {}
         self.bus_free: dict[int, Exact] = {}
@@ -187,6 +190,8 @@ class _Run:
                 fresh = self.buffers.pop(key, None)
                 if fresh:
                     births.setdefault(key, []).extend(fresh)
+                    self.newest[key] = max(fresh)
+            self._compare(component)
             if self.now < self.setting.births_until_ns:
                 for flow in self.plan.starts.get(component, ()):
                     births[flow, 0] = [self.now]
@@ -201,6 +206,16 @@ class _Run:
         start = max(self.now, self.free.get(task.key, 0)) if task.serial else self.now
         self.free[task.key] = start + job.left
         self.at(start + job.left, END, "alone", job)
+
+    def _compare(self, component: int) -> None:
+        """How far apart the births are of what a component holds by each flow, as long as births are followed."""
+        keys = self.plan.meetings.get(component)
+        if keys is None or self.now >= self.setting.births_until_ns:
+            return
+        held = [self.newest[key] for key in keys if key in self.newest]
+        if len(held) > 1:
+            found = max(held) - min(held)
+            self.seen.disparities[component] = max(found, self.seen.disparities.get(component, 0))
 
     def _core(self, place: tuple[int, int]) -> Core:
         if place not in self.cores:

@@ -11,6 +11,7 @@ from fractions import Fraction
 from typing import Any, Literal, TypeAlias
 
 from dse.simulation.readings import ComponentFigures, Figures, Phase, Range, read_figures
+from dse.space.metrics import all_disparities
 from dse.space.types import Design, ExecutorKind, Space
 from dse.units import Exact
 
@@ -96,7 +97,8 @@ class Plan:
     `places` lists for each component the flow steps at it that come over a connection, `starts` the flows that begin
     there; `exits` tells over which link data go on. `overloaded` names the tasks that alone need more than a core,
     `guessed` the threads on shared cores whose rate follows from no rate in the problem: something upstream is
-    dispatched as often as seemed fit. `gaps` has the throttling of each core that is throttled.
+    dispatched as often as seemed fit. `gaps` has the throttling of each core that is throttled. `meetings` has the flow
+    steps at which a component reads what its disparity compares.
     """
 
     tasks: Mapping[TaskKey, Task]
@@ -110,6 +112,7 @@ class Plan:
     overloaded: Sequence[str]
     guessed: Sequence[str]
     gaps: Mapping[tuple[int, int], Gap] = field(default_factory=dict)
+    meetings: Mapping[int, Sequence[StepKey]] = field(default_factory=dict)
 
     @property
     def timers(self) -> dict[str, Fraction]:
@@ -201,7 +204,18 @@ def build_plan(
         overloaded=[name for name, share in figures.shares.items() if share > 1],
         guessed=_guessed(space, figures, tasks, links),
         gaps={place: gap for place in shared if (gap := _gap(space, figures, place)) is not None},
+        meetings=_meetings(space, places),
     )
+
+
+def _meetings(space: Space, places: Mapping[int, Sequence[StepKey]]) -> dict[int, Sequence[StepKey]]:
+    """The first step of each flow at a component whose inputs are compared."""
+    found: dict[int, Sequence[StepKey]] = {}
+    for metric in all_disparities(space, range(len(space.components))):
+        parts = [part for operand in metric.operands for _, part in operand]
+        flows, number = {part.index for part in parts}, int(parts[0].key)
+        found[number] = [next(key for key in places[number] if key[0] == flow) for flow in sorted(flows, key=str)]
+    return found
 
 
 def _interrupts(space: Space, figures: Figures, cores: Sequence[tuple[int, int]]) -> dict[TaskKey, Task]:

@@ -31,6 +31,7 @@ class Record:
     responses: dict[str, Exact] = field(default_factory=dict)
     lost: Counter[str] = field(default_factory=Counter)
     extremes: dict[tuple[int, str], tuple[Exact, Setting]] = field(default_factory=dict)
+    disparities: dict[int, Exact] = field(default_factory=dict)
     runs: int = 0
     events: int = 0
 
@@ -40,6 +41,8 @@ class Record:
         self.events += seen.events
         for name, response in seen.responses.items():
             self.responses[name] = max(self.responses.get(name, 0), response)
+        for number, found in seen.disparities.items():
+            self.disparities[number] = max(self.disparities.get(number, 0), found)
         self.lost.update(seen.lost)
         for flow, counter in enumerate(seen.latencies):
             self.latencies[flow].update(counter)

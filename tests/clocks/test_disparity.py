@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import json
 import random
+from dataclasses import replace
+from fractions import Fraction
 from itertools import pairwise
 from math import lcm
 from pathlib import Path
@@ -12,9 +14,12 @@ from typing import Any
 import pytest
 
 import dse
-from dse.analysis.measures import build_measure
+from dse.analysis.measures import Measure, build_measure, scaled_term
 from dse.analysis.views import View
+from dse.api import simulate as simulated
 from dse.pareto.front import search_front
+from dse.report.page import Table
+from dse.report.simulate import simulation_page
 from dse.space.metrics import QuestionError, disparities
 from tests.clocks import let
 from tests.effort import cases
@@ -171,3 +176,43 @@ def test_where_nothing_meets_it_is_refused() -> None:
     for text in ("disparity", "disparity of t1"):
         with pytest.raises(dse.ProblemError, match="inputs whose ages can be compared meet"):
             dse.load(data | {"objectives": [f"minimise {text}"]})
+
+
+@pytest.mark.parametrize("seed", cases(12))
+def test_no_simulation_exceeds_it(seed: int) -> None:
+    """A second witness: implicit parts, unknown offsets, shared cores or drifting clocks."""
+    rng = random.Random(f"witness {seed}")
+    data, _ = fusion(rng)
+    for thread in data["threads"].values():
+        if rng.random() < 0.4:
+            del thread["communication"]
+            most = rng.randint(0, int(thread["period"].split()[0]) * 300)
+            thread["compute_execution_time"] = f"{rng.randint(0, most)} us .. {most} us"
+        if rng.random() < 0.3:
+            thread["offset"] = "unknown"
+    data |= {"clocks": {"k": {}}, "overload": "allowed", "deadlines": "none"}
+    contended = rng.random() < 0.5
+    drift = 0 if contended else rng.choice([0, 200])
+    found = dse.simulate(data, runs=6, contention=contended, offsets="random", seed=seed, drift_ppm=drift)
+    assert not found.contradictions, (data, found.contradictions)
+
+
+def test_what_a_simulation_sees_is_told_and_refutes_a_bound_that_is_too_small(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A camera of 30 ms and a radar of 20 ms, read every 60 ms: 30 ms apart at 5 ms, whatever their times."""
+    data = let.problem([(0, 30, 10), (0, 20, 3), (5, 60, 60)])
+    data["connections"] = {"camera": {"from": "t0", "to": "t2"}, "radar": {"from": "t1", "to": "t2"}}
+    data["flows"] = {"camera": {"path": ["t0", "t2"]}, "radar": {"path": ["t1", "t2"]}}
+    found = dse.simulate(data, runs=2)
+    [seen] = found.disparities
+    assert (seen.name, seen.observed_ns, seen.bound_ns, found.contradictions) == ("t2", 30_000_000, 30_000_000, ())
+    assert found.to_dict()["disparities"]["t2"]["observed_ns"] == 30_000_000
+    tables = [block for block in simulation_page(found).sections[0].blocks if isinstance(block, Table)]
+    assert ("t2", "30 ms", "30 ms", "within") in [tuple(row) for table in tables for row in table.rows]
+    right = simulated.build_measure
+    monkeypatch.setattr(simulated, "build_measure", lambda space, metric: scaled(right(space, metric)))
+    assert dse.simulate(data, runs=2).contradictions == ("disparity of t2: observed 30000000 ns, analysed 15000000 ns",)
+
+
+def scaled(measure: Measure) -> Measure:
+    """Half of it."""
+    return replace(measure, terms=tuple(scaled_term(term, Fraction(1, 2)) for term in measure.terms))

@@ -263,6 +263,16 @@ class ObservedThread(Form):
     contradiction: Annotated[bool, Of("is_contradiction")] = field("Whether the observation refutes the analysis.")
 
 
+class ObservedDisparity(Form):
+    """The largest observed difference of age of what a component reads by two flows."""
+
+    observed_ns: Figure | None = field("The largest that was observed; null where two inputs were never there.")
+    bound_ns: Figure | None = field("The disparity by the analysis; null where it is unbounded.")
+    allowance_ns: int = field("What drifting clocks add to it.")
+    contradiction: Annotated[bool, Of("is_contradiction")] = field("Whether the observation refutes the analysis.")
+    excuse: str | None = field("Why the bound need not hold for this run.")
+
+
 class SimulationForm(Settings):
     """The outcome of `dse simulate`: what was observed, against what the analysis says."""
 
@@ -283,6 +293,9 @@ class SimulationForm(Settings):
     flows: dict[str, ObservedFlow] = field("What was observed of each flow.")
     threads: Annotated[dict[str, ObservedThread], Of("tasks")] = field(
         "What was observed of each thread on a shared core."
+    )
+    disparities: dict[str, ObservedDisparity] = field(
+        "What was observed of the inputs of each component whose disparity is defined.", default={}
     )
     lost: dict[str, int] = field("How many messages each connection lost.")
     notes: list[str] = field("What a reader should know.")
