@@ -39,7 +39,7 @@ from dse.space.metric_kinds import (
     metric_dimension,
     total_unit,
 )
-from dse.space.metrics import busy_obstacle, core_metric, has_age, most_cores
+from dse.space.metrics import all_disparities, busy_obstacle, core_metric, has_age, most_cores
 from dse.space.trees import Tree, at, leaves
 from dse.space.types import Bus, Component, Slot, Space
 from dse.units import DATA, DATA_RATE, DIMENSIONLESS, FREQUENCY, LENGTH, MONEY, POWER, TIME, Dimension, Quantity
