@@ -97,8 +97,9 @@ processors: {p: {type: cpu}}
 threads:
   a: {processor: p, period: 20 ms, compute_execution_time: 1 ms .. 3500 us, offset: 0 ms}
   b: {processor: p, period: 20 ms, compute_execution_time: 1 ms, offset: 0 ms}
-connections: {c: {from: a, to: b}}
-flows: {f: {path: [a, b]}}
+devices: {z: {period: 30 ms}}
+connections: {c: {from: a, to: b}, d: {from: z, to: b}}
+flows: {f: {path: [a, b]}, g: {path: [z, b]}}
 """
 PROBLEMS = {
     "pump": PUMP,
@@ -151,6 +152,7 @@ COMMANDS = (
     "sensitivity uncertain.yaml --samples 64 --json uncertain.json",
     "simulate pump.yaml --runs 2 --json simulation.json",
     "simulate shared.yaml --contention --runs 2 --json waiting.json",
+    "simulate missed.yaml --runs 2 --json meeting.json",
     "compare pump.json tight.json --json results.json",
     "compare pump.yaml --measured seen.csv --json seen.json",
     "compare pump.json#1 pump.json#2 --json designs.json",
