@@ -11,7 +11,7 @@ from dse.report.insisting import insisting_section
 from dse.report.page import Block, Page, Section, labelled, texts
 from dse.report.plain import basis_words
 from dse.report.solve import TOP, further_blocks
-from dse.report.words import exclusion_words, figures_words, rounding_words, short_name, unused_words
+from dse.report.words import SAME, exclusion_words, figures_words, rounding_words, short_name, unused_words
 from dse.results.display import counted
 from dse.results.points import Point
 from dse.results.solve import Result
@@ -139,6 +139,7 @@ def _choice(document: Document) -> Iterator[Block]:
     first = result.front[0]
     reasons = document.alternative(first).sentences
     wanted = [item for item in reasons if item.label.startswith(("Stands out", "Against"))][:REASONS]
+    wanted += [item for item in reasons if item.label == SAME]
     ranked = "nearest to the best of everything" if result.ranking == "ideal" else f"first by {result.ranking_words}"
     yield from texts(f"Choose #{first.id}, {ranked}: {figures_words(result, first.objectives)}.", tone="strong")
     yield from labelled(

@@ -13,7 +13,7 @@ from dse.results.changes import Change
 from dse.results.display import counted, readable
 from dse.results.missing import is_proved
 from dse.results.points import FurtherDesign, FurtherDesigns, Point
-from dse.results.reasons import Comparison, Dominant, Improvement, Reasoner, Reasons
+from dse.results.reasons import Comparison, Dominant, Improvement, Reasoner, Reasons, Spared
 from dse.results.solve import Result
 from dse.results.variants import NEAR
 from dse.space.activation import exclusions
@@ -27,6 +27,8 @@ REDUCED = (
 PPM = 10**6
 MOST_VARIANTS = 6
 """Maximum number of near-identical designs that are told one by one."""
+SAME = "With the same objectives"
+"""The label of what another offset saves for nothing."""
 FEW_CHANGES = 2
 """So many changes are named, and as many that follow from them, where there is little room."""
 NEARNESS = f"no objective more than {readable(NEAR * PPM, 'ppm')} of its range away"
@@ -69,6 +71,7 @@ def sentences(result: Result, reasons: Reasons) -> list[Sentence]:
         found.append(Sentence(f"Tightest requirement{'s' if len(tightest) > 1 else ''}", said))
     for dominant in reasons.dominants:
         found.append(Sentence(f"Largest part of the {dominant.of} of {dominant.flow}", dominant_words(dominant)))
+    found += [Sentence(SAME, spared_words(item)) for item in reasons.spared]
     found += [Sentence("On one clock", said) for said in boundary_words(reasons.analysis.boundaries)]
     if placed := placed_words(result.space, reasons.point.design):
         found.append(Sentence(f"Cores{cores_origin(result.space)}", ". ".join(placed) + "."))
@@ -78,6 +81,13 @@ def sentences(result: Result, reasons: Reasons) -> list[Sentence]:
     for improvement in reasons.improvements:
         found.append(Sentence(f"To better {improvement.objective}", improvement_words(improvement, result)))
     return found
+
+
+def spared_words(spared: Spared) -> str:
+    """What another offset saves, where it costs nothing that was asked for."""
+    before, after = (format_duration(offset) if offset else "0 ms" for offset in spared.offsets_ns)
+    saved = [f"{format_duration(time)} of latency of {flow}" for flow, time in spared.saves_ns.items()]
+    return f"{spared.reader}.offset {after} instead of {before} saves {listed(saved)}."
 
 
 def best_words(result: Result, reasons: Reasons) -> str:

@@ -5,7 +5,7 @@ Everything is computed from the front and the analysis; `dse.report.words` puts 
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
 
@@ -19,7 +19,7 @@ from dse.results.design_tables import analyse_design
 from dse.results.points import Point
 from dse.results.solve import Result
 from dse.space.criteria import Requirement
-from dse.units import Exact
+from dse.units import Exact, Rounding, parse_duration_ns, whole
 
 
 @dataclass(frozen=True)
@@ -78,6 +78,15 @@ class Improvement:
 
 
 @dataclass(frozen=True)
+class Spared:
+    """Another offset of a reader, with which every objective is the same and a flow shorter, and none longer."""
+
+    reader: str
+    offsets_ns: tuple[Exact, Exact]
+    saves_ns: Mapping[str, Exact]
+
+
+@dataclass(frozen=True)
 class Reasons:
     """Everything that is said about one alternative; `variants` are near-identical points, compared with it."""
 
@@ -92,6 +101,7 @@ class Reasons:
     margins: tuple[Margin, ...]
     dominants: tuple[Dominant, ...]
     improvements: tuple[Improvement, ...]
+    spared: tuple[Spared, ...] = ()
 
 
 class Reasoner:
@@ -131,7 +141,40 @@ class Reasoner:
             margins=tuple(self._margins(point)),
             dominants=tuple(dominants(analysis)),
             improvements=tuple(self._improvements(position)),
+            spared=tuple(self._spared(point, analysis)),
         )
+
+    def _spared(self, point: Point, analysis: Analysis) -> Iterator[Spared]:
+        """For each reader that gains from another offset: the first that it may have from then on, if that is free.
+
+        The design shown is the first of those with its objectives, whatever else they differ in.
+        """
+        better = {item.receiver: item for item in analysis.boundaries if item.better and None not in item.offsets_ns}
+        today = {flow.name: flow.max_ns for flow in analysis.flows}
+        for reader, item in better.items():
+            number, offset = self._offset(reader, item.better.offset_ns if item.better else 0)
+            if offset is None or number in self.result.space.fixed:
+                continue
+            changed = (*point.design[:number], offset[1], *point.design[number + 1 :])
+            evaluation = self.evaluator.evaluate(changed)
+            if not evaluation.is_feasible or evaluation.objectives != tuple(point.objectives.values()):
+                continue
+            flows = {flow.name: flow.max_ns for flow in analyse_design(self.evaluator, evaluation.design).flows}
+            saves = {name: today[name] - most for name, most in flows.items() if most != today[name]}
+            if saves and min(saves.values()) > 0:
+                yield Spared(reader, (whole(item.offsets_ns[1] or 0), offset[0]), saves)
+
+    def _offset(self, reader: str, least_ns: Exact) -> tuple[int, tuple[Exact, int] | None]:
+        """The decision of an offset, and the first of its options from some time on."""
+        for number, decision in enumerate(self.result.space.decisions):
+            if decision.name == f"{reader}.offset" and decision.is_open:
+                times = [
+                    (parse_duration_ns(text, Rounding.UP), option)
+                    for option, text in enumerate(decision.options)
+                    if text != "unknown"
+                ]
+                return number, min((pair for pair in times if pair[0] >= least_ns), default=None)
+        return -1, None
 
     def against(self, point: Point, other: Point) -> Comparison:
         """What `point` changes and what it gains or gives up against `other`."""

@@ -13,7 +13,9 @@ from dse.report.analyse import analysis_page
 from dse.report.explain import explanation_page
 from dse.report.page import Listing
 from dse.report.timeline import boundary_words
+from dse.report.words import SAME, sentences
 from dse.results.analyse import Analysis
+from dse.results.reasons import Reasoner
 from tests.clocks import let
 from tests.effort import cases
 
@@ -126,3 +128,29 @@ def test_explanations_say_what_the_designs_just_miss() -> None:
     [page] = explanation_page(dse.explain(data)).sections
     said = [item.text for block in page.blocks if isinstance(block, Listing) for item in block.items]
     assert said and not any("on one clock" in text for text in said)
+
+
+def test_another_offset_that_costs_nothing_is_told_beside_the_first_design() -> None:
+    """Jitter is none at any offset beyond 3.5 ms and at 0 ms, the first of them, which waits a period for nothing."""
+    data = chain("0 ms", "any") | {"offset_grid": "500 us", "objectives": ["minimise jitter of chain"]}
+    result = dse.solve(data)
+    assert result.front[0].decisions == {"t1.offset": "0 ns"}
+    told = [item.text for item in sentences(result, Reasoner(result).reasons(0)) if item.label == SAME]
+    assert told == ["t1.offset 3.5 ms instead of 0 ms saves 16.5 ms of latency of chain."]
+    coarse = dse.solve(data | {"offset_grid": "2 ms"})
+    [spared] = Reasoner(coarse).reasons(0).spared
+    assert (spared.offsets_ns, spared.saves_ns) == ((0, 4_000_000), {"chain": 16_000_000})
+
+
+@pytest.mark.parametrize("change", ["objective", "fixed", "requirement", "other flow"])
+def test_an_offset_that_costs_something_is_not_offered(change: str) -> None:
+    data = chain("0 ms", "any", "1 ms") | {"offset_grid": "500 us", "objectives": ["minimise jitter of chain"]}
+    fixed = "t1.offset = 0 ns" if change == "fixed" else ""
+    if change == "objective":
+        data["objectives"] = ["minimise latency of chain"]
+    elif change == "requirement":
+        data["rules"] = ["t1.offset < 1 ms"]
+    elif change == "other flow":
+        data["flows"]["end"] = {"path": ["t1", "t2"]}
+    result = dse.solve(data, fix=fixed) if fixed else dse.solve(data)
+    assert Reasoner(result).reasons(0).spared == ()
