@@ -13,7 +13,7 @@ from fractions import Fraction
 from functools import partial
 
 from dse.analysis.binding import bus_stack, carrying_ns, message_bytes
-from dse.analysis.boundaries import clock_gains
+from dse.analysis.boundaries import boundaries, clock_gains
 from dse.analysis.chains import MOST_RELEASES, repeats_too_late
 from dse.analysis.clocks import METHOD
 from dse.analysis.latency import element_rows, elements_of, flow_rows
@@ -66,9 +66,32 @@ def design_remarks(space: Space, view: View) -> Iterator[str]:
                 f"{flow.name} repeats only after more than {MOST_RELEASES:,} releases: its bound stands for its exact "
                 "latency"
             )
+    yield from _early_reads(space, view)
     yield from _bus_remarks(space, view)
     untimed = [item.name for item in _on_processors(space) if at(item.execution_ns, view) is None]
     yield from _untimed(untimed)
+
+
+def _early_reads(space: Space, view: View) -> Iterator[str]:
+    """Readers whose data may come after their release but before they get the CPU: a job reads at its release."""
+    rows = {flow.name: flow_rows(space, flow, view) for flow in space.flows}
+    found: dict[str, dict[str, None]] = {}
+    for item in boundaries(space, view):
+        sender, reader = item.offsets_ns
+        waits = [
+            row.max_ns - row.min_ns
+            for row in rows[item.flow]
+            if row.contributor == item.receiver and row.max_method == "response time"
+        ]
+        if sender is not None and reader is not None and waits:
+            before = (reader - sender - item.there_ns[0]) % item.step_ns
+            if before and before + waits[0] >= item.step_ns:
+                found.setdefault(item.flow, {})[f"{item.receiver} (of {item.sender})"] = None
+    for flow, readers in found.items():
+        yield (
+            f"{flow}: what comes while {', '.join(readers)} waits for the CPU is for the next job, as jobs read at "
+            "their release; where they read when they begin, minimum and jitter may be a period off (the maximum holds)"
+        )
 
 
 def _on_processors(space: Space) -> Iterator[Component]:
