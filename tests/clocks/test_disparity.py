@@ -135,7 +135,7 @@ def asked(rng: random.Random) -> dict[str, Any]:
         data["processors"]["computer"]["clock"] = rng.choice(["k", "k", "l"])
         data["threads"][rng.choice(names)]["processor"] = "other"
     data["clocks"] = {"k": {"synchronisation_error": rng.choice(["0 ns", "100 us"])}, "l": {}}
-    data |= {"offset_grid": "3 ms", "overload": "allowed"}
+    data |= {"offset_grid": "3 ms", "overload": "allowed", "deadlines": "none"}
     data["objectives"] = [f"minimise disparity of {ways[0][-1]}", "minimise max(latency)"]
     if rng.random() < 0.5:
         data["requirements"] = [f"disparity of {ways[0][-1]} <= {rng.randint(5, 60)} ms"]

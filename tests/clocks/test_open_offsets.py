@@ -11,7 +11,7 @@ from typing import Any
 import pytest
 
 import dse
-from dse.analysis import latency, measures
+from dse.analysis import flow_terms, latency
 from dse.analysis.evaluate import Evaluator
 from dse.pareto.answer import Answer
 from dse.pareto.front import Budget, search_front
@@ -125,7 +125,7 @@ def test_a_wrong_wait_is_seen_by_the_second_proof(method: str, tmp_path: Path, m
     (tmp_path / "p.yaml").write_text(json.dumps(data), encoding="utf-8")
     right = latency.wait_ns
     monkeypatch.setattr(latency, "wait_ns", lambda pair, *ends: (right(pair, *ends)[0], pair.receiver_ns))
-    monkeypatch.setattr(measures, "_phased", lambda *_: None)
+    monkeypatch.setattr(flow_terms, "_phased", lambda *_: None)
     (tmp_path / "r.json").write_text(dse.solve(tmp_path / "p.yaml").to_json(), encoding="utf-8")
     found = dse.verify(tmp_path / "r.json", method=method)
     assert found.status == "rejected"
