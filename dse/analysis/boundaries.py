@@ -188,6 +188,8 @@ def clock_gains(space: Space, flow: Flow) -> tuple[Gain, ...]:
     """
     if space.profile != "dse" or any(step.since for item in space.flows for step in item.steps):
         return ()
+    if any(item.pieces is not None for item in space.components):  # beside segments clocks are refused
+        return ()
     found = []
     for step in with_past(flow.steps):
         if step.kind == "component" and step.since and space.components[step.index].processor is not None:

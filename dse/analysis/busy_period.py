@@ -51,7 +51,7 @@ def worst_busy_period(core: int, responses: Sequence[Response]) -> BusyPeriod | 
     where no response time has a bound, and where there are more than `MOST_JOBS` jobs.
     """
     here = [item for item in responses if item.core == core and item.response_ns is not None and item.task.worst_ns]
-    for item in sorted((item for item in here if not item.executor), key=_urgency):
+    for item in sorted((item for item in here if not item.executor and not item.is_piece), key=_urgency):
         found = worst_job_ns(item.task, item.rivals, item.blocked_ns)
         if found is None:
             continue

@@ -176,7 +176,7 @@ def _may_be_wrong(component: Component) -> bool:
 def _counts_waiting(space: Space, number: int) -> bool:
     """Whether the longest processing of a thread is its response time, whatever the design."""
     component = space.components[number]
-    if component.processor is None:
+    if component.processor is None or component.pieces is not None:
         return False
     executes = all(leaf is not None for leaf in leaves(component.execution_ns))
     is_logical = LET in set(leaves(component.communication))
@@ -188,6 +188,8 @@ def _may_wait(space: Space, step: Step) -> bool:
     here = space.components[step.index]
     if space.profile != "dse" or here.callback_ns is not None:
         return True
+    if not space.is_last_piece(step.index):
+        return False
     asked = [here]
     for earlier in (space.components[item.index] for item in reversed(step.since) if item.kind == "component"):
         asked.append(earlier)

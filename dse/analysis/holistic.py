@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from fractions import Fraction
-from functools import lru_cache
+from functools import lru_cache, partial
 from typing import TypeAlias
 
 from dse.analysis.binding import transmission_ns
@@ -17,6 +17,7 @@ from dse.analysis.executors import Fellow, executor_response_ns
 from dse.analysis.overheads import interrupting, switching_ns
 from dse.analysis.rates import NS_PER_S, is_event_triggered, rate_hz
 from dse.analysis.response_time import Stream, Task, response_time_ns
+from dse.analysis.segments import Segments, elapsed_ns, most_waiting_ns, single
 from dse.analysis.tasks import Part, TaskKey, alone_ns, task_name
 from dse.analysis.turns import Turn
 from dse.analysis.views import View
@@ -36,6 +37,8 @@ def fixed_point(space: Space, cores: Sequence[Sequence[Turn]], view: View) -> di
     known: dict[TaskKey, Exact | None] = {
         turn.key: alone_ns(space.components[turn.key[0]], turn.key[1], view)[1] for turns in cores for turn in turns
     }
+    segments = Segments(space, cores, view)
+    known |= {turn.key: segments.alone_ns(turn.key[0]) for turns in cores for turn in turns if turn.pieces}
     interrupts = [interrupting(space, [turn.key[0] for turn in turns[:1]], view) for turns in cores]
     rounds, changed, horizon = 0, True, _horizon_ns(space)
     lone = {
@@ -50,22 +53,39 @@ def fixed_point(space: Space, cores: Sequence[Sequence[Turn]], view: View) -> di
         look_at_the_clock()
         for place, (turns, before) in enumerate(zip(cores, interrupts, strict=True)):
             tasks = [lone[turn.key] if turn.key in lone else task_of(space, turn.key, known, view) for turn in turns]
-            if rounds > 1 and all(map(_is_same, tasks, before_that[place])):
+            if rounds > 1 and all(map(_is_same, tasks, before_that[place])) and not any(turn.pieces for turn in turns):
                 continue  # as in the round before
             before_that[place] = tasks
             for turn, task in zip(turns, tasks, strict=True):
                 key = turn.key
                 positions = list(turn.rivals(turns))
+                rivals = [*before, *(tasks[position] for position in positions)]
                 if turn.executor is None:
-                    rivals = [*before, *(tasks[position] for position in positions)]
-                    found = respond(task, rivals, turn.blocked_ns)
+                    own = task if task is None or not turn.pieces else single(task)
+                    found = respond(own, rivals, turn.blocked_ns)
                 else:
                     found = _respond_in(space, turns, tasks, before, turn, view)
+                if turn.pieces:
+                    released = _thread_releases(space, turn.pieces[0], known, view)
+                    found = segments.end_ns(turn, found, known, *released, partial(_beside, rivals))
                 if found is not None and rounds > 1 and (found > horizon or rounds > MOST_ROUNDS):
                     found = found if found == known[key] else None
                 if known[key] is not None and found != known[key]:
                     known[key], changed = found, True
     return known
+
+
+def _beside(rivals: Sequence[Task | None], task: Task, blocked_ns: Exact) -> Exact | None:
+    return respond(task, rivals, blocked_ns)
+
+
+def _thread_releases(
+    space: Space, first: int, known: Mapping[TaskKey, Exact | None], view: View
+) -> tuple[Streams, int | None]:
+    """What releases a thread with segments, whose first piece is given, and the least time between two releases."""
+    component = space.components[first]
+    separation = at(component.period_ns, view) if at(component.protocol, view) == "sporadic" else None
+    return _releases(space, first, "thread", known, view), separation
 
 
 def _is_lone(space: Space, turn: Turn, view: View) -> bool:
@@ -103,18 +123,24 @@ def _respond_in(
     """The response time of a task in an executor."""
     assert turn.executor is not None
     task, higher, fellows = None, list(before), []
+    others: dict[int, Task] = {}
     for position in (*turn.rivals(turns), turns.index(turn)):
         found, other = tasks[position], turns[position]
         if found is None:
             return None
         if other is turn:
-            task = found
+            task = single(found) if turn.pieces else found
         elif other.executor == turn.executor:
+            others[other.key[0]] = found
             fellows.append(Fellow(found, other.level <= turn.level))
         else:
             higher.append(found)
     assert task is not None
     kind: ExecutorKind = at(space.executors[turn.executor].kind, view)
+    if turn.pieces and kind == "fifo" and not higher:
+        waiting = most_waiting_ns(space, others)
+        if waiting is not None:
+            return task.worst_ns + turn.blocked_ns + waiting
     if type(turn.blocked_ns) in PLAIN and all(map(_is_plain, (task, *higher, *(item.task for item in fellows)))):
         return _respond_in_alone(kind, task, tuple(fellows), tuple(higher), turn.blocked_ns)
     return executor_response_ns(kind, task, fellows, higher, turn.blocked_ns)
@@ -182,9 +208,11 @@ def _deliveries(space: Space, wire: int, known: Mapping[TaskKey, Exact | None], 
 
 
 def _leaving(space: Space, number: int, known: Mapping[TaskKey, Exact | None], view: View) -> Streams:
-    component = space.components[number]
-    released = _releases(space, number, "thread", known, view)
-    best, worst = alone_ns(component, "thread", view)
+    pieces = space.components[number].pieces
+    first = number if pieces is None else pieces.members[0]
+    component = space.components[first]
+    released = _releases(space, first, "thread", known, view)
+    best, worst = elapsed_ns(space, number, view)
     response = known.get((number, "thread"), worst)
     if released is None or response is None:
         return None

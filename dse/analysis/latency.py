@@ -13,7 +13,8 @@ from dse.analysis.clocks import LET, LET_METHOD, METHOD, pair_of, spread_ns, wai
 from dse.analysis.osate import Place, place_rows, places_of
 from dse.analysis.priorities import deadline_ns
 from dse.analysis.rates import is_event_triggered, is_periodic
-from dse.analysis.rows import Row, computed_ns, first_given, in_flow, is_computed, scheduled_ns
+from dse.analysis.rows import UNBOUNDED_METHOD, Row, computed_ns, first_given, in_flow, is_computed, scheduled_ns
+from dse.analysis.segments import elapsed_ns
 from dse.analysis.views import View
 from dse.space.trees import at
 from dse.space.types import Component, Flow, Space, Step
@@ -41,6 +42,8 @@ def step_rows(space: Space, step: Step, view: View) -> tuple[Row, ...]:
     The flow starts at its first component without that component's own period (the *reduced* reaction time).
     """
     if step.kind == "connection":
+        if space.connections[step.index].is_inner:
+            return ()
         return (_connection_row(space, step.index, view),)
     component = _in_flow(space, step, view)
     rows = _callback_rows(space, step, component, view)
@@ -192,6 +195,11 @@ def _worst_ns(space: Space, component: Component, view: View) -> tuple[Exact, st
     ranges = [at(tree, view) for tree in trees]
     methods = ("response time", "processing time", "specified")
     response, execution, latency = ((given and given[1], method) for given, method in zip(ranges, methods, strict=True))
-    if is_computed(space, component, view) and response[0] is None and execution[0] is not None:
+    waits = component.pieces is None or component.name == component.pieces.thread  # all of it at the last piece
+    if waits and is_computed(space, component, view) and response[0] is None and execution[0] is not None:
         response = computed_ns(space, component, execution, view)
+        if component.pieces is not None:
+            own = execution[0]
+            before = elapsed_ns(space, component.pieces.members[-1], view)[1] - own
+            return (max(own, response[0] - before) if response[1] != UNBOUNDED_METHOD else response[0]), response[1]
     return first_given(space, [response, execution, latency])

@@ -66,7 +66,7 @@ def _late(space: Space, found: Response, verdict: Verdict, view: View) -> Late:
     processor = at(space.components[found.component].processor, view)
     late = None if found.response_ns is None else found.response_ns - verdict.limit
     core = core_of_each(space, processor, view)[found.component]
-    shorter = tuple(_shorter(found, verdict)) if late is not None and not found.executor else ()
+    shorter = tuple(_shorter(found, verdict)) if late is not None and not found.executor and not found.is_piece else ()
     name, work = space.processors[processor].name, found.task.worst_ns
     return Late(found.name, name, core, late, work, found.blocked_ns, found.executor, found.delays, shorter)
 

@@ -235,8 +235,7 @@ def _place(space: Space, view: View, open_: Sequence[OpenCore], fits: Fits, orde
 
 def _threads(space: Space, unit: int) -> tuple[int, ...]:
     """A thread, or all that its executor runs."""
-    executor = space.components[unit].executor
-    return (unit,) if executor is None else space.executors[executor].members
+    return space.together(unit)
 
 
 def _relabelled(space: Space, view: View, design: Design, open_: Sequence[OpenCore]) -> Design:

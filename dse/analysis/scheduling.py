@@ -10,13 +10,14 @@ together (`dse.analysis.holistic`). Offsets between threads are never used to ad
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from dse.analysis.holistic import fixed_point, respond, task_of
 from dse.analysis.memo import Recall
 from dse.analysis.overheads import interrupting
 from dse.analysis.priorities import deadline_ns
 from dse.analysis.response_time import Task, most_jobs, worst_job_ns
+from dse.analysis.segments import elapsed_ns
 from dse.analysis.tasks import Part, TaskKey, alone_ns, longest_alone_ns, task_keys, task_name
 from dse.analysis.turns import Schedule, Turn, turns_of, upstream
 from dse.analysis.views import View
@@ -48,7 +49,8 @@ class Response:
     priority; `deadline_ns` is the thread's, else its period, else None; `blocked_ns` how long less urgent tasks may
     keep the core. `worst_ns` is the longest execution time, the task's own worst time has its context switches, too.
     `executor` is what runs it beside others, else empty; `rivals` are the tasks that go before it, the most urgent
-    first, `delays` the jobs of these before its worst one: nothing where an executor orders it, or it has no bound.
+    first, `delays` the jobs of these before its worst one: nothing where an executor orders it, or it has no bound. Of
+    one that `is_piece` of a thread with segments the response time counts from the release of the thread.
     """
 
     component: int
@@ -64,6 +66,7 @@ class Response:
     executor: str
     delays: tuple[Delay, ...] = ()
     rivals: tuple[Task, ...] = ()
+    is_piece: bool = False
 
     @property
     def name(self) -> str:
@@ -181,15 +184,16 @@ def _responses(schedule: Schedule, wanted: Sequence[TaskKey]) -> tuple[Response,
         component = space.components[key[0]]
         task = task_of(space, key, known, view)
         best, worst = alone_ns(component, key[1], view)
-        deadline = deadline_ns(component, view) if key[1] == "thread" else None
+        is_whole = key[1] == "thread" and space.is_last_piece(key[0])
+        deadline = deadline_ns(component, view) if is_whole else None
+        best = best if component.pieces is None else elapsed_ns(space, key[0], view)[0]
         lost = Task(task_name(component, key[1]), worst, ())
         rank, blocked = place[2].rank + 1, place[2].blocked_ns
         name = "" if component.executor is None else space.executors[component.executor].name
         rivals = _rivals(schedule, place, task, known)
         response = known[key]
-        found.append(
-            Response(*key, place[1] + 1, rank, task or lost, best, response, deadline, blocked, worst, name, *rivals)
-        )
+        made = Response(*key, place[1] + 1, rank, task or lost, best, response, deadline, blocked, worst, name, *rivals)
+        found.append(replace(made, is_piece=component.pieces is not None))
     return tuple(found)
 
 
@@ -200,7 +204,7 @@ def _rivals(
     space, view = schedule.space, schedule.view
     processor, core, turn = place
     turns = schedule.cores(processor)[core]
-    if task is None or known[turn.key] is None or turn.executor is not None or not task.worst_ns:
+    if task is None or known[turn.key] is None or turn.executor is not None or not task.worst_ns or turn.pieces:
         return (), ()
     rivals = [task_of(space, turns[position].key, known, view) for position in turn.rivals(turns)]
     given = [item for item in (*interrupting(space, [turn.key[0]], view), *rivals) if item is not None]

@@ -23,7 +23,8 @@ from dse.space.types import Space
 class Turn:
     """A task in the order of its core: `rank` of the tasks before it always go first, up to `reach` of all may.
 
-    Others may keep the core for `blocked_ns`. In an `executor` the tasks of a smaller `level` go first.
+    Others may keep the core for `blocked_ns`. In an `executor` the tasks of a smaller `level` go first. The `pieces` of
+    one thread never wait for each other.
     """
 
     key: TaskKey
@@ -32,6 +33,7 @@ class Turn:
     blocked_ns: int = 0
     executor: int | None = None
     level: int = 0
+    pieces: tuple[int, ...] = ()
 
     def rivals(self, order: Sequence[Turn]) -> Iterator[int]:
         """The positions of what may delay the task on its core, which is not a callback's own timer.
@@ -41,7 +43,7 @@ class Turn:
         number, part = self.key
         for position, turn in enumerate(order[: self.reach]):
             is_own_timer = part == "callback" and turn.key[0] == number and self.executor is None
-            if turn.key != self.key and not is_own_timer:
+            if turn.key != self.key and not is_own_timer and turn.key[0] not in self.pieces:
                 yield position
 
 
@@ -87,9 +89,11 @@ def upstream(space: Space, key: TaskKey, view: View, seen: frozenset[int]) -> li
     """The tasks whose response times are jitter of the task's releases."""
     number, part = key
     component = space.components[number]
-    if number in seen or (part == "thread" and not is_event_triggered(component, view)):
-        return []
     found: list[TaskKey] = []
+    if component.pieces is not None:  # they stand and fall together
+        found += [(item, "thread") for item in component.pieces.members if item != number]
+    if number in seen or (part == "thread" and not is_event_triggered(component, view)):
+        return found
     for connection in (space.connections[wire] for wire in component.triggers):
         if connection.sender is None:
             continue
@@ -112,6 +116,11 @@ def turns_of(space: Space, numbers: Sequence[int], view: View) -> list[Turn]:
     for number in numbers:
         units.setdefault(space.unit(number), []).append(number)
     turns: list[Turn] = []
+
+    def pieces(key: TaskKey) -> tuple[int, ...]:
+        found = space.components[key[0]].pieces
+        return () if found is None else found.members
+
     for level in levels_of(space, numbers, view):
         parts = [(unit, [key for number in units[unit] for key in task_keys(space, number, view)]) for unit in level]
         before, reach = len(turns), len(turns) + sum(len(keys) for _, keys in parts)
@@ -119,7 +128,10 @@ def turns_of(space: Space, numbers: Sequence[int], view: View) -> list[Turn]:
             executor = space.components[unit].executor
             if executor is not None:
                 inner = _inner(space, units[unit], view)
-                turns += (Turn(key, before, reach, 0, executor, inner[key]) for key in keys)
+                turns += (Turn(key, before, reach, 0, executor, inner[key], pieces(key)) for key in keys)
+                continue
+            if space.components[unit].pieces is not None:
+                turns += (Turn(key, before, reach, pieces=pieces(key)) for key in keys)
                 continue
             ends = [reach] * len(keys) if len(level) > 1 else range(before + 1, reach + 1)
             turns += (Turn(key, before + own, end) for own, (key, end) in enumerate(zip(keys, ends, strict=True)))

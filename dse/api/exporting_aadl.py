@@ -43,6 +43,11 @@ def aadl_text(result: Result, design: Design, title: str, *, response_times: boo
         for what AADL cannot say, naming it.
     """
     loaded = load_carried(result.problem.file, result.problem.texts).loaded
+    served = [item for item in result.space.processors if item.serves is not None]
+    pieces = [item.pieces for item in result.space.components if item.pieces is not None]
+    if pieces or served:
+        what = f"{pieces[0].thread} has segments" if pieces else f"{served[0].name} serves one job at a time"
+        raise UsageError(f"AADL cannot say all of this design: {what} ({INSTEAD})")
     responses = _responses(result, design) if response_times else {}
     if loaded.spec.imported is not None:
         return _chosen(result, design, title, loaded.spec.imported, responses)

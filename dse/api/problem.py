@@ -241,6 +241,10 @@ def set_up(problem: Problem, given: Mapping[str, str | None]) -> Space:
             raise UsageError(f"there is no setting {name!r}: there are {', '.join(SETTINGS)}")
         if value is not None and value not in SETTINGS[name]:
             raise UsageError(f"{name} is {', '.join(SETTINGS[name][:-1])} or {SETTINGS[name][-1]}, never {value!r}")
+    profile = given.get("profile")
+    pieces = [item.pieces for item in problem.space.components if item.pieces is not None]
+    if pieces and profile not in (None, "dse"):
+        raise UsageError(f"{pieces[0].thread} has segments, which profile {profile} does not know")
     return with_settings(problem.space, given, states_deadlines=problem.loaded.spec.deadlines is not None)
 
 

@@ -160,7 +160,7 @@ def _thread(board: Board, rates: RateVariables, number: int, component: Componen
         priority=component.priority if isinstance(component.priority, int) else None,
         numbers=_numbers(board, component) if is_numbered and len(priorities) > 1 else (),
         is_open=isinstance(component.core, Choice),
-        is_odd=is_hybrid or bool(unknown) or component.executor is not None,
+        is_odd=is_hybrid or bool(unknown) or component.executor is not None or component.pieces is not None,
     )
 
 

@@ -53,9 +53,10 @@ def _threads_of(space: Space, design: Design) -> dict[str, list[int]]:
     view = View(design)
     found: dict[str, list[int]] = {}
     for number, component in enumerate(space.components):
-        if component.section != "threads" or at(component.processor, view) is None:
+        processor = at(component.processor, view)
+        if component.section != "threads" or processor is None or space.processors[processor].serves is not None:
             continue
-        name = component.name if component.executor is None else space.executors[component.executor].name
+        name = component.stated_as if component.executor is None else space.executors[component.executor].name
         found.setdefault(name, []).append(number)
     return found
 

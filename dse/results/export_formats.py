@@ -39,7 +39,7 @@ def _nodes(space: Space, design: Design, names: Ros2) -> Iterator[str]:
     nodes: dict[str, list[int]] = {}
     same: dict[str, str] = {}
     for number, component in enumerate(space.components):
-        if component.section == "threads":
+        if component.section == "threads" and space.is_last_piece(number):
             own = names.nodes.get(component.name)  # of several nodes in one process
             name = same.setdefault(own, component.name) if own else at(component.process, view) or component.name
             nodes.setdefault(name, []).append(number)

@@ -110,6 +110,8 @@ class _Run:
         self.sent_after: dict[int, Exact] = {}
         self.delivered: dict[int, Exact] = {}
         self.bus_free: dict[int, Exact] = {}
+        self.begun: dict[int, list[Exact]] = {}
+        self.ended: Counter[TaskKey] = Counter()
         self.now: Exact = 0
 
     def at(self, time: Exact, order: int, *what: object) -> None:
@@ -185,6 +187,8 @@ class _Run:
     def _release(self, task: Task, release: Exact, births: Births) -> None:
         """A job begins its life: it reads what is there, and gets a core or waits for one."""
         component, part = task.key
+        if task.first == component:
+            self.begun.setdefault(component, []).append(release)
         if part == "thread":
             for key in self.plan.places.get(component, ()):
                 fresh = self.buffers.pop(key, None)
@@ -277,7 +281,11 @@ class _Run:
 
     def _complete(self, job: Job) -> None:
         task = job.task
-        self.seen.responses[task.name] = max(self.seen.responses.get(task.name, 0), self.now - job.release)
+        release = job.release
+        if task.first is not None:  # counted from the release of the thread, whose pieces keep their order
+            release = self.begun[task.first][self.ended[task.key]]
+            self.ended[task.key] += 1
+        self.seen.responses[task.name] = max(self.seen.responses.get(task.name, 0), self.now - release)
         if task.logical_ns is not None and job.release + task.logical_ns > self.now:
             self.at(job.release + task.logical_ns, END, "publish", job)
         else:

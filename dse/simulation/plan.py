@@ -35,7 +35,7 @@ class Task:
     `urgency` its place there, 0 first (below -1: an interrupt); for `section_ns` of a job nothing preempts it. A job
     of a `serial` task waits for the one before. `capacity` is how many arrivals may wait. A timer with a `phase` keeps
     it to the others of its clock; output leaves `logical_ns` after the release where that is set. A `queue` is that of
-    an executor.
+    an executor. Of a piece of a thread with segments `first` is the number of the thread's first one.
     """
 
     key: TaskKey
@@ -51,6 +51,7 @@ class Task:
     phase: Phase | None = None
     logical_ns: int | None = None
     queue: Queue | None = None
+    first: int | None = None
 
 
 @dataclass(frozen=True)
@@ -287,6 +288,7 @@ def _tasks(space: Space, figures: Figures, *, contention: bool, endless: bool) -
         found[key] = Task(
             key, component.name, cost, period, part.separation_ns, at_core, 2 * urgency + 1, part.executes, capacity,
             section, part.phase, part.logical_ns, _queue(space, figures, key),
+            None if component.pieces is None else component.pieces.members[0],
         )  # fmt: skip
     return found
 
@@ -330,7 +332,7 @@ def _links(space: Space, figures: Figures, *, endless: bool) -> list[Link]:
                 gap_ns=int(gap) if gap is not None and connection.source is not None else 0,
                 period_ns=period,
                 is_trigger=connection.target is not None and number in space.components[connection.target].triggers,
-                capacity=ENDLESS if endless else part.queue_size,
+                capacity=ENDLESS if endless or connection.is_inner else part.queue_size,
             )
         )
     return found

@@ -291,6 +291,9 @@ def _placed(
 def _rank(space: Space, components: Sequence[ComponentFigures], design: Design, index: int) -> tuple[Any, ...]:
     """The rank of a thread, or of the executor that runs it, which has the rate of its fastest thread."""
     executor = space.components[index].executor
+    pieces = space.components[index].pieces
+    if executor is None and pieces is not None:  # its pieces on its core have one priority
+        index = next(item for item in pieces.members if space.components[item].executor is None)
     if executor is None:
         return _turn(space.components[index], components[index], design, index)
     item = space.executors[executor]

@@ -28,7 +28,9 @@ def with_triggers(
     for component, found in zip(components, arriving, strict=True):
         incoming = tuple(found)
         triggers = tuple(n for n in incoming if connections[n].port != "data")
-        stated = spec.threads[component.name].dispatch_trigger if component.section == "threads" else None
+        stated = spec.threads[component.stated_as].dispatch_trigger if component.section == "threads" else None
+        if component.pieces is not None and len(result) != component.pieces.members[0]:
+            stated = None
         if stated is not None:
             own = [connections[n].name for n in incoming]
             _check_triggers(ledger, component, stated, own, names)
@@ -44,12 +46,13 @@ def _check_triggers(
     for position, name in enumerate(stated):
         if name in own:
             continue
-        path = ("threads", component.name, "dispatch_trigger", position)
+        path = ("threads", component.stated_as, "dispatch_trigger", position)
         if name not in names:
             ledger.unknown(path, "connection", name, own or names)
-        elif not ledger.is_doubtful(f"{name}.to", name, component.name):
-            ledger.error(path, f"connection {shown(name)} does not lead to {shown(component.name)}", closest(name, own))
-        ledger.doubt(f"{component.name}.dispatch_trigger")
+        elif not ledger.is_doubtful(f"{name}.to", name, component.stated_as):
+            message = f"connection {shown(name)} does not lead to {shown(component.stated_as)}"
+            ledger.error(path, message, closest(name, own))
+        ledger.doubt(f"{component.stated_as}.dispatch_trigger")
 
 
 def may_be_event_triggered(component: Component) -> bool:
@@ -125,7 +128,7 @@ def _check_cycles(ledger: Ledger, space: Space) -> None:
         names = " -> ".join(item.name for item in [*circle, circle[0]])
         message = f"event-triggered components dispatch each other in a circle and have no rate: {names}"
         hint = "make one of them periodic, or state the `rate` of a connection of the circle"
-        ledger.error((circle[0].section, circle[0].name), message, hint)
+        ledger.error((circle[0].section, circle[0].stated_as), message, hint)
 
 
 def _check_sources(ledger: Ledger, space: Space, needed: set[int]) -> None:
@@ -133,7 +136,7 @@ def _check_sources(ledger: Ledger, space: Space, needed: set[int]) -> None:
     misdirected = any(ledger.is_doubtful(f"{connection.name}.to") for connection in space.connections)
     for number in sorted(needed):
         component = space.components[number]
-        name = component.name
+        name = component.stated_as
         if component.triggers or not may_be_event_triggered(component):
             continue
         if misdirected or ledger.is_doubtful(name, f"{name}.dispatch_trigger", f"{name}.period"):

@@ -21,6 +21,7 @@ from dse.space.flows import build_flows, check_flow_sizes
 from dse.space.metric_kinds import RESERVED
 from dse.space.properties import Ledger, Path, closest
 from dse.space.questions import with_questions
+from dse.space.segments import with_pieces
 from dse.space.settings import default_deadlines
 from dse.space.slots import build_buses, build_processor, check_bus_types, check_overheads
 from dse.space.types import Space
@@ -56,7 +57,8 @@ def build_space(loaded: LoadedSpec) -> Space:
     components = tuple(
         build_component(ledger, spec, processors, homes, section, name) for section, name in _component_names(spec)
     )
-    executors = build_executors(ledger, spec, homes, components)
+    components = with_pieces(ledger, spec, processors, components)
+    executors = build_executors(ledger, spec, processors, homes, components)
     connections = build_connections(ledger, spec, buses, components)
     check_machines(ledger, processors, buses, components, connections)
     check_processes(ledger, processors, components)

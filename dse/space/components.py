@@ -9,9 +9,10 @@ from typing import Any
 from dse.space.buses import counted
 from dse.space.clocks import clock_of, read_communication, read_offset
 from dse.space.cores import check_core, cores_named
-from dse.space.executors import Home, home_of
+from dse.space.executors import Home, home_of, served_by
 from dse.space.priorities import read_priority
 from dse.space.properties import FieldReader, Ledger, Owner, Path, by_machine, closest
+from dse.space.segments import ends_by_name, inner_connections
 from dse.space.slots import decision_of, groups_of, known_types, read_figures, read_further, read_named, read_protocols
 from dse.space.trees import Choice, PerProcessorType, Tree, graft, leaves
 from dse.space.types import EMPTY, UNKNOWN_TYPE, Bus, Component, Connection, Partition, Processor
@@ -49,6 +50,7 @@ def build_component(
     process: Tree = None
     priority: Tree = None
     core: Tree = None
+    executor: int | None = None
     home = home_of(ledger, homes, name, given) if section == "threads" else None
     if section == "threads":
         index = {slot.name: number for number, slot in enumerate(processors)}
@@ -67,6 +69,7 @@ def build_component(
         named_cores = cores_named(ledger, processors, core_path, processor, given.core or ())
         core = named_cores[0] if len(named_cores) == 1 and isinstance(named_cores[0], int) else None
         core = core if home is None else home.core
+        executor = served_by(ledger, spec, processors, name, processor) if home is None else home.index
         check_core(ledger, processors, core_path, processor, named_cores)
     machine = by_machine(ledger, processors, name, processor)
     machines = frozenset(item for leaf in leaves(processor) if leaf is not None for item in processors[leaf].types)
@@ -98,7 +101,7 @@ def build_component(
         figures=read_figures(ledger, owner, spec.totals),
         priority=priority,
         core=core,
-        executor=None if home is None else home.index,
+        executor=executor,
         section_ns=read("non_preemptive", "duration", format_duration),
         clock=clock,
         offset_ns=read_offset(ledger, spec, owner, protocol, period, clock),
@@ -193,11 +196,12 @@ def build_connections(
 ) -> tuple[Connection, ...]:
     """Every connection of the problem."""
     wires = {item.name: number for number, item in enumerate(buses)}
-    ends = {item.name: number for number, item in enumerate(components)}
-    return tuple(
-        _build_connection(ledger, spec, wires, components, name, _ends(ledger, spec, ends, name))
+    senders, receivers = ends_by_name(components)
+    found = [
+        _build_connection(ledger, spec, wires, components, name, _ends(ledger, spec, senders, receivers, name))
         for name in spec.connections
-    )
+    ]
+    return (*found, *inner_connections(components))
 
 
 def _build_connection(
@@ -244,17 +248,23 @@ def _build_connection(
     )
 
 
-def _ends(ledger: Ledger, spec: Spec, index: Mapping[str, int], name: str) -> tuple[int | None, int | None]:
+def _ends(
+    ledger: Ledger, spec: Spec, senders: Mapping[str, int], receivers: Mapping[str, int], name: str
+) -> tuple[int | None, int | None]:
     """Sender and receiver, None at the system boundary; an unknown one leaves that end in doubt."""
     given = spec.connections[name]
     if given.from_ is None and given.to is None:
         ledger.error(("connections", name), "a connection needs `from` or `to`")
         ledger.doubt(f"{name}.from", f"{name}.to")
     for key, end in (("from", given.from_), ("to", given.to)):
-        if end is not None and end not in index:
-            ledger.unknown(("connections", name, key), "thread or device", end, index)
+        if end is not None and end not in senders:
+            ledger.unknown(("connections", name, key), "thread or device", end, senders)
             ledger.doubt(f"{name}.{key}")
-    source, target = (index.get(end) if end is not None else None for end in (given.from_, given.to))
+    source = None if given.from_ is None else senders.get(given.from_)
+    target = None if given.to is None else receivers.get(given.to)
+    if given.to is not None and target is not None and given.queue_size is not None and senders[given.to] != target:
+        message = f"{shown(given.to)} has segments: how long jobs wait in a queue for it is not analysed"
+        ledger.error(("connections", name, "queue_size"), message)
     return source, target
 
 

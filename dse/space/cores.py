@@ -64,7 +64,8 @@ def with_times_of_cores(ledger: Ledger, spec: Spec, space: Space) -> Space:
         if not any(isinstance(leaf, PerCore) for tree in trees.values() for leaf in leaves(tree)):
             continue
         if component.core is None or not component.bound:
-            path = ("threads", component.name, *(("core",) if spec.threads[component.name].core else ()))
+            name = component.stated_as
+            path = ("threads", name, *(("core",) if spec.threads[name].core else ()))
             ledger.error(path, "its execution times depend on the core: first-fit knows equal cores only")
             continue
         cores[component.name] = component.core
@@ -134,14 +135,16 @@ def open_cores(ledger: Ledger, spec: Spec, space: Space) -> tuple[OpenCore, ...]
         if component.section != "threads" or component.processor is None:
             continue
         executor = None if component.executor is None else space.executors[component.executor]
-        if executor is not None and number != executor.members[0]:
-            continue
+        together = space.together(number)
+        if number != together[0] or (executor is not None and executor.name not in spec.executors):
+            continue  # with the first one, or on the one core of an accelerator
         given: tuple[int | str, ...] = (
-            spec.threads[component.name] if executor is None else spec.executors[executor.name]
+            spec.threads[component.stated_as] if executor is None else spec.executors[executor.name]
         ).core or ("any",)
         if "first_fit" in given:
             continue
-        place: Path = ("threads", component.name, "core") if executor is None else ("executors", executor.name, "core")
+        owner = component.stated_as if executor is None else executor.name
+        place: Path = ("threads" if executor is None else "executors", owner, "core")
         named = cores_named(ledger, space.processors, place, component.processor, given)
         given = given if "any" in given else named
         most = max((count for slot in set(leaves(component.processor)) - {None}
@@ -149,7 +152,6 @@ def open_cores(ledger: Ledger, spec: Spec, space: Space) -> tuple[OpenCore, ...]
         numbers = tuple(range(1, most + 1))
         if "any" not in given:
             numbers = tuple(item for item in given if isinstance(item, int))
-        owner = component.name if executor is None else executor.name
         name = f"{owner}.core"
         if len(numbers) < 2:
             ledger.refer(name, "count", numbers[0] if numbers else None, {item: str(item) for item in numbers})
@@ -157,7 +159,7 @@ def open_cores(ledger: Ledger, spec: Spec, space: Space) -> tuple[OpenCore, ...]
         index = len(space.decisions) + len(found)
         home = _home(space, component, index, numbers)
         decision = Decision(name, owner, "core", "count", tuple(map(str, numbers)), numbers, home)
-        found.append(OpenCore(number, index, decision, () if executor is None else executor.members[1:]))
+        found.append(OpenCore(number, index, decision, together[1:]))
         ledger.refer(name, "count", home, {item: str(item) for item in numbers})
     return tuple(found)
 

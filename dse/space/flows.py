@@ -45,8 +45,8 @@ class _Tracer:
 
     def trace(self, elements: Sequence[str | PathElement]) -> tuple[Step, ...]:
         """The steps of the path; none when it has a mistake."""
-        by_name = {item.name: number for number, item in enumerate(self.components)}
-        wires = {item.name: number for number, item in enumerate(self.connections)}
+        by_name = {item.stated_as: number for number, item in enumerate(self.components)}
+        wires = {item.name: number for number, item in enumerate(self.connections) if not item.is_inner}
         for position, given in enumerate(elements):
             where: Path = (*self.path, position)
             element, figures = (given, None) if isinstance(given, str) else (given.element, _figures(given))
@@ -67,6 +67,11 @@ class _Tracer:
         self.is_broken, self.previous, self.wire = True, None, None
 
     def _component(self, where: Path, here: int, figures: StepFigures | None) -> None:
+        pieces = self.components[here].pieces
+        if pieces is not None and figures is not None:
+            self.ledger.error(where, f"{shown(pieces.thread)} has segments: their figures are those of every flow")
+        members = (here,) if pieces is None else pieces.members
+        here, *further = members
         if self.wire is None and self.previous is not None:
             self.wire = self._only_connection(where, self.previous, here)
             if self.wire is None:
@@ -75,12 +80,18 @@ class _Tracer:
                 self.steps.append(Step("connection", self.wire))
         elif self.wire is not None and self.connections[self.wire].target != here:
             connection = self.connections[self.wire]
-            if not self.ledger.is_doubtful(f"{connection.name}.to", self.components[here].name):
-                message = f"connection {shown(connection.name)} does not lead to {shown(self.components[here].name)}"
+            if not self.ledger.is_doubtful(f"{connection.name}.to", self.components[here].stated_as):
+                message = (
+                    f"connection {shown(connection.name)} does not lead to {shown(self.components[here].stated_as)}"
+                )
                 self.ledger.error(where, message)
             self._forget()
         self.steps.append(Step("component", here, self.wire, self.previous, figures=figures))
-        self.previous, self.wire = here, None
+        for number in further:
+            wire = self.components[number].triggers[0]
+            self.steps.append(Step("connection", wire))
+            self.steps.append(Step("component", number, wire, number - 1))
+        self.previous, self.wire = members[-1], None
 
     def _connection(self, where: Path, number: int) -> None:
         connection = self.connections[number]
@@ -90,7 +101,7 @@ class _Tracer:
             self.ledger.error(where, f"expected a component between {shown(one)} and {shown(other)}")
             self._forget()
         elif self.previous is not None and connection.source != self.previous:
-            sender = self.components[self.previous].name
+            sender = self.components[self.previous].stated_as
             if not self.ledger.is_doubtful(f"{connection.name}.from", sender):
                 self.ledger.error(where, f"connection {shown(connection.name)} does not start at {shown(sender)}")
             self._forget()
@@ -106,7 +117,7 @@ class _Tracer:
         ]  # fmt: skip
         if len(found) == 1:
             return found[0]
-        one, other = self.components[source].name, self.components[target].name
+        one, other = self.components[source].stated_as, self.components[target].stated_as
         if len(found) > 1:
             names = ", ".join(self.connections[number].name for number in found)
             message = f"several connections from {shown(one)} to {shown(other)}"

@@ -257,7 +257,7 @@ def _response_times(space: Space, of: str | None) -> tuple[Metric, ...]:
     threads = {
         item.name: Metric(f"response time of {item.name}", "response time", number)
         for number, item in enumerate(space.components)
-        if item.processor is not None
+        if item.processor is not None and space.is_last_piece(number)
     }
     if of is None:
         if not threads:

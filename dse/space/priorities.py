@@ -71,25 +71,29 @@ def open_priorities(ledger: Ledger, spec: Spec, space: Space, first: int) -> tup
 
 
 def _is_open(spec: Spec, component: Component) -> bool:
-    given = spec.threads[component.name].priority
+    given = spec.threads[component.stated_as].priority
     return given == (ANY_PRIORITY,) if given else spec.priorities == ANY_PRIORITY
 
 
 def _check_order(ledger: Ledger, spec: Spec, space: Space, number: int, others: Iterable[int]) -> None:
     """Beside a thread whose order is open all have numbers: there are none between those that rules order."""
-    executed = [item for item in (number, *sorted(others)) if space.components[item].executor is not None]
+    whole = (number, *sorted(others))
+    executed = [item for item in whole if space.components[item].executor is not None or space.components[item].pieces]
     if executed:
-        name = space.components[number].name
+        name = space.components[number].stated_as
+        one = space.components[executed[0]]
         ledger.error(
             ("threads", name, "priority") if spec.threads[name].priority else ("priorities",),
-            f"any priority where an executor runs {shown(space.components[executed[0]].name)}",
+            f"any priority beside {shown(one.stated_as)}, which has segments"
+            if one.pieces
+            else f"any priority where an executor runs {shown(one.name)}",
             "the best order is sought of threads alone: give numbers, or have rules order them",
         )
         return
     for other in sorted(others):
         item = space.components[other]
         if item.section == "threads" and not all(isinstance(leaf, int) for leaf in leaves(item.priority)):
-            name = space.components[number].name
+            name = space.components[number].stated_as
             path: tuple[str, ...] = ("threads", name, "priority") if spec.threads[name].priority else ("priorities",)
             message = f"any priority beside {shown(item.name)}, which has no number and may share a processor"
             ledger.error(path, message, f"give {shown(item.name)} a number, or `priority: any` as well")

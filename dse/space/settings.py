@@ -108,7 +108,7 @@ def deadline_requirements(space: Space, origin: Callable[[Component], str]) -> l
     for number, component in enumerate(space.components) if space.deadlines != "none" else ():
         trees = (component.deadline_ns, component.period_ns)[: 2 if space.deadlines == "all" else 1]
         times = [leaf for tree in trees for leaf in leaves(tree) if leaf is not None]
-        if component.processor is not None and times:
+        if component.processor is not None and times and space.is_last_piece(number):
             metric = Metric(f"response time of {component.name}", "response time", number, "deadline")
             limit = Quantity(Fraction(max(times), 10**9), TIME, "s")
             text = f"response time of {component.name} <= its deadline"

@@ -119,7 +119,24 @@ def build_processor(ledger: Ledger, spec: Spec, name: str) -> Processor:
         groups={type_name: groups for type_name, model in owner.types if (groups := groups_of(model))},
         switch_ns=graft(switch.read(lambda model: model.context_switch), lambda found: 0 if found is None else found),
         interference=type_choice(decision, [_interference(model) for _, model in owner.types]),
+        serves=_service(ledger, path, owner),
     )
+
+
+def _service(ledger: Ledger, path: Path, owner: Owner) -> Tree:
+    """In which order each type of a slot serves jobs where it is an accelerator; None where it is none."""
+    given = {name: model for name, model in owner.types if name not in (EMPTY, UNKNOWN_TYPE)}
+    served = {name: model.serves for name, model in given.items() if model.serves is not None}
+    if not served:
+        return None
+    for name, model in given.items():
+        if name not in served:
+            one = shown(next(iter(served)))
+            ledger.error((*path, "type"), f"{one} serves one job at a time, {shown(name)} does not: no slot has both")
+        elif model.cores != (1,):
+            ledger.error(("processor_types", name, "serves"), "serves one job at a time, but has several cores")
+    first = next(iter(served.values()))
+    return type_choice(owner.type_decision, [served.get(name, first) for name, _ in owner.types])
 
 
 def _interference(model: Any) -> tuple[Interference, ...]:

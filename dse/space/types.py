@@ -88,7 +88,8 @@ class Processor(Slot):
 
     Leaves of `switch_ns` say what a context switch takes, those of `interference` are tuples of `Interference`.
     `groups` are the kinds of cores of each type (by its name) that has several, each with the number of its cores.
-    `priority_levels` has how many priorities its operating system has, None where nothing limits them.
+    `priority_levels` has how many priorities its operating system has, None where nothing limits them. Leaves of
+    `serves` are ``fifo`` or ``priority`` where it is an accelerator, which runs one job at a time, without preemption.
     """
 
     cores: Tree
@@ -97,6 +98,7 @@ class Processor(Slot):
     interference: Tree = ()
     priority_levels: Tree = None
     groups: Mapping[str, tuple[tuple[str, int], ...]] = field(default_factory=dict)
+    serves: Tree = None
 
 
 @dataclass(frozen=True)
@@ -150,6 +152,14 @@ class ClockReading:
 
 
 @dataclass(frozen=True)
+class Pieces:
+    """The pieces of a thread's work, components by number in their order; the last one has the thread's name."""
+
+    thread: str
+    members: tuple[int, ...]
+
+
+@dataclass(frozen=True)
 class Component:
     """A thread, device or abstract component. Leaves are None where the user gave nothing.
 
@@ -164,7 +174,8 @@ class Component:
     `triggers` are the connections that dispatch it when it is event-triggered; `incoming` all that end in it.
     `stated_period_ns` is the period also where the protocol has none (unless it was to be decided), and `bound` whether
     the thread is bound to its processor or only has figures of it, and `partition` where it runs there, all for OSATE
-    alone.
+    alone. A piece of a thread that has segments knows all its `pieces`: each but the first is dispatched by the one
+    before.
     """
 
     name: str
@@ -193,6 +204,12 @@ class Component:
     stated_period_ns: Tree = None
     bound: bool = True
     partition: Partition | None = None
+    pieces: Pieces | None = None
+
+    @property
+    def stated_as(self) -> str:
+        """The name of the thread or device in the file, of which this may be a piece."""
+        return self.name if self.pieces is None else self.pieces.thread
 
 
 ExecutorKind: TypeAlias = Literal["fifo", "callback_group", "wait_set"]
@@ -217,7 +234,8 @@ class Connection:
 
     `bus` leaves are bus indices, or None where the connection is unbound or inside one process; `stated_bus` is the
     same wherever its ends are (unless it was to be decided), `timing` AADL's and `protocols` what wraps its messages
-    without being bound, all for OSATE alone. `further` buses carry it as well as `bus`, all at once.
+    without being bound, all for OSATE alone. `further` buses carry it as well as `bus`, all at once. An `is_inner` one
+    is no connection of the file: it leads from a piece of a thread to the next.
     """
 
     name: str
@@ -235,6 +253,7 @@ class Connection:
     further: tuple[int, ...] = ()
     protocols: tuple[int, ...] = ()
     from_port: str | None = None
+    is_inner: bool = False
 
     @property
     def states_rate(self) -> bool:
@@ -378,9 +397,26 @@ class Space:
         return min((item.index for item in self.open_priorities), default=len(self.decisions))
 
     def unit(self, number: int) -> int:
-        """The first thread of the executor that runs a thread; the thread itself where none does."""
-        executor = self.components[number].executor
-        return number if executor is None else self.executors[executor].members[0]
+        """The first thread of the executor that runs a thread, or its first piece on its core; else the thread itself.
+
+        What has the same unit shares a core and a priority.
+        """
+        return self.together(number)[0]
+
+    def together(self, number: int) -> tuple[int, ...]:
+        """All threads of the executor that runs a thread, or its pieces on its core; else the thread alone."""
+        component = self.components[number]
+        if component.executor is not None:
+            members: tuple[int, ...] = self.executors[component.executor].members
+            return members
+        if component.pieces is None:
+            return (number,)
+        return tuple(item for item in component.pieces.members if self.components[item].executor is None)
+
+    def is_last_piece(self, number: int) -> bool:
+        """Whether a component is a whole thread or the last piece of one, with which its job ends."""
+        pieces = self.components[number].pieces
+        return pieces is None or pieces.members[-1] == number
 
     def decision_index(self, name: str) -> int | None:
         """The index of the decision called `name`, or None."""

@@ -68,6 +68,9 @@ CoresOrGroups: TypeAlias = Annotated[
 """Equal cores, or how many there are of each kind."""
 
 
+Service: TypeAlias = Literal["fifo", "priority"]
+
+
 class ProcessorType(Priced):
     """A computer that can fill a processor slot, with the overheads that response times count."""
 
@@ -76,6 +79,7 @@ class ProcessorType(Priced):
     interrupts: dict[Name, Interrupt] = {}
     throttling: Throttling | None = None
     priority_levels: Options[Count] | None = None
+    serves: Service | None = None
 
 
 INSTANTLY = units.TimeRange(0, 0)

@@ -78,6 +78,14 @@ class Device(DeviceType):
     partition: Name | None = None
 
 
+class Segment(Model):
+    """A piece of a thread's work: on the thread's own processor, or while the thread waits on an accelerator."""
+
+    compute_execution_time: TimeRanges
+    processor: Name | None = None
+    source: Line | None = None
+
+
 class Thread(ThreadType):
     """A thread (or abstract component) of the architecture.
 
@@ -93,6 +101,7 @@ class Thread(ThreadType):
     core: Options[Core] | None = None
     executor: Name | None = None
     dispatch_trigger: Items[Name] | None = None
+    segments: SomeItems[Segment] | None = None
 
 
 class Clock(Model):

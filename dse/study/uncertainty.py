@@ -130,9 +130,10 @@ def stated_cores(problem: Problem, component: Component) -> tuple[int, ...]:
     """The cores that the file states of a thread, or of its executor: one, or a list of options."""
     spec = problem.loaded.spec
     if component.executor is not None:
-        given = spec.executors[problem.space.executors[component.executor].name].core
+        executor = spec.executors.get(problem.space.executors[component.executor].name)
+        given = None if executor is None else executor.core
     else:
-        given = spec.threads[component.name].core if component.section == "threads" else None
+        given = spec.threads[component.stated_as].core if component.section == "threads" else None
     return tuple(item for item in given or () if isinstance(item, int))
 
 

@@ -42,7 +42,8 @@ bus_queuing: not_counted
 cost_of_change: {p: {type: 2}}
 totals: {mass: g}
 processor_types:
-  c: {cores: 2, priority_levels: 2, price: 1 EUR, power: 1 W, totals: {mass: 1 kg}, source: s, context_switch: 1 us,
+  c: {cores: 2, priority_levels: 2, serves: fifo, price: 1 EUR, power: 1 W, totals: {mass: 1 kg}, source: s,
+      context_switch: 1 us,
       interrupts: {i: {compute_execution_time: 1 us, period: 1 ms, source: s}},
       throttling: {budget: 950 ms, period: 1 s, source: s}}
 bus_types:
@@ -76,7 +77,7 @@ threads:
       dispatch_protocol: periodic, dispatch_trigger: [w], compute_execution_time: 1 us, callback_execution_time: 1 us,
       latency: 1 us, deadline: 1 ms, response_time: 1 us, queue_size: 1, price: 1 EUR, power: 1 W, totals: {mass: 1 g},
       source: s, offset: 1 ms, communication: let, non_preemptive: 1 us}
-  h: {executor: n, period: 1 ms}
+  h: {executor: n, period: 1 ms, segments: [{compute_execution_time: 1 us, processor: p, source: s}]}
 executors: {n: {kind: fifo, processor: p, priority: 1, core: 1, source: s}}
 connections:
   w: {from: e, to: f, data_size: 1 B, bus: x, rate: 1 Hz, data_rate: 1 B/s, port: data, timing: delayed, queue_size: 1,
@@ -103,6 +104,7 @@ CLASSES = {
 LISTS = {
     "path",
     "dispatch_trigger",
+    "segments",
     "further_buses",
     "protocols",
     "samples",
@@ -122,7 +124,7 @@ WORDS = frozenset(
         "require", "disparity",
         "forbid", "true", "false", "none", "any", "first_fit", "big", "little", "rate_monotonic",
         "deadline_monotonic", "all", "execution_time", "ppm",
-        "let", "unknown", "implicit", "ros", "int", "fps",
+        "let", "unknown", "implicit", "ros", "int", "fps", "detect",
     }
 )  # fmt: skip
 """Words in code spans of the document that are no fields: metrics, rules, units, values, and what is not ours."""
@@ -235,7 +237,7 @@ def test_every_field_is_documented_where_its_section_is(name: str) -> None:
 
 
 def test_every_key_that_is_documented_is_taken() -> None:
-    parts = ("Interrupt", "Throttling", "Partition", "Messages", "Ros2")
+    parts = ("Interrupt", "Throttling", "Segment", "Partition", "Messages", "Ros2")
     frames = ("CanFrame", "CanFdFrame", "SerialFrame", "EthernetFrame")
     known = set().union(*(fields_of(name) for name in (*CLASSES.values(), *frames, "Spec", "TransmissionTime", *parts)))
     for name in (*CLASSES.values(), *frames, *parts, "Spec"):

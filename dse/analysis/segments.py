@@ -1,0 +1,130 @@
+"""When the pieces of a thread end: a thread with segments runs, waits on an accelerator, and runs on.
+
+The job of a thread goes from piece to piece; each is released when the one before ends, so that others see it as a
+task of its own, with the jitter of that (K. Tindell and J. Clark, "Holistic schedulability analysis for distributed
+hard real-time systems", Microprocessing and Microprogramming 40, 1994). How late a piece ends after the release of
+its thread is bounded twice, and the lesser bound counts:
+
+* by the end of the piece before, and the longest time from there to its own end: one job, delayed by whatever else
+  goes before it where it runs;
+* by looking at the thread's core alone, from the release on: a job of all work done there so far, and of the times
+  away, which may be delayed at any moment (suspension-oblivious for the thread itself, exact for the work of others;
+  J.-J. Chen et al., "Many suspensions, many problems: a review of self-suspending tasks in real-time systems",
+  Real-Time Systems 55, 2019, section 4.2).
+
+The pieces of one thread never wait for each other: those of one job come one after the other, and a job ends before
+the next is released. Where that cannot be shown, no piece of the thread has a bound: of all jobs that end later than
+that the first would contradict its bound. On an accelerator that serves in the order of arrival each other thread with
+segments has at most one piece before a new one, for the same reason. (docs/semantics.md, section 4.7)
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
+
+from dse.analysis.overheads import switching_ns
+from dse.analysis.response_time import Stream, Task
+from dse.analysis.tasks import TaskKey, alone_ns
+from dse.analysis.turns import Turn
+from dse.analysis.views import View
+from dse.space.types import Space
+from dse.units import Exact
+
+Respond = Callable[[Task, Exact], "Exact | None"]
+"""The response time of a task, with what blocks it, beside all that delays a piece on its core."""
+
+
+class Segments:
+    """The pieces of threads on some cores: what each takes there, as far as it is known."""
+
+    def __init__(self, space: Space, cores: Sequence[Sequence[Turn]], view: View) -> None:
+        self.space, self.view = space, view
+        self._blocked = {turn.key[0]: turn.blocked_ns for turns in cores for turn in turns if turn.pieces}
+        self._spans: dict[int, Exact | None] = {}
+
+    def alone_ns(self, number: int) -> int:
+        """What a thread takes until the end of a piece where nothing delays it."""
+        return elapsed_ns(self.space, number, self.view)[1]
+
+    def end_ns(
+        self,
+        turn: Turn,
+        span_ns: Exact | None,
+        known: Mapping[TaskKey, Exact | None],
+        releases: tuple[Stream, ...] | None,
+        separation_ns: int | None,
+        respond: Respond,
+    ) -> Exact | None:
+        """How long after the release of its thread a piece ends at the latest, `span_ns` after its own release.
+
+        `releases` and `separation_ns` are those of the thread.
+        """
+        number = turn.key[0]
+        position = turn.pieces.index(number)
+        self._spans[number] = span_ns
+        earlier = turn.pieces[position - 1] if position else None
+        begin: Exact | None = 0
+        if earlier is not None:
+            begin = known.get((earlier, "thread"), self.alone_ns(earlier))
+        last: TaskKey = (turn.pieces[-1], "thread")
+        if span_ns is None or begin is None or known.get(last, 0) is None or releases is None:
+            return None
+        found = begin + span_ns
+        if position and turn.executor is None:
+            together = self._together(turn.pieces[: position + 1], respond)
+            found = found if together is None else min(found, together)
+        apart = _apart_ns(releases, separation_ns)
+        return found if apart is None or found <= apart else None
+
+    def _together(self, pieces: Sequence[int], respond: Respond) -> Exact | None:
+        """The end of the last of these pieces of a thread as if all of them, and the times away, were one job."""
+        taken: Exact = 0
+        blocked: Exact = 0
+        for number in pieces:
+            component = self.space.components[number]
+            least = alone_ns(component, "thread", self.view)[1]
+            if component.executor is None:
+                taken += least + switching_ns(self.space, number, self.view)
+                blocked += self._blocked.get(number, 0)
+                continue
+            span = self._spans.get(number, least)
+            if span is None:
+                return None
+            taken += span
+        return respond(Task("", int(taken) if taken == int(taken) else taken, ()), blocked)  # type: ignore[arg-type]
+
+
+def elapsed_ns(space: Space, number: int, view: View) -> tuple[int, int]:
+    """The shortest and longest time of a thread's job until the end of a component, all its pieces so far."""
+    pieces = space.components[number].pieces
+    members = (number,) if pieces is None else pieces.members[: pieces.members.index(number) + 1]
+    times = [alone_ns(space.components[item], "thread", view) for item in members]
+    return sum(least for least, _ in times), sum(most for _, most in times)
+
+
+def _apart_ns(releases: Sequence[Stream], separation_ns: int | None) -> Exact | None:
+    """How far apart two releases of a thread are at least; None where there is one only."""
+    if not releases:
+        return None
+    streams = releases[0].period_ns - releases[0].jitter_ns if len(releases) == 1 else 0
+    return max(0, streams, separation_ns or 0)
+
+
+def single(task: Task) -> Task:
+    """One job of a task alone: those before it have ended."""
+    return replace(task, streams=(), separation_ns=None)
+
+
+def most_waiting_ns(space: Space, fellows: Mapping[int, Task]) -> Exact | None:
+    """What may be before a piece in an accelerator's queue at most: one piece of each other thread.
+
+    `fellows` are what else it serves, by number; None where some of it is no piece, of which several jobs may wait.
+    """
+    longest: dict[str, Exact] = {}
+    for number, task in fellows.items():
+        pieces = space.components[number].pieces
+        if pieces is None:
+            return None
+        longest[pieces.thread] = max(longest.get(pieces.thread, 0), task.worst_ns)
+    return sum(longest.values())
