@@ -24,7 +24,7 @@ def with_triggers(
     for number, connection in enumerate(connections):
         if connection.target is not None:
             arriving[connection.target].append(number)
-    result = []
+    result: list[Component] = []
     for component, found in zip(components, arriving, strict=True):
         incoming = tuple(found)
         triggers = tuple(n for n in incoming if connections[n].port != "data")
