@@ -29,7 +29,7 @@ def draw(seed: int) -> dict[str, Any]:
         kind = rng.choice(("plain", "segments", "segments", "served" if rng.random() < 0.4 else "segments"))
         count = rng.randint(2, 4) if kind == "segments" else 1
         budget = max(count, periods[0] * rng.randint(2, 6) // 10)
-        pieces = []
+        pieces: list[dict[str, Any]] = []
         for position in range(count):
             away = kind == "served" or (kind == "segments" and (position % 2 == 1) != (rng.random() < 0.15))
             work = rng.randint(1, max(1, budget // count))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import random
+from typing import Any
 
 import pytest
 from effort import cases
@@ -25,10 +26,10 @@ from dse.space.types import Design, Space
 MS = 10**6
 
 
-def design_of(space: Space, choice: dict[str, object]) -> Design:
-    names = {f"g{number}.type": name for number, name in enumerate(choice["types"])}  # type: ignore[var-annotated,arg-type]
-    names |= {f"t{number}.period": f"{period} ms" for number, period in enumerate(choice["periods"])}  # type: ignore[arg-type]
-    names |= {f"t{number}.core": str(core) for number, core in enumerate(choice["cores"])}  # type: ignore[arg-type]
+def design_of(space: Space, choice: dict[str, Any]) -> Design:
+    names = {f"g{number}.type": name for number, name in enumerate(choice["types"])}
+    names |= {f"t{number}.period": f"{period} ms" for number, period in enumerate(choice["periods"])}
+    names |= {f"t{number}.core": str(core) for number, core in enumerate(choice["cores"])}
     return tuple(
         item.options.index(names[item.name]) if names.get(item.name) in item.options else 0 for item in space.decisions
     )
