@@ -15,6 +15,7 @@ from dse.analysis.limits import HOLDS, Verdict
 from dse.analysis.placement import core_of_each
 from dse.analysis.response_time import Task, response_time_ns
 from dse.analysis.scheduling import Delay, Response, response_of
+from dse.analysis.segments import elapsed_ns
 from dse.analysis.views import View
 from dse.space.trees import at
 from dse.space.types import Space
@@ -34,7 +35,8 @@ class Late:
     """A thread that ends too late: `late_ns` behind its limit on a core (from 1), None without a bound.
 
     `work_ns` is what its own jobs take up to then, `blocked_ns` what has begun before, `delays` what goes before it;
-    of an `executor` the others that it runs do. Each of `shorter` is enough by itself.
+    of an `executor` the others that it runs do. Each of `shorter` is enough by itself. A thread that `has_segments`
+    waits for what its pieces wait for.
     """
 
     thread: str
@@ -46,6 +48,7 @@ class Late:
     executor: str
     delays: tuple[Delay, ...]
     shorter: tuple[Shorter, ...]
+    has_segments: bool = False
 
 
 def late_threads(space: Space, verdicts: Sequence[Verdict], view: View) -> Iterator[Late]:
@@ -68,7 +71,11 @@ def _late(space: Space, found: Response, verdict: Verdict, view: View) -> Late:
     core = core_of_each(space, processor, view)[found.component]
     shorter = tuple(_shorter(found, verdict)) if late is not None and not found.executor and not found.is_piece else ()
     name, work = space.processors[processor].name, found.task.worst_ns
-    return Late(found.name, name, core, late, work, found.blocked_ns, found.executor, found.delays, shorter)
+    if found.is_piece:
+        work = elapsed_ns(space, found.component, view)[1]
+    return Late(
+        found.name, name, core, late, work, found.blocked_ns, found.executor, found.delays, shorter, found.is_piece
+    )
 
 
 def _shorter(found: Response, verdict: Verdict) -> Iterator[Shorter]:

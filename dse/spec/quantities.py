@@ -74,6 +74,8 @@ PRICED = ("price", "power")
 FIELDS: Mapping[str, Mapping[str, Kind]] = {section: _kinds(section) for section in SECTIONS}
 """Which fields hold figures, and of which kind: as the form of the problem file says."""
 PARTS = ("fixed", "per_byte")
+EXECUTION = "compute_execution_time"
+"""The figure that each segment of a thread has."""
 RANGES = (TIME_RANGE, TRANSMISSION)
 BASE = dict.fromkeys((PERIOD, DURATION, *RANGES), "ns") | {
     SIZE: "B",
@@ -158,10 +160,15 @@ def _model(path: str, model: Any, kinds: Mapping[str, Kind], make: Make) -> Any:
             continue  # which core is of which group is no figure
         if name in stated and getattr(model, name) is not None:
             update[name] = _field(f"{path}.{name}", getattr(model, name), kind, make)
-    if "totals" in stated and model.totals:
+    if "totals" in stated and getattr(model, "totals", None):
         update["totals"] = {
             key: _field(f"{path}.totals.{key}", item, TOTAL, make) for key, item in model.totals.items()
         }
+    if getattr(model, "segments", None) is not None:
+        update["segments"] = tuple(
+            _model(f"{path}.segments[{number}]", item, {EXECUTION: TIME_RANGE}, make)
+            for number, item in enumerate(model.segments)
+        )
     times = getattr(model, "transmission_time", None)
     if isinstance(times, TransmissionTime):
         update["transmission_time"] = _transmission(f"{path}.transmission_time", times, make)

@@ -20,9 +20,10 @@ from dse.errors import UsageError
 from dse.space.metric_kinds import asks_for_changes
 from dse.space.types import Space
 from dse.spec.fields import COUNT
-from dse.spec.quantities import BASE, FIELDS, PARTS, RANGES
+from dse.spec.quantities import BASE, EXECUTION, FIELDS, PARTS, RANGES
 from dse.spec.quantity_fields import TOTAL
 from dse.units import (
+    TIME_RANGE,
     TRANSMISSION,
     UNITS,
     Kind,
@@ -195,6 +196,9 @@ def _fields(data: Mapping[str, Any]) -> Iterator[tuple[str, Place, Kind, Any]]:
                     yield f"{section}.{name}.{field_name}", (section, name, field_name), kind, entry[field_name]
             for key, value in (entry.get("totals") or {}).items():
                 yield f"{section}.{name}.totals.{key}", (section, name, "totals", key), TOTAL, value
+            for number, item in enumerate(entry.get("segments") or ()):
+                place = (section, name, "segments", number, EXECUTION)
+                yield f"{section}.{name}.segments[{number}].{EXECUTION}", place, TIME_RANGE, item[EXECUTION]
             times = entry.get("transmission_time")
             if isinstance(times, dict):
                 yield from _transmission(

@@ -78,3 +78,24 @@ def test_without_a_bound_and_in_an_executor() -> None:
     ).replace("processor: p, compute", "executor: node, compute").replace(HEAD, "")
     [late] = found(HEAD + node).values()
     assert late_words(late) == "a ends 1 ms late on core 1 of p: 4 ms of its own, behind what else node runs"
+
+
+def test_lateness_in_json() -> None:
+    """What the text says, with figures; of a thread with segments what all of its pieces take."""
+    works = {"a": 4 * 10**6, "b": 8 * 10**6}
+    others = {"a": "period: 10 ms", "b": "period: 20 ms, deadline: 12 ms"}
+    [relaxation] = dse.explain(text_of(works, others)).to_dict()["relaxations"]
+    [late] = relaxation["late"]
+    assert (late["thread"], late["processor"], late["core"], late["late_ns"]) == ("b", "p", 1, 4 * 10**6)
+    assert late["delays"] == [{"name": "a", "jobs": 2, "work_ns": 8 * 10**6}]
+    assert late["shorter"] == [{"name": "b", "by_ns": 2 * 10**6}, {"name": "a", "by_ns": 2 * 10**6}]
+    pieces = (
+        "{compute_execution_time: 2 ms}, {processor: g, compute_execution_time: 8 ms}, {compute_execution_time: 1 ms}"
+    )
+    text = HEAD.replace("{cpu: {}}", "{cpu: {}, gpu: {serves: fifo}}").replace(
+        "{type: cpu}}", "{type: cpu}, g: {type: gpu}}"
+    )
+    text += f"threads: {{c: {{processor: p, period: 20 ms, deadline: 9 ms, segments: [{pieces}]}}}}\n"
+    [item] = found(text + "objectives: [minimise power]\n").values()
+    assert (item.late_ns, item.work_ns, item.delays, item.shorter) == (2 * 10**6, 11 * 10**6, (), ())
+    assert late_words(item).endswith("11 ms of its own, behind what its segments wait for on cores and accelerators")

@@ -135,3 +135,12 @@ def test_what_knows_no_segments_says_so() -> None:
     with pytest.raises(UsageError, match="AADL cannot say all of this design: detection has segments"):
         export(result, 1, "aadl")
     assert dse.verify(result).exit_code == 0
+
+
+def test_the_times_of_segments_have_margins() -> None:
+    """Each is an input of its own: the GPU's 8 ms may grow by 33 - 23 ms, until the first thread's deadline."""
+    found = dse.sensitivity(loads(DOCUMENT.replace("SERVES", "fifo") + "deadlines: all\n"), front=False)
+    above = {item.path.removeprefix("threads.one.segments"): item.above for item in found.margins}
+    longer = {place: item.last for place, item in above.items() if place.startswith("[") and item is not None}
+    assert {place[:3] for place in longer} == {"[0]", "[1]", "[2]"}
+    assert longer["[1].compute_execution_time"] == 18 * MS

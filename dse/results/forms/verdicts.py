@@ -44,6 +44,35 @@ class MinimalConflict(Form):
     members: Annotated[list[ConflictMember], Of("listed")] = field("They.")
 
 
+class Delay(Form):
+    """Jobs of what goes before a late thread."""
+
+    name: str = field("The thread or interrupt.")
+    jobs: int = field("How many jobs of it go before the worst one of the late thread.")
+    work_ns: Figure = field("What they take together.")
+
+
+class Shorter(Form):
+    """What alone would let a late thread end in time."""
+
+    name: str = field("The thread or interrupt.")
+    by_ns: Figure = field("How much less each of its jobs takes then.")
+
+
+class Late(Form):
+    """A thread that ends too late, and why."""
+
+    thread: str = field("The thread.")
+    processor: str = field("The processor that it runs on.")
+    core: int = field("The core, from 1.")
+    late_ns: Figure | None = field("How long after its limit it ends; null where it has no bound.")
+    work_ns: Figure = field("What its own jobs take up to then.")
+    blocked_ns: Figure = field("What less urgent work takes that has begun before.")
+    executor: str = field("The executor or accelerator in which it waits for others; empty where there is none.")
+    delays: list[Delay] = field("What goes before it, the most urgent first; empty where an executor orders it.")
+    shorter: list[Shorter] = field("Each of these is enough by itself.")
+
+
 class Relaxation(Demand):
     """What happens when one demand alone gives, and all others hold."""
 
@@ -65,6 +94,7 @@ class Relaxation(Demand):
     breaks: Annotated[list[str], Of("example.broken_texts")] = field(
         "Every demand of the question that the example breaks."
     )
+    late: Annotated[list[Late], Of("example.late")] = field("The threads that end too late in the example.", earlier=[])
 
 
 class GiveUp(Form):
@@ -75,6 +105,7 @@ class GiveUp(Form):
     breaks: Annotated[list[str], Of("example.broken_texts")] = field(
         "Every demand of the question that the example breaks."
     )
+    late: Annotated[list[Late], Of("example.late")] = field("The threads that end too late in the example.", earlier=[])
 
 
 class Offer(Form):
