@@ -12,6 +12,7 @@ from dse.analysis.terms import PPM
 from dse.report.amounts import amount_words, slack_words
 from dse.report.bars import usage_chart, usage_records, waterfall, waterfall_records
 from dse.report.contention import PROCESSING, bus_words, contended_words, core_words, overhead_words, processing_words
+from dse.report.deadlines import deadline_plot
 from dse.report.page import MINUS, NOTHING, Block, Page, Plot, Section, Table, Text, few, listing, texts
 from dse.report.plain import basis_words, scale_words
 from dse.report.scheduling import busy_timelines, response_tables
@@ -58,7 +59,7 @@ def analysis_page(analysis: Analysis) -> Page:
         sections += [
             Section("overview", "Where it stands", tuple(_overview(analysis))),
             Section("flows", "Latencies", tuple(_flows(analysis)), is_detail=bool(analysis.responses)),
-            Section("responses", "Response times", tuple(response_tables(analysis.responses, FEW_THREADS))),
+            Section("responses", "Response times", tuple(_responses(analysis))),
             Section("notes", "What is counted", tuple(_notes(analysis))),
             Section("latency", "Latency, contribution by contribution", tuple(_latency(analysis)), is_detail=True),
             Section("clocks", "Timers on one clock", tuple(boundary_blocks(analysis.boundaries)), is_detail=True),
@@ -154,6 +155,11 @@ def _bus_words(usage: Usage) -> str:
     """``can0 (can_500k) 8.6 % of its bandwidth, busy 11.8 %``."""
     busy = "" if usage.busy_total is None else f", busy {readable(usage.busy_total, 'ppm')}"
     return f"{usage.name} ({usage.type}) {_share(usage.total, usage)} of its bandwidth{busy}"
+
+
+def _responses(analysis: Analysis) -> Iterator[Block]:
+    yield from deadline_plot(analysis.responses)
+    yield from response_tables(analysis.responses, FEW_THREADS)
 
 
 def _notes(analysis: Analysis) -> Iterator[Block]:

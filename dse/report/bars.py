@@ -29,6 +29,8 @@ TITLE_LENGTH = 50
 SHORTEST_NAME = 9
 SHORTEST_PIECE = 44
 """Pixels of a piece of a bar from which on its name is written on it; shorter ones tell it when pointed at."""
+FLOW_ROW = 32
+"""Pixels of a contribution with its title."""
 BAR = 46
 """Pixels of a bar of use, with its title."""
 NOBODY = "nothing"
@@ -115,7 +117,7 @@ def waterfall(table: FlowTable, records: Sequence[Mapping[str, Any]]) -> Spec:
     ]
     values = stacked_rows(records)
     return whole_spec(
-        {"data": {"name": "rows", "values": values}, "layer": layers, "height": 32 * len(values) + 8},
+        {"data": {"name": "rows", "values": values}, "layer": layers, "height": FLOW_ROW * len(values) + 8},
         f"Latency waterfall of {table.name}: {counted(table.min_ns, 'ns')} to {counted(table.max_ns, 'ns')}.",
     )
 

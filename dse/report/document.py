@@ -23,6 +23,7 @@ from dse.report.contention import (
     processing_words,
     uncounted_words,
 )
+from dse.report.deadlines import deadline_records
 from dse.report.explain import conflict_blocks
 from dse.report.insisting import insisting_section
 from dse.report.missing import TITLE, missing_words
@@ -101,6 +102,7 @@ class Alternative:
     clocks: tuple[ClockPart, ...]
     usage: Sequence[Mapping[str, Any]]
     usage_tables: tuple[Table, ...]
+    deadlines: Sequence[Mapping[str, Any]]
     responses: tuple[Block, ...]
     bindings: Table
     requirements: Table
@@ -296,6 +298,7 @@ class Document:
             ),
             usage=usage_records(analysis.processors, analysis.buses, tightest_limits(analysis)),
             usage_tables=tuple(usage_tables(analysis)),
+            deadlines=deadline_records(analysis.responses),
             responses=(*response_tables(analysis.responses), *busy_timelines(analysis.responses)),
             bindings=self._bindings(reasons.point),
             requirements=verdict_table(analysis),

@@ -20,15 +20,16 @@ from jinja2 import Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup, escape
 
 from dse.extras import how_to_install, is_installed
-from dse.report.bars import BAR, HUES, METHODS, usage_chart, waterfall
+from dse.report.bars import BAR, FLOW_ROW, HUES, METHODS, usage_chart, waterfall
 from dse.report.charts import EDGE, axis_title, colour_by, parallel, scatter
 from dse.report.contention import contention_words
+from dse.report.deadlines import DEADLINE_ROW, deadline_chart
 from dse.report.decide import decide_data, further_metrics, insist_choices
 from dse.report.document import Alternative, Document
 from dse.report.drawing import STYLE, Drafter
 from dse.report.page import Page, Section, numbered
 from dse.report.theme import DARK, LIGHT, css_variables
-from dse.report.timeline import timeline
+from dse.report.timeline import TIMELINE_ROW, timeline
 from dse.report.words import proof_words
 from dse.results.display import display_unit
 from dse.timelimit import look_at_the_clock
@@ -219,6 +220,7 @@ def _data(document: Document, fragments: Mapping[int, Sequence[str]], opened: Al
             "flows": [rows.take(flow.records) for flow in item.flows],
             "timelines": [rows.take(part.records) for part in item.clocks],
             "usage": rows.take(item.usage),
+            "deadlines": rows.take(item.deadlines),
         }
         for item in document.alternatives
     }
@@ -234,6 +236,7 @@ def _data(document: Document, fragments: Mapping[int, Sequence[str]], opened: Al
         "colours": [colour_by(result, axis) for axis in range(len(result.objectives))] if result.front else [],
         "methods": {"names": METHODS, "colours": HUES},
         "bar": BAR,
+        "heights": {"flow": FLOW_ROW, "timeline": TIMELINE_ROW, "deadlines": DEADLINE_ROW},
         "edge": EDGE,
         "baseline": document.baseline_record,
         "feasible": _feasible(document) if result.front else [],
@@ -248,6 +251,7 @@ def _data(document: Document, fragments: Mapping[int, Sequence[str]], opened: Al
             "parallel": parallel(result, document.records, opened.point.id),
             "flows": [waterfall(flow.source, flow.records) for flow in opened.flows],
             "timeline": timeline(()) if any(item.clocks for item in document.alternatives) else None,
+            "deadlines": deadline_chart(()) if any(item.deadlines for item in document.alternatives) else None,
             "usage": next((usage_chart(item.usage) for item in document.alternatives if item.usage), None),
         }
     return data

@@ -11,6 +11,7 @@ from typing import Any
 from dse.extras import needed_for
 from dse.report.bars import usage_chart, waterfall
 from dse.report.charts import Spec, parallel, scatter
+from dse.report.deadlines import deadline_chart
 from dse.report.document import Alternative, Document
 from dse.report.drawing import Drafter
 from dse.report.page import Page
@@ -58,6 +59,8 @@ def _drawings(document: Document, item: Alternative) -> Iterator[tuple[str, str]
             yield f"{number}-timeline-{position}", svg_of(timeline(part.records))
     if item.usage:
         yield f"{number}-usage", svg_of(usage_chart(item.usage))
+    if item.deadlines:
+        yield f"{number}-deadlines", svg_of(deadline_chart(item.deadlines))
     yield f"{number}-architecture", Drafter(result.space).standalone(item.point.design)
 
 

@@ -17,7 +17,7 @@ CAPTION = (
     "Timers on one clock along {}: a mark is a release; after it a bar until what is made then is surely there (dark: "
     "it may be), and a line until it is read by the timer to which that leads."
 )
-ROW = 46
+TIMELINE_ROW = 46
 """Pixels of a row of the timeline."""
 MOST_MARKS = 60
 """A row with more releases within the time shown is cut off after so many."""
@@ -219,7 +219,8 @@ def timeline(records: Sequence[Mapping[str, Any]]) -> Spec:
             "encoding": {"y": row, "x": {"value": 2}, "text": {"field": "label"}},
         },
     ]  # fmt: skip
+    height = TIMELINE_ROW * len({item["row"] for item in records}) + 8
     return whole_spec(
-        {"data": {"name": "rows", "values": list(records)}, "layer": layers, "height": {"step": ROW}},
+        {"data": {"name": "rows", "values": list(records)}, "layer": layers, "height": height},
         "Timers on one clock: when each is released, when what it makes is there, and when that is read.",
     )

@@ -18,6 +18,8 @@ import dse
 from dse.analysis.busy_period import SECTION, played, worst_busy_period
 from dse.analysis.response_time import Stream, Task, most_jobs, response_time_ns, worst_job_ns
 from dse.cli.main import run
+from dse.report.analyse import analysis_page
+from dse.report.deadlines import WIDEST, deadline_records
 from dse.report.page import Lane, Timeline
 from dse.report.terminal import print_block
 
@@ -71,6 +73,22 @@ def test_the_busy_period_of_lehoczkys_example() -> None:
         ("a", 152),
         ("b", 156),
     ]
+
+
+def test_response_times_are_drawn_against_their_deadlines() -> None:
+    """52 of 100 ms and 156 of 160 ms: the nearest first; a late one stands out, and none is wider."""
+    analysis = dse.analyse(dse.loads(LEHOCZKY), ["p.type = cpu", "a.core = 1", "b.core = 1"], response_times=True)
+    records = deadline_records(analysis.responses)
+    assert [(item["label"], item["end"], item["late"], item["row"]) for item in records] == [
+        ("b", 97.5, False, 1),
+        ("a", 52.0, False, 2),
+    ]
+    assert records[0]["title"] == "b, core 1 · 156 ms of 160 ms"
+    tight = dse.analyse(dse.loads(LEHOCZKY.replace("160 ms", "50 ms")), ["p.type = cpu"], response_times=True)
+    late = deadline_records(tight.responses)[0]
+    assert late["late"] and late["end"] == WIDEST
+    [section] = [item for item in analysis_page(analysis).sections if item.name == "responses"]
+    assert [plot.name for plot in section.plots] == ["deadlines"]
 
 
 def test_reports_have_response_times_and_the_tightest_busy_period(tmp_path: Path) -> None:

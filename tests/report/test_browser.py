@@ -401,6 +401,43 @@ def test_one_objective_is_a_line_of_points(browser: Browser, tmp_path: Path) -> 
     assert browser.run("document.getElementById('parallel')") is None  # a line without another axis says nothing
 
 
+ONE_CLOCK = """
+dse: 1
+name: On one clock
+deadlines: all
+processor_types: {slow: {price: 1 EUR}, fast: {price: 2 EUR}}
+processors: {cpu: {type: [slow, fast]}}
+devices: {sensor: {period: 50 ms}, valve: {}}
+threads:
+  filter: {processor: cpu, period: 10 ms, offset: 0 ms, compute_execution_time: {slow: 2 ms .. 3 ms, fast: 1 ms}}
+  control: {processor: cpu, period: 20 ms, offset: 0 ms, compute_execution_time: {slow: 4 ms .. 6 ms, fast: 2 ms}}
+connections:
+  in: {from: sensor, to: filter}
+  state: {from: filter, to: control}
+  out: {from: control, to: valve}
+flows: {chain: {path: [sensor, filter, control, valve]}}
+objectives: [minimise latency of chain, minimise price]
+"""
+
+
+def test_timers_and_deadlines_are_drawn_and_follow_the_choice(browser: Browser, tmp_path: Path) -> None:
+    """Response times in % of the deadlines, the nearest first, and the timeline of the timers on one clock."""
+    browser.open(page_of(dse.solve(dse.loads(ONE_CLOCK)), tmp_path))
+    drawn = {}
+    for number in (1, 2):
+        browser.run(f"dseReport.choose({number})")
+        kinds = browser.run("[...document.querySelectorAll('#alternative .plot')].map((node) => node.dataset.plot)")
+        assert {"flow", "timeline", "deadlines", "usage"} == set(kinds)
+        views = browser.run("dseReport.state.details.length")
+        assert views == len(kinds)
+        rows = browser.run(f"dseReport.state.details[{kinds.index('deadlines')}].view.data('rows').map((r) => r.title)")
+        type_ = browser.run("document.querySelector('#front-table tr.chosen').textContent")
+        drawn["slow" if "slow" in type_ else "fast"] = rows
+    assert drawn["slow"] == ["control, core 1 · 9 ms of 20 ms", "filter, core 1 · 3 ms of 10 ms"]
+    assert drawn["fast"] == ["control, core 1 · 3 ms of 20 ms", "filter, core 1 · 1 ms of 10 ms"]
+    assert browser.problems() == []
+
+
 def test_a_page_with_a_packed_library_draws_its_plots(
     browser: Browser, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -89,12 +89,14 @@
     for (const node of hasPlots ? document.querySelectorAll("#alternative .plot") : []) {
       const kind = node.dataset.plot;
       const number = Number(node.dataset.number);
-      const found = rowsOf(kind === "usage" ? detail.usage : detail[kind === "timeline" ? "timelines" : "flows"][number]);
-      const rows = kind === "timeline" ? found : kind === "usage" ? stackShares(found) : stackRows(found);
+      const single = kind === "usage" || kind === "deadlines";
+      const found = rowsOf(single ? detail[kind] : detail[kind === "timeline" ? "timelines" : "flows"][number]);
+      const rows = kind === "usage" ? stackShares(found) : kind === "flow" ? stackRows(found) : found;
       const spec = copy((kind === "flow" ? data.specs.flows[number] : data.specs[kind]) || null);
       if (!spec || !rows.length) continue;
       spec.data.values = rows;
       if (kind === "usage") fitUsage(spec, rows);
+      else spec.height = data.heights[kind] * new Set(rows.map((row) => row.row)).size + 8;
       if (kind === "flow") fitFlow(spec, rows);
       const result = await embed(node, spec);
       if (state.chosen !== chosen) {
@@ -125,7 +127,6 @@
   }
 
   function fitFlow(spec, rows) {
-    spec.height = 32 * rows.length + 8;
     const methods = data.methods;
     const used = methods.names.filter((name) => rows.some((row) => row.method === name));
     const scale = { domain: used, range: used.map((name) => methods.colours[methods.names.indexOf(name)]) };
