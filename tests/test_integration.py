@@ -11,6 +11,8 @@ from pathlib import Path
 import pytest
 import yaml
 
+from dse.report.compare import IN_BOTH
+
 ROOT = Path(__file__).parents[1]
 PUMP = ROOT / "tests" / "fuzz" / "pump.yaml"
 ENVIRONMENT = {**os.environ, "PATH": f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}"}
@@ -69,9 +71,12 @@ case "$*" in
 esac
 """
 
-DSE = """#!/bin/sh
+DSE = f"""#!/bin/sh
 case "$1" in
-compare) echo "changed: $(cat pump.yaml) was $(cat "$RUNNER_TEMP"/base-*/pump.yaml)" ;;
+compare)
+    echo "changed: $(cat pump.yaml) was $(cat "$RUNNER_TEMP"/base-*/pump.yaml)"
+    echo "{IN_BOTH} before.json and after.json"
+    echo "all the others" ;;
 report) echo all > "$4/front.md" ;;
 esac
 """
@@ -124,7 +129,8 @@ def test_the_action_writes_one_comment_for_each_file(tmp_path: Path) -> None:
         assert verb in (tmp_path / "CALLS").read_text(encoding="utf-8").splitlines()[-1]
         written = (tmp_path / "WRITTEN").read_text(encoding="utf-8")
         assert written.startswith("<!-- dse: the front of pump.yaml -->\n")
-        assert "changed: 70 EUR was 60 EUR" in written and "<summary>" in written
+        assert "changed: 70 EUR was 60 EUR" in written and "all the others" not in written
+        assert "<summary>" in written
         assert written in (tmp_path / "GITHUB_STEP_SUMMARY").read_text(encoding="utf-8")
 
 

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from dse.cli.common import all_option, check_writable, in_time, json_option, load_told, problem_argument
+from dse.cli.common import all_option, check_writable, in_time, json_option, load_told, problem_argument, quiet_option
 from dse.cli.pages import answer, report_option
 from dse.cli.question import question_of, question_options
 from dse.errors import EXIT_COMPLETE, EXIT_NO
@@ -29,6 +29,7 @@ if TYPE_CHECKING:
 @all_option
 @report_option
 @json_option
+@quiet_option
 @in_time
 def command(
     file: str,
@@ -37,6 +38,7 @@ def command(
     every: bool,
     report: str | None,
     json_path: str | None,
+    quiet: bool,
     **options: Any,
 ) -> int:
     """One design (the baseline, unless told otherwise): its verdict, what is tightest, its latencies.
@@ -51,7 +53,7 @@ def command(
     analysis = analyse(found.problem, found.texts, response_times=response_times)
     from dse.report.analyse import analysis_page
 
-    answer(analysis_page(analysis), (json_path, analysis.to_json), report=report, every=every)
+    answer(analysis_page(analysis), (json_path, analysis.to_json), report=report, every=every, quiet=quiet)
     return EXIT_COMPLETE if analysis.is_feasible else EXIT_NO
 
 

@@ -6,7 +6,7 @@ from typing import Any
 
 import click
 
-from dse.cli.common import all_option, check_writable, in_time, json_option, load_told, problem_argument
+from dse.cli.common import all_option, check_writable, in_time, json_option, load_told, problem_argument, quiet_option
 from dse.cli.pages import answer, report_option
 from dse.cli.question import question_of, question_options
 
@@ -17,8 +17,9 @@ from dse.cli.question import question_of, question_options
 @all_option
 @report_option
 @json_option
+@quiet_option
 @in_time
-def command(file: str, every: bool, report: str | None, json_path: str | None, **options: Any) -> int:
+def command(file: str, every: bool, report: str | None, json_path: str | None, quiet: bool, **options: Any) -> int:
     """Validate a problem file; describe its decisions, its size, and what a careful reader would remark.
 
     With the options of `dse solve` the question is the one that they ask.
@@ -29,5 +30,5 @@ def command(file: str, every: bool, report: str | None, json_path: str | None, *
     description = check(load_told(file), **question_of(options))
     from dse.report.check import description_page
 
-    answer(description_page(description), (json_path, description.to_json), report=report, every=every)
+    answer(description_page(description), (json_path, description.to_json), report=report, every=every, quiet=quiet)
     return 0

@@ -91,6 +91,12 @@ def all_option(command: F) -> F:
     )
 
 
+def quiet_option(command: F) -> F:
+    """``-q``."""
+    text = "Print nothing but what --json or --csv ask for."
+    return click.option("-q", "--quiet", is_flag=True, help=text)(command)
+
+
 def time_limit_option(what: str) -> Callable[[F], F]:
     """``--time-limit``: a `TimeLimit` that begins with the command; `what` there is when it comes."""
     text = f"Stop after this time {what}, e.g. 60 (seconds) or 2min (exit code 5)."

@@ -6,7 +6,16 @@ from pathlib import Path
 
 import click
 
-from dse.cli.common import all_option, check_writable, in_time, json_option, load_told, report_folder, tell_carried
+from dse.cli.common import (
+    all_option,
+    check_writable,
+    in_time,
+    json_option,
+    load_told,
+    quiet_option,
+    report_folder,
+    tell_carried,
+)
 from dse.cli.pages import answer, report_option
 from dse.errors import EXIT_COMPLETE, EXIT_NO
 
@@ -42,6 +51,7 @@ from dse.errors import EXIT_COMPLETE, EXIT_NO
 @all_option
 @report_option
 @json_option
+@quiet_option
 @in_time
 def command(
     one: str,
@@ -54,6 +64,7 @@ def command(
     every: bool,
     report: str | None,
     json_path: str | None,
+    quiet: bool,
 ) -> int:
     """Two results (RESULT.json), two designs (RESULT.json#ID), or a design and baseline, side by side.
 
@@ -65,7 +76,7 @@ def command(
     if measured:
         if other is not None or problem is not None:
             raise click.UsageError("--measured goes with one problem file; --design names a design of it")
-        return _measured(one, measured, design, tolerance or "1 %", figures, every, report, json_path)
+        return _measured(one, measured, design, tolerance or "1 %", figures, every, quiet, report, json_path)
     if design or tolerance is not None or figures is not None:
         given = "--design" if design else "--tolerance" if tolerance is not None else "--figures"
         raise click.UsageError(f"{given} goes with --measured")
@@ -77,7 +88,7 @@ def command(
     found = compare(one, other, problem)
     for file in found.carried:
         tell_carried(file, is_carried=True)
-    answer(comparison_page(found), (json_path, found.to_json), report=report, every=every)
+    answer(comparison_page(found), (json_path, found.to_json), report=report, every=every, quiet=quiet)
     return EXIT_COMPLETE
 
 
@@ -88,6 +99,7 @@ def _measured(
     tolerance: str,
     figures: str | None,
     every: bool,
+    quiet: bool,
     report: str | None,
     json_path: str | None,
 ) -> int:
@@ -100,7 +112,7 @@ def _measured(
     chosen = named(design, load_told(problem))
     found = compare_measured(chosen.problem, *files, design=chosen.texts, tolerance=tolerance)
     page = measured_page(found)
-    answer(page, (json_path, found.to_json), report=report, every=every)
+    answer(page, (json_path, found.to_json), report=report, every=every, quiet=quiet)
     if figures is not None:
         from dse.files.writing import write_files
         from dse.report.plot_files import page_figures

@@ -7,7 +7,7 @@ from typing import Any, TypeVar
 
 import click
 
-from dse.cli.common import check_writable, json_option, load_told, problem_argument, time_limit_option
+from dse.cli.common import check_writable, json_option, load_told, problem_argument, quiet_option, time_limit_option
 from dse.cli.pages import answer, report_option
 from dse.cli.question import OrderedCommand, objective_options, objectives_of, question_of, question_options
 from dse.timelimit import TimeLimit, until
@@ -56,7 +56,7 @@ def _refuse(ctx: click.Context, param: click.Parameter, value: object) -> None:
 @report_option
 @json_option
 @click.option("--csv", "csv_path", metavar="PATH", help="Also write the conflicts as CSV; - for standard output.")
-@click.option("-q", "--quiet", is_flag=True, help="Print nothing but what --json or --csv ask for.")
+@quiet_option
 @options_of_solve
 def command(
     file: str,

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import click
 
@@ -16,11 +16,25 @@ if TYPE_CHECKING:
 FORMATS: tuple[Format, ...] = ("problem", "ros2", "cie", "pinning", "dot", "graphml", "aadl")
 
 
+FILE = click.Path(exists=True, dir_okay=False, allow_dash=True)
+
+
+class Alternative(click.ParamType[tuple[str, str]]):
+    """A result file and the id of an alternative in it: ``RESULT.json#ID``, or the file alone."""
+
+    name = "result"
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> tuple[str, str]:
+        """The path, and the id ("" where there is none)."""
+        file, mark, number = str(value).rpartition("#")
+        if not mark or Path(str(value)).exists():
+            file, number = str(value), ""
+        return str(FILE.convert(file, param, ctx)), number
+
+
 @click.command("export")
-@click.argument("result", type=click.Path(exists=True, dir_okay=False, allow_dash=True))
-@click.option(
-    "--alternative", required=True, metavar="ID", help="The alternative's id, or that of another design (3.1)."
-)
+@click.argument("result", metavar="RESULT#ID", type=Alternative())
+@click.option("--alternative", metavar="ID", help="The id, where RESULT alone is given: the same as RESULT#ID.")
 @click.option(
     "--format", "form", type=click.Choice(FORMATS), default="problem", show_default=True, help="What to write."
 )
@@ -33,8 +47,17 @@ FORMATS: tuple[Format, ...] = ("problem", "ros2", "cie", "pinning", "dot", "grap
 )
 @click.option("--response-times", is_flag=True, help="AADL: the computed response times as SEI::Response_Time.")
 @in_time
-def command(result: str, alternative: str, form: Format, output: str, problem: str | None, response_times: bool) -> int:
+def command(
+    result: tuple[str, str],
+    alternative: str | None,
+    form: Format,
+    output: str,
+    problem: str | None,
+    response_times: bool,
+) -> int:
     """A chosen design: the problem file with its decisions fixed, for ROS 2, as Graphviz, GraphML or AADL.
+
+    It is named as everywhere: r.json#3 is an alternative of a result, r.json#3.1 another design of it.
 
     For ROS 2 there are parameters (ros2), and priorities and cores for the callback-isolated executor (cie).
 
@@ -44,15 +67,21 @@ def command(result: str, alternative: str, form: Format, output: str, problem: s
     set. `pinning` is a table (CSV) of cores and priority levels, on which response times hold. Neither the
     result nor its problem file is overwritten.
     """
+    file, number = result
+    if number and alternative not in (None, number):
+        raise click.UsageError(f"{file}#{number} and --alternative {alternative}: name one alternative")
+    chosen = number or alternative
+    if not chosen:
+        raise click.UsageError(f"name an alternative: {file}#ID")
     check_writable(output)
     from dse.api.export import export
     from dse.api.reopen import reopen
 
-    opened = reopen(result, problem)
+    opened = reopen(file, problem)
     tell_carried(opened.problem.file, is_carried=opened.problem.is_carried)
     folder = Path() if output == "-" else Path(output).parent
-    with about(result):
-        text = export(opened, alternative, form, folder, response_times=response_times)
+    with about(file):
+        text = export(opened, chosen, form, folder, response_times=response_times)
     write_text(output, text)
     if form == "aadl" and output != "-":
         _write_property_set(Path(output), text)

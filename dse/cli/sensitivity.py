@@ -15,6 +15,7 @@ from dse.cli.common import (
     json_option,
     load_told,
     problem_argument,
+    quiet_option,
     save,
     time_limit_option,
 )
@@ -80,6 +81,7 @@ class Share(click.ParamType[Any]):
 @time_limit_option("with what was found so far")
 @study_report_options
 @json_option
+@quiet_option
 @click.option("--csv", "csv_path", metavar="PATH", help="Also write the margins as CSV; - for standard output.")
 def command(
     file: str,
@@ -95,6 +97,7 @@ def command(
     report: str | None,
     folder: str,
     json_path: str | None,
+    quiet: bool,
     csv_path: str | None,
     **options: Any,
 ) -> int:
@@ -127,11 +130,11 @@ def command(
     from dse.report.terminal import print_page
 
     page = study_page(result.to_dict())
-    if "-" not in (json_path, csv_path):
+    if not quiet and "-" not in (json_path, csv_path):
         print_page(console(), page, every=every)
     failure = save((json_path, result.to_json), (csv_path, result.to_csv)) or write_page(report or None, page)
     if target is not None:
-        write_study(result, target)
+        write_study(result, target, quiet=quiet)
     if failure is not None:
         raise failure
     return result.exit_code

@@ -7,7 +7,15 @@ from typing import Any
 import click
 
 from dse.cli.analyse import named
-from dse.cli.common import all_option, check_writable, json_option, load_told, problem_argument, time_limit_option
+from dse.cli.common import (
+    all_option,
+    check_writable,
+    json_option,
+    load_told,
+    problem_argument,
+    quiet_option,
+    time_limit_option,
+)
 from dse.cli.pages import answer, report_option
 from dse.cli.question import question_of, question_options
 from dse.timelimit import TimeLimit, until
@@ -57,6 +65,7 @@ from dse.timelimit import TimeLimit, until
 @all_option
 @report_option
 @json_option
+@quiet_option
 def command(
     file: str,
     design: tuple[str, ...],
@@ -73,6 +82,7 @@ def command(
     every: bool,
     report: str | None,
     json_path: str | None,
+    quiet: bool,
     **options: Any,
 ) -> int:
     """Play a design out in time, and hold what is observed against the analysis.
@@ -100,5 +110,5 @@ def command(
     )
     from dse.report.simulate import simulation_page
 
-    answer(simulation_page(simulation), (json_path, simulation.to_json), report=report, every=every)
+    answer(simulation_page(simulation), (json_path, simulation.to_json), report=report, every=every, quiet=quiet)
     return simulation.exit_code

@@ -17,6 +17,7 @@ from dse.cli.common import (
     json_option,
     load_told,
     problem_argument,
+    quiet_option,
     save,
     tell_carried,
     time_limit_option,
@@ -107,7 +108,7 @@ REPORT_S = 2.0
 @study_report_options
 @json_option
 @click.option("--csv", "csv_path", metavar="PATH", help="Also write the front as CSV; - for standard output.")
-@click.option("-q", "--quiet", is_flag=True, help="Print nothing but what --json or --csv ask for.")
+@quiet_option
 def command(
     file: str | None,
     minimise: tuple[str, ...],

@@ -18,6 +18,7 @@ from dse.cli.common import (
     json_option,
     load_told,
     problem_argument,
+    quiet_option,
     save,
     time_limit_option,
 )
@@ -74,7 +75,7 @@ PLAIN_STEP_S = 5.0
 @click.option(
     "--csv", "csv_path", metavar="PATH", help="Also write every alternative of every run as CSV; - for standard output."
 )
-@click.option("-q", "--quiet", is_flag=True, help="Print nothing but what --json or --csv ask for.")
+@quiet_option
 def command(
     file: str,
     vary: tuple[str, ...],

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import click
 
-from dse.cli.common import check_writable, json_option, time_limit_option
+from dse.cli.common import check_writable, json_option, quiet_option, time_limit_option
 from dse.cli.pages import answer, report_option
 from dse.timelimit import TimeLimit
 
@@ -27,8 +27,15 @@ from dse.timelimit import TimeLimit
 @time_limit_option("and say what was confirmed")
 @report_option
 @json_option
+@quiet_option
 def command(
-    result: str, problem: str | None, method: str, time_limit: TimeLimit, report: str | None, json_path: str | None
+    result: str,
+    problem: str | None,
+    method: str,
+    time_limit: TimeLimit,
+    report: str | None,
+    json_path: str | None,
+    quiet: bool,
 ) -> int:
     """Re-check a result without trusting the solver or the encoding that made it.
 
@@ -41,5 +48,5 @@ def command(
     found = verify(result, problem=problem, method=method, time_limit_s=time_limit.rest_s)  # type: ignore[arg-type]
     from dse.report.verify import verification_page
 
-    answer(verification_page(found), (json_path, found.to_json), report=report)
+    answer(verification_page(found), (json_path, found.to_json), report=report, quiet=quiet)
     return found.exit_code

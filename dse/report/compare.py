@@ -10,9 +10,12 @@ from dse.results.compare import DesignComparison, Line, PointComparison, ResultC
 from dse.results.display import counted
 from dse.results.solve import Result
 from dse.units import is_unbounded
+from dse.units.text import count_words
 
 MOST = 8
 """So many rows of a table are printed."""
+IN_BOTH = "Points in both"
+"""How the part begins that says what does not differ; `.ci/comment` ends there."""
 
 
 def comparison_page(found: DesignComparison | ResultComparison) -> Page:
@@ -72,19 +75,33 @@ def _results(found: ResultComparison) -> Iterator[Section]:
     differing = [line for line in found.facts if line.differs]
     blocks += _if_any(_texts("What was asked and found: what differs", "", found.names, differing))
     yield Section("comparison", "What differs", tuple(blocks))
-    blocks = []
-    for name, other, result, points in zip(found.names, found.names[::-1], found.results, found.points, strict=True):
-        rows = [(str(item.point.id), *_figures(item, result), "-" if found.unlike else _said(item)) for item in points]
-        objectives = [info.name for info in result.objectives]
-        numbers = tuple(range(1 + len(objectives)))
-        rest = "and {} more points (--all)"
-        headings = ("#", *objectives, "there")
-        blocks.append(Table(f"{name}, against {other}", headings, tuple(rows), numbers, brief=MOST, rest=rest))
-    yield Section("points", "Point by point", tuple(blocks))
+    changed, shared = _points(found)
+    yield Section("points", "Points that differ", tuple(changed))
     same = [line for line in found.facts if not line.differs]
-    yield Section(
-        "same", "What does not differ", tuple(_if_any(_texts("Alike", "", found.names, same))), is_detail=True
-    )
+    blocks = [*shared, *_if_any(_texts("Asked and found alike", "", found.names, same))]
+    yield Section("same", "What does not differ", tuple(blocks), is_detail=True)
+
+
+def _points(found: ResultComparison) -> tuple[list[Block], list[Block]]:
+    """The points of each front that the other has not, all where they cannot be compared; then those in both."""
+    changed: list[Block] = []
+    shared: list[Block] = []
+    for name, other, result, points in zip(found.names, found.names[::-1], found.results, found.points, strict=True):
+        headings = ("#", *(info.name for info in result.objectives), "there")
+        numbers = tuple(range(len(headings) - 1))
+        here = {
+            is_same: tuple(
+                (str(item.point.id), *_figures(item, result), "-" if found.unlike else _said(item))
+                for item in points
+                if (bool(item.equal) and not found.unlike) == is_same
+            )
+            for is_same in (False, True)
+        }
+        title, rest = f"{name}, against {other}", "and {} more points (--all)"
+        changed += _if_any(Table(title, headings, here[False], numbers, brief=MOST, rest=rest))
+        if not shared:
+            shared += _if_any(Table(f"{IN_BOTH} {name} and {other}", headings, here[True], numbers))
+    return changed, shared
 
 
 def _if_any(table: Table) -> list[Block]:
@@ -128,4 +145,4 @@ def _summary(name: str, other: str, points: tuple[PointComparison, ...]) -> str:
     worse = sum(bool(item.dominated_by) for item in points)
     alone = len(points) - same - worse
     said = f"{same} are in {other} too, {worse} are dominated there, {alone} are only here"
-    return f"Of {len(points)} points of {name}: {said}."
+    return f"Of {count_words(len(points), 'point')} of {name}: {said}."

@@ -17,6 +17,7 @@ from dse.results.explain import Demand, Example, Explanation, GiveUp, Offer, Rel
 from dse.results.points import Clash
 from dse.results.solve import Result
 from dse.units import Exact
+from dse.units.text import count_words
 
 DIGITS = 6
 MOST_DECISIONS = 24
@@ -54,7 +55,7 @@ def explanation_page(explanation: Explanation) -> Page:
         say.strongly("Stopped early. Not looked at:")
         for text in explanation.left_open:
             say.item(text)
-    spent = f"{explanation.solver_calls} questions solved, {explanation.wall_s:.2f} s"
+    spent = f"{count_words(explanation.solver_calls, 'question')} solved, {explanation.wall_s:.2f} s"
     say.line(f"{spent}; every design recomputed without the solver.")
     name = explanation.problem.name
     section = Section("explanation", "What clashes, and what would mend it", tuple(say.blocks))

@@ -14,6 +14,7 @@ from dse.report.studyplots import shares, tornado
 from dse.results.display import display_unit, figure, readable, titled
 from dse.results.variants import varying
 from dse.units import is_unbounded
+from dse.units.text import count_words
 
 SHOWN_BARS = 12
 BRIEF_BARS = 8
@@ -189,7 +190,9 @@ def _uncertain_sections(found: Data, currency: str) -> Iterator[Section]:
 def _uncertain_blocks(found: Data, currency: str) -> Iterator[Block]:
     one = found["design"]
     error = f", standard error {one['standard_error']:.2%}" if 0 < one["all_met"] < 1 else ""
-    yield from texts(f"Uncertain inputs ({found['samples']} samples, seed {found['seed']}):", tone="strong")
+    yield from texts(
+        f"Uncertain inputs ({count_words(found['samples'], 'sample')}, seed {found['seed']}):", tone="strong"
+    )
     stated = tuple(found["inputs"].items())
     rest = "and {} more uncertain inputs (--all)"
     yield Table("Uncertain inputs", ("input", "what is stated"), stated, brief=BRIEF_METRICS, rest=rest)

@@ -14,6 +14,7 @@ from dse.results.display import counted, readable
 from dse.results.simulate import LATENCY, FlowObservation, Simulation, TaskObservation
 from dse.space.settings import settings_of
 from dse.units import Exact, is_unbounded
+from dse.units.text import count_words
 
 FEW = 3
 MANY = 6
@@ -52,7 +53,8 @@ def _blocks(simulation: Simulation) -> Iterator[Block]:
     yield from listing(simulation.notes, "note", 0, brief=FEW)
     yield Text(LATENCY, brief="Latencies are reduced reaction times.")
     yield from texts(
-        f"{simulation.runs} runs, {simulation.events:,} events, offsets {simulation.offsets}, seed {simulation.seed}."
+        f"{count_words(simulation.runs, 'run')}, {count_words(simulation.events, 'event')}, "
+        f"offsets {simulation.offsets}, seed {simulation.seed}."
     )
 
 

@@ -66,7 +66,7 @@ def _counted_runs(data: Data) -> Iterator[str]:
     for status, words in UNSOLVED.items():
         count = sum(run["status"] == status for run in data["runs"])
         if count:
-            yield f"{count} of {len(data['runs'])} runs {words}."
+            yield f"{count} of {count_words(len(data['runs']), 'run')} {words}."
 
 
 def _where(run: Data) -> str:

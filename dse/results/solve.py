@@ -33,6 +33,7 @@ from dse.results.points import (
 from dse.results.ranking import METHOD, competition_ranks, ideal_distances
 from dse.results.variants import find_variants
 from dse.space.types import Design, Space
+from dse.units.text import count_words
 from dse.version import SEMANTICS
 
 if TYPE_CHECKING:
@@ -167,12 +168,12 @@ class Result(Answer):
 
     def __repr__(self) -> str:
         """One line: what was asked, and what was found."""
-        return f"<Result of {self.problem.name!r}: {self.status}, {len(self.front)} points>"
+        return f"<Result of {self.problem.name!r}: {self.status}, {count_words(len(self.front), 'point')}>"
 
     def _repr_html_(self) -> str:
         """The front as a table for a notebook, in the units that engineers read."""
         frame = self.frame("readable")
-        told = f"{self.problem.name}: {self.status}, {len(self.front)} points"
+        told = f"{self.problem.name}: {self.status}, {count_words(len(self.front), 'point')}"
         return f"<p>{escape(told)}</p>{frame.to_html(index=False, escape=True, max_rows=60)}"
 
     @property
