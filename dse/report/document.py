@@ -263,8 +263,10 @@ class Document:
             ("Space", f"at most {count_words(search.space_size, 'design')}, by their options alone"),
             (
                 "Search",
-                f"{search.solver}, {count_words(search.solver_calls, 'call')}, "
-                f"{count_words(search.workers, 'worker')}, seed {search.seed}",
+                (
+                    f"{search.solver}, {count_words(search.solver_calls, 'call')}, "
+                    f"{count_words(search.workers, 'worker')}, seed {search.seed}"
+                ),
             ),
             ("Versions", f"dse {__version__}, Python {python_version()}"),
             ("Problem file", f"{result.problem.file.rpartition('/')[2]}, SHA-256 {result.problem.sha256}{carried}"),
