@@ -7,7 +7,7 @@ to the safe side, which loses no design, and the referee refuses what exact comp
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from math import gcd
@@ -42,13 +42,15 @@ FEWEST_OBJECTIVES = 3
 class EncodedObjective:
     """An objective in the model: value = offset + step * variable, the variable from 0 to `size`.
 
-    Maximised objectives are negated.
+    Maximised objectives are negated. Of each of the `branches`: where all its literals are true, the variable is its
+    constant and the sum of its coefficients times the variables that they belong to.
     """
 
     variable: cp_model.IntVar
     offset: int
     step: int
     size: int
+    branches: tuple[tuple[frozenset[int], int, Mapping[int, int]], ...] = ()
 
 
 @dataclass(frozen=True)
@@ -389,4 +391,6 @@ def _objective_of(board: Board, rates: RateVariables, measure: Measure, objectiv
     variable = board.model.new_int_var(0, size, measure.metric.name)
     for branch, expression in zip(branches, expressions, strict=True):
         board.model.add(sign * expression == offset + step * variable).only_enforce_if(branch.chosen)
-    return EncodedObjective(variable, offset, step, size)
+    return EncodedObjective(
+        variable, offset, step, size, tuple(branch.counted(sign, offset, step) for branch in branches)
+    )

@@ -45,6 +45,11 @@ class Branch:
     chosen: tuple[Any, ...]
     form: Form
 
+    def counted(self, sign: int, offset: int, step: int) -> tuple[frozenset[int], int, dict[int, int]]:
+        """Its literals, and constant and coefficients of its form (times `sign`) in steps above an offset."""
+        coefficients = {index: sign * found // step for index, found in self.form.coefficients.items()}
+        return frozenset(item.index for item in self.chosen), (sign * self.form.constant - offset) // step, coefficients
+
 
 def measure_branches(
     board: Board,

@@ -7,13 +7,15 @@ from typing import TYPE_CHECKING
 
 from dse.pareto.answer import Answer, Found, NoSuchDesign, Unfinished, weighted
 from dse.pareto.regions import Bound
-from dse.pareto.settings import BARE, BRIEF, CUTTING, NARROWING, RELAXED
+from dse.pareto.settings import BARE, BRIEF, CUTTING, LOWEST, NARROWING, RELAXED
 
 if TYPE_CHECKING:
     from dse.pareto.subproblem import Solver
 
 APART_WAYS = (CUTTING, RELAXED, BARE)
 """The settings for parts for which that was not enough, in turn ..."""
+PACKING_WAYS = (CUTTING, LOWEST, RELAXED)
+"""... where threads have to end in time on cores that they share, ..."""
 APART_WORK = 1.5
 """... with so much work in the first round, and twice as much in each further one."""
 APART_CHEAP = 0.1
@@ -49,7 +51,7 @@ class Apart:
             turn, bound, number = self.waiting.pop(self.waiting.index(min(self.waiting)))
             if self.best is not None and bound >= weighted(self.weights, self.best.point):
                 continue
-            answer = self._ask(number, turn)
+            answer = self._ask(number, turn, bound)
             solver.work += READING * len(solver.encoded.model.proto.variables)
             if isinstance(answer, Found):
                 self.best = answer
@@ -60,18 +62,22 @@ class Apart:
                     return Unfinished(best=self.best)
         return self.best or NoSuchDesign()
 
-    def _ask(self, number: int, turn: int) -> Answer:
-        """One attempt at a part: bare settings for a moment, then linear relaxation with limits that double."""
+    def _ask(self, number: int, turn: int, least: int) -> Answer:
+        """One attempt at a part: bare settings for a moment, then linear relaxation with limits that double.
+
+        No design of it has a weighted sum below `least`.
+        """
         if turn == 0:
             attempt = BRIEF
         else:
-            rounds, way = divmod(turn - 1, len(APART_WAYS))
-            attempt = APART_WAYS[way], APART_WORK * 2**rounds
+            ways = PACKING_WAYS if self.solver.encoded.contention is not None else APART_WAYS
+            rounds, way = divmod(turn - 1, len(ways))
+            attempt = ways[way], APART_WORK * 2**rounds
             if self.solver.encoded.is_loose:
                 attempt = NARROWING, APART_WORK * 2 ** (turn - 1)
         solver = self.solver
         before = solver.work
-        answer = solver.solve_part(solver.parts.all[number], attempt, self.weights, self.regions, self.best)
+        answer = solver.solve_part(solver.parts.all[number], attempt, self.weights, self.regions, self.best, least)
         if turn == 1 and solver.work - before <= APART_CHEAP:
             solver.relaxed_first.add(number)
         else:

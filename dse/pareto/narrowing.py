@@ -11,8 +11,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from dse.pareto.answer import Answer, NoSuchDesign, Unfinished
-from dse.pareto.settings import CLOSING, FROM_BELOW
+from dse.pareto.answer import Answer, Found, NoSuchDesign, Unfinished
+from dse.pareto.settings import CLOSING, FROM_BELOW, RELAXED
 
 if TYPE_CHECKING:
     from dse.pareto.subproblem import Solver
@@ -55,3 +55,23 @@ def narrowed(solver: Solver, work: float) -> Answer:
             solver.slices = min(NARROWEST, solver.slices * CHANGE)
             return Unfinished(max(least, answer.bound or 0), answer.best)
     return answer
+
+
+def lowest(solver: Solver, work: float) -> Answer:
+    """The best design from the known bound on: one value of the objective at first, then twice as many at a time.
+
+    Where designs are hard to pack a solver finds those near its bound when it is asked for nothing else, or proves that
+    there are none.
+    """
+    end, width = solver.work + work, 0
+    while True:
+        least, most = solver.raise_least(0), solver.most(None)
+        middle = least + width if most is None else min(most, least + width)
+        answer = solver.run(RELAXED, max(0.0, end - solver.work), None, middle)
+        if isinstance(answer, Unfinished):
+            return Unfinished(max(least, answer.bound or 0), answer.best)
+        if isinstance(answer, Found) or middle == most:
+            return answer
+        width = 2 * (solver.raise_least(middle + 1) - least)
+        if solver.out_of_time() or solver.work >= end:
+            return Unfinished(middle + 1)

@@ -12,6 +12,7 @@ from math import prod
 
 from dse.encode.model import EncodedSpace
 from dse.pareto.answer import Answer, Found, NoSuchDesign, Unfinished, weighted
+from dse.pareto.grid import Grid, grids_of
 from dse.pareto.regions import Bound, RefutedRegions, strictly_inside
 from dse.space.types import Design
 
@@ -21,12 +22,12 @@ MOST_PARTS = 64
 class Part:
     """One combination of shared options, and what is known of it.
 
-    `literals` are the variables that are true in it, `refuted` the regions without a design of this part, `found`
-    some of its designs.
+    `literals` are the variables that are true in it, `grids` the values that each objective may have, `refuted` the
+    regions without a design of this part, `found` some of its designs.
     """
 
-    def __init__(self, literals: tuple[int, ...]) -> None:
-        self.literals = literals
+    def __init__(self, literals: tuple[int, ...], grids: tuple[Grid, ...] = ()) -> None:
+        self.literals, self.grids = literals, grids
         self.refuted = RefutedRegions()
         self.found: list[Found] = []
 
@@ -81,7 +82,9 @@ class Parts:
     """All parts of a space, in the order of the file; one alone where nothing is shared."""
 
     def __init__(self, encoded: EncodedSpace) -> None:
-        self.all = [Part(literals) for literals in _combinations(encoded)]
+        combinations = _combinations(encoded)
+        every = {index for one in combinations for index in one}
+        self.all = [Part(one, grids_of(encoded.objectives, one, every.difference(one))) for one in combinations]
 
     def __len__(self) -> int:
         return len(self.all)

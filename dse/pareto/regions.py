@@ -12,7 +12,7 @@ from collections.abc import Collection, Iterable, Iterator
 from heapq import nsmallest
 from math import prod
 from operator import le, lt
-from typing import TypeAlias
+from typing import Any, TypeAlias
 
 Bound: TypeAlias = tuple[int, ...]
 Question: TypeAlias = tuple[tuple[Bound, ...], int]
@@ -144,3 +144,9 @@ def local_upper_bounds(start: Bound, points: Iterable[Bound], most: int) -> list
         if len(regions.open) > most:
             return None
     return sorted({*regions.open, *regions.refuted})
+
+
+def set_domain(bounded: Any, low: int, high: int) -> None:
+    """The domain of a variable or of a linear constraint."""
+    bounded.domain.clear()
+    bounded.domain.extend([low, high])

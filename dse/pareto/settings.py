@@ -19,7 +19,8 @@ class Settings:
     `per_variable` is how much work a call takes at least for each variable of the model.
     With `in_order` the search is depth first in the order of the model's decision strategy. With `from_below` it proves
     bounds of the objective, the least value first; it `narrows` where such bounds and good designs take turns
-    (`dse.pareto.narrowing`). Long calls get simpler clauses on the way where it `simplifies`.
+    (`dse.pareto.narrowing`), or asks for the `lowest` values first. Long calls get simpler clauses on the way where it
+    `simplifies`.
     """
 
     linearization_level: int
@@ -29,6 +30,7 @@ class Settings:
     in_order: bool = False
     from_below: bool = False
     narrows: bool = False
+    lowest: bool = False
     simplifies: bool = True
 
     def least_work(self, model: cp_model.CpModel) -> float:
@@ -50,6 +52,8 @@ BARE = Settings(0, has_cuts=False, weight=1.0)
 """Nothing but propagation and clause learning: the models are small and tight, and most calls take milliseconds."""
 RELAXED = Settings(2, has_cuts=False, weight=1.8, per_variable=4e-5)
 """A linear relaxation of the sums and the clauses: for many summands and few rules, as in a knapsack."""
+LOWEST = Settings(2, has_cuts=False, weight=1.8, lowest=True)
+"""The same for nothing but the lowest value that is not refuted, for cores that are nearly full."""
 CUTTING = Settings(2, has_cuts=True, weight=1.5, per_variable=6e-5)
 """The same with cuts, for sums at the edge of their limits under conditions."""
 WAYS = (BARE, RELAXED, CUTTING)
@@ -77,6 +81,15 @@ ANY = (BRIEF, (CUTTING, 1.5), (CUTTING, 100.0))
 """The same for a design that is not the first: fixed, so that it does not depend on what was asked before."""
 ANY_WITH_WAITING = (BRIEF, (CLOSING, 10.0), (CLOSING, 100.0))
 """The same where threads wait for each other."""
+ANY_PACKING = (BRIEF, (RELAXED, 0.5), (CUTTING, 0.5))
+"""The same where threads share cores: what these do not find is as hard as the search, whose design stays."""
+
+
+def ways_to_any(*, waits: bool, shares: bool) -> tuple[tuple[Settings, float], ...]:
+    """Those of the three that fit: whether response times are in what is asked, and whether threads share cores."""
+    return ANY_WITH_WAITING if waits else ANY_PACKING if shares else ANY
+
+
 BARE_FIRST = 0.25
 """Work for bare settings at the first question, which is harder than those after it, before its parts are asked."""
 

@@ -17,13 +17,12 @@ from dse.encode.linear import EXACT_LIMIT
 from dse.encode.model import EncodedSpace
 from dse.pareto.answer import Answer, Found, NoSuchDesign, Unfinished, weighted
 from dse.pareto.apart import Apart
-from dse.pareto.narrowing import FIRST, narrowed
+from dse.pareto.grid import EVERY, weighted_grid
+from dse.pareto.narrowing import FIRST, lowest, narrowed
 from dse.pareto.parts import Part, Parts
 from dse.pareto.portfolio import PATIENCE, Attempt, Portfolio
-from dse.pareto.regions import Bound, strictly_inside
+from dse.pareto.regions import Bound, set_domain, strictly_inside
 from dse.pareto.settings import (
-    ANY,
-    ANY_WITH_WAITING,
     BARE_FIRST,
     BRIEF,
     FIRST_DESIGN,
@@ -31,6 +30,7 @@ from dse.pareto.settings import (
     WAYS_WITH_WAITING,
     Settings,
     sound_solver,
+    ways_to_any,
 )
 from dse.space.types import Design
 
@@ -67,7 +67,8 @@ class Solver:
         self._weights: Sequence[int] | None = None
         self._regions: Sequence[Bound] | None = None
         self._ceiling: int | None = None
-        self._least: int | None = None
+        self._least: int | None = None  # of the values on the grid
+        self._grid = EVERY
         self.slices = FIRST  # of the gap between bound and design (`dse.pareto.narrowing`)
         self._running: cp_model.CpSolver | None = None
 
@@ -108,13 +109,13 @@ class Solver:
         attempts: list[Attempt] = [partial(self._solve_in, weights, regions, settings) for settings in self._ways]
         if len(self.parts) > 1:
             attempts[1:] = [Apart(self, weights, regions).attempt]
-        return self._whole.answer(attempts, self._work_done, self.out_of_time)
+        return self._whole.answer(attempts, lambda: self.work, self.out_of_time)
 
     def ask(self) -> Answer:
         """Solve the model as it stands."""
         self.calls += 1
         attempts = [partial(self._solve_whole, settings) for settings in WAYS]
-        return self._asked.answer(attempts, self._work_done, lambda: self.out_of_time() or self._is_stuck())
+        return self._asked.answer(attempts, lambda: self.work, lambda: self.out_of_time() or self._is_stuck())
 
     def set_point(self, point: Bound) -> None:
         """Fix the objectives."""
@@ -129,12 +130,12 @@ class Solver:
         proto = encoded.model.proto
         for number, objective in enumerate(encoded.objectives):
             high = min(max(region[number] for region in regions) - 1, objective.size)
-            _set_domain(proto.variables[objective.variable.index], floor[number] if floor is not None else 0, high)
+            set_domain(proto.variables[objective.variable.index], floor[number] if floor is not None else 0, high)
         for number, switch in enumerate(encoded.regions):
-            _set_domain(proto.variables[switch.literal.index], 0, int(number < len(regions)))
+            set_domain(proto.variables[switch.literal.index], 0, int(number < len(regions)))
         for switch, region in zip(encoded.regions, regions, strict=False):  # as many as there are regions
             for constraint, bound in zip(switch.constraints, region, strict=True):
-                _set_domain(proto.constraints[constraint].linear, 0, bound - 1)
+                set_domain(proto.constraints[constraint].linear, 0, bound - 1)
 
     def _solve_in(self, weights: Sequence[int], regions: Sequence[Bound], settings: Settings, work: float) -> Answer:
         """One attempt at a question as a whole; where the first one finds nothing, any design is looked for."""
@@ -191,40 +192,40 @@ class Solver:
         weights: Sequence[int],
         regions: Sequence[Bound],
         best: Found | None,
+        least: int = 0,
     ) -> Answer:
-        """A better design than `best` in a part of the space, with some settings and so much work."""
+        """A better design than `best` in a part of the space where none is below `least`, with so much work."""
         regions = part.open(regions)
         if not regions or (best is not None and not any(weights)):
             return NoSuchDesign()
         self._ceiling = better_than = None if best is None else weighted(weights, best.point)
         self._restrict(regions, part.floor(regions))
         try:
-            answer = self._within(part, *attempt)
+            answer = self._within(part, *attempt, least=least)
         finally:
             self._ceiling = None
         part.learn(answer, weights, regions, better_than)
         return answer
 
-    def _within(self, part: Part, settings: Settings, work: float) -> Answer:
+    def _within(self, part: Part, settings: Settings, work: float, least: int = 0) -> Answer:
         """One run of the solver in a part of the space."""
         variables = self.encoded.model.proto.variables
         before = [list(variables[index].domain) for index in part.literals]
-        known, self._least = self._least, None  # which is of the whole
+        known = self._least  # which is of the whole
+        self._grid = EVERY if self._weights is None else weighted_grid(part.grids, self._weights)
+        self._least = self._grid.up(least) if least else None
         for index in part.literals:
-            _set_domain(variables[index], 1, 1)
+            set_domain(variables[index], 1, 1)
         try:
             return self.run(settings, work)
         finally:
-            self._least = known
+            self._least, self._grid = known, EVERY
             for index, (low, high) in zip(part.literals, before, strict=True):
-                _set_domain(variables[index], low, high)
+                set_domain(variables[index], low, high)
 
     def hint(self, hint: Design | None) -> None:
         """Suggest a design to start from."""
         self.encoded.suggest(hint)
-
-    def _work_done(self) -> float:
-        return self.work
 
     def out_of_time(self) -> bool:
         """Whether there is no time left, or the search was stopped."""
@@ -239,7 +240,7 @@ class Solver:
         answer = self.run(*BRIEF)
         if not isinstance(answer, Unfinished):
             return answer
-        attempts = ANY_WITH_WAITING if self.encoded.is_loose else ANY
+        attempts = ways_to_any(waits=self.encoded.is_loose, shares=self.encoded.contention is not None)
         region = tuple(value + 1 for value in point)
         for part in self.parts.all:
             if part.open([region]):
@@ -259,6 +260,8 @@ class Solver:
         """
         if settings.narrows and self._weights is not None:
             return narrowed(self, work)
+        if settings.lowest and self._weights is not None:
+            return lowest(self, work)
         while True:
             answer, best = self._once(settings, work, best, most)
             if answer is not None:
@@ -274,15 +277,16 @@ class Solver:
         """Whether one objective is minimised, without regard to others."""
         return self._weights is not None and sum(map(bool, self._weights)) == 1
 
-    def raise_least(self, bound: int) -> None:
-        """What is minimised is proved to be no less than a bound."""
-        self._least = max(bound, self._least or 0)
+    def raise_least(self, bound: int) -> int:
+        """What is minimised is proved to be no less than a bound; returns the least value that is left."""
+        self._least = self._grid.up(max(bound, self._least or 0))
+        return self._least
 
     def most(self, best: Found | None) -> int | None:
         """No more than this has what is better than a design, or than what is known; None where nothing is known."""
         if best is None or self._weights is None:
-            return None if self._ceiling is None else self._ceiling - 1
-        return weighted(self._weights, best.point) - 1
+            return None if self._ceiling is None else self._grid.down(self._ceiling - 1)
+        return self._grid.down(weighted(self._weights, best.point) - 1)
 
     def _once(
         self, settings: Settings, work: float, best: Found | None, most: int | None
@@ -368,9 +372,3 @@ class Solver:
             yield
         finally:
             domain.clear()
-
-
-def _set_domain(bounded: Any, low: int, high: int) -> None:
-    """The domain of a variable or of a linear constraint."""
-    bounded.domain.clear()
-    bounded.domain.extend([low, high])

@@ -3,21 +3,28 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from itertools import product
 from typing import Any
 
 import pytest
+from effort import cases
 from hypothesis import given
 from hypothesis import strategies as st
 from support import PROBLEMS, load_space
+from thread_systems import draw, front, text_of
 
 from dse.analysis.evaluate import Evaluator
+from dse.api.problem import loads
 from dse.encode import sums
 from dse.encode.model import EncodedSpace, encode
+from dse.pareto import apart
 from dse.pareto.answer import Answer, Found, NoSuchDesign, Unfinished, weighted
+from dse.pareto.best import signed
 from dse.pareto.front import search_front
+from dse.pareto.grid import weighted_grid
 from dse.pareto.parts import Part, Parts
 from dse.pareto.regions import Bound, strictly_inside
-from dse.pareto.settings import BARE, Settings
+from dse.pareto.settings import BARE, LOWEST, Settings
 from dse.pareto.subproblem import Solver
 
 BY_NAME = {path.stem: path for path in PROBLEMS}
@@ -45,9 +52,9 @@ def test_the_front_is_the_same_part_by_part(
     expected = search_front(evaluator)
     within, asked = Solver._within, []
 
-    def part(self: Solver, part: Part, settings: Settings, work: float) -> Answer:
+    def part(self: Solver, part: Part, settings: Settings, work: float, least: int = 0) -> Answer:
         asked.append(part)
-        answer = within(self, part, settings, work)
+        answer = within(self, part, settings, work, least)
         if is_brief_too_short and settings is BARE and work < 1:
             return Unfinished(best=answer if isinstance(answer, Found) else None)
         return answer
@@ -259,3 +266,55 @@ def test_where_the_first_attempt_finds_nothing_any_design_is_looked_for(
     looked.clear()
     solver._has_looked_for_any = False
     assert isinstance(solver.minimise(weights, nothing), NoSuchDesign) or not any(answer.point)
+
+
+STEPS = """
+dse: 1
+name: steps
+processor_types: {slow: {price: 10 EUR}, fast: {price: 31 EUR}}
+processors: {p: {type: [slow, fast]}}
+devices: {s: {period: 10 ms}}
+threads:
+  a: {processor: p, period: [5 ms, 10 ms], compute_execution_time: {slow: 1003 us, fast: 707 us}}
+  b: {processor: p, period: [5 ms, 20 ms], compute_execution_time: {slow: 2001 us, fast: 999 us}}
+connections: {c: {from: s, to: a}, d: {from: a, to: b}}
+flows: {f: {path: [s, a, b]}}
+objectives: [minimise price, minimise latency of f]
+"""
+
+
+def test_what_a_design_has_is_on_the_grid_of_its_part(monkeypatch: pytest.MonkeyPatch) -> None:
+    """With the type given the latency grows in steps of 5 ms, over both types in less."""
+    monkeypatch.setattr(sums, "SHARED_BY", 1)
+    evaluator = Evaluator(loads(STEPS).space)
+    encoded = encode(evaluator)
+    parts, seen = Parts(encoded).all, set()
+    for options in product(*(range(len(item.options)) for item in evaluator.space.decisions)):
+        found = evaluator.evaluate(options)
+        if not found.is_feasible:
+            continue
+        literals = {encoded.options[index][option].index for index, option in enumerate(options)}
+        (part,) = [item for item in parts if literals.issuperset(item.literals)]
+        vector = signed(evaluator, found.objectives)
+        point = [(value - item.offset) // item.step for value, item in zip(vector, encoded.objectives, strict=True)]
+        for weights in ([1] * len(point), [3, *([1] * (len(point) - 1))]):
+            grid, value = weighted_grid(part.grids, weights), weighted(weights, point)
+            assert grid.up(value) == value == grid.down(value)
+            seen.add(grid.step)
+    assert seen == {5_000_000 // encoded.objectives[1].step}
+
+
+@pytest.mark.parametrize("seed", cases(8))
+def test_cores_that_are_nearly_full_are_filled_from_the_bound_on(seed: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Part by part, with the lowest values first: the points of an own iteration over every design."""
+    monkeypatch.setattr(sums, "SHARED_BY", 1)
+    monkeypatch.setattr(apart, "PACKING_WAYS", (LOWEST,))
+    monkeypatch.setattr(apart, "BRIEF", (BARE, 0.0))
+    for kind in ("plain", "stated", "mixed"):
+        system = draw(seed, kind=kind)
+        evaluator = Evaluator(loads(text_of(system)).space)
+        with monkeypatch.context() as changed:
+            if len(Parts(encode(evaluator))) > 1:
+                too_hard_as_a_whole(changed)
+            search = search_front(evaluator)
+        assert set(search.points) == front(system)

@@ -7,11 +7,11 @@ import random
 import pytest
 
 from dse.encode import model, sums
-from dse.pareto import best, front, portfolio
+from dse.pareto import apart, best, front, portfolio
 from dse.pareto.answer import Answer, Found, Unfinished
 from dse.pareto.front import Budget, FrontSearch, search_front
 from dse.pareto.parts import Part
-from dse.pareto.settings import Settings
+from dse.pareto.settings import BARE, CUTTING, LOWEST, RELAXED, Settings
 from dse.pareto.subproblem import Solver
 from tests.effort import cases
 from tests.oracle.generator import random_problem
@@ -44,14 +44,15 @@ def searched(pair: Pair, draw: random.Random, changed: pytest.MonkeyPatch) -> Fr
     changed.setattr(front, "HELP_AFTER_S", draw.choice([0.0, front.HELP_AFTER_S]))
     changed.setattr(best, "EXACT_LIMIT", draw.choice([1, best.EXACT_LIMIT, best.EXACT_LIMIT]))
     changed.setattr(portfolio, "LOOK_AFTER", draw.randint(1, 8))
+    changed.setattr(apart, "APART_WAYS", draw.sample((CUTTING, RELAXED, LOWEST, BARE), 3))
     often, seldom = draw.choice([0.0, 0.5, 0.9]), draw.choice([0.0, 0.5])
     whole, within = Solver._solve_whole, Solver._within
 
     def solve_whole(self: Solver, settings: Settings, work: float) -> Answer:
         return Unfinished() if work < LIGHT and draw.random() < often else whole(self, settings, work)
 
-    def solve_within(self: Solver, part: Part, settings: Settings, work: float) -> Answer:
-        answer = within(self, part, settings, work)
+    def solve_within(self: Solver, part: Part, settings: Settings, work: float, least: int = 0) -> Answer:
+        answer = within(self, part, settings, work, least)
         is_stopped = work < LIGHT and draw.random() < seldom
         return Unfinished(best=answer if isinstance(answer, Found) else None) if is_stopped else answer
 
