@@ -11,7 +11,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from dse.analysis.osate_components import OLD, is_sampling, later_rows, period_ns
-from dse.analysis.osate_media import media, medium_ns
+from dse.analysis.osate_media import Medium, media, medium_ends, medium_ns
 from dse.analysis.rows import NO_LATENCY, Row
 from dse.analysis.views import View
 from dse.space.trees import at
@@ -56,9 +56,9 @@ def place_rows(space: Space, place: Place, view: View, *, queues: bool = True) -
     """The rows of the element at a place; without what waits on buses where `queues` is false."""
     step = place_step(space, place)
     if step.kind == "connection":
-        crossed = _crossed(space, step)
-        output = _output_row(space, place, crossed[0], view) if crossed[0] is not None else None
-        entry = _entry_row(space, place, crossed[1], view) if crossed[1] is not None else None
+        left, entered = crossed(space, step)
+        output = _output_row(space, place, left, view) if left is not None else None
+        entry = _entry_row(space, place, entered, view) if entered is not None else None
         rows = (output, *_connection_rows(space, place, view, queues=queues), entry)
         return tuple(row for row in rows if row is not None)
     component = space.components[step.index]
@@ -81,7 +81,7 @@ def _sampling_row(space: Space, place: Place, component: Component, view: View) 
     # OSATE 2.2 prints the row for every device and abstract component, periodic or not: a slip of its source
     printed = space.profile == OLD and component.category in ("device", "abstract")
     name = (component.category, component.name)
-    if step.via is None:
+    if step.via is None or step.unlinked:
         return Row(*name, 0, "first sampling", 0, "first sampling") if periodic or printed else None
     wire = space.connections[step.via]
     if not periodic:
@@ -91,7 +91,7 @@ def _sampling_row(space: Space, place: Place, component: Component, view: View) 
     if wire.timing == "immediate":
         return Row(*name, 0, "immediate", 0, "immediate")
     period = _sampling_period_ns(space, step, wire, component, view)
-    entered = _crossed(space, place_step(space, Place(place.flow, place.position - 1)))[1] if place.position else None
+    entered = crossed(space, place_step(space, Place(place.flow, place.position - 1)))[1] if place.position else None
     method = "delayed sampling" if wire.timing == "delayed" else "sampling"
     if entered is not None:  # added to the minimum, too, as OSATE does
         more = max(0, period - entered.period_ns)
@@ -178,7 +178,7 @@ def since_sampling(space: Space, place: Place, view: View) -> Sums | None:
         before = Place(place.flow, position)
         step = place_step(space, before)
         if step.kind == "connection":
-            left, entered = _crossed(space, step)
+            left, entered = crossed(space, step)
             if entered is not None:
                 return found
             found = found.with_rows(_connection_rows(space, before, view))
@@ -197,7 +197,7 @@ def _samples(space: Space, step: Step, component: Component, view: View) -> bool
     """Whether a component has a row that samples, whatever its value is."""
     if not is_sampling(space, component, view):
         return space.profile == OLD and component.category in ("device", "abstract")
-    if step.via is None:
+    if step.via is None or step.unlinked:
         return True
     wire = space.connections[step.via]
     return wire.timing != "immediate" and (space.profile == OLD or wire.port in ("data", "feature"))
@@ -206,7 +206,7 @@ def _samples(space: Space, step: Step, component: Component, view: View) -> bool
 # --- partitions ---------------------------------------------------------------------------------------------------
 
 
-def _crossed(space: Space, step: Step) -> tuple[Partition | None, Partition | None]:
+def crossed(space: Space, step: Step) -> tuple[Partition | None, Partition | None]:
     """The partition that a connection leaves and the one that it enters, where these are not the same."""
     if step.kind != "connection":
         return None, None
@@ -270,7 +270,7 @@ def _since_crossing(space: Space, place: Place, view: View) -> Sums | None:
     since = since_sampling(space, place, view)
     if since is None:
         return None
-    left = _crossed(space, place_step(space, place))[0]
+    left = crossed(space, place_step(space, place))[0]
     output = _output_row(space, place, left, view) if left is not None else None
     rows = _connection_rows(space, place, view)
     return since.with_rows(rows if output is None else (output, *rows))
@@ -280,7 +280,7 @@ def _last_window(space: Space, place: Place, view: View) -> Partition | None:
     """The partition with a window that a flow was in last before a connection, as far as its rows tell."""
     for position in range(place.position - 1, -1, -1):
         step = place_step(space, Place(place.flow, position))
-        entered = _crossed(space, step)[1]
+        entered = crossed(space, step)[1]
         if not position and step.kind == "component":
             component = space.components[step.index]
             first = _first_partition_row(space, Place(place.flow, 0), component, view)
@@ -299,12 +299,12 @@ def _connection_rows(space: Space, place: Place, view: View, *, queues: bool = T
     name = ("connection", wire.name)
     nothing = NO_LATENCY[space.profile]
     stack = media(space, wire, view)
-    rows = [
-        Row(*name, least, "transmission time", most, "transmission time")
-        for least, most in (medium_ns(space, wire, medium, view) for medium in stack)
-        if most
-    ]
-    period = max((at(space.buses[medium.bus].period_ns, view) or 0 for medium in stack), default=0)
+    rows = [row for row in (_medium_row(space, wire, medium, view) for medium in stack) if row.max_ns]
+    period, slowest = max(
+        ((at(space.buses[medium.bus].period_ns, view) or 0, space.buses[medium.bus].name) for medium in stack),
+        key=lambda item: item[0],
+        default=(0, ""),
+    )
     if space.profile == OLD:
         rows = [Row(*name, sum(r.min_ns for r in rows), nothing, sum(r.max_ns for r in rows), nothing)]
     elif not rows and not period:
@@ -312,15 +312,24 @@ def _connection_rows(space: Space, place: Place, view: View, *, queues: bool = T
         if own is not None and own[1]:
             rows = [Row(*name, own[0], "specified", own[1], "specified")]
     if period:
-        least = period if _rounds_to_bus(space, place, view) else 0
-        rows.append(Row(*name, least, "sampling protocol", period, "sampling protocol"))
+        least = period if is_rounded_to_bus(space, place, view) else 0
+        rows.append(Row(*name, least, "sampling protocol", period, "sampling protocol", slowest))
     waiting = _waiting_ns(space, place, view) if queues else 0
     if waiting:
-        rows.append(Row(*name, 0, "queued", waiting, "queued"))
+        queues = (item.bus for item in stack if item.is_bound and not at(space.buses[item.bus].period_ns, view))
+        names = ", ".join(dict.fromkeys(space.buses[number].name for number in queues))
+        rows.append(Row(*name, 0, "queued", waiting, "queued", names))
     return tuple(rows) or (Row(*name, 0, nothing, 0, nothing),)
 
 
-def _rounds_to_bus(space: Space, place: Place, view: View) -> bool:
+def _medium_row(space: Space, wire: Connection, medium: Medium, view: View) -> Row:
+    """What one medium takes, by the rule that gives it at each end."""
+    (least, is_least_timed), (most, is_most_timed) = medium_ends(space, wire, medium, view)
+    methods = ["transmission time" if timed else "specified" for timed in (is_least_timed, is_most_timed)]
+    return Row("connection", wire.name, least, methods[0], most, methods[1], space.buses[medium.bus].name)
+
+
+def is_rounded_to_bus(space: Space, place: Place, view: View) -> bool:
     """OSATE in a synchronous system rounds up nothing to a bus's period where something sampled before: a whole one."""
     return space.system == "synchronous" and since_sampling(space, place, view) is not None
 

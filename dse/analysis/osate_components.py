@@ -58,7 +58,7 @@ def is_sampling(space: Space, component: Component, view: View) -> bool:
 
 def _queue_row(space: Space, step: Step, component: Component, view: View) -> Row | None:
     """0 (or as much, where queues are full at best) .. queue size * delay of each queued item."""
-    if step.via is None:
+    if step.via is None or step.unlinked:
         return None
     wire = space.connections[step.via]
     size = at(wire.queue_size, view)

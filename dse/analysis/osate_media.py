@@ -71,13 +71,25 @@ def _overhead(space: Space, number: int, view: View) -> int:
 
 def medium_ns(space: Space, wire: Connection, medium: Medium, view: View) -> tuple[Exact, Exact]:
     """What one medium takes for a message; its latency where that is no time, at each end."""
+    (least, _), (most, _) = medium_ends(space, wire, medium, view)
+    return least, most
+
+
+def medium_ends(
+    space: Space, wire: Connection, medium: Medium, view: View
+) -> tuple[tuple[Exact, bool], tuple[Exact, bool]]:
+    """The least and the most that one medium takes, each with whether it is a transmission time, else a latency."""
     if not medium.is_timed:
-        return 0, 0
+        return (0, True), (0, True)
     bus = space.buses[medium.bus]
     from_bandwidth = bus_figure(space, bus.fixed_ns, wire, view) is FROM_BANDWIDTH  # which OSATE does not know
     times = None if from_bandwidth else carrying_ns(space, bus, wire, medium.size_bytes, view)
     latency = bus_figure(space, bus.latency_ns, wire, view) or (0, 0)
     if space.profile == OLD:
-        return latency if times is None else times
+        ends = latency if times is None else times
+        return (ends[0], times is not None), (ends[1], times is not None)
     least, most = times or (0, 0)
-    return (least if least > 0 else latency[0]), (most if most > 0 else latency[1])
+    return (
+        (least, True) if least > 0 or not latency[0] else (latency[0], False),
+        (most, True) if most > 0 or not latency[1] else (latency[1], False),
+    )

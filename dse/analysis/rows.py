@@ -19,7 +19,10 @@ UNBOUNDED_METHOD = "response time (unbounded)"
 
 @dataclass(frozen=True, slots=True)
 class Row:
-    """One contribution to a flow's latency, in ns, exact; `category` and `contributor` as OSATE prints them."""
+    """One contribution to a flow's latency, in ns, exact; `category` and `contributor` as OSATE prints them.
+
+    `medium` is the bus of a connection's row, `specified_ns` what is specified (`dse.analysis.osate_findings`).
+    """
 
     category: str
     contributor: str
@@ -27,6 +30,8 @@ class Row:
     min_method: str
     max_ns: Exact
     max_method: str
+    medium: str = ""
+    specified_ns: tuple[Exact, Exact] | None = None
 
 
 def counts_responses(space: Space) -> bool:

@@ -21,7 +21,7 @@ from dse.report.words import EMPTY_SLOT, GAPS, OTHER_TYPE, REDUCED
 from dse.results.analyse import Analysis, FlowTable, Usage
 from dse.results.display import counted, readable
 from dse.space.settings import settings_of
-from dse.units import is_unbounded
+from dse.units import Exact, is_unbounded
 from dse.units.text import count_words
 
 LEFT_OUT = "CPU contention is not in the latencies."
@@ -180,6 +180,7 @@ def _latency(analysis: Analysis) -> Iterator[Block]:
             draw = partial(waterfall, flow, records)
             yield Plot(f"latency-{flow.name}", draw, WATERFALL.format(flow.name))
         yield flow_table(flow)
+        yield from listing([f"{item.severity}: {item.text}" for item in flow.findings], "OSATE", 0)
     yield from texts(REDUCED, GAPS[0], scale_words(analysis.space))
 
 
@@ -195,9 +196,9 @@ def _usage(analysis: Analysis) -> Iterator[Block]:
 
 def flow_table(flow: FlowTable) -> Table:
     """What adds up to the least and the greatest latency of a flow."""
-    rows = [
+    rows: list[tuple[str, ...]] = [
         (
-            f"{row.category} {row.contributor}",
+            f"{row.category} {row.contributor}" + (f" on {row.medium}" if row.medium else ""),
             counted(row.min_ns, "ns", digits=6),
             row.min_method,
             counted(row.max_ns, "ns", digits=6),
@@ -207,8 +208,20 @@ def flow_table(flow: FlowTable) -> Table:
     ]
     ends = [counted(value, "ns", digits=6) for value in (flow.min_ns, flow.max_ns, flow.jitter_ns)]
     rows.append(("total", ends[0], "", ends[1], f"jitter {ends[2]}"))
-    headings = ("contributor", "minimum", "method", "maximum", "method")
+    headings: tuple[str, ...] = ("contributor", "minimum", "method", "maximum", "method")
+    specified = flow.specified_ns
+    if specified is not None and any(specified):
+        told = [_specified_words(item) for item in (*(row.specified_ns for row in flow.rows), specified)]
+        rows = [(*row, text) for row, text in zip(rows, told, strict=True)]
+        headings = (*headings, "specified")
     return Table(f"Latency of {flow.name}, contribution by contribution", headings, tuple(rows), (1, 3), total=True)
+
+
+def _specified_words(range_ns: tuple[Exact, Exact] | None) -> str:
+    """OSATE's specified column, empty where nothing is specified."""
+    if range_ns is None or not any(range_ns):
+        return ""
+    return " .. ".join(counted(value, "ns", digits=6) for value in range_ns)
 
 
 def usage_tables(analysis: Analysis) -> list[Table]:

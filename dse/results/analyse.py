@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from dse.analysis.boundaries import Boundary
 from dse.analysis.limits import Verdict
+from dse.analysis.osate_findings import Finding
 from dse.analysis.overheads import stated_overheads
 from dse.analysis.rows import Row
 from dse.analysis.scheduling import Response
@@ -25,10 +26,11 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class FlowTable:
-    """The contributor table of a flow, in ns, with its totals."""
+    """The contributor table of a flow, in ns, with its totals; `findings` are what OSATE says of it (`osate-2.19`)."""
 
     name: str
     rows: tuple[Row, ...]
+    findings: tuple[Finding, ...] = ()
 
     @property
     def min_ns(self) -> Exact:
@@ -39,6 +41,15 @@ class FlowTable:
     def max_ns(self) -> Exact:
         """The maximum latency: the sum of the column."""
         return whole(sum((row.max_ns for row in self.rows), Fraction(0)))
+
+    @property
+    def specified_ns(self) -> tuple[Exact, Exact] | None:
+        """OSATE's specified totals; None where rows do not tell what is specified."""
+        given = [row.specified_ns for row in self.rows]
+        if None in given:
+            return None
+        ends = [sum((item[end] for item in given if item is not None), Fraction(0)) for end in (0, 1)]
+        return whole(ends[0]), whole(ends[1])
 
     @property
     def jitter_ns(self) -> Exact:

@@ -11,6 +11,8 @@ from dse.analysis.contention import cores_of
 from dse.analysis.evaluate import Evaluator
 from dse.analysis.latency import flow_rows
 from dse.analysis.measures import loaded_buses
+from dse.analysis.osate_findings import CURRENT, flow_findings, specified_rows
+from dse.analysis.osate_quirks import quirks
 from dse.analysis.remarks import design_remarks
 from dse.analysis.resources import busy_terms, load_terms, payload_terms, utilisation_terms
 from dse.analysis.scheduling import Response, processor_responses
@@ -21,7 +23,7 @@ from dse.results.solve import decisions_of
 from dse.space.frames import frame_at
 from dse.space.metrics import busy_obstacle
 from dse.space.trees import at
-from dse.space.types import EMPTY, Design, Slot, Space
+from dse.space.types import EMPTY, Design, Flow, Slot, Space
 
 
 def analyse_design(evaluator: Evaluator, design: Design, *, response_times: bool = False) -> Analysis:
@@ -35,7 +37,7 @@ def analyse_design(evaluator: Evaluator, design: Design, *, response_times: bool
         shown = decisions_of(space, design)
         return Analysis(space, design, shown, (), (), (), {}, {}, (), breaches=evaluation.breaches)
     view = View(evaluation.design)
-    flows = tuple(FlowTable(flow.name, flow_rows(space, flow, view)) for flow in space.flows)
+    flows = tuple(_flow_table(space, flow, view) for flow in space.flows)
     cores = {space.components[thread].name: core for thread, core in cores_of(space, evaluation.design).items()}
     processors = tuple(
         _placed(_usage(slot, terms, view, PPM * Fraction(at(slot.cores, view))), terms, cores)
@@ -52,10 +54,18 @@ def analyse_design(evaluator: Evaluator, design: Design, *, response_times: bool
         metrics={measure.metric.name: measure.value(view) for measure in evaluator.metrics},
         metric_units={measure.metric.name: measure.unit for measure in evaluator.metrics},
         verdicts=evaluation.verdicts,
-        warnings=(*_warnings(space, flows, processors, buses), *design_remarks(space, view)),
+        warnings=(*_warnings(space, flows, processors, buses), *design_remarks(space, view), *quirks(space, view)),
         boundaries=boundaries(space, view),
         responses=_responses(space, view) if response_times or _is_scheduled(space) else {},
     )
+
+
+def _flow_table(space: Space, flow: Flow, view: View) -> FlowTable:
+    """The rows of a flow; under OSATE's current rules with what is specified, and what OSATE says of it."""
+    if space.profile != CURRENT:
+        return FlowTable(flow.name, flow_rows(space, flow, view))
+    rows = specified_rows(space, flow, view)
+    return FlowTable(flow.name, rows, tuple(flow_findings(space, flow, rows, view)))
 
 
 def _is_scheduled(space: Space) -> bool:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
 from dse.space.buses import carriers
@@ -22,7 +22,8 @@ def build_flows(
     result = []
     clocked = speaks_of_clocks(spec, components)
     for name, given in spec.flows.items():
-        steps = _Tracer(ledger, ("flows", name, "path"), components, connections).trace(given.path)
+        paths = {other: item.path for other, item in spec.flows.items()}
+        steps = _Tracer(ledger, ("flows", name, "path"), components, connections, paths).trace(given.path, (name,))
         if clocked:
             steps = with_past(steps)
         required = (given.latency.min_ns, given.latency.max_ns) if given.latency else None
@@ -38,35 +39,51 @@ class _Tracer:
     path: Path
     components: Sequence[Component]
     connections: Sequence[Connection]
+    flows: Mapping[str, Sequence[str | PathElement]]
     steps: list[Step] = field(default_factory=list)
     previous: int | None = None
     wire: int | None = None
     is_broken: bool = False
 
-    def trace(self, elements: Sequence[str | PathElement]) -> tuple[Step, ...]:
-        """The steps of the path; none when it has a mistake."""
+    def trace(
+        self, elements: Sequence[str | PathElement], within: tuple[str, ...], around: Path | None = None
+    ) -> tuple[Step, ...]:
+        """The steps of the path; none when it has a mistake.
+
+        `within` are the flows that it is part of, itself among them; mistakes are told at `around` where it is part.
+        """
         by_name = {item.stated_as: number for number, item in enumerate(self.components)}
         wires = {item.name: number for number, item in enumerate(self.connections) if not item.is_inner}
         for position, given in enumerate(elements):
-            where: Path = (*self.path, position)
+            where: Path = around or (*self.path, position)
             element, figures = (given, None) if isinstance(given, str) else (given.element, _figures(given))
             where = where if figures is None else (*where, "element")
             if element in by_name:
-                self._component(where, by_name[element], figures)
+                self._component(where, by_name[element], figures, unlinked=around is not None)
             elif element in wires:
                 if figures is not None:
                     message = f"{shown(element)} is a connection: only a component has figures in a flow"
                     self.ledger.error(where, message)
                 self._connection(where, wires[element])
+            elif element in self.flows:
+                self._part(where, element, within)
             else:
-                self.ledger.unknown(where, "component or connection", element, [*by_name, *wires])
+                self.ledger.unknown(where, "component or connection", element, [*by_name, *wires, *self.flows])
                 self._forget()
         return () if self.is_broken else tuple(self.steps)
+
+    def _part(self, where: Path, name: str, within: tuple[str, ...]) -> None:
+        """A flow as an element of another one."""
+        if name in within:
+            self.ledger.error(where, f"the flow {shown(name)} leads through itself")
+            self._forget()
+        else:
+            self.trace(self.flows[name], (*within, name), where)
 
     def _forget(self) -> None:
         self.is_broken, self.previous, self.wire = True, None, None
 
-    def _component(self, where: Path, here: int, figures: StepFigures | None) -> None:
+    def _component(self, where: Path, here: int, figures: StepFigures | None, *, unlinked: bool) -> None:
         pieces = self.components[here].pieces
         if pieces is not None and figures is not None:
             self.ledger.error(where, f"{shown(pieces.thread)} has segments: their figures are those of every flow")
@@ -86,7 +103,8 @@ class _Tracer:
                 )
                 self.ledger.error(where, message)
             self._forget()
-        self.steps.append(Step("component", here, self.wire, self.previous, figures=figures))
+        step = Step("component", here, self.wire, self.previous, figures=figures, unlinked=unlinked)
+        self.steps.append(step)
         for number in further:
             wire = self.components[number].triggers[0]
             self.steps.append(Step("connection", wire))

@@ -280,7 +280,8 @@ class Step:
     """One element of a flow: a component reached over connection `via` (None for the first), or a connection.
 
     Where a problem speaks of clocks `since` are the elements before it, which may share its clock. One that
-    `only_reads` counts until it reads: what it does with that does not.
+    `only_reads` counts until it reads: what it does with that does not. `unlinked` is an element of a flow that is
+    part of another one: there OSATE has lost the connection that leads to it.
     """
 
     kind: Literal["component", "connection"]
@@ -290,6 +291,7 @@ class Step:
     since: tuple[Step, ...] = ()
     figures: StepFigures | None = None
     only_reads: bool = False
+    unlinked: bool = False
 
 
 @dataclass(frozen=True)

@@ -47,6 +47,7 @@ flows:
   through: {path: [a sensor, c, x.main, x.other, y, e, s, f, end], latency: 0 ms .. 1 s}
   part: {path: [in, x.main, x.other]}
   rest: {path: [y, s, out]}
+  parts: {path: [part, d, rest]}
 metrics: {sum: latency of through + latency of part}
 requirements: [utilisation of q <= 90 %, load of the wire <= 90 %, mass <= 9 g]
 objectives: [minimise price, minimise latency of part]

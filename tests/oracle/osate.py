@@ -88,7 +88,9 @@ class Model:
                 best = found[0]
         return best, worst
 
-    def component(self, item: Component, wire: Connection | None, sender: Component | None) -> list[Contributor]:
+    def component(
+        self, item: Component, wire: Connection | None, sender: Component | None, *, is_reached: bool
+    ) -> list[Contributor]:
         rows = []
         sampled = wire is None or self.is_old or wire.port in ("data", "feature")
         if self.is_periodic(item) and sampled:
@@ -103,7 +105,7 @@ class Model:
                 rows.append(Contributor(kind=wire.timing, period=period))
         elif self.is_old and item.category in ("device", "abstract"):
             rows.append(Contributor(kind="first"))
-        callback = self.times(item.callback_ns) if self.protocol(item) == "hybrid" and wire is not None else None
+        callback = self.times(item.callback_ns) if self.protocol(item) == "hybrid" and is_reached else None
         if callback is not None:
             rows.append(Contributor(callback))
         if wire is not None:
@@ -250,7 +252,9 @@ class Model:
             wire = self.space.connections[step.via] if step.via is not None else None
             sender = self.space.components[step.sender] if step.sender is not None else None
             item = self.here(step, wire)
-            found = self.component(item, wire, sender)
+            if step.unlinked:
+                wire = sender = None
+            found = self.component(item, wire, sender, is_reached=step.via is not None)
             if wire is not None:
                 found[0].synchronous = self.synchronous(wire)
             if not rows and not self.is_periodic(item) and item.partition is not None:

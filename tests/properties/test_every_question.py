@@ -163,6 +163,9 @@ def with_osates_words(text: str, rng: random.Random) -> str:
             lines[number] = line.replace(path[0], f"{path[0][: -1 - len(last)]}{named}]")
         if words and line.endswith("}") and not line.endswith("{}"):
             lines[number] = f"{lines[number][:-1]}, {', '.join(words)}}}"
+        if section == "flows" and line.startswith(" ") and rng.random() < 0.15:
+            name = line.partition(":")[0].strip()
+            lines[number] += f"\n  around {name}: {{path: [{name}]}}"
     return "\n".join(lines) + "\n"
 
 

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from collections import defaultdict
-from collections.abc import Iterator
-from dataclasses import dataclass
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, replace
 from typing import TypeAlias
 
 from dse.importers.aadl.flat import Member
@@ -18,12 +18,23 @@ MAX_DEPTH = 60
 
 
 @dataclass(frozen=True, eq=False)
+class Part:
+    """One place of a flow at which another one stands."""
+
+    name: str
+
+
+@dataclass(frozen=True, eq=False)
 class Stop:
-    """A component on a flow; `spec` is its flow specification, None where the flow names the component alone."""
+    """A component on a flow; `spec` is its flow specification, None where the flow names the component alone.
+
+    `part` is the flow that it belongs to where that is an element of this one.
+    """
 
     component: Instance
     spec: Member[FlowSpec] | None
     place: Place
+    part: Part | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -88,7 +99,10 @@ class Flows:
             elif context.named(key[0]):
                 yield from self._component(context, path, member, depth)
             elif len(key) == 1 and key[0] in context.flat.flows and member.item.kind == "end to end":
-                yield from self._elements(context, context.flat.flows[key[0]], depth + 1)
+                inner = context.flat.flows[key[0]]
+                part = Part(".".join((*context.path, inner.item.name)))
+                for element in self._elements(context, inner, depth + 1):
+                    yield replace(element, part=part) if isinstance(element, Stop) else element
             elif key[0] in context.flat.subcomponents:
                 raise self._tell(f"{path[0]} is not there in this mode", member.item.place)
             elif key[0] in context.flat.features:
@@ -190,3 +204,30 @@ def _fits(item: ConnectionInstance, one: Stop, other: Stop) -> bool:
     entry = other.spec.item.entry if other.spec else ()
     pairs = ((leaving, item.source_path), (entry, item.target_path))
     return all(tuple(name.lower() for name in path) == there[: len(path)] for path, there in pairs)
+
+
+def grouped(flow: EndToEnd, flows: Mapping[str, EndToEnd]) -> Iterator[Stop | ConnectionInstance | EndToEnd]:
+    """The elements of a flow, with the flows that it is composed of in their places, where these are read alike."""
+    number = 0
+    while number < len(flow.steps):
+        step = flow.steps[number]
+        inner = flows.get(step.part.name) if isinstance(step, Stop) and step.part is not None else None
+        if inner is not None and inner is not flow and _is_at(flow, number, inner):
+            yield inner
+            number += len(inner.steps)
+        else:
+            yield step
+            number += 1
+
+
+def _is_at(flow: EndToEnd, number: int, inner: EndToEnd) -> bool:
+    """Whether the steps of a flow from one on are those of another one."""
+    there = flow.steps[number : number + len(inner.steps)]
+    parts = {step.part for step in there if isinstance(step, Stop)}
+    ends = [inner.steps[0], inner.steps[-1]]
+    mine, theirs = ([_what(step) for step in steps] for steps in (there, inner.steps))
+    return mine == theirs and len(parts) == 1 and all(isinstance(step, Stop) for step in ends)
+
+
+def _what(step: Stop | ConnectionInstance) -> Instance | ConnectionInstance:
+    return step.component if isinstance(step, Stop) else step

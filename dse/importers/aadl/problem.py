@@ -14,11 +14,12 @@ from dse.importers.aadl.circles import NO_DATA, broken_circles
 from dse.importers.aadl.components import ComponentWriter
 from dse.importers.aadl.connecting import ConnectionWriter
 from dse.importers.aadl.figures import shown_place, text_of, time_range
-from dse.importers.aadl.flowing import EndToEnd, Stop
+from dse.importers.aadl.flowing import EndToEnd, Stop, grouped
 from dse.importers.aadl.hardware import HardwareWriter, Sheet
 from dse.importers.aadl.instance import Instance
 from dse.importers.aadl.model import Model
 from dse.importers.aadl.ours import OURS
+from dse.importers.aadl.wiring import ConnectionInstance
 from dse.importers.registry import Key, Place
 
 PROFILE = "osate-2.19"
@@ -56,7 +57,8 @@ class Writer:
         used = self._used()
         sections = self.components.sections(used, self.model.flows)
         wires = self.connections.section(used, self.model.flows)
-        flows = dict(self._flow(item) for item in self.model.flows)
+        by_name = {item.name: item for item in self.model.flows}
+        flows = dict(self._flow(item, by_name) for item in self.model.flows)
         requirements = self.hardware.budgets()
         for name in list(broken_circles({**sections, "connections": wires})):
             wires[name]["data_rate"] = NO_DATA
@@ -89,13 +91,22 @@ class Writer:
             or (item.category == "abstract" and not item.children))
         ]  # fmt: skip
 
-    def _flow(self, flow: EndToEnd) -> tuple[str, dict[str, Any]]:
-        """A flow: its name, and its path and required latency."""
+    def _flow_name(self, flow: EndToEnd) -> str:
         stated = self.model.properties.of_member(flow.context, flow.member, "Name", OURS)
-        name = self.model.read(stated, text_of, "Name") or flow.name
+        return self.model.read(stated, text_of, "Name") or flow.name
+
+    def _element(self, step: Stop | ConnectionInstance | EndToEnd) -> str | dict[str, Any]:
+        """An element of a path: a component, a connection, or another flow."""
+        if isinstance(step, Stop):
+            return self.components.element(step)
+        return self._flow_name(step) if isinstance(step, EndToEnd) else self.connections.name(step)
+
+    def _flow(self, flow: EndToEnd, flows: Mapping[str, EndToEnd]) -> tuple[str, dict[str, Any]]:
+        """A flow: its name, and its path and required latency."""
+        name = self._flow_name(flow)
         names = [
-            self.components.element(step) if isinstance(step, Stop) else self.connections.name(step)
-            for step in flow.steps
+            self._element(step)
+            for step in grouped(flow, flows)
             if not (isinstance(step, Stop) and self.model.is_boundary(step.component))
         ]
         found: dict[str, Any] = {"path": names}

@@ -40,6 +40,22 @@ def steps_of(path: list[Any], components: Container[str], wires: Mapping[str, Ma
     return found
 
 
+def whole_path(
+    path: list[Any], flows: Mapping[str, Mapping[str, Any]], components: Container[str], wires: Container[str]
+) -> list[Any]:
+    """A path with what stands for other flows written out, which are flows of their own in AADL, too.
+
+    Under OSATE's rules these count otherwise; a model that is read back tells.
+    """
+    found: list[Any] = []
+    for item in path:
+        if isinstance(item, str) and item not in components and item not in wires and item in flows:
+            found += whole_path(flows[item]["path"], flows, components, wires)
+        else:
+            found.append(item)
+    return found
+
+
 def stated_in(path: list[Any], steps: list[PathStep], components: Container[str]) -> Iterator[tuple[int, Any]]:
     """The steps of a path with figures of their own, by number, and these."""
     numbers = [number for number, step in enumerate(steps) if step.kind == "component"]
@@ -62,8 +78,9 @@ def entered_times(
     """
     found: dict[str, dict[str, str]] = {}
     for flow, entry in flows.items():
-        steps = steps_of(entry["path"], components, wires)
-        for number, item in stated_in(entry["path"], steps, components):
+        path = whole_path(entry["path"], flows, components, wires)
+        steps = steps_of(path, components, wires)
+        for number, item in stated_in(path, steps, components):
             texts = {word: times(item[key]) for key, word in PORT_TIMES.items() if key in item}
             known = {word: text for word, text in texts.items() if text is not None}
             before = steps[number].before

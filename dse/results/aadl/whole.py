@@ -8,7 +8,7 @@ from typing import Any
 from dse.importers.aadl.ours import OURS
 from dse.results.aadl.decided import Decided
 from dse.results.aadl.package import Part, kind_of, package_text, section_lines
-from dse.results.aadl.paths import PathStep, entered_times, stated_in, steps_of
+from dse.results.aadl.paths import PathStep, entered_times, stated_in, steps_of, whole_path
 from dse.results.aadl.words import bandwidth, comment, extra, identifier, quoted, size, times, written_range
 from dse.space.settings import settings_of
 from dse.space.types import Design, Space
@@ -319,10 +319,12 @@ class WholeModel:
     # --- flows -------------------------------------------------------------------------------------------------------
 
     def _flows(self) -> None:
-        for name, entry in self.decided.section("flows").items():
+        flows, wires = self.decided.section("flows"), self.decided.section("connections")
+        for name, entry in flows.items():
             own = self._named(name)
-            steps = steps_of(entry["path"], self.parts, self.decided.section("connections"))
-            own_figures = dict(stated_in(entry["path"], steps, self.parts))
+            path = whole_path(entry["path"], flows, self.parts, wires)
+            steps = steps_of(path, self.parts, wires)
+            own_figures = dict(stated_in(path, steps, self.parts))
             elements: list[str] = []
             for number, (kind, item, before, after) in enumerate(steps):
                 spec = f"{own}_{number}"

@@ -17,6 +17,17 @@ class Row(Form):
     min_method: str = field("The rule that gives the minimum.")
     max_ns: Figure | None = field("What it adds to the maximum latency; null where it is unbounded.")
     max_method: str = field("The rule that gives the maximum.")
+    medium: str = field("The bus or virtual bus of a row of a connection.", default="")
+    specified_ns: list[Figure] | None = field(
+        "Under `osate-2.19`: the minimum and maximum that are specified for it.", default=None
+    )
+
+
+class FlowFinding(Form):
+    """What OSATE says of a flow."""
+
+    severity: Literal["error", "warning"] = field("How grave it is.")
+    text: str = field("In words.")
 
 
 class Flow(Form):
@@ -26,6 +37,10 @@ class Flow(Form):
     min_ns: Figure = field("The minimum latency.")
     max_ns: Figure | None = field("The maximum latency; null where it is unbounded.")
     jitter_ns: Figure | None = field("The maximum minus the minimum; null where it is unbounded.")
+    specified_ns: list[Figure] | None = field(
+        "Under `osate-2.19`: the totals of what is specified, minimum and maximum.", default=None
+    )
+    findings: list[FlowFinding] = field("Under `osate-2.19`: the errors and warnings of OSATE about it.", default=[])
 
 
 class Use(Form):
