@@ -316,8 +316,8 @@ def _connection_rows(space: Space, place: Place, view: View, *, queues: bool = T
         rows.append(Row(*name, least, "sampling protocol", period, "sampling protocol", slowest))
     waiting = _waiting_ns(space, place, view) if queues else 0
     if waiting:
-        queues = (item.bus for item in stack if item.is_bound and not at(space.buses[item.bus].period_ns, view))
-        names = ", ".join(dict.fromkeys(space.buses[number].name for number in queues))
+        waited = (item.bus for item in stack if item.is_bound and not at(space.buses[item.bus].period_ns, view))
+        names = ", ".join(dict.fromkeys(space.buses[number].name for number in waited))
         rows.append(Row(*name, 0, "queued", waiting, "queued", names))
     return tuple(rows) or (Row(*name, 0, nothing, 0, nothing),)
 
