@@ -81,6 +81,16 @@ flows: {f: {path: [a, b]}}
 requirements: [response time of b <= 100 ms, price <= 20 EUR]
 objectives: [minimise price]
 """
+OSATE = """
+dse: 1
+name: osate
+profile: osate-2.19
+bus_types: {w: {transmission_time: {fixed: 1 ms}, latency: 1 ms}}
+buses: {b: {type: w}}
+devices: {s: {period: 10 ms}, t: {}}
+connections: {c: {from: s, to: t, data_size: 8 B, bus: b}}
+flows: {f: {path: [s, t], latency: 0 ms .. 1 us}}
+"""
 FRAMED = """
 dse: 1
 name: framed
@@ -109,6 +119,7 @@ PROBLEMS = {
     "rounded": ROUNDED,
     "overloaded": OVERLOADED,
     "framed": FRAMED,
+    "osate": OSATE,
     "missed": MISSED,
 }
 COMMANDS = (
@@ -131,6 +142,7 @@ COMMANDS = (
     "analyse shared.yaml --response-times --json busy.json",
     "analyse shared.yaml --design 'p.type = cpu' --json broken.json",
     "analyse framed.yaml --json framed.json",
+    "analyse osate.yaml --json osate.json",
     "analyse node.yaml --json node.json",
     "analyse missed.yaml --json missed.json",
     "explain pump.yaml --max-jitter 5ms --json explanation.json",
