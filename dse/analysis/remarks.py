@@ -136,6 +136,7 @@ def _bus_remarks(space: Space, view: View) -> Iterator[str]:
 def problem_remarks(space: Space) -> Iterator[str]:
     """The same of every bus that a design may have, and of every flow."""
     yield from _untimed([item.name for item in _on_processors(space) if None in leaves(item.execution_ns)])
+    yield from _of_other_rules(space)
     alone = replace(space, processing="execution_time")  # a response time is never below an execution time
     for flow in space.flows:
         found: dict[str, None] = {}
@@ -160,6 +161,31 @@ def problem_remarks(space: Space) -> Iterator[str]:
         least = _least_busy(space, number)
         if least > PPM:
             yield f"{bus.name} is busy for at least {_percent(least)} of the time, whatever the design"
+
+
+def _of_other_rules(space: Space) -> Iterator[str]:
+    """What is stated and not looked at by the rules that apply."""
+    if space.profile == "dse":
+        found = {
+            "protocols": [item.name for item in space.connections if item.protocols]
+            + [item.name for item in space.buses if any(leaves(item.protocols))],
+            "timing": [item.name for item in space.connections if item.timing != "sampled"],
+            "partition": [item.name for item in space.components if item.partition is not None],
+            "period": [item.name for item in space.buses if any(leaves(item.period_ns))],
+        }
+        told = [f"{field} of {_listed(names)}" for field, names in found.items() if names]
+        if told:
+            yield f"profile dse does not look at what only the osate profiles count: {'; '.join(told)}"
+        return
+    asking = [item.name for item in space.buses if FROM_BANDWIDTH in leaves(item.fixed_ns)]
+    if asking:
+        unknown = f"profile {space.profile} does not know `transmission_time: from bandwidth`"
+        yield f"{unknown}: on {_listed(asking)} messages take the `latency` of the bus, or no time"
+
+
+def _listed(names: Sequence[str]) -> str:
+    more = f" and {len(names) - SHOWN} more" if len(names) > SHOWN else ""
+    return f"{', '.join(names[:SHOWN])}{more}"
 
 
 def _gains(space: Space, flow: Flow) -> Iterator[str]:

@@ -189,6 +189,8 @@ def _usage(analysis: Analysis) -> Iterator[Block]:
     if records:
         yield Plot("usage", partial(usage_chart, records), USAGE)
     yield from usage_tables(analysis)
+    budgets = [usage.budget for usage in analysis.buses if usage.budget is not None]
+    yield from listing([f"{item.severity}: {item.text}" for found in budgets for item in found.findings], "OSATE", 0)
     yield from busy_timelines(analysis.responses)
     if analysis.responses:
         yield from texts(overhead_words(analysis.space, analysis.design))
@@ -239,7 +241,7 @@ def _usage_table(usage: Usage, *, processor: bool) -> Table:
     ]
     total = (f"total {of}".strip(), readable(usage.total, unit, digits=4))
     rows.append((*total, *([] if processor else [_share(usage.total, usage)]), *_core(usage, "")))
-    caption = f"{'Processor' if processor else 'Bus'} {usage.name} ({usage.type})"
+    caption = f"{'Processor' if processor else 'Bus'} {usage.name} ({usage.type}){_budget_words(usage)}"
     figures = ("of one core",) if processor else ("load", "of the bandwidth")
     headings = (what, *figures, *(("core",) if usage.cores else ()))
     if usage.busy is not None and usage.busy_total is not None:
@@ -251,6 +253,14 @@ def _usage_table(usage: Usage, *, processor: bool) -> Table:
         rows = [(*row, readable(each, unit)) for row, each in zip(rows, [*plain, sum(plain)], strict=True)]
         headings = (*headings, "payload, without frames")
     return Table(caption, headings, tuple(rows), (1, 2, 3, 4)[: len(headings) - 1], total=True)
+
+
+def _budget_words(usage: Usage) -> str:
+    """The budget of a bus, and what those of its users add up to."""
+    if usage.budget is None:
+        return ""
+    stated = readable(usage.budget.stated, "B/s") if usage.budget.stated is not None else "none"
+    return f", budget {stated}, budgets on it {readable(usage.budget.required, 'B/s')}"
 
 
 def _core(usage: Usage, who: str) -> tuple[str, ...]:

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 from dse.analysis.boundaries import Boundary
 from dse.analysis.limits import Verdict
 from dse.analysis.osate_findings import Finding
+from dse.analysis.osate_load import Budget
 from dse.analysis.overheads import stated_overheads
 from dse.analysis.rows import Row
 from dse.analysis.scheduling import Response
@@ -65,6 +66,7 @@ class Usage:
     `no_busy` explains, and for what has none.
     `cores` has the core, from 1, of each of those who use a processor with several. `payload` has what each connection
     carries over a bus with frames without these, in B/s (what OSATE counts), where `shares` are those of the wire.
+    `budget` are OSATE's budgets of a bus, under its current rules and where any is stated.
     """
 
     name: str
@@ -76,6 +78,7 @@ class Usage:
     cores: Mapping[str, int] = field(default_factory=dict)
     payload: Mapping[str, Fraction] | None = None
     unit: str = "ppm"
+    budget: Budget | None = None
 
     @property
     def total(self) -> Fraction:

@@ -12,6 +12,7 @@ from dse.analysis.evaluate import Evaluator
 from dse.analysis.latency import flow_rows
 from dse.analysis.measures import loaded_buses
 from dse.analysis.osate_findings import CURRENT, flow_findings, specified_rows
+from dse.analysis.osate_load import bus_budget
 from dse.analysis.osate_quirks import quirks
 from dse.analysis.remarks import design_remarks
 from dse.analysis.resources import busy_terms, load_terms, payload_terms, utilisation_terms
@@ -102,6 +103,8 @@ def _bus_usage(space: Space, number: int, view: View) -> Usage:
     if usage.type != EMPTY and frame_at(bus.fixed_ns, view) is not None:
         plain = {term.label: term.value(view) for term in payload_terms(space, number)}
         usage = replace(usage, payload={label: plain[label] for label in usage.shares})
+    if space.profile == CURRENT:
+        usage = replace(usage, budget=bus_budget(space, number, dict(usage.shares), usage.capacity, view))
     obstacle = busy_obstacle(space, number)
     if obstacle or usage.type == EMPTY:
         return replace(usage, no_busy=obstacle)

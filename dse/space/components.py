@@ -243,6 +243,7 @@ def _build_connection(
         timing=given.timing,
         stated_bus=_even_where_unused(ledger, f"{name}.bus", stated_bus, bus),
         from_port=given.from_port,
+        budget=given.budget,
         further=read_further(ledger, spec, path, given, wires),
         protocols=read_protocols(ledger, spec, path, given, wires),
     )

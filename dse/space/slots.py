@@ -235,6 +235,7 @@ def _bus(ledger: Ledger, spec: Spec, name: str, index: Mapping[str, int]) -> Bus
         overload=given is not None and given.overload is not None,
         period_ns=read("period", "duration", format_duration, lambda model: model.period),
         further=read_further(ledger, spec, path, given, index),
+        budget=given.budget if given is not None else None,
         protocols=type_choice(
             decision, [read_protocols(ledger, spec, ("bus_types", key), model, index) for key, model in owner.types]
         ),

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from fractions import Fraction
 from typing import Any, Literal, TypeAlias
 
 from dse.space.criteria import Derived, Objective, Requirement, Rule
@@ -110,7 +111,7 @@ class Bus(Slot):
     costs, where something is bound to it. Leaves of `exclusive` say whether the chosen type carries one message at a
     time; `overload` tells whether the bus may be used beyond its bandwidth and its time. `period_ns` is the interval at
     which it carries messages, leaves of `protocols` what wraps them without being bound, both for OSATE alone.
-    `further` buses carry it as well as `carrier`, all at once.
+    `further` buses carry it as well as `carrier`, all at once. `budget` is AADL's, in B/s, which only verdicts look at.
     """
 
     virtual: bool
@@ -127,6 +128,7 @@ class Bus(Slot):
     further: tuple[int, ...] = ()
     protocols: Tree = ()
     broadcast: Tree = False
+    budget: Fraction | None = None
 
 
 @dataclass(frozen=True)
@@ -254,6 +256,7 @@ class Connection:
     protocols: tuple[int, ...] = ()
     from_port: str | None = None
     is_inner: bool = False
+    budget: Fraction | None = None
 
     @property
     def states_rate(self) -> bool:

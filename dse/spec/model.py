@@ -157,6 +157,7 @@ class Bus(Slot):
 
     bus: Options[Name] | None = None
     further_buses: Items[Name] = ()
+    budget: DataRate | None = None
 
 
 class Messages(Model):
@@ -182,6 +183,7 @@ class Connection(Model):
     protocols: Items[Name] = ()
     rate: Options[Rate] | None = None
     data_rate: Options[DataRate] | None = None
+    budget: DataRate | None = None
     port: Port = "event_data"
     timing: Timing = "sampled"
     queue_size: Options[QueueSize] | None = None

@@ -156,3 +156,15 @@ def test_a_flow_that_leads_through_itself_is_refused() -> None:
 def test_a_flow_of_flows_counts_everything_under_our_own_rules() -> None:
     found = dse.analyse(dse.loads(HEAD.replace("osate-2.19", "dse") + Q1))
     assert found.flows[0].max_ns == found.flows[1].max_ns
+
+
+def test_what_the_rules_do_not_look_at_is_told() -> None:
+    """Before, protocols, timing and partitions under profile dse, and a latency from the bandwidth, went in silence."""
+    text = Q5.replace("port: data}", "port: data, timing: delayed}")
+    remarks = dse.check(dse.loads(HEAD.replace("osate-2.19", "dse") + text)).remarks
+    told = "profile dse does not look at what only the osate profiles count: timing of c; partition of a, b"
+    assert told in remarks
+    assert not any("does not look at" in item for item in dse.check(dse.loads(HEAD + text)).remarks)
+    wired = WIRE.replace("{fixed: 1 ms}, period: PERIOD", "from bandwidth, bandwidth: 1 Mbit/s, latency: 1 ms")
+    remarks = dse.check(dse.loads(HEAD + wired + TWO.replace("BUS", ON_W) + "flows: {f: {path: [a, b]}}")).remarks
+    assert any("on w messages take the `latency` of the bus" in item for item in remarks), remarks

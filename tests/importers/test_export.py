@@ -208,7 +208,13 @@ def test_a_chosen_offset_is_stated(tmp_path: Path) -> None:
     path = tmp_path / "p.yaml"
     path.write_text(OFFSETS, encoding="utf-8")
     result = dse.solve(path)
-    assert '"offset: ' in dse.export(result, 1, "aadl")
+    text = dse.export(result, 1, "aadl")
+    assert "Dispatch_Offset => 0 ms;" in text and "Dispatch_Offset => 5 ms;" in text
+    (tmp_path / "m.aadl").write_text(text, encoding="utf-8")
+    decided = "dse: 1\nname: d\nof: m.aadl\noffset_grid: 1 ms\nprofile: dse\nthreads: {u: {offset: [1 ms, 7 ms]}}\n"
+    (tmp_path / "d.yaml").write_text(decided, encoding="utf-8")
+    extended = dse.export(dse.solve(tmp_path / "d.yaml"), 1, "aadl")
+    assert "Dispatch_Offset => 1 ms applies to u_process.u;" in extended
 
 
 def test_what_cannot_be_read_back_is_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

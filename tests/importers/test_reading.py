@@ -376,3 +376,17 @@ def test_a_file_that_decides_names_what_is_there(tmp_path: Path) -> None:
             dse.load(path)
     with pytest.raises(ProblemError, match="a text cannot decide over a model"):
         dse.loads(head)
+
+
+def test_offsets_and_latencies_that_do_not_count_are_told(tmp_path: Path) -> None:
+    """An offset needs a timer on a processor; OSATE does not look at the Latency of a flow implementation."""
+    said = "Dispatch_Offset => 3 ms applies to p.w;"
+    text = model(said).replace("flows f : flow path i -> c1 -> w.f -> c2 -> o;",
+                               "flows f : flow path i -> c1 -> w.f -> c2 -> o {Latency => 1 ms .. 2 ms;};")  # fmt: skip
+    found = read_foreign(written(tmp_path, text))
+    assert found.document["threads"]["p.w"]["offset"] == "3 ms"
+    assert any("Latency of the flow implementation f" in str(item) for item in found.remarks)
+    free = model(said).replace("Actual_Processor_Binding => (reference (cpu)) applies to p;", "")
+    found = read_foreign(written(tmp_path, free))
+    assert "offset" not in found.document["threads"]["p.w"]
+    assert any("Dispatch_Offset of p.w, which is bound to no processor" in str(item) for item in found.remarks)

@@ -86,7 +86,7 @@ dse: 1
 name: osate
 profile: osate-2.19
 bus_types: {w: {transmission_time: {fixed: 1 ms}, latency: 1 ms}}
-buses: {b: {type: w}}
+buses: {b: {type: w, budget: 1 KB/s}}
 devices: {s: {period: 10 ms}, t: {}}
 connections: {c: {from: s, to: t, data_size: 8 B, bus: b}}
 flows: {f: {path: [s, t], latency: 0 ms .. 1 us}}

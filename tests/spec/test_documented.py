@@ -66,7 +66,7 @@ clocks: {k: {synchronisation_error: 1 us, source: s}}
 partitions: {o: {period: 1 ms, offset: 1 us, duration: 1 us, source: s}}
 processors: {p: {type: c, optional: true, overload: allowed, clock: k, source: s}}
 buses: {x: {type: b, optional: true, overload: allowed, source: s}, y: {type: v, bus: x, further_buses: [z]},
-        z: {type: b}}
+        z: {type: b, budget: 1 B/s}}
 devices:
   e: {type: d, period: 1 ms, category: device, dispatch_protocol: periodic, compute_execution_time: 1 us, latency: 1 us,
       deadline: 1 ms, response_time: 1 us, queue_size: 1, price: 1 EUR, power: 1 W, totals: {mass: 1 g}, source: s,
@@ -81,7 +81,7 @@ threads:
 executors: {n: {kind: fifo, processor: p, priority: 1, core: 1, source: s}}
 connections:
   w: {from: e, to: f, data_size: 1 B, bus: x, rate: 1 Hz, data_rate: 1 B/s, port: data, timing: delayed, queue_size: 1,
-      further_buses: [z], protocols: [v], from_port: o, latency: 1 us, source: s}
+      further_buses: [z], protocols: [v], from_port: o, budget: 1 B/s, latency: 1 us, source: s}
   x: {from: e, to: f, message: parts/Pose, lengths: {id: 1}}
 flows:
   g: {path: [{element: e, latency: 1 us, compute_execution_time: 1 us, response_time: 1 us}, f], latency: 1 us .. 1 s,

@@ -121,6 +121,21 @@ class ComponentWriter:
             sheet.put("dispatch_protocol", stated, known)
         if has_period and period is not None:
             sheet.put("period", found, period.text)
+        if category == "thread":
+            self._offset(sheet, component, is_timed=has_period and known in (None, "periodic", "hybrid"))
+
+    def _offset(self, sheet: Sheet, component: Instance, *, is_timed: bool) -> None:
+        """When it is first released, on the clock of its processor."""
+        found = self.model.properties.of(component, "Dispatch_Offset")
+        offset = self.model.read(found, time_range, "Dispatch_Offset")
+        if found is None or offset is None:
+            return
+        if is_timed and "processor" in sheet.fields:
+            sheet.put("offset", found, offset.text)
+            return
+        name = component.title or component.name
+        why = "is bound to no processor, whose clock it would be on" if is_timed else "is released by no timer"
+        self.model.library.remark(f"Dispatch_Offset of {name}, which {why}: not looked at", found.place)
 
     def _processor(self, sheet: Sheet, component: Instance) -> Instance | None:
         """The processor that it runs on; through a virtual one where it is bound to that."""

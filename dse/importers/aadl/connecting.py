@@ -110,6 +110,9 @@ class ConnectionWriter:
         self._port(sheet, item)
         self._rate(sheet, item)
         sheet.read("latency", self._property(item, "Latency"), time_range, "Latency")
+        budget = self._property(item, "BandWidthBudget", "SEI")
+        span = self.model.read(budget, data_rate, "BandWidthBudget")
+        sheet.put("budget", budget, span.text if span is not None and span.low > 0 else None)
         target = item.target or self.model.root
         sheet.extra(self.model.properties.of_feature(target, item.target_path, "Extra", OURS))
         sheet.extra(self._property(item, "Extra", OURS))

@@ -124,6 +124,7 @@ class Flows:
                 and is_active(inner.item.modes, component.mode)
                 and self._leads_inside(component, inner)
             ):
+                self._budgeted(inner)
                 yield from self._elements(component, inner, depth + 1)
                 return
             if key in flat.specs:
@@ -133,6 +134,15 @@ class Flows:
             yield Stop(component, None, member.item.place)
             return
         raise self._tell(f"{component.title} has no flow {'.'.join(rest)}", member.item.place)
+
+    def _budgeted(self, inner: Member[Flow]) -> None:
+        """A Latency of a flow implementation is not looked at, by OSATE either: what it leads through counts."""
+        for owned in inner.properties:
+            if owned.association.key == "latency" and not owned.association.applies:
+                text = (
+                    f"Latency of the flow implementation {inner.item.name}: OSATE counts what it leads through instead"
+                )
+                self.library.remark(text, owned.association.place)
 
     def _leads_inside(self, component: Instance, flow: Member[Flow]) -> bool:
         """Whether a flow implementation names subcomponents."""

@@ -147,6 +147,10 @@ class HardwareWriter:
         slot = Sheet(self.model, self.places, key)
         if component.category == "processor":
             self.clocked(slot, component)
+        else:
+            budget = self.model.properties.of(component, "BandWidthBudget", "SEI")
+            span = self.model.read(budget, data_rate, "BandWidthBudget")
+            slot.put("budget", budget, span.text if span is not None and span.low > 0 else None)
         slot.extra(self.model.properties.of(component, "Slot", OURS))
         sheet: dict[str, Any] = {"type": types[0], **slot.fields}
         self.slots[section][name] = sheet

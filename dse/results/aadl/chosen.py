@@ -25,7 +25,7 @@ TIMES = (
     ("response_ns", "response_time", "SEI::Response_Time"),
 )
 SAID = ("period", "dispatch_protocol", "compute_execution_time", "response_time", "latency", "deadline", "priority",
-        "processor", "bus", "queue_size", "data_size", "type")  # fmt: skip
+        "offset", "processor", "bus", "queue_size", "data_size", "type")  # fmt: skip
 """Fields of decisions that an implementation can set."""
 
 
@@ -181,6 +181,9 @@ class ChosenModel:
         deadline, former = pair("deadline_ns")
         if deadline is not None and (deadline != former or self._is_decided(item.name, "deadline")):
             yield f"Deadline => {times(format_duration(deadline), as_range=False)}"
+        offset, former = pair("offset_ns")
+        if offset is not None and (offset != former or self._is_decided(item.name, "offset")):
+            yield f"Dispatch_Offset => {times(format_duration(offset), as_range=False)}"
         priority, former = pair("priority")
         if priority is not None and (priority != former or self._is_decided(item.name, "priority")):
             yield f"Priority => {priority}"

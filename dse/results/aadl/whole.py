@@ -190,7 +190,7 @@ class WholeModel:
         own = self._named(name)
         part = self.parts[name] = Part(f"{own}_type", category, own)
         self.taken.add(part.name.lower())
-        part.properties = list(self._figures(rest))
+        part.properties = list(self._figures(rest, category))
         stated = extra(rest.items())
         block = self._block(name, own, stated)
         declared = f"{own} : {category} {part.name}{block};"
@@ -215,7 +215,7 @@ class WholeModel:
             self.root.subcomponents.append(f"{called} : process {part.name}.i;")
         return self.processes[key]
 
-    def _figures(self, rest: dict[str, Any]) -> Iterator[str]:
+    def _figures(self, rest: dict[str, Any], category: str) -> Iterator[str]:
         """The properties that AADL has words for; takes them out of `rest`."""
         protocol = rest.pop("dispatch_protocol", None)
         if protocol is not None:
@@ -228,8 +228,10 @@ class WholeModel:
             ("response_time", "SEI::Response_Time", True),
             ("callback_execution_time", f"{OURS}::Callback_Execution_Time", True),
             ("deadline", "Deadline", False),
+            ("offset", "Dispatch_Offset", False),
         ):
-            value = times(rest[key], as_range=as_range) if key in rest else None
+            is_said = key in rest and (key != "offset" or category == "thread")
+            value = times(rest[key], as_range=as_range) if is_said else None
             if value is not None:
                 yield f"{word} => {value};"
                 del rest[key]

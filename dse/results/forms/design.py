@@ -68,6 +68,14 @@ class Busy(Form):
     reason: str | None = field("Why it cannot be computed, where it cannot.", default=None)
 
 
+class Budget(Form):
+    """OSATE's budgets of a bus."""
+
+    stated: Figure | None = field("Its own, in B/s; null without one.")
+    required: Figure = field("The sum of those of what is bound to it.")
+    findings: list[FlowFinding] = field("OSATE's errors and warnings about them.")
+
+
 class BusUse(Use):
     """How much of a bus is used, by whom, and for how long."""
 
@@ -76,6 +84,7 @@ class BusUse(Use):
         default=None,
     )
     busy: Annotated[Busy, Of("busy_use")] = field("The share of the time that it is busy.")
+    budget: Budget | None = field("Under `osate-2.19`, where budgets are stated: those of the bus.", default=None)
 
 
 class Metric(Form):
