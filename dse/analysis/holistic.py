@@ -15,7 +15,7 @@ from typing import TypeAlias
 from dse.analysis.binding import transmission_ns
 from dse.analysis.executors import Fellow, executor_response_ns
 from dse.analysis.overheads import interrupting, switching_ns
-from dse.analysis.rates import NS_PER_S, is_event_triggered, rate_hz
+from dse.analysis.rates import NS_PER_S, arrivals, is_event_triggered, rate_hz
 from dse.analysis.response_time import Stream, Task, response_time_ns
 from dse.analysis.segments import Segments, elapsed_ns, most_waiting_ns, single
 from dse.analysis.tasks import Part, TaskKey, alone_ns, task_name
@@ -173,8 +173,8 @@ def task_of(space: Space, key: TaskKey, known: Mapping[TaskKey, Exact | None], v
     streams = _releases(space, number, part, known, view)
     if streams is None:
         return None
-    sporadic = part == "thread" and at(component.protocol, view) == "sporadic"
-    separation = at(component.period_ns, view) if sporadic else None
+    separated = part == "thread" and arrivals(component, view).is_separated
+    separation = at(component.period_ns, view) if separated else None
     worst = alone_ns(component, part, view)[1] + switching_ns(space, number, view)
     return Task(task_name(component, part), worst, streams, separation)
 
@@ -186,7 +186,8 @@ def _releases(space: Space, number: int, part: Part, known: Mapping[TaskKey, Exa
     component = space.components[number]
     if part == "thread" and not is_event_triggered(component, view):
         return (Stream(at(component.period_ns, view)),)
-    streams: list[Stream] = []
+    is_timed = part == "thread" and arrivals(component, view).by_timer
+    streams: list[Stream] = [Stream(at(component.period_ns, view))] if is_timed else []
     for wire in component.triggers:
         found = _deliveries(space, wire, known, view)
         if found is None:
@@ -216,7 +217,7 @@ def _leaving(space: Space, number: int, known: Mapping[TaskKey, Exact | None], v
     response = known.get((number, "thread"), worst)
     if released is None or response is None:
         return None
-    if at(component.protocol, view) == "sporadic":
+    if arrivals(component, view).is_separated:
         # holding back what comes early keeps the bound of the streams (Le Boudec and Thiran, "Network Calculus", 1.5:
         # shaping keeps arrival constraints); of this and the separation, the one with the lower rate goes on
         separation = at(component.period_ns, view)

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from fractions import Fraction
-from typing import Literal, TypeAlias
+from typing import Literal, NamedTuple, TypeAlias
 
 from dse.analysis.views import CyclicActivation, View
 from dse.space.cycles import shortest_circle, strong_components
+from dse.space.protocols import Arrivals, arrivals_of
 from dse.space.trees import NotOffered, at, leaves
 from dse.space.types import Component, Connection, Space
 
@@ -19,10 +20,13 @@ _PENDING = object()
 
 def is_event_triggered(component: Component, view: View) -> bool:
     """Aperiodic, sporadic, or neither protocol nor period stated."""
+    return arrivals(component, view).by_inputs
+
+
+def arrivals(component: Component, view: View) -> Arrivals:
+    """What releases the jobs of a component."""
     protocol = at(component.protocol, view)
-    if protocol in ("aperiodic", "sporadic"):
-        return True
-    return protocol is None and at(component.period_ns, view) is None
+    return arrivals_of(protocol, has_period=protocol is None and at(component.period_ns, view) is not None)
 
 
 def is_periodic(component: Component, view: View) -> bool:
@@ -65,12 +69,11 @@ def rate_hz(space: Space, key: RateKey, view: View) -> Fraction:
 
 
 def _activation_hz(space: Space, number: int, view: View) -> Fraction:
-    by_input, own = dispatch(space.components[number], view)
-    if not by_input:
-        assert own is not None
-        return own
+    rule = dispatch(space.components[number], view)
+    if not rule.by_inputs:
+        return rule.own
     arriving = rate_hz(space, ("input", number), view)
-    return arriving if own is None else min(arriving, own)
+    return rule.own + (arriving if rule.most is None else min(arriving, rule.most))
 
 
 def _delivery_hz(space: Space, number: int, view: View) -> Fraction:
@@ -83,13 +86,19 @@ def _delivery_hz(space: Space, number: int, view: View) -> Fraction:
 # --- the rules, which the encoder tabulates ---------------------------------------------------------------------------
 
 
-def dispatch(component: Component, view: View) -> tuple[bool, Fraction | None]:
-    """Whether inputs dispatch a component; the rate of its timer, which is the most of a sporadic one (None: none)."""
-    by_input = is_event_triggered(component, view)
-    if by_input and at(component.protocol, view) != "sporadic":
-        return True, None
-    timer: Fraction = NS_PER_S / (ZERO + at(component.period_ns, view))
-    return by_input, timer
+class Dispatch(NamedTuple):
+    """The rate of a component in Hz: its `own`, and where inputs release jobs theirs, at `most` so much of it."""
+
+    own: Fraction
+    by_inputs: bool = False
+    most: Fraction | None = None
+
+
+def dispatch(component: Component, view: View) -> Dispatch:
+    """The rule by which a component gets its rate."""
+    found = arrivals(component, view)
+    timer: Fraction = NS_PER_S / (ZERO + at(component.period_ns, view)) if found.has_period else ZERO
+    return Dispatch(timer if found.by_timer else ZERO, found.by_inputs, timer if found.is_separated else None)
 
 
 def stated_hz(connection: Connection, view: View) -> Fraction:

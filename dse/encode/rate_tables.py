@@ -69,20 +69,20 @@ class RateTables:
         return self.table(("activation", connection.sender))
 
     def _activation(self, number: int) -> RateTable | None:
-        """1 / period, the input rate, or for sporadic components the smaller of the two."""
+        """Its own rate, and what it takes of its inputs (`dse.analysis.rates.Dispatch`)."""
         component = self.board.space.components[number]
 
         pairs: RateTable = []
-        for literal, (eager, own) in self.board.table(partial(dispatch, component)):
-            if not eager:
-                assert own is not None
-                pairs.append((literal, own))
+        for literal, rule in self.board.table(partial(dispatch, component)):
+            if not rule.by_inputs:
+                pairs.append((literal, rule.own))
                 continue
             arriving = self.table(("input", number))
             if arriving is None:
                 return None
             for other, rate in arriving:
-                pairs.append((self.board.all_of((literal, other)), rate if own is None else min(rate, own)))
+                taken = rate if rule.most is None else min(rate, rule.most)
+                pairs.append((self.board.all_of((literal, other)), rule.own + taken))
         return self._merged(pairs)
 
     def _merged(self, pairs: Iterable[tuple[Any, Fraction]]) -> RateTable | None:

@@ -24,6 +24,8 @@ from dse.encode.linear import EXACT_LIMIT, Board, Form, Given, ceil_int, check_e
 from dse.encode.rate_tables import RateTables
 from dse.space.activation import trigger_graph
 from dse.space.cycles import strong_components
+from dse.space.protocols import PROTOCOLS
+from dse.space.trees import leaves
 
 
 def add_acyclic_activation(board: Board) -> None:
@@ -120,22 +122,22 @@ class RateVariables:
         board.model.add(variable == board.expression(form))
 
     def _define_activation(self, number: int, variable: cp_model.IntVar) -> None:
-        """1 / period, the input rate, or for sporadic components the smaller of the two."""
+        """Its own rate, and what it takes of its inputs (`dse.analysis.rates.Dispatch`)."""
         space, model = self.board.space, self.board.model
         component = space.components[number]
 
-        for literal, (eager, own) in self.board.table(partial(dispatch, component)):
-            cap = int(own * self.scale) if own is not None else None
-            if not eager:
-                model.add(variable == cap).only_enforce_if(literal)
+        for literal, rule in self.board.table(partial(dispatch, component)):
+            own = int(rule.own * self.scale)
+            if not rule.by_inputs:
+                model.add(variable == own).only_enforce_if(literal)
                 continue
             arriving, most = self.variable(("input", number))
-            if cap is None:
-                model.add(variable == arriving).only_enforce_if(literal)
-            else:
-                smaller: Any = model.new_int_var(0, min(cap, most), "")
-                model.add_min_equality(smaller, [arriving, cap])
-                model.add(variable == smaller).only_enforce_if(literal)
+            taken: Any = arriving
+            if rule.most is not None:
+                cap = int(rule.most * self.scale)
+                taken = model.new_int_var(0, min(cap, most), "")
+                model.add_min_equality(taken, [arriving, cap])
+            model.add(variable == taken + own).only_enforce_if(literal)
 
     @cached_property
     def _bounds(self) -> dict[RateKey, int]:
@@ -154,4 +156,10 @@ class RateVariables:
         """The bound that follows from those of the rates that this one sums."""
         space = self.board.space
         total = sum(bounds[source] for source in summands(space, key))
-        return max(total, *(int(rate * self.scale) for rate in source_rates_of(space, key)), 0)
+        most = max([0, *(int(rate * self.scale) for rate in source_rates_of(space, key))])
+        return total + most if key[0] == "activation" and self._adds(key[1]) else max(total, most)
+
+    def _adds(self, number: int) -> bool:
+        """Whether a component may take its inputs on top of a rate of its own."""
+        protocols = set(leaves(self.board.space.components[number].protocol)) - {None}
+        return any(PROTOCOLS[name].by_inputs and PROTOCOLS[name].by_timer for name in protocols)

@@ -7,12 +7,11 @@ from dataclasses import replace
 
 from dse.space.cycles import shortest_circle, strong_components
 from dse.space.properties import Ledger, closest
+from dse.space.protocols import BY_INPUTS
 from dse.space.trees import leaves
 from dse.space.types import Component, Connection, Space
 from dse.spec.model import Spec
 from dse.units import shown
-
-EVENT_PROTOCOLS = ("aperiodic", "sporadic")
 
 
 def with_triggers(
@@ -57,7 +56,7 @@ def _check_triggers(
 
 def may_be_event_triggered(component: Component) -> bool:
     """Whether some option makes the component aperiodic, sporadic, or leaves it without a period."""
-    return any(leaf in EVENT_PROTOCOLS for leaf in leaves(component.protocol)) or (
+    return any(leaf in BY_INPUTS for leaf in leaves(component.protocol)) or (
         any(leaf is None for leaf in leaves(component.protocol))
         and any(leaf is None for leaf in leaves(component.period_ns))
     )
@@ -67,7 +66,7 @@ def must_be_event_triggered(component: Component) -> bool:
     """Whether every option does."""
     protocols = set(leaves(component.protocol))
     periods = set(leaves(component.period_ns))
-    return protocols <= set(EVENT_PROTOCOLS) or (protocols <= {None, *EVENT_PROTOCOLS} and periods == {None})
+    return protocols <= set(BY_INPUTS) or (protocols <= {None, *BY_INPUTS} and periods == {None})
 
 
 def trigger_graph(space: Space) -> dict[int, set[int]]:
@@ -143,7 +142,7 @@ def _check_sources(ledger: Ledger, space: Space, needed: set[int]) -> None:
             continue
         silent = [space.connections[wire].name for wire in component.incoming]
         hint = f"{silent[0]} leads to a `data` port, which triggers nothing" if silent else ""
-        if any(leaf in EVENT_PROTOCOLS for leaf in leaves(component.protocol)):
+        if any(leaf in BY_INPUTS for leaf in leaves(component.protocol)):
             path = (component.section, name, "dispatch_protocol")
             ledger.error(path, "event-triggered, but no connection triggers it, and its rate is needed", hint)
         else:

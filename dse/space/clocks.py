@@ -7,6 +7,7 @@ from dataclasses import replace
 from typing import Any
 
 from dse.space.properties import FieldReader, Ledger, Owner, Path
+from dse.space.protocols import BY_INPUTS
 from dse.space.slots import decision_of
 from dse.space.trees import NOT_OFFERED, Tree, graft, leaves
 from dse.space.types import ClockReading, Component, Step
@@ -16,8 +17,6 @@ from dse.units import format_duration, shown
 
 MOST_OFFSETS = 2_000
 """The most offsets that a grid may offer one thread."""
-UNTIMED = ("aperiodic", "sporadic")
-"""Protocols that no clock dispatches: they have no offset, and their data pass when a job ends."""
 
 
 def speaks_of_clocks(spec: Spec, components: Sequence[Component]) -> bool:
@@ -35,7 +34,7 @@ def grid_in_use(spec: Spec) -> int:
 
 def is_always_timed(component: Component) -> bool:
     """Whether a timer releases a component, whatever the design."""
-    return not set(UNTIMED) & set(leaves(component.protocol)) and None not in set(leaves(component.period_ns))
+    return not set(BY_INPUTS) & set(leaves(component.protocol)) and None not in set(leaves(component.period_ns))
 
 
 def clock_of(ledger: Ledger, spec: Spec, section: str, name: str, processor: Tree) -> Tree:
@@ -144,9 +143,9 @@ def _within(offset: Tree, period: int | None) -> Tree:
 
 
 def _where_timed(protocol: Tree, tree: Tree) -> Tree:
-    if not set(UNTIMED) & set(leaves(protocol)):
+    if not set(BY_INPUTS) & set(leaves(protocol)):
         return tree
-    return graft(protocol, lambda found: None if found in UNTIMED else tree)
+    return graft(protocol, lambda found: None if found in BY_INPUTS else tree)
 
 
 def _used(ledger: Ledger, name: str, tree: Tree) -> Tree:

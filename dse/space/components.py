@@ -12,6 +12,7 @@ from dse.space.cores import check_core, cores_named
 from dse.space.executors import Home, home_of, served_by
 from dse.space.priorities import read_priority
 from dse.space.properties import FieldReader, Ledger, Owner, Path, by_machine, closest
+from dse.space.protocols import PROTOCOLS
 from dse.space.segments import ends_by_name, inner_connections
 from dse.space.slots import decision_of, groups_of, known_types, read_figures, read_further, read_named, read_protocols
 from dse.space.trees import Choice, PerProcessorType, Tree, graft, leaves
@@ -20,7 +21,6 @@ from dse.spec.model import Spec
 from dse.units import format_data_rate, format_duration, format_rate, format_size, format_time_range, shown
 
 BY_PROCESSOR_TYPE = ("compute_execution_time", "callback_execution_time", "non_preemptive", "response_time")
-PERIODIC_PROTOCOLS = ("periodic", "sporadic", "hybrid")
 
 
 def _typed_owner(ledger: Ledger, spec: Spec, section: str, name: str) -> Owner:
@@ -177,12 +177,12 @@ def _period_in_use(ledger: Ledger, path: Path, name: str, protocol: Tree, period
     """The period as far as the protocol has one; a protocol that needs a period must find one."""
     together = graft(protocol, lambda chosen: graft(period, lambda value: (chosen, value)))
     for leaf, value in leaves(together):
-        if leaf in PERIODIC_PROTOCOLS and value is None:
+        if leaf in PROTOCOLS and PROTOCOLS[leaf].has_period and value is None:
             if not ledger.is_doubtful(name):
                 ledger.error((*path, "dispatch_protocol"), f"{leaf} needs a `period`")
             ledger.doubt(f"{name}.period")
             break
-    tree = graft(protocol, lambda item: None if item == "aperiodic" else period)
+    tree = graft(protocol, lambda item: period if item not in PROTOCOLS or PROTOCOLS[item].has_period else None)
     decision = decision_of(ledger, f"{name}.period")
     ledger.settle(decision, tree)
     reference = ledger.references.get(f"{name}.period")
