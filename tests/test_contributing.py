@@ -84,6 +84,30 @@ def test_what_the_steps_add_is_searched_and_proved_again(changed: Path) -> None:
         assert "Verified" in called(changed, "verify", "r.json", "--method", method)
 
 
+def test_a_metric_of_its_own_and_another_arrival_work_everywhere(changed: Path) -> None:
+    """Threads b and c share a core; c has 50 or 25 inputs a second, and 10 jobs of its timer where it is timed."""
+    timed = "  c: {processor: p, dispatch_protocol: [timed, aperiodic], period: 100 ms, compute_execution_time: 1 ms}\n"
+    text = PROBLEM.replace("connections: {ab:", f"{timed}connections: {{bc: {{from: b, to: c}}, ab:")
+    text = (
+        text[: text.index("requirements:")] + "requirements: [rate of c >= 30 Hz]\nobjectives: [minimise rate of c]\n"
+    )
+    (changed / "timed.yaml").write_text(text, encoding="utf-8")
+    called(changed, "solve", "timed.yaml", "-q", "--json", "t.json")
+    data = json.loads((changed / "t.json").read_text(encoding="utf-8"))
+    assert [(point["objectives"], point["decisions"]["c.dispatch_protocol"]) for point in data["front"]] == [
+        ({"rate of c": 35}, "timed")
+    ]
+    for method in ("exhaustion", "model"):
+        assert "Verified" in called(changed, "verify", "t.json", "--method", method)
+    said = called(changed, "sweep", "timed.yaml", "--vary", "rate of c=10Hz..60Hz", "--minimise", "price", "--no-store")
+    assert "35 Hz" in said
+    design = ["p.type=cpu", "b.period=40ms", "b.release_jitter=3ms", "c.dispatch_protocol=timed"]
+    chosen = [part for text in design for part in ("--design", text)]
+    called(changed, "analyse", "timed.yaml", "--response-times", *chosen, "--json", "b.json")
+    data = json.loads((changed / "b.json").read_text(encoding="utf-8"))
+    assert data["metrics"]["utilisation of p"]["value"] == 400_000 + 100_000 + 35_000
+
+
 def test_the_field_that_the_steps_add_is_written_and_in_the_schema(changed: Path) -> None:
     called(changed, "solve", "toy.yaml", "-q", "--json", "s.json")
     called(changed, "verify", "s.json", "--json", "v.json")
