@@ -28,9 +28,9 @@ if TYPE_CHECKING:
     from dse.api.problem import loads as loads
     from dse.api.read import read as read
     from dse.api.reopen import reopen as reopen
-    from dse.api.ros_sizes import Sizes as Sizes
-    from dse.api.ros_sizes import sizes as sizes
     from dse.api.simulate import simulate as simulate
+    from dse.api.sizes import Sizes as Sizes
+    from dse.api.sizes import sizes as sizes
     from dse.api.solve import solve as solve
     from dse.errors import Diagnostic as Diagnostic
     from dse.errors import DseError as DseError
@@ -70,7 +70,7 @@ _HOMES = {
     "export": "dse.api.export",
     "compare_measured": "dse.study.measured",
     "fit": "dse.api.fit",
-    "sizes": "dse.api.ros_sizes",
+    "sizes": "dse.api.sizes",
     "import_file": "dse.api.importing",
     "ImportedFile": "dse.api.importing",
     "Model": "dse.api.problem",
@@ -98,7 +98,7 @@ _HOMES = {
     "architecture_graph": "dse.results.graph",
     "ranked_by": "dse.results.order",
     "Fit": "dse.fitting.fit",
-    "Sizes": "dse.api.ros_sizes",
+    "Sizes": "dse.api.sizes",
     "Result": "dse.results.solve",
     "Simulation": "dse.results.simulate",
     "RobustResult": "dse.results.robust",

@@ -11,10 +11,10 @@ from dse.analysis.bounds import Impossible, impossible
 from dse.analysis.changes import counted_decisions
 from dse.analysis.remarks import problem_remarks
 from dse.analysis.validity import slot_users
+from dse.api.exactness import too_large
 from dse.api.meanings import changed_meanings
 from dse.api.problem import Problem, Source, load
 from dse.api.question import Question
-from dse.api.sizes import too_large
 from dse.results.answer import Answer
 from dse.space.activation import exclusions
 from dse.space.implied import overload_needed

@@ -18,7 +18,7 @@ ANSWERS: Final[Mapping[str, tuple[str, str]]] = {
     "sweep": ("dse.results.sweep", "SweepResult"),
     "sensitivity": ("dse.results.sensitivity", "SensitivityResult"),
     "verification": ("dse.results.verify", "Verification"),
-    "sizes": ("dse.api.ros_sizes", "Sizes"),
+    "sizes": ("dse.api.sizes", "Sizes"),
 }
 """The formats whose answers are made of nothing but their data, and where these answers are."""
 

@@ -1,35 +1,80 @@
-"""What `dse solve` will refuse because its sums leave exact arithmetic, found without solving."""
+"""`dse.sizes`: how large ROS messages are."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
 
-from dse.analysis.bounds import largest
-from dse.analysis.evaluate import Evaluator
-from dse.errors import TooLargeError
-from dse.space.types import Space
-from dse.timelimit import OutOfTime, TimeLimit, look_at_the_clock, until
-
-SURELY_EXACT = 2**43
-"""Sums below this are exact whatever the search makes of them; of others it is asked."""
-TIME_S = 10.0
-"""So long the model may take that tells."""
+from dse.errors import UsageError
+from dse.importers.ros_bags import Topic, read_bag
+from dse.importers.ros_messages import DEFAULT, LONGEST, MessageSize, Types, message_sizes
+from dse.results.answer import DataAnswer
 
 
-def too_large(space: Space) -> Iterator[str]:
-    """The first objective or requirement that the search cannot count exactly, with its place, as the search says."""
-    evaluator = Evaluator(space)
-    measures = [*evaluator.objectives, *(limit.measure for limit in evaluator.limits)]
-    found = (largest(space, measure) for measure in measures)
-    if all(figure is not None and figure < SURELY_EXACT for figure in found):
-        return
-    from dse.encode.model import encode
+@dataclass(frozen=True)
+class Sizes(DataAnswer):
+    """Sizes of message types and of the messages of bags.
 
-    try:
-        with until(TimeLimit.after(TIME_S)):
-            encode(evaluator)
-    except TooLargeError as error:
-        yield str(error)
-    except OutOfTime:
-        look_at_the_clock()
-        yield f"whether sums stay within exact arithmetic was not found out within {TIME_S:g} s"
+    Examples
+    --------
+    >>> import dse
+    >>> found = dse.sizes("geometry_msgs/PoseArray", lengths={"poses": 32}, distribution="ros1_noetic")
+    >>> found.types[0].stated
+    1812
+    """
+
+    FORM = "sizes.SizesForm"
+
+    distribution: str
+    lengths: Mapping[str, int]
+    types: tuple[MessageSize, ...]
+    topics: tuple[Topic, ...]
+
+
+def sizes(
+    *names: str,
+    definitions: Sequence[str | Path] = (),
+    bags: Sequence[str | Path] = (),
+    lengths: Mapping[str, int] | None = None,
+    distribution: str = DEFAULT,
+) -> Sizes:
+    """The sizes of ROS messages: by the report's rule, serialised at least, with stated lengths, and at most.
+
+    Parameters
+    ----------
+    names
+        message types; all of the definitions, or of the distribution, where there are none and no bags.
+    definitions
+        files (``.msg``, ``.srv``, ``.action``, ``.idl``) or folders with packages.
+    bags
+        bags (``.bag``, ``.mcap``, ``.db3``, or a folder), whose topics are measured.
+    lengths
+        how many elements or characters what has a length has, by its path: ``{"header.frame_id": 8}``.
+    distribution
+        which types there are besides, and how all are serialised: ROS 1, or CDR.
+
+    Raises
+    ------
+    ProblemError
+        when a file is wrong, with its line.
+    UsageError
+        when an argument is, or rosbags is not installed.
+
+    Examples
+    --------
+    >>> import dse
+    >>> [imu, odometry] = dse.sizes("sensor_msgs/Imu", "nav_msgs/Odometry").types
+    >>> imu.rule, imu.least, odometry.rule
+    (128, 316, 152)
+    """
+    stated = dict(lengths or {})
+    for path, length in stated.items():
+        if not 0 <= length <= LONGEST:
+            raise UsageError(f"--length {path}={length}: from 0 to {LONGEST}")
+    topics = tuple(topic for bag in bags for topic in read_bag(Path(bag)))
+    found: list[MessageSize] = []
+    if names or definitions or not bags:
+        types = Types(distribution, [Path(item) for item in definitions])
+        found = message_sizes(types, names or types.names(), stated)
+    return Sizes(distribution, stated, tuple(found), topics)

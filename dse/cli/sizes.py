@@ -65,10 +65,10 @@ def command(
     TYPE is such as sensor_msgs/Imu; all types of the definitions (or of the distribution) where none is named.
     """
     check_writable(json_path, report)
-    from dse.api.ros_sizes import sizes
+    from dse.api.sizes import sizes
 
     found = sizes(*names, definitions=definitions, bags=bags, lengths=lengths, distribution=distribution)
-    from dse.report.ros_sizes import sizes_page
+    from dse.report.sizes import sizes_page
 
     answer(sizes_page(found), (json_path, found.to_json), report=report)
     return 0

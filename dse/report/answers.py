@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TypeAlias
 
 from dse.api.check import Description
-from dse.api.ros_sizes import Sizes
+from dse.api.sizes import Sizes
 from dse.fitting.fit import Fit
 from dse.report.analyse import analysis_page
 from dse.report.check import description_page
@@ -18,8 +18,8 @@ from dse.report.markdown import markdown_page
 from dse.report.measured import measured_page
 from dse.report.page import Page, Section
 from dse.report.robust import robust_section
-from dse.report.ros_sizes import sizes_page
 from dse.report.simulate import simulation_page
+from dse.report.sizes import sizes_page
 from dse.report.solve import written_page
 from dse.report.study import study_page
 from dse.report.verify import verification_page

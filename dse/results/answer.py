@@ -71,7 +71,7 @@ class DataAnswer(Answer):
         UsageError
             when the data are not of its form, naming the first place that is wrong.
         """
-        from dse.results.forms.reading import read_as
+        from dse.results.forms.building import read_as
         from dse.results.reading import check_data
 
         form = cls.form()

@@ -14,7 +14,7 @@ from dse.api.solve import Watcher, solve_asked
 from dse.api.stated import restated
 from dse.errors import UsageError, about
 from dse.pareto.front import Budget, Progress
-from dse.results.forms.reading import read_as
+from dse.results.forms.building import read_as
 from dse.results.forms.result import Robust
 from dse.results.reading import read_result
 from dse.results.robust import Failure, RobustResult

@@ -8,12 +8,13 @@ what depends on it is told as not static.
 from __future__ import annotations
 
 import ast
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
 from dse.importers.launch.actions import ACTIONS, Lazy, Unknown, as_text
 from dse.importers.launch.entities import Entity, problem, text_of
+from dse.importers.launch.operations import METHODS, entry_of, equal, is_open, quoted, sum_of
 from dse.importers.launch.texts import Context, NotStaticError, resolve
 
 START = "generate_launch_description"
@@ -130,7 +131,7 @@ class _Reader:
             case ast.AnnAssign(target=target, value=ast.expr() as value):
                 self._assign(target, self.value(value, names), names)
             case ast.AugAssign(target=ast.Name(id=name), op=ast.Add(), value=value):
-                names[name] = _sum(names.get(name, Unknown(name)), self.value(value, names))
+                names[name] = sum_of(names.get(name, Unknown(name)), self.value(value, names))
             case ast.Expr(value=value):
                 self.value(value, names)
             case ast.Return(value=value):
@@ -195,7 +196,7 @@ class _Reader:
             case ast.JoinedStr(values=values):
                 return as_text([self._part(item, names) for item in values])
             case ast.BinOp(left=left, op=ast.Add(), right=right):
-                return _sum(self.value(left, names), self.value(right, names))
+                return sum_of(self.value(left, names), self.value(right, names))
             case ast.BinOp(left=left, op=ast.Div(), right=right):
                 return f"{as_text(self.value(left, names))}/{as_text(self.value(right, names))}"
             case ast.Call():
@@ -207,22 +208,22 @@ class _Reader:
             case ast.Subscript(value=ast.Attribute(attr="environ"), slice=key):
                 return f"$(env {as_text(self.value(key, names))})"
             case ast.Subscript(value=owner, slice=key):
-                return _entry(self.value(owner, names), self.value(key, names))
+                return entry_of(self.value(owner, names), self.value(key, names))
             case ast.Compare(left=left, ops=[ast.Eq() | ast.NotEq() as op], comparators=[right]):
-                return _equal(self.value(left, names), self.value(right, names), isinstance(op, ast.Eq))
+                return equal(self.value(left, names), self.value(right, names), isinstance(op, ast.Eq))
             case ast.UnaryOp(op=ast.Not(), operand=item):
                 value = self.value(item, names)
-                return NotImplemented if _is_open(value) else not value
+                return NotImplemented if is_open(value) else not value
             case ast.UnaryOp(op=ast.USub(), operand=ast.Constant(value=int() | float() as number)):
                 return -number
             case ast.BoolOp(op=op, values=items):
                 values = [self.value(item, names) for item in items]
-                if any(map(_is_open, values)):
+                if any(map(is_open, values)):
                     return NotImplemented
                 return all(values) if isinstance(op, ast.And) else any(values)
             case ast.IfExp(test=test, body=body, orelse=other):
                 value = self.value(test, names)
-                return NotImplemented if _is_open(value) else self.value(body if value else other, names)
+                return NotImplemented if is_open(value) else self.value(body if value else other, names)
             case ast.ListComp(elt=element, generators=[ast.comprehension(target=target, iter=items, ifs=[])]):
                 return self._comprehension(element, target, self.value(items, names), names)
         return NotImplemented
@@ -338,42 +339,6 @@ class _Reader:
         return Entity("opaque", node.lineno, {"name": function.id}, [], later)
 
 
-def quoted(value: Any) -> str:
-    """A value as one word of a substitution."""
-    text = as_text(value)
-    return f'"{text}"' if not text or (any(char.isspace() for char in text) and not text.startswith("$(")) else text
-
-
-def _sum(left: Any, right: Any) -> Any:
-    if isinstance(left, list | tuple) and isinstance(right, list | tuple):
-        return [*left, *right]
-    if isinstance(left, list | tuple) and isinstance(right, Unknown):
-        return [*left, right]
-    if isinstance(left, int | float) and isinstance(right, int | float):
-        return left + right
-    if isinstance(left, str | list | tuple) or isinstance(right, str):
-        return as_text([left, right])
-    return Unknown("a sum")
-
-
-def _is_open(value: Any) -> bool:
-    return isinstance(value, Unknown | Entity) or (isinstance(value, str) and "$(" in value)
-
-
-def _equal(left: Any, right: Any, is_equal: bool) -> Any:
-    if _is_open(left) or _is_open(right):
-        return NotImplemented
-    return (left == right) is is_equal
-
-
-def _entry(owner: Any, key: Any) -> Any:
-    if isinstance(owner, dict):
-        return owner.get(key, NotImplemented) if isinstance(key, str) else NotImplemented
-    if isinstance(owner, list | tuple) and isinstance(key, int) and -len(owner) <= key < len(owner):
-        return owner[key]
-    return NotImplemented
-
-
 def _assigned(body: Sequence[ast.stmt]) -> list[str]:
     """The names that statements may change."""
     return [item.id for part in body for item in ast.walk(part) if isinstance(item, ast.Name) and _is_stored(item)]
@@ -381,27 +346,3 @@ def _assigned(body: Sequence[ast.stmt]) -> list[str]:
 
 def _is_stored(item: ast.Name) -> bool:
     return isinstance(item.ctx, ast.Store)
-
-
-def _add(owner: Any, given: list[Any]) -> Any:
-    """An action more for a launch description, or an item for a list."""
-    target = owner.children if isinstance(owner, Entity) else owner
-    for item in given:
-        more = item if isinstance(item, list | tuple) else [item]
-        target += [one for one in more if isinstance(one, Entity)] if isinstance(owner, Entity) else [item]
-
-
-def _extend(owner: Any, given: list[Any]) -> Any:
-    if isinstance(owner, list) and given and isinstance(given[0], list | tuple):
-        owner += given[0]
-
-
-METHODS: Mapping[str, Callable[[Any, list[Any]], Any]] = {
-    "add_action": _add,
-    "append": _add,
-    "extend": _extend,
-    "items": lambda owner, given: [[key, value] for key, value in owner.items()] if isinstance(owner, dict) else owner,
-    "perform": lambda owner, given: owner,
-    "lower": lambda owner, given: owner.lower() if isinstance(owner, str) and "$(" not in owner else owner,
-    "strip": lambda owner, given: owner.strip() if isinstance(owner, str) else owner,
-}

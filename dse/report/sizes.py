@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from dse.api.ros_sizes import Sizes
+from dse.api.sizes import Sizes
 from dse.report.page import Block, Page, Section, Table, texts
 
 RULE = "rule: each array is one element, a string 8 bytes, a header 24 (the report's); least: serialised, all empty."

@@ -1,0 +1,35 @@
+"""What `dse solve` will refuse because its sums leave exact arithmetic, found without solving."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from dse.analysis.bounds import largest
+from dse.analysis.evaluate import Evaluator
+from dse.errors import TooLargeError
+from dse.space.types import Space
+from dse.timelimit import OutOfTime, TimeLimit, look_at_the_clock, until
+
+SURELY_EXACT = 2**43
+"""Sums below this are exact whatever the search makes of them; of others it is asked."""
+TIME_S = 10.0
+"""So long the model may take that tells."""
+
+
+def too_large(space: Space) -> Iterator[str]:
+    """The first objective or requirement that the search cannot count exactly, with its place, as the search says."""
+    evaluator = Evaluator(space)
+    measures = [*evaluator.objectives, *(limit.measure for limit in evaluator.limits)]
+    found = (largest(space, measure) for measure in measures)
+    if all(figure is not None and figure < SURELY_EXACT for figure in found):
+        return
+    from dse.encode.model import encode
+
+    try:
+        with until(TimeLimit.after(TIME_S)):
+            encode(evaluator)
+    except TooLargeError as error:
+        yield str(error)
+    except OutOfTime:
+        look_at_the_clock()
+        yield f"whether sums stay within exact arithmetic was not found out within {TIME_S:g} s"
