@@ -7,7 +7,7 @@ fixed priorities, each core alone, jitter inherited along trigger connections un
 from __future__ import annotations
 
 import random
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from fractions import Fraction
 from itertools import product
 from typing import Any
@@ -237,14 +237,16 @@ def every_choice(system: Mapping[str, Any]) -> Iterator[dict[str, Any]]:
         stated = [item for item in given if isinstance(item, int)]
         numbers = {item + step for item in stated for step in range(-len(given), len(given) + 1)}
         every = sorted(item for item in numbers if item >= 0) or range(1, len(given) + 1)
-        ranks = [every if item == "any" else item if isinstance(item, tuple) else (item,) for item in given]
-        for periods in product(*ways):
+        ranks: list[Sequence[int]] = [
+            every if item == "any" else item if isinstance(item, tuple) else (item,) for item in given
+        ]
+        for released in product(*ways):
             for placed in product(*cores):
                 if max(placed) <= figures["cores"] and _is_together(system["threads"], placed):
                     for chosen, kinds in product(product(*ranks), product(*served.values())):
                         by_name = dict(zip(served, kinds, strict=True))
                         yield {
-                            "type": kind, "periods": periods, "cores": placed, "priorities": chosen, "kinds": by_name,
+                            "type": kind, "periods": released, "cores": placed, "priorities": chosen, "kinds": by_name,
                         }  # fmt: skip
 
 

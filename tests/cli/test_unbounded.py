@@ -166,7 +166,7 @@ def test_what_is_unbounded_stays_so() -> None:
         number * Fraction(1, 3),
         -number,
         abs(-number),
-        sum([1, number], 0),
+        sum([Fraction(1), number], Fraction(0)),
         number / 2,
     ):
         assert is_unbounded(found)

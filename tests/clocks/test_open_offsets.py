@@ -6,7 +6,7 @@ import json
 import random
 from itertools import pairwise
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 import pytest
 
@@ -118,7 +118,9 @@ def test_stopped_fixed_and_by_several(seed: int, tmp_path: Path, monkeypatch: py
 
 
 @pytest.mark.parametrize("method", ["exhaustion", "model"])
-def test_a_wrong_wait_is_seen_by_the_second_proof(method: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_wrong_wait_is_seen_by_the_second_proof(
+    method: Literal["exhaustion", "model"], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     """The analysis counts a period where a read is met; the releases say otherwise."""
     data = let.problem([(0, 20, 20), (0, 20, 20)]) | {"objectives": ["minimise latency of chain"]}
     data["threads"]["t1"]["offset"] = ["0 ms", "4 ms"]

@@ -38,7 +38,8 @@ def test_conflicts_are_minimal_and_limits_exact(part: int, record_property: Call
             break
         found = infeasible(seed)
         if found is not None:
-            check(*found, seen, seed)
+            problem, designs = found
+            check(problem, designs, seen, seed)
             seen["problems"] += 1
     record_property("seen", dict(seen))
     assert seen["problems"] == wanted

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -104,11 +105,12 @@ def test_several_platforms_and_transports_make_one_catalogue(tmp_path: Path) -> 
         written(tmp_path, "\n".join(["rmw,cpu,bytes,min_us,max_us", *rows])), platforms={"arm": "ARM"}
     ).to_yaml()
     spec = parse_spec(f"dse: 1\nname: x\n{text}processor_types: {{ARM: {{}}, x86: {{}}}}\n").spec
-    assert {name: list(item.transmission_time) for name, item in spec.bus_types.items()} == {
+    times: Any = {name: item.transmission_time for name, item in spec.bus_types.items()}
+    assert {name: list(item) for name, item in times.items()} == {
         "shm": ["ARM", "x86"],
         "udp": ["ARM", "x86"],
     }
-    found = spec.bus_types["udp"].transmission_time["ARM"]
+    found = times["udp"]["ARM"]
     assert (*found.fixed, *found.per_byte) == ((40 * US, 80 * US), (1 * US, 3 * US))
 
 
@@ -129,7 +131,7 @@ def test_table_5_5_is_a_catalogue_with_what_is_not_known(tmp_path: Path, monkeyp
     assert run(["fit", table, *names, "-o", "threads.yaml"]) == 0
     problem = parse_spec(PROBLEM.replace("NAME", "ekf_pose_provider_onTimer").replace("include: threads.yaml", "")
         + Path("threads.yaml").read_text(encoding="utf-8"))  # fmt: skip
-    times = problem.spec.thread_types["ekf_pose_provider_onTimer"].compute_execution_time
+    times: Any = problem.spec.thread_types["ekf_pose_provider_onTimer"].compute_execution_time
     assert {name: tuple(value[0]) for name, value in times.items()} == {
         "RT101": (1_700, 2_800_000),
         "Spectra": (486, 1_600_000),

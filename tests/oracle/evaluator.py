@@ -191,7 +191,11 @@ def canonical(problem: Problem, design: Mapping[str, str | None]) -> Design:
         if options != [None]:
             if (chosen := design.get(decision)) is None:
                 raise InvalidDesign(f"{decision} is open")
-            meant = [option for option in options if option_value(field, option) == option_value(field, chosen)]
+            meant = [
+                option
+                for option in options
+                if option is not None and option_value(field, option) == option_value(field, chosen)
+            ]
             if not meant:
                 raise InvalidDesign(f"{decision}: {chosen} is not one of {options}")
             result[decision] = meant[0]

@@ -9,7 +9,7 @@ from fractions import Fraction
 from functools import cache, cached_property
 from itertools import permutations
 from math import ceil, gcd
-from typing import Any
+from typing import Any, TypeAlias
 
 from . import quantities, wire
 from .problem import FIELDS, FOLLOWS, NONE, Problem, Unstated, as_list, looked_up, option_value
@@ -25,6 +25,10 @@ COMPARE: dict[str, Callable[[Any, Any], bool]] = {
     "==": operator.eq,
     "!=": operator.ne,
 }
+
+
+Row: TypeAlias = tuple[str, str, Any, Any]
+"""A component or connection, the method, and least and most ns."""
 
 
 class InvalidDesign(Exception):
@@ -73,7 +77,7 @@ class Reading:
 
     def _entry(self, name: str, field: str, per_type: Mapping[str, Any], slot: str | None) -> Any:
         key = self.type_of(slot) if slot is not None else None
-        if key not in per_type:
+        if key is None or key not in per_type:
             raise InvalidDesign(f"{name}.{field} has no figure for processor type {key}")
         return per_type[key]
 
@@ -203,12 +207,13 @@ class Reading:
 
     def rate(self, name: str) -> Fraction:
         """Activations per second, which are also the messages per second that leave (of a hybrid: its timer's)."""
-        if self._rates.get(name) is not None:
-            return self._rates[name]
+        known = self._rates.get(name)
+        if known is not None:
+            return known
         protocol = self.protocol(name)
         if protocol in ("periodic", "hybrid"):
-            self._rates[name] = self.timer_rate(name)
-            return self._rates[name]
+            found = self._rates[name] = self.timer_rate(name)
+            return found
         if name in self._rates:
             raise InvalidDesign(f"{name} is in a cycle of event-triggered components")
         self._rates[name] = None
@@ -238,9 +243,10 @@ class Reading:
         response = self.get(name, "response_time")
         return (best, quantities.time_range(response)[1]) if response is not None else (best, worst)
 
-    def component_rows(self, name: str, arrival: str | None, first: bool) -> list[tuple[str, str, int, int]]:
+    def component_rows(self, name: str, arrival: str | None, first: bool) -> list[Row]:
         """The contributions of a component of a flow: (component, method, min, max)."""
-        rows, protocol = [], self.protocol(name)
+        rows: list[Row] = []
+        protocol = self.protocol(name)
         best, worst = self.processing(name)
         if protocol == "hybrid" and arrival is not None:
             callback = self.get(name, "callback_execution_time")
@@ -310,9 +316,9 @@ class Reading:
         overheads = [self.bus_field(bus, "overhead") for bus in self.stack(connection)]
         return sum(quantities.size(text) for text in (size, *overheads) if text is not None)
 
-    def connection_rows(self, connection: str) -> list[tuple[str, str, int, int]]:
+    def connection_rows(self, connection: str) -> list[Row]:
         """The contributions of a connection of a flow."""
-        rows = []
+        rows: list[Row] = []
         for bus in self.stack(connection):
             if self.bus_field(bus, "transmission_time.fixed") is not None:
                 rows.append((connection, f"transmission on {bus}", *self._transmission(connection, bus)))
@@ -347,16 +353,18 @@ class Reading:
 
     def _on_the_wire(self, connection: str, bus: str) -> tuple[Fraction, Fraction]:
         """Least and most seconds of a message in frames."""
-        body = self.problem.sections["bus_types"][self.type_of(bus)]
+        kind = self.type_of(bus)
+        assert kind is not None, bus
+        body = self.problem.sections["bus_types"][kind]
         return wire.seconds(
             body, quantities.bandwidth(self.bus_field(bus, "bandwidth")), self.message_bytes(connection)
         )
 
-    def flow_rows(self, flow: str) -> list[tuple[str, str, int, int]]:
+    def flow_rows(self, flow: str) -> list[Row]:
         """The contributor table of a flow."""
         return self.flow_parts(flow)[0]
 
-    def flow_parts(self, flow: str) -> tuple[list[tuple[str, str, int, int]], int]:
+    def flow_parts(self, flow: str) -> tuple[list[Row], Any]:
         """The contributor table of a flow, and the jitter of one run."""
         return self._parts(self.problem.paths[flow])
 
@@ -375,9 +383,11 @@ class Reading:
         pairs = permutations(ages, 2)
         return max(one[1] - other[0] for one, other in pairs)
 
-    def _parts(self, path: Sequence[str]) -> tuple[list[tuple[str, str, int, int]], int]:
-        rows, arrival, first = [], None, True
-        timer, since, run = None, [], 0
+    def _parts(self, path: Sequence[str]) -> tuple[list[Row], Any]:
+        rows: list[Row] = []
+        since: list[Row] = []
+        arrival, timer, first = None, None, True
+        run: Any = 0
         for name in path:
             if self.problem.section_of[name] == "connections":
                 found = self.connection_rows(name)
@@ -388,7 +398,7 @@ class Reading:
             at = next((place for place, row in enumerate(found) if "sampling" in row[1]), None)
             if at is not None and timer is not None:
                 before = since + found[:at]
-                least, most = (sum(row[end] for row in before) for end in (2, 3))
+                least, most = sum(row[2] for row in before), sum(row[3] for row in before)
                 *wait, spread = self.sampling(timer, name, least, most)
                 found[at] = (name, "sampling", *wait)
                 run += spread - (wait[1] - wait[0])
@@ -495,7 +505,7 @@ class Reading:
     def is_exclusive(self, bus: str) -> bool:
         """Whether a bus slot's chosen type carries one message at a time."""
         kind = self.type_of(bus)
-        return kind != NONE and self.problem.sections["bus_types"][kind].get("exclusive") == "true"
+        return kind not in (None, NONE) and self.problem.sections["bus_types"][kind].get("exclusive") == "true"
 
     def amounts(self, figure: str) -> dict[str, Fraction]:
         """Price in cents, power in mW or a declared total, per component; direct virtual bus types count once."""
@@ -557,8 +567,8 @@ class Reading:
 
     def bound(self) -> set[str]:
         """The processor and bus slots that something is bound to."""
-        slots = {self.processor_of(thread) for thread in self.problem.sections["threads"]} - {None}
-        return slots | self.carrying()
+        slots = {self.processor_of(thread) for thread in self.problem.sections["threads"]}
+        return {slot for slot in slots if slot is not None} | self.carrying()
 
     def check_slots(self) -> None:
         bound = self.bound()
@@ -615,12 +625,12 @@ class Reading:
 
     def _compare(self, left: str, sign: str, right: str) -> bool | None:
         """Compares as options are compared: after their rounding."""
-        values = [self._operand(left), self._operand(right)]
-        if None in values:
+        one, other = self._operand(left), self._operand(right)
+        if one is None or other is None:
             return None
         named = self._field_of(left)
         assert named is not None, left
-        first, second = (option_value(named[1], value) for value in values)
+        first, second = (option_value(named[1], value) for value in (one, other))
         return COMPARE[sign](first, second)
 
     def _is_used(self, name: str) -> bool:
@@ -650,7 +660,7 @@ class Peak:
             loads[core] += share
         if compare(max(loads), limit):
             return True
-        least = max(sum(loads) / len(loads), *self.taken, *(way[0][1] for way in self.ways))
+        least = max(sum(loads, Fraction(0)) / len(loads), *self.taken, *(way[0][1] for way in self.ways))
         return compare(least, limit) and compare(self.exact, limit)
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from functools import partial
 
 import pytest
 
@@ -23,7 +24,7 @@ class Simulated:
 
     def attempts(self, costs: Sequence[float]) -> list[Callable[[float], Answer]]:
         self.costs = costs
-        return [lambda limit, position=position: self.attempt(position, limit) for position in range(len(costs))]
+        return [partial(self.attempt, position) for position in range(len(costs))]
 
     def attempt(self, position: int, limit: float) -> Answer:
         self.work += min(limit, self.costs[position])

@@ -41,7 +41,7 @@ uncertainty:
 TYPES = "processor_types:\n  slow: {price: 100 EUR}\n  fast: {price: 250 EUR}\n"
 SIZES = "size,when\n7,1\n9,2\n"
 
-Edit = Callable[[Path], None]
+Edit = Callable[[Path], object]
 
 
 def written(folder: Path) -> Path:

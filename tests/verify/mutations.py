@@ -223,7 +223,7 @@ def statements_changed(data: Data, space: Space, rng: random.Random) -> Iterator
             changed = copy.deepcopy(data)
             changed["problem"]["effective"]["fixed"] = {"no such": "decision"}
             yield f"effective.fixed with {key}", changed
-    for path, value in (
+    places: tuple[tuple[tuple[str, ...], Any], ...] = (
         (("problem", "sha256"), "0" * 64),
         (("problem", "name"), "another"),
         (("search", "space_size"), data["search"]["space_size"] + 1),
@@ -233,13 +233,14 @@ def statements_changed(data: Data, space: Space, rng: random.Random) -> Iterator
         (("front",), None),
         (("refuted",), []),
         (("unexplored",), data["refuted"][:1]),
-    ):
+    )
+    for path, other in places:
         changed = copy.deepcopy(data)
         holder = changed
         for key in path[:-1]:
             holder = holder[key]
-        holder[path[-1]] = value
-        yield f"{'.'.join(path)} is {str(value)[:20]}", changed
+        holder[path[-1]] = other
+        yield f"{'.'.join(path)} is {str(other)[:20]}", changed
     for at in range(len(data["objectives"])):
         for key, value in (("sense", "maximise"), ("unit", "s"), ("name", "price of nothing")):
             changed = copy.deepcopy(data)

@@ -9,6 +9,7 @@ import subprocess
 import sys
 import time
 from collections.abc import Callable, Iterator
+from functools import partial
 from pathlib import Path
 from typing import Any, Literal
 
@@ -104,6 +105,21 @@ def test_a_robust_result_is_opened_again(solved: tuple[Path, RobustResult], tmp_
         dse.reopen_robust(path)
 
 
+def _held(data: Data, place: tuple[str | int, ...]) -> Any:
+    held: Any = data
+    for part in place:
+        held = held[part]
+    return held
+
+
+def _popped(place: tuple[str | int, ...], at: int, data: Data) -> None:
+    _held(data, place).pop(at)
+
+
+def _set(place: tuple[str | int, ...], key: str, value: object, data: Data) -> None:
+    _held(data, place)[key] = value
+
+
 def changed_parts(data: Data) -> Iterator[tuple[str, Callable[[Data], object]]]:
     """One thing changed in each."""
     robust, lost = data["robust"], data["robust"]["lost"]
@@ -112,16 +128,16 @@ def changed_parts(data: Data) -> Iterator[tuple[str, Callable[[Data], object]]]:
     yield "no block", lambda d: d.pop("robust")
     yield "another requirement", lambda d: d["problem"]["effective"]["requirements"].append("price <= 1000 EUR")
     for name in ("kept", "entered", "lost", "nominal_front"):
-        yield f"{name} shortened", lambda d, name=name: d["robust"][name].pop()
+        yield f"{name} shortened", partial(_popped, ("robust", name), -1)
     for path in robust["inputs"]:
-        yield f"{path} says otherwise", lambda d, path=path: d["robust"]["inputs"].update({path: "factor: 1 .. 1"})
+        yield f"{path} says otherwise", partial(_set, ("robust", "inputs"), path, "factor: 1 .. 1")
     for name in robust["price"]:
         for which in ("nominal", "robust"):
-            yield f"{which} {name}", lambda d, n=name, w=which: d["robust"]["price"][n].update({w: 1})
+            yield f"{which} {name}", partial(_set, ("robust", "price", name), which, 1)
     for at in range(len(lost)):
-        yield f"lost[{at}]", lambda d, at=at: d["robust"]["lost"][at].update(worst=1)
+        yield f"lost[{at}]", partial(_set, ("robust", "lost", at), "worst", 1)
     for at in range(len(data["front"])):
-        yield f"front[{at}] missing", lambda d, at=at: d["front"].pop(at)
+        yield f"front[{at}] missing", partial(_popped, ("front",), at)
     yield "a refuted region missing", lambda d: d["refuted"].pop()
     yield "a nominal region missing", lambda d: d["robust"]["nominal"]["refuted"].pop()
     yield (
