@@ -374,7 +374,7 @@ class Reading:
         rows, _ = self._parts(path[: path.index(name) + 1])
         while "sampling" not in rows[-1][1]:
             rows.pop()  # what follows when it has read
-        least, most = (sum(row[end] for row in rows) for end in (2, 3))
+        least, most = sum(row[2] for row in rows), sum(row[3] for row in rows)
         return least, most + self.first_period(flow) - (self.period_ns(name) or 0)
 
     def disparity(self, name: str) -> Any:
