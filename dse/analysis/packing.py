@@ -164,7 +164,8 @@ def first_placement(
             del here[-len(item.threads) :]
         return None
 
-    whole = all(item.decision.values == tuple(range(1, len(item.decision.values) + 1)) for item in order)
+    most = max((max(1, at(slot.cores, view)) for slot in space.processors), default=1)
+    whole = all(set(range(1, most + 1)) <= set(item.decision.values) for item in order)
     bare = whole and not any(taken.values()) and sum(len(item.threads) for item in order) == len(where)
     return place(0)
 

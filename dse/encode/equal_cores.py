@@ -34,11 +34,8 @@ def number_cores(space: Space, model: cp_model.CpModel, places: Places, processo
         return
     fixed = {number for item in space.open_cores if item.index in places.fixable for number in item.threads}
     counts = {len(thread.cores[processor]) for thread in threads}
-    partial = {
-        item.component
-        for item in space.open_cores
-        if item.decision.values != tuple(range(1, len(item.decision.values) + 1))
-    }
+    every = set(range(1, max(counts, default=0) + 1))  # a list of the first few is no choice among all
+    partial = {item.component for item in space.open_cores if not every <= set(item.decision.values)}
     if len(counts) != 1 or any(
         not thread.is_open or thread.number in fixed or thread.number in partial for thread in threads
     ):

@@ -116,7 +116,7 @@ def _may_fill_cores(board: Board, limit: Limit, branch: Branch, bounds: Form) ->
     anywhere = {
         item.component
         for item in space.open_cores
-        if item.decision.values == tuple(range(1, len(item.decision.values) + 1))
+        if set(range(1, max(leaves(space.processors[processor].cores)) + 1)) <= set(item.decision.values)
     }
     each = limit.each * limit.measure.scale
     if branch.form.high + len(limit.measure.terms) <= each:

@@ -118,3 +118,30 @@ def test_conflicts_with_fixed_cores_are_conflicts(kind: str, seed: int) -> None:
     result = dse.solve(problem, fix=fix)
     assert (found.status == "infeasible") == (result.status == "infeasible")
     assert dse.verify(result, problem=problem, method="exhaustion").status == "verified"
+
+
+FEW = """
+dse: 1
+name: few
+processing: response_time
+processor_types: {small: {cores: 4, price: 10 EUR}, large: {cores: 8, price: 42 EUR}}
+processors: {p: {type: [small, large]}}
+devices: {s: {period: 20 ms}}
+threads:
+  t0: {processor: p, period: [8 ms, 20 ms], compute_execution_time: 6 ms, deadline: 22 ms}
+  t1: {processor: p, period: 15 ms, compute_execution_time: 12 ms}
+  t2: {processor: p, period: 15 ms, compute_execution_time: {small: 4 ms, large: 3 ms}, deadline: 8 ms, core: [1, 2]}
+connections: {w: {from: s, to: t0}, w1: {from: t0, to: t1}, w2: {from: t1, to: t2}}
+flows: {f: {path: [s, t0, t1, t2]}}
+requirements: [utilisation of p <= 80 %]
+objectives: [minimise price, minimise latency of f]
+"""
+
+
+@pytest.mark.parametrize("more", ["", "priorities: any\n"])
+def test_a_list_of_the_first_cores_is_no_choice_among_all(more: str) -> None:
+    """Before, cores were numbered all the same: t0 every 8 ms needs a core of its own, and then t2 has the second."""
+    found = dse.solve(loads(FEW + more))
+    latencies = [point.objectives["latency of f"] for point in found.front]
+    assert latencies == [60_000_000, 59_000_000]  # 8 + 6 + 15 + 12 + 15 + 4 ms, from the sensor on
+    assert dse.verify(found, problem=loads(FEW + more)).status == "verified"
