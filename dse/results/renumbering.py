@@ -44,6 +44,7 @@ def numbered_like(space: Space, design: Design, other: Design) -> Design:
 def _cores_on(space: Space, processor: int, view: View) -> dict[int, int] | None:
     """The cores that are decided on a processor, by decision; None where a thread there may have some cores only."""
     found = {}
+    every = set(range(1, max(1, at(space.processors[processor].cores, view)) + 1))
     decided = {number: item for item in space.open_cores for number in item.threads}
     for number, component in enumerate(space.components):
         if component.processor is None or at(component.processor, view) != processor:
@@ -52,7 +53,7 @@ def _cores_on(space: Space, processor: int, view: View) -> dict[int, int] | None
         if core is None:
             continue
         item = decided.get(number)
-        if item is None or item.decision.values != tuple(range(1, len(item.decision.values) + 1)):
+        if item is None or not every <= set(item.decision.values):
             return None
         found[item.index] = core
     return found
