@@ -303,11 +303,20 @@ def _verdict_row(analysis: Analysis, verdict: Verdict, digits: int = 6) -> tuple
     figures = [value if is_unbounded(value) else value / one for value in (verdict.value, verdict.limit, verdict.slack)]
     values = [readable(value, unit, currency, digits) for value in figures[:2]]
     values.append(slack_words(figures[2], unit, currency, digits))
-    mean = f" (mean of {cores} cores)" if cores > 1 else ""
+    mean = f" (mean of {cores} cores{_fullest_words(verdict, digits)})" if cores > 1 else ""
     said = f"holds, {verdict.who} is the tightest" if verdict.who else f"holds{mean}"
     if not verdict.holds:
         said = f"BROKEN by {verdict.who} alone" if verdict.who else f"BROKEN{mean}"
     return (text, *values, said)
+
+
+def _fullest_words(verdict: Verdict, digits: int) -> str:
+    """What the fullest core has, where first-fit chooses cores: less of its limit is left than of the sum's."""
+    found = verdict.spread
+    if found is None or not found.is_open or found.status == "undecided":
+        return ""
+    used = readable(found.loads[found.fullest - 1] * PPM, "ppm", digits=digits)
+    return f"; core {found.fullest} has {used} by first-fit"
 
 
 def _summed_cores(analysis: Analysis, verdict: Verdict) -> int:

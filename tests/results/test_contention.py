@@ -404,3 +404,20 @@ def test_a_profile_without_response_times_says_so_of_its_fronts() -> None:
     said = Document(dse.solve(loads(SHARED), profile="osate-2.2")).summary
     assert len([text for text in said if text.startswith(begin)]) == 1
     assert not [text for text in Document(dse.solve(loads(SHARED))).summary if text.startswith(begin)]
+
+
+def test_where_first_fit_chooses_cores_the_fullest_is_told_beside_the_mean(tmp_path: Path) -> None:
+    """Core 1 has a and c (60 % + 20 %), core 2 b (50 %): 90 % leave 25 % of the mean, and 10 % of core 1."""
+    file = tmp_path / "p.yaml"
+    file.write_text(
+        "dse: 1\nname: mean\nprocessor_types: {cpu: {cores: 2}}\nprocessors: {p: {type: cpu}}\nthreads:\n"
+        + "".join(
+            f"  {name}: {{processor: p, period: 10 ms, compute_execution_time: {work} ms}}\n"
+            for name, work in (("a", 6), ("b", 5), ("c", 2))
+        )
+        + "requirements: [utilisation of p <= 90 %]\n",
+        encoding="utf-8",
+    )
+    shown = CliRunner().invoke(cli, ["analyse", str(file)], env={"COLUMNS": "200"}).output
+    row = "utilisation of p <= 90 % 65 % 90 % 25 % holds (mean of 2 cores; core 1 has 80 % by first-fit)"
+    assert row in " ".join(shown.split())
