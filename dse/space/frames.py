@@ -13,10 +13,18 @@ from fractions import Fraction
 from typing import Any, Literal, TypeAlias
 
 from dse.space.trees import Tree, at, graft, leaves
-from dse.spec.frames import CanFdFrame, CanFrame, EthernetFrame, FrameModel, SerialFrame
+from dse.spec.frames import (
+    CanFdFrame,
+    CanFrame,
+    EthercatFrame,
+    EthernetFrame,
+    FlexrayFrame,
+    FrameModel,
+    SerialFrame,
+)
 from dse.units import NS_PER_S, Exact
 
-Protocol: TypeAlias = Literal["can", "can_fd", "serial", "ethernet"]
+Protocol: TypeAlias = Literal["can", "can_fd", "serial", "ethernet", "ethercat", "flexray"]
 Bits: TypeAlias = tuple[Exact, Exact]
 """Least and most bits, of the length of one bit at the bandwidth of the bus."""
 CAN_BYTES = 8
@@ -28,12 +36,22 @@ PREAMBLE, MAC_HEADER, CHECK_SEQUENCE, GAP = 8, 14, 4, 12
 LEAST_PAYLOAD, TAG = 46, 4
 IP_HEADER: Mapping[str, int] = {"ipv4": 20, "ipv6": 40}
 UDP_HEADER, FRAGMENT_HEADER = 8, 8
+ETHERCAT_HEADER, DATAGRAM = 2, 12
+"""Bytes of EtherCAT: the header of a frame; the header of a datagram with its working counter (IEC 61158-4-12)."""
+ETHERCAT_MOST = 1500 - ETHERCAT_HEADER - DATAGRAM
+FLEXRAY_MOST, FLEXRAY_HEADER, FLEXRAY_TRAILER = 254, 5, 3
+"""Bytes of a frame of FlexRay (ISO 17458-2): the longest payload, the header, the check sequence."""
+FLEXRAY_START, FLEXRAY_END, FLEXRAY_BYTE, FLEXRAY_IDLE = 1, 2, 10, 11
+"""Bits of FlexRay: frame start sequence, frame end sequence, a byte with its start sequence, channel idle delimiter."""
 TCP_HEADER: Mapping[str, int] = {"tcp": 20, "tcp_timestamps": 32}
 
 
 @dataclass(frozen=True)
 class Frame:
-    """How a bus frames messages. Which fields count depends on the protocol; `stop_halves` are half bits."""
+    """How a bus frames messages. Which fields count depends on the protocol; `stop_halves` are half bits.
+
+    `payload_bytes` is the size of all static slots of FlexRay (0: each frame is as long as its message asks for).
+    """
 
     protocol: Protocol
     identifier_bits: int = 11
@@ -45,6 +63,8 @@ class Frame:
     network: str = "ipv4"
     vlan: bool = False
     mtu_bytes: int = 1500
+    payload_bytes: int = 0
+    start_bits: int = 15
 
 
 def wire_bits(frame: Frame, size: int, bandwidth_bps: int) -> Bits:
@@ -144,11 +164,47 @@ def _payloads(frame: Frame, size: int) -> Iterator[tuple[int, int]]:
     yield 1, head + rest
 
 
+def _ethercat_bits(frame: Frame, size: int, _: int) -> Bits:
+    """EtherCAT: an Ethernet frame with a header of 2 bytes and a datagram: 10 bytes, the data, 2 of working counter.
+
+    A message of more than 1486 bytes goes in several frames.
+    """
+    full, rest = _frames(size, ETHERCAT_MOST)
+
+    def length(data: int) -> int:
+        payload = ETHERCAT_HEADER + DATAGRAM + data
+        return PREAMBLE + MAC_HEADER + CHECK_SEQUENCE + GAP + (payload if payload >= LEAST_PAYLOAD else LEAST_PAYLOAD)
+
+    total = full * length(ETHERCAT_MOST) + length(rest)
+    return 8 * (total - GAP), 8 * total
+
+
+def _flexray_bits(frame: Frame, size: int, _: int) -> Bits:
+    """The static segment of FlexRay (ISO 17458-4): words of 2 bytes, each byte as 10 bits, between start and end.
+
+    A frame has the transmission start sequence, the frame start sequence (1 bit), header (5 bytes), payload and check
+    sequence (3 bytes), and the frame end sequence (2 bits); the channel is idle 11 bits later, which the most count.
+    Slots, and the cycle in which they come, are not looked at.
+    """
+    most = frame.payload_bytes or FLEXRAY_MOST
+    full, rest = _frames(size, most)
+
+    def bits(data: int) -> int:
+        payload = frame.payload_bytes or -(-data // 2) * 2
+        coded = FLEXRAY_BYTE * (FLEXRAY_HEADER + payload + FLEXRAY_TRAILER)
+        return frame.start_bits + FLEXRAY_START + coded + FLEXRAY_END + FLEXRAY_IDLE
+
+    total = full * bits(most) + bits(rest)
+    return total - FLEXRAY_IDLE, total
+
+
 _BITS: Mapping[Protocol, Callable[[Frame, int, int], Bits]] = {
     "can": _can_bits,
     "can_fd": _fd_bits,
     "serial": _serial_bits,
     "ethernet": _ethernet_bits,
+    "ethercat": _ethercat_bits,
+    "flexray": _flexray_bits,
 }
 
 
@@ -213,4 +269,8 @@ def frame_of(model: FrameModel) -> Frame:
                 vlan=model.vlan,
                 mtu_bytes=int(model.mtu),
             )
+        case EthercatFrame():
+            return Frame("ethercat")
+        case FlexrayFrame():
+            return Frame("flexray", payload_bytes=int(model.payload or 0), start_bits=model.transmission_start_bits)
     raise AssertionError("no such frame")

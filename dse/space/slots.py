@@ -8,11 +8,11 @@ from fractions import Fraction
 from typing import Any
 
 from dse.space.buses import carrying
-from dse.space.frames import LEAST_MTU, MOST_MTU, frame_of
+from dse.space.frames import FLEXRAY_MOST, LEAST_MTU, MOST_MTU, frame_of
 from dse.space.properties import FieldReader, Ledger, Owner, Path, per_processor_type, stated, type_choice
 from dse.space.trees import FROM_BANDWIDTH, Choice, Tree, graft, leaves
 from dse.space.types import EMPTY, UNKNOWN_TYPE, Bus, Figures, Interference, Processor
-from dse.spec.frames import CanFdFrame, EthernetFrame, FrameModel
+from dse.spec.frames import CanFdFrame, EthernetFrame, FlexrayFrame, FrameModel
 from dse.spec.hardware import FROM_BANDWIDTH as IN_WORDS
 from dse.spec.hardware import BusType
 from dse.spec.model import Spec
@@ -400,3 +400,6 @@ def _frame_mistakes(model: BusType, frame: FrameModel) -> Iterator[tuple[str, st
         yield "frame", "the `data_bandwidth` of CAN FD is not below the `bandwidth`"
     if isinstance(frame, EthernetFrame) and not LEAST_MTU <= frame.mtu <= MOST_MTU:
         yield "frame", f"an `mtu` is from {LEAST_MTU} B to {MOST_MTU} B"
+    payload = frame.payload if isinstance(frame, FlexrayFrame) else None
+    if payload is not None and (payload % 2 or not 2 <= payload <= FLEXRAY_MOST):
+        yield "frame", f"a `payload` is an even number of bytes from 2 B to {FLEXRAY_MOST} B"

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Annotated, Any, Literal, TypeAlias
 
-from pydantic import BaseModel, ConfigDict, Discriminator, PlainValidator, Tag, WithJsonSchema
+from pydantic import BaseModel, ConfigDict, Discriminator, Field, PlainValidator, Tag, WithJsonSchema
 
 from dse.spec.fields import describe, field_error
 from dse.spec.quantity_fields import Bandwidth, DataSize
@@ -60,12 +60,28 @@ class EthernetFrame(FrameModel):
     mtu: DataSize = 1500
 
 
-PROTOCOLS = ("can", "can_fd", "serial", "ethernet")
+class EthercatFrame(FrameModel):
+    """EtherCAT: each message is a datagram in a frame of its own."""
+
+    protocol: Literal["ethercat"]
+
+
+class FlexrayFrame(FrameModel):
+    """The static segment of FlexRay; all of its slots have the same `payload` where it is stated."""
+
+    protocol: Literal["flexray"]
+    payload: DataSize | None = None
+    transmission_start_bits: Annotated[int, Field(ge=1, le=15)] = 15
+
+
+PROTOCOLS = ("can", "can_fd", "serial", "ethernet", "ethercat", "flexray")
 MODELS: dict[str, type[FrameModel]] = {
     " can ": CanFrame,
     " can_fd ": CanFdFrame,
     " serial ": SerialFrame,
     " ethernet ": EthernetFrame,
+    " ethercat ": EthercatFrame,
+    " flexray ": FlexrayFrame,
 }
 """By the tag of the union, whose blanks keep it apart from names in the file."""
 IN_A_WORD = " in a word "
@@ -73,6 +89,8 @@ WORDS: dict[str, FrameModel] = {
     "can": CanFrame(protocol="can"),
     "serial": SerialFrame(protocol="serial"),
     "ethernet": EthernetFrame(protocol="ethernet"),
+    "ethercat": EthercatFrame(protocol="ethercat"),
+    "flexray": FlexrayFrame(protocol="flexray"),
 }
 
 
@@ -104,6 +122,8 @@ FrameType: TypeAlias = Annotated[
     | Annotated[CanFdFrame, Tag(" can_fd ")]
     | Annotated[SerialFrame, Tag(" serial ")]
     | Annotated[EthernetFrame, Tag(" ethernet ")]
+    | Annotated[EthercatFrame, Tag(" ethercat ")]
+    | Annotated[FlexrayFrame, Tag(" flexray ")]
     | Annotated[FrameWord, Tag(IN_A_WORD)],
     Discriminator(_which),
 ]

@@ -27,7 +27,9 @@ from dse.spec.fields import (
 )
 from dse.spec.frames import CanFdFrame as CanFdFrame
 from dse.spec.frames import CanFrame as CanFrame
+from dse.spec.frames import EthercatFrame as EthercatFrame
 from dse.spec.frames import EthernetFrame as EthernetFrame
+from dse.spec.frames import FlexrayFrame as FlexrayFrame
 from dse.spec.frames import SerialFrame as SerialFrame
 from dse.spec.hardware import ONE, BusType, Demands, Model, Priced, ProcessorType, TimeRanges
 from dse.spec.hardware import Interrupt as Interrupt

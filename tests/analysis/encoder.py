@@ -1,7 +1,9 @@
-"""Real frames as lists of bits: CAN 2.0 and CAN FD with check sequences and stuff bits, as ISO 11898-1 has them."""
+"""Real frames: CAN 2.0, CAN FD (ISO 11898-1) and FlexRay as bits with their check sequences; EtherCAT as bytes."""
 
 from __future__ import annotations
 
+import struct
+import zlib
 from collections.abc import Sequence
 
 CRC_15, CRC_17, CRC_21 = (15, 0x4599), (17, 0x1685B), (21, 0x102899)
@@ -84,3 +86,28 @@ def can_fd(identifier: int, data: bytes, *, is_long: bool) -> tuple[list[int], l
             fixed.append(1 - (fixed or whole)[-1])
         fixed.append(bit)
     return whole[:slow], [*whole[slow:], *fixed], 1 + 1 + 1 + 7
+
+
+FLEXRAY_HEADER_CRC, FLEXRAY_FRAME_CRC = (11, 0x385), (24, 0x5D6DCB)
+
+
+def flexray(data: bytes, payload: int, *, start: int) -> list[int]:
+    """A static frame of FlexRay on the channel: start sequences, coded bytes, end sequence (ISO 17458)."""
+    words = payload // 2
+    protected = [0, 0, *number(7, 11), *number(words, 7)]  # sync and startup bits, frame 7, length in words
+    header = [0, 0, 1, *protected, *crc(protected, FLEXRAY_HEADER_CRC, 0x01A), *number(1, 6)]
+    assert len(header) == 40
+    body = header + [bit for byte in data.ljust(payload, b"\0") for bit in number(byte, 8)]
+    body += crc(body, FLEXRAY_FRAME_CRC, 0xFEDCBA)
+    found = [0] * start + [1]
+    for place in range(0, len(body), 8):
+        found += [1, 0, *body[place : place + 8]]
+    return [*found, 0, 1]
+
+
+def ethercat(data: bytes) -> bytes:
+    """An EtherCAT frame with one datagram that reads and writes logical memory, from its preamble to its end."""
+    datagram = struct.pack("<BBIHH", 12, 0, 0x10000, len(data) & 0x7FF, 0) + data + b"\0\0"
+    payload = struct.pack("<H", len(datagram) | 1 << 12) + datagram
+    frame = b"\xff" * 6 + b"\x02" * 6 + b"\x88\xa4" + payload.ljust(46, b"\0")
+    return b"\x55" * 7 + b"\xd5" + frame + zlib.crc32(frame).to_bytes(4, "little")

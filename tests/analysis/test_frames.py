@@ -103,13 +103,33 @@ def test_large_messages_go_in_several_frames_and_empty_ones_in_one() -> None:
     assert wire_bits(Frame("serial"), 0, MBIT) == (0, 0)
 
 
-@pytest.mark.parametrize("protocol", ["can", "can_fd", "serial", "ethernet"])
+@pytest.mark.parametrize("protocol", ["can", "can_fd", "serial", "ethernet", "ethercat", "flexray"])
 def test_more_bytes_never_take_less_and_all_are_multiples_of_the_unit(protocol: str) -> None:
     frame = Frame(protocol, data_bandwidth_bps=3 * MBIT, stop_halves=3)  # type: ignore[arg-type]
     [(unit, _)] = bit_units(frame, 500_000)
     bits = [wire_bits(frame, size, 500_000) for size in range(200)]
     assert bits == sorted(bits)
     assert all((value / unit).denominator == 1 for pair in bits for value in pair)
+
+
+@pytest.mark.parametrize("payload", [0, 16, 254])
+def test_flexray_frames_are_those_of_an_encoder(payload: int) -> None:
+    for size in (0, 1, 2, 7, 16, 17, 254, 255, 600):
+        most = payload or 254
+        cuts = [min(most, size - start) for start in range(0, max(1, size), most)]
+        frames = [encoder.flexray(bytes(cut), payload or cut + cut % 2, start=9) for cut in cuts]
+        sent = sum(map(len, frames)) + 11 * (len(frames) - 1)
+        assert wire_bits(Frame("flexray", payload_bytes=payload, start_bits=9), size, MBIT) == (sent, sent + 11)
+
+
+def test_ethercat_frames_are_those_of_an_encoder() -> None:
+    """The published least frame: 84 bytes on the wire, 6.72 us at 100 Mbit/s; the longest has 1538 bytes."""
+    for size in (0, 1, 32, 33, 200, 1486, 1487, 4000):
+        cuts = [min(1486, size - start) for start in range(0, max(1, size), 1486)]
+        bits = 8 * sum(len(encoder.ethercat(bytes(cut))) + 12 for cut in cuts)
+        assert wire_bits(Frame("ethercat"), size, MBIT) == (bits - 96, bits)
+    assert wire_ns(Frame("ethercat"), 32, 100 * MBIT)[1] == 6_720
+    assert wire_ns(Frame("ethercat"), 1486, 100 * MBIT)[1] == 123_040
 
 
 BUS = """

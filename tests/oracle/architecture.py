@@ -25,6 +25,9 @@ FRAMES = (
     {"protocol": "ethernet", "transport": "udp", "network": "ipv6", "mtu": "400 B"},
     {"protocol": "ethernet", "transport": "tcp", "vlan": "true"},
     {"protocol": "ethernet", "transport": "tcp_timestamps", "network": "ipv6", "mtu": "0.3 KB"},
+    {"protocol": "ethercat"},
+    {"protocol": "flexray"},
+    {"protocol": "flexray", "payload": "32 B", "transmission_start_bits": "9"},
 )
 PROTOCOLS = ("periodic", "aperiodic", "sporadic", "hybrid")
 ALWAYS_TIMED = ("periodic", "hybrid")

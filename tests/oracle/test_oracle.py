@@ -505,6 +505,8 @@ KINDS = {
     "frame can_fd",
     "frame serial",
     "frame ethernet",
+    "frame ethercat",
+    "frame flexray",
     "bus latency",
     "bus overhead",
     "virtual on physical",

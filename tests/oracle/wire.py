@@ -26,6 +26,12 @@ def seconds(body: Mapping[str, Any], bandwidth: Fraction, size: int) -> tuple[Fr
     if frame["protocol"] == "ethernet":
         whole = sum(8 + 4 + 12 + max(60, packet) for packet in packets(frame, size))
         return (whole - 12) * 8 * bit, whole * 8 * bit
+    if frame["protocol"] == "ethercat":
+        whole = sum(8 + 4 + 12 + max(60, 14 + 2 + 10 + part + 2) for part in pieces(size, 1486))
+        return (whole - 12) * 8 * bit, whole * 8 * bit
+    if frame["protocol"] == "flexray":
+        slots = [flexray_bits(frame, part) for part in pieces(size, flexray_payload(frame) or 254)]
+        return (sum(slots) + 11 * (len(slots) - 1)) * bit, (sum(slots) + 11 * len(slots)) * bit
     long = int(frame.get("identifier_bits", 11)) == 29
     if frame["protocol"] == "can":
         parts = list(pieces(size, 8))
@@ -37,6 +43,21 @@ def seconds(body: Mapping[str, Any], bandwidth: Fraction, size: int) -> tuple[Fr
     low = sum(item[0] for item in counts) * bit + sum(item[1] for item in counts) * quick
     high = sum(item[2] for item in counts) * bit + sum(item[3] for item in counts) * quick
     return low - 3 * bit, high
+
+
+def flexray_payload(frame: Mapping[str, Any]) -> int:
+    """The bytes that a slot has, where that is stated; 0 elsewhere."""
+    return int(str(frame.get("payload", "0 B")).removesuffix(" B"))
+
+
+def flexray_bits(frame: Mapping[str, Any], data: int) -> int:
+    """The bits from the first one low to the end of a frame: start, then two bits before each byte, then the end."""
+    words = [0] * ((data + 1) // 2)
+    payload = flexray_payload(frame) or 2 * len(words)
+    bits = ["low"] * int(frame.get("transmission_start_bits", 15)) + ["frame start"]
+    for _ in range(5 + payload + 3):
+        bits += ["byte start"] * 2 + ["bit"] * 8
+    return len(bits + ["end"] * 2)
 
 
 @cache

@@ -238,7 +238,7 @@ def test_every_field_is_documented_where_its_section_is(name: str) -> None:
 
 def test_every_key_that_is_documented_is_taken() -> None:
     parts = ("Interrupt", "Throttling", "Segment", "Partition", "Messages", "Ros2")
-    frames = ("CanFrame", "CanFdFrame", "SerialFrame", "EthernetFrame")
+    frames = ("CanFrame", "CanFdFrame", "SerialFrame", "EthernetFrame", "EthercatFrame", "FlexrayFrame")
     known = set().union(*(fields_of(name) for name in (*CLASSES.values(), *frames, "Spec", "TransmissionTime", *parts)))
     for name in (*CLASSES.values(), *frames, *parts, "Spec"):
         for info in getattr(model, name).model_fields.values():
