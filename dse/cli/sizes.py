@@ -9,6 +9,8 @@ import click
 from dse.cli.common import check_writable, in_time, json_option
 from dse.cli.pages import answer, report_option
 
+LENGTH = "expected PATH=NUMBER, such as poses=32 or header.frame_id=8, with at most 12 digits"
+
 
 def _lengths(ctx: click.Context, param: click.Parameter, values: Sequence[str]) -> dict[str, int]:
     """``PATH=N``, several times."""
@@ -16,7 +18,7 @@ def _lengths(ctx: click.Context, param: click.Parameter, values: Sequence[str]) 
     for value in values:
         path, _, number = (part.strip() for part in value.partition("="))
         if not path or not (number.isascii() and number.isdecimal()) or len(number) > 12:
-            raise click.BadParameter(f"{value!r}: expected PATH=NUMBER", ctx, param)
+            raise click.BadParameter(f"{value!r}: {LENGTH}", ctx, param)
         found[path] = int(number)
     return found
 

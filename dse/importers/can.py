@@ -51,6 +51,8 @@ def read(path: Path, options: Mapping[str, Any]) -> Imported:
         when an option is wrong, or cantools is not installed.
     """
     form = path.suffix.lower().lstrip(".")
+    if path.stat().st_size == 0:
+        raise ProblemError([Diagnostic("the file is empty: expected a CAN database", file=str(path), line=1)])
     text = _text(path, ENCODINGS.get(form, "utf-8"))
     database = _database(path, text, form)
     return _Reader(path, text, database, options).read()
@@ -163,7 +165,9 @@ class _Reader:
                 "Messages without a `rate` have no cycle time: until one is stated they count as often as their sender "
                 "is dispatched, by what it receives, if anything."
             )
-        return Imported(document, tuple(self.remarks), self.places)
+        is_named = all(message.bus_name for message in messages)
+        made_up = frozenset() if is_named else frozenset(("can0", "can0_type"))
+        return Imported(document, tuple(self.remarks), self.places, made_up=made_up)
 
     def _bus_type(self, name: str, messages: Sequence[Any]) -> dict[str, Any]:
         stated = next((bus for bus in self.database.buses if (bus.name or "can0") == name), None)

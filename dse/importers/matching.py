@@ -124,7 +124,7 @@ def _connections(found: Match, first: Imported, second: Imported) -> None:
             continue
         ends = (found.threads.get(source, source), found.threads.get(target, target), is_data)
         if target not in second.entities and source not in second.entities:
-            if ours.get(name) == ends:
+            if ours.get(name) == ends and body.get("bus") not in first.made_up & second.made_up:
                 found.connections[name] = name
             continue
         free = [own for own in ours if own not in found.connections.values()]

@@ -41,7 +41,8 @@ def merged(first: Imported, second: Imported) -> Imported:
     entities = {**first.entities, **merger.entities}
     entities = {name: text for name, text in entities.items() if name in (document.get("threads") or {})}
     remarks = (*first.remarks, *second.remarks, *merger.match.told, *merger.told)
-    return Imported(document, tuple(dict.fromkeys(remarks)), {**second.places, **first.places}, entities)
+    places = {**second.places, **first.places}
+    return Imported(document, tuple(dict.fromkeys(remarks)), places, entities, first.made_up | second.made_up)
 
 
 def restated(document: Mapping[str, Any]) -> dict[str, Any]:
@@ -114,7 +115,13 @@ class _Merger:
                 if name in self.names[section] or name in self.match.left_out:
                     continue
                 is_same = name in (ours.get(section) or {}) and section not in ("threads", "connections")
+                is_same = is_same and name not in self.first.made_up & self.second.made_up
                 self.names[section][name] = name if is_same else taken.new(name)
+        types = Names()
+        types.taken = {*(ours.get("bus_types") or {})}
+        for name in theirs.get("bus_types") or {}:
+            if name in self.first.made_up & self.second.made_up:
+                self.names["bus_types"][name] = types.new(name)
         others = Names()
         others.taken = {*(ours.get("executors") or {})}
         for name in theirs.get("executors") or {}:
@@ -177,6 +184,12 @@ class _Merger:
             for key in ("from", "to"):
                 if key in found:
                     found[key] = self._name_of(found[key]) or found[key]
+            if "bus" in found:
+                buses = self.names["buses"]
+                of = found["bus"]
+                found["bus"] = [buses.get(one, one) for one in of] if isinstance(of, list) else buses.get(of, of)
+        if section == "buses" and isinstance(found.get("type"), str):
+            found["type"] = self.names["bus_types"].get(found["type"], found["type"])
         if section == "threads":
             if "executor" in found:
                 executor = self.names["executors"].get(found.pop("executor"))

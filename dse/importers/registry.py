@@ -13,7 +13,7 @@ from importlib import import_module
 from pathlib import Path
 from typing import Any, TypeAlias
 
-from dse.errors import Diagnostic, UsageError
+from dse.errors import Diagnostic, ProblemError, UsageError
 from dse.files.reading import obstacle
 
 Key: TypeAlias = tuple[str | int, ...]
@@ -36,12 +36,14 @@ class Imported:
     `document` is plain data with the keys of a problem file (or of a file to include); `remarks` say what was not
     understood or left out, each with its place; `places` tell where a value comes from, by its path in the document.
     `entities` are what threads are in ROS, such as ``/cam@Timer(10000000)``, by which other files speak of them.
+    `made_up` are names that the file does not have: what they name is not what another file has under such a name.
     """
 
     document: Mapping[str, Any]
     remarks: tuple[Diagnostic, ...] = ()
     places: Mapping[Key, Place] = field(default_factory=dict)
     entities: Mapping[str, str] = field(default_factory=dict)
+    made_up: frozenset[str] = frozenset()
 
 
 Read: TypeAlias = Callable[[Path, Mapping[str, Any]], Imported]
@@ -206,6 +208,23 @@ def _tells(path: Path, pattern: str) -> bool:
         return False
 
 
+def _check_content(path: Path) -> None:
+    """Stop where formats have this suffix, but the file has nothing of them.
+
+    Raises
+    ------
+    ProblemError
+        which says what such files are.
+    """
+    near = [item for item in IMPORTERS if path.name.lower().endswith(item.suffixes)]
+    if not near or obstacle(path) is not None or path.is_dir():
+        return
+    expected = "; ".join(item.what for item in near)
+    words = "the file is empty" if path.stat().st_size == 0 else "nothing in it tells what it is"
+    names = ", ".join(item.name for item in near)
+    raise ProblemError([Diagnostic(f"{words}: expected {expected}", "", str(path), 1, hint=f"or --format: {names}")])
+
+
 def read_foreign(path: Path, form: str | None = None, options: Mapping[str, Any] | None = None) -> Imported:
     """What a file of another format says, as a document.
 
@@ -218,6 +237,7 @@ def read_foreign(path: Path, form: str | None = None, options: Mapping[str, Any]
     """
     importer = importer_of(path, form)
     if importer is None:
+        _check_content(path)
         known = "; ".join(f"{item.name} ({item.what})" for item in IMPORTERS)
         raise UsageError(f"{path}: which format this is cannot be told by its name; name it with --format: {known}")
     given = dict(options or {})

@@ -10,7 +10,18 @@ from pathlib import Path
 from dse.errors import Diagnostic, ProblemError
 from dse.extras import needed_for
 
-DAMAGED = (OSError, ValueError, LookupError, AssertionError, EOFError, RuntimeError, TypeError, struct.error)
+ROS1 = b"#ROSBAG V"
+DAMAGED = (
+    OSError,
+    ValueError,
+    LookupError,
+    AssertionError,
+    EOFError,
+    RuntimeError,
+    TypeError,
+    MemoryError,
+    struct.error,
+)
 """What reading a damaged bag raises besides errors of its own."""
 
 
@@ -42,6 +53,7 @@ def read_bag(path: Path) -> list[Topic]:
     with needed_for("A bag", "ros"):
         from rosbags.highlevel import AnyReader, AnyReaderError
         from rosbags.typesys import Stores, get_typestore
+    _check_beginning(path)
     sizes: dict[tuple[str, str], list[int]] = {}
     times: dict[tuple[str, str], list[int]] = {}
     try:
@@ -55,6 +67,17 @@ def read_bag(path: Path) -> list[Topic]:
     if not sizes:
         raise ProblemError([Diagnostic("the bag has no messages", file=str(path))])
     return [_topic(*key, sizes[key], sorted(times[key])) for key in sorted(sizes)]
+
+
+def _check_beginning(path: Path) -> None:
+    """Stop where a bag of ROS 1 does not begin as one: it would be read whole in search of a line."""
+    try:
+        if path.suffix.lower() == ".bag" and path.is_file():
+            with path.open("rb") as stream:
+                if stream.read(len(ROS1)) != ROS1:
+                    raise ProblemError([_no_bag(path, ValueError(f"it does not begin with {ROS1.decode()}"))])
+    except OSError as error:
+        raise ProblemError([_no_bag(path, error)]) from None
 
 
 def _no_bag(path: Path, error: Exception) -> Diagnostic:

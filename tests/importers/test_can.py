@@ -107,7 +107,7 @@ def test_can_fd_needs_its_second_rate(tmp_path: Path, capsys: pytest.CaptureFixt
 
 
 BAD = {
-    "empty": ("", "car.dbc:1:1: no CAN database: DBC"),
+    "empty": ("", "car.dbc:1: the file is empty: expected a CAN database"),
     "no database": ("hello\nworld\n", "car.dbc:1:1: no CAN database: DBC"),
     "cut off": (DBC[: DBC.index("BO_ 512") + 12], "car.dbc:7: this message is not whole (is the file cut off?)"),
     "cut off in a message": (DBC[: DBC.index("BO_ 512") + 7], "car.dbc:7: this message is not whole (is the"),

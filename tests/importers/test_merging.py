@@ -162,3 +162,17 @@ def test_sources_of_other_kinds_stand_beside_each_other() -> None:
         read("architecture.yaml", "car.dbc", mode="x")
     with pytest.raises(dse.UsageError, match="--format: of several files each one tells its format by itself"):
         dse.import_file(["architecture.yaml", "isolated.yaml"], "caret")
+
+
+def test_two_databases_without_names_of_their_buses_are_two_buses() -> None:
+    """The message of one name on both is one on each; read back after its own source it stays one."""
+    text = 'VERSION ""\nNS_ :\nBS_:\nBU_: gate ecu\nBO_ 100 speed: 8 gate\n SG_ s : 0|8@1+ (1,0) [0|0] "" ecu\n'
+    for name in ("a.dbc", "b.dbc"):
+        Path(name).write_text(text, encoding="utf-8")
+    options = {"bandwidth": "500 kbit/s", "cycle": "10 ms"}
+    data, _ = read("a.dbc", "b.dbc", **options)
+    assert {name: body["bus"] for name, body in data["connections"].items()} == {"speed": "can0", "speed_2": "can0_2"}
+    assert data["buses"]["can0_2"]["type"] == "can0_type_2" and list(data["devices"]) == ["gate", "ecu"]
+    Path("own.yaml").write_text(dse.import_file("a.dbc", **options).text, encoding="utf-8")
+    data, _ = read("own.yaml", "a.dbc", **options)
+    assert list(data["connections"]) == ["speed"] and list(data["buses"]) == ["can0"]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import sys
 from collections.abc import Mapping
 from pathlib import Path
@@ -44,10 +45,18 @@ def test_a_file_becomes_the_text_of_a_problem_file(tmp_path: Path) -> None:
 
 
 def test_the_format_is_told_by_the_name_or_stated(tmp_path: Path) -> None:
-    path = tmp_path / "a.txt"
+    path = tmp_path / "a.text"
     path.write_text("lamp 1 s\n", encoding="utf-8")
     with pytest.raises(UsageError, match="which format this is cannot be told"):
         import_file(path)
+    for name, text, words in (
+        ("a.txt", "lamp", "nothing in it tells what it is: expected traces of ros2_tracing"),
+        ("b.txt", "", "b.txt:1: the file is empty: expected traces of"),
+        ("c.yaml", "a: 1", "nothing in it tells what it is: expected architecture files"),
+    ):
+        (tmp_path / name).write_text(text, encoding="utf-8")
+        with pytest.raises(ProblemError, match=re.escape(words)):
+            import_file(tmp_path / name)
     assert "lamp" in import_file(path, "toy").text
     with pytest.raises(UsageError, match="there is no format 'toys'"):
         import_file(path, "toys")

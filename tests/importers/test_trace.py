@@ -6,6 +6,7 @@ The tracepoints are those of ros2_tracing; the trace is our own.
 from __future__ import annotations
 
 import sys
+import tracemalloc
 from collections.abc import Iterator
 from pathlib import Path
 from types import SimpleNamespace
@@ -185,3 +186,24 @@ def test_times_in_seconds_are_read_too(tmp_path: Path) -> None:
     [event] = events_of(Path(put(tmp_path, line)))
     assert (event.name, event.time_ns) == ("callback_end", 1_700_000_000 * 10**9 + 5)
     assert event.fields["callback"] == 31
+
+
+@pytest.mark.parametrize(
+    ("name", "arguments", "words"),
+    [
+        ("trace.txt", ["import", "--format", "trace"], "trace.txt:1: no event: "),
+        ("run.bag", ["sizes", "--bag"], "run.bag: no bag that can be read: it does not begin with #ROSBAG V"),
+    ],
+)
+def test_a_long_file_without_lines_is_not_read_whole(
+    name: str, arguments: list[str], words: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    with (tmp_path / name).open("wb") as stream:
+        stream.truncate(300_000_000)
+    tracemalloc.start()
+    try:
+        assert run([*arguments, str(tmp_path / name)]) == 3
+        assert tracemalloc.get_traced_memory()[1] < 100_000_000
+    finally:
+        tracemalloc.stop()
+    assert words in capsys.readouterr().err

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator, Mapping
+from functools import partial
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -18,7 +19,7 @@ _LINE = re.compile(
 )
 _FIELD = re.compile(r'(\w+) = (?:"((?:[^"\\]|\\.)*)"|(0x[0-9A-Fa-f]+|-?\d+))')
 LONGEST = 100_000
-"""So many characters of a line are looked at."""
+"""No line is longer: what is left of one is no event."""
 
 
 class Event(NamedTuple):
@@ -84,8 +85,8 @@ def _of_text(path: Path) -> Iterator[Event]:
             if stream.read(4) == MAGIC:
                 raise _stop(path, "this is one stream of a CTF trace: name its folder", HOW)
             stream.seek(0)
-            for number, data in enumerate(stream, start=1):
-                text = data[:LONGEST].decode("utf-8", "replace").strip()
+            for number, data in enumerate(iter(partial(stream.readline, LONGEST), b""), start=1):
+                text = data.decode("utf-8", "replace").strip()
                 if not text:
                     continue
                 match = _LINE.fullmatch(text)
