@@ -48,7 +48,7 @@ def with_times(imported: Imported, files: Sequence[str | Path]) -> tuple[dict[st
     by_thread: dict[str, list[Execution]] = {}
     found = fit_measurements(tables, Options()) if tables else None
     for item in found.executions if found is not None else ():
-        name = _thread_of(item, threads)
+        name = _thread_of(item, {**dict.fromkeys(threads), **imported.aliases})
         if name is None:
             close = get_close_matches(item.name, [key.replace(".", "_") for key in threads], 1, 0.5)
             hint = f"did you mean {close[0]}?" if close else ""
@@ -137,17 +137,16 @@ def _from_trace(
     return found, timed, remarks
 
 
-def _thread_of(item: Execution, threads: Mapping[str, Any]) -> str | None:
-    """The thread of which these are the times: by its name, or by node and callback."""
+def _thread_of(item: Execution, threads: Mapping[str, str | None]) -> str | None:
+    """The thread of which these are the times: by its name (or an alias of it), or by node and callback."""
     group = item.summary.group
     plain = {name.replace(".", "_").strip("_"): name for name in threads}
     texts = [f"{group.component}/{group.thread}", group.thread, group.component, item.name]
     for text in texts:
         name = ".".join(part for part in text.split("/") if part)
-        if name and name in threads:
-            return name
-        if name and (found := plain.get(name.replace(".", "_").strip("_"))) is not None:
-            return found
+        found = name if name in threads else plain.get(name.replace(".", "_").strip("_")) if name else None
+        if found is not None:
+            return threads[found] or found
     return None
 
 

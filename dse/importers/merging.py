@@ -26,6 +26,7 @@ NOT_FIGURES = ("source",)
 NO_TIMES = "MISSING: execution times"
 NO_RATES = "MISSING: how often"
 LONGEST = 900
+OPEN_TOPICS = "who publishes the topics is not in such files"
 
 
 def merged(first: Imported, second: Imported) -> Imported:
@@ -40,9 +41,18 @@ def merged(first: Imported, second: Imported) -> Imported:
     document = merger.document()
     entities = {**first.entities, **merger.entities}
     entities = {name: text for name, text in entities.items() if name in (document.get("threads") or {})}
-    remarks = (*first.remarks, *second.remarks, *merger.match.told, *merger.told)
+    remarks = (*_open(first, document), *_open(second, document), *merger.match.told, *merger.told)
+    aliases = {**merger.names["threads"], **first.aliases}
     places = {**second.places, **first.places}
-    return Imported(document, tuple(dict.fromkeys(remarks)), places, entities, first.made_up | second.made_up)
+    made_up = first.made_up | second.made_up
+    return Imported(document, tuple(dict.fromkeys(remarks)), places, entities, made_up, aliases)
+
+
+def _open(imported: Imported, document: Mapping[str, Any]) -> Iterable[Diagnostic]:
+    """The remarks of one source without those on who publishes topics, where another source says it of all."""
+    connections = (document.get("connections") or {}).values()
+    is_known = all("from" in body for body in connections)
+    return (item for item in imported.remarks if not (is_known and OPEN_TOPICS in item.message))
 
 
 def restated(document: Mapping[str, Any]) -> dict[str, Any]:

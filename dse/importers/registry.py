@@ -37,6 +37,7 @@ class Imported:
     understood or left out, each with its place; `places` tell where a value comes from, by its path in the document.
     `entities` are what threads are in ROS, such as ``/cam@Timer(10000000)``, by which other files speak of them.
     `made_up` are names that the file does not have: what they name is not what another file has under such a name.
+    `aliases` lead from the names that threads have in other files to those in `document`.
     """
 
     document: Mapping[str, Any]
@@ -44,6 +45,7 @@ class Imported:
     places: Mapping[Key, Place] = field(default_factory=dict)
     entities: Mapping[str, str] = field(default_factory=dict)
     made_up: frozenset[str] = frozenset()
+    aliases: Mapping[str, str] = field(default_factory=dict)
 
 
 Read: TypeAlias = Callable[[Path, Mapping[str, Any]], Imported]

@@ -13,6 +13,7 @@ from typing import Any, Unpack
 from dse.analysis.evaluate import Evaluator
 from dse.analysis.limits import HOLDS, Verdict, build_limit
 from dse.analysis.rates import rate_hz
+from dse.analysis.terms import PPM
 from dse.analysis.views import View
 from dse.api.problem import Problem, Source, load, with_stated_cores
 from dse.api.question import Question
@@ -214,7 +215,10 @@ class _Bench:
         if len(found) != 1:
             raise _UnknownError("say of which", ", ".join(one.metric.name for one in found[:8]))
         limit = build_limit(self.space, found[0], counted=False)
-        return found[0].metric.name, limit.measure.value(self.view), limit.bound(self.view), limit.measure.unit
+        bound = limit.bound(self.view)
+        if found[0].metric.kind == "utilisation":
+            bound = found[0].limit.value * PPM  # the sum, in parts of one core: a limit would be that of each core
+        return found[0].metric.name, limit.measure.value(self.view), bound, limit.measure.unit
 
     # --- figures of the file
 
@@ -313,7 +317,12 @@ class _Bench:
         if ends is None or operator not in ("<=", "<", ">=", ">"):
             return None, None
         value = ends[1] if operator in ("<=", "<") else ends[0]
-        return value, HOLDS[operator](value, verdict.limit)
+        if verdict.requirement.metric.kind != "utilisation":
+            return value, HOLDS[operator](value, verdict.limit)
+        holds = HOLDS[operator](value, verdict.whole_limit)
+        if holds and verdict.whole_limit != verdict.requirement.limit.value * PPM:
+            return None, None  # which core takes how much of the sum was not measured
+        return value, holds
 
 
 def _analysed(space: Space, design: Design) -> Analysis:

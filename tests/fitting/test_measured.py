@@ -199,3 +199,18 @@ def test_other_encodings_and_wrong_usage(tmp_path: Path, capsys: pytest.CaptureF
     assert run(["compare", here, "x.json", "--measured", there]) == 2
     assert run(["compare", here, "x.json", "--tolerance", "1 %"]) == 2
     assert run(["compare", here, "--measured", there, "--tolerance", "much"]) == 2
+
+
+@pytest.mark.parametrize(
+    ("seen", "of_all", "holds"), [("50 %", None, None), ("139 %", None, None), ("141 %", 1_410_000, False)]
+)
+def test_a_measured_utilisation_is_the_sum_over_the_cores(
+    tmp_path: Path, seen: str, of_all: int | None, holds: bool | None
+) -> None:
+    """Two cores, each to at most 70 %: 141 % of one core in all are too much, 139 % may or may not be."""
+    two = PROBLEM.replace("{pc: {}}", "{pc: {cores: 2}}")
+    found = compare(tmp_path, f"processor,utilisation\ncomputer,{seen}\n", problem=two)
+    [item] = found.predictions
+    assert (item.high, item.seen.high) == (Fraction(105_000), int(seen.split()[0]) * 10_000)
+    [kept] = [item for item in found.requirements if "utilisation" in item.text]
+    assert (kept.observed, kept.observed_holds) == (of_all, holds)

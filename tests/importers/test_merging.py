@@ -78,6 +78,7 @@ def test_the_other_order_keeps_the_groups_and_learns_who_sends() -> None:
     assert ("ns.track.timer_2", "drive.on_lane", False) in wires.values()
     assert any("connections.image.ns.track.rate is left out (1 Hz): cam.timer sends it" in text for text in said)
     assert data["flows"]["steer"]["path"][0] == "cam.timer"
+    assert any("who publishes the topics" in text for text in said)  # /stop
     assert data["ros2"]["callback_groups"]["ns.track.group"].endswith("@Timer({ns.track.timer_2})")
     dse.load(yaml.safe_dump(data))
 
@@ -98,6 +99,17 @@ def test_figures_that_differ_are_told_with_both_sources() -> None:
     other, _ = read("robot.launch.xml", "architecture.yaml", rate="1 Hz")
     assert other["threads"]["cam.timer"]["period"] == "40 ms"
     assert [name for name in other["threads"] if name.startswith("drive")] == ["drive.on_lane", "drive.on_stop"]
+
+
+def test_times_by_the_names_of_a_later_file_are_found() -> None:
+    """And with a sender for each topic nothing is left of what the first file could not tell."""
+    Path("architecture.yaml").write_text(
+        ARCHITECTURE.replace("topic_name: /stop", "topic_name: /lane"), encoding="utf-8"
+    )
+    data, said = read("isolated.yaml", "architecture.yaml", times=["times.csv"])
+    assert data["thread_types"][data["threads"]["cam.timer"]["type"]]["compute_execution_time"] == "900 us .. 1 ms"
+    assert not [text for text in said if "there is no thread for the times" in text or "no times of" in text]
+    assert not [text for text in said if "who publishes the topics" in text]
 
 
 def test_parameter_files_concern_the_nodes_of_the_other_files() -> None:
