@@ -11,16 +11,26 @@ from dse.units import DATA, TIME, UNITS, Dimension, canonical_unit
 
 TIMES = ("sample", "min", "max", "mean", "median", "deviation")
 """Roles whose figures are durations."""
+MEASURED = ("latency", "delay", "duration", "time", "execution time")
+"""What the least, greatest and mean in the name of a column are of: `latency_min (ms)`, `max delay [us]`."""
+
+
+def _of_what(*words: str) -> tuple[str, ...]:
+    """Names of a column for a figure of samples: alone, and before or after what it is of."""
+    pairs = ((word, of) for word in words for of in MEASURED)
+    return (*words, *(name for word, of in pairs for name in (f"{word} {of}", f"{of} {word}")))
+
+
 NAMES: Mapping[str, tuple[str, ...]] = {
     "size": ("size", "data size", "message size", "msg size", "payload", "payload size", "bytes", "length"),
     "sample": (
         *("sample", "delay", "latency", "duration", "time", "value", "rtt", "round trip", "round trip time"),
         *("round trip delay", "one way", "one way delay", "execution time", "exec time", "response time", "elapsed"),
     ),
-    "min": ("min", "minimum", "least", "best"),
-    "max": ("max", "maximum", "greatest", "worst"),
-    "mean": ("mean", "average", "avg"),
-    "median": ("median", "p50"),
+    "min": _of_what("min", "minimum", "least", "best"),
+    "max": _of_what("max", "maximum", "greatest", "worst"),
+    "mean": _of_what("mean", "average", "avg"),
+    "median": _of_what("median", "p50"),
     "deviation": ("stddev", "std dev", "std", "deviation", "standard deviation", "sd", "sigma"),
     "count": ("count", "samples", "n", "n samples", "number of samples"),
     "platform": ("platform", "computer", "processor", "processor type", "machine", "host", "board", "cpu"),

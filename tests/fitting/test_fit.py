@@ -196,3 +196,13 @@ def test_catalogue_and_table_to_standard_output(tmp_path: Path, capsys: pytest.C
     assert parse_spec(f"dse: 1\nname: x\n{out}").spec.bus_types["m"].transmission_time is not None
     assert run(["fit", path]) == 0
     assert out in capsys.readouterr().out
+
+
+def test_columns_as_performance_test_names_them(tmp_path: Path) -> None:
+    """ApexAI's performance_test writes `latency_min (ms)`: 0.1 ms and 1 us a byte, and twice that at most."""
+    path = tmp_path / "run.csv"
+    rows = ["dds,pi,100,0.2,0.4,0.3", "dds,pi,200,0.3,0.6,0.4", "dds,pi,400,0.5,1.0,0.7"]
+    path.write_text("rmw,host,size_bytes,latency_min (ms),latency_max (ms),latency_mean (ms)\n" + "\n".join(rows))
+    body = parse_spec("dse: 1\nname: x\n" + dse.fit(path).to_yaml()).spec.bus_types["dds"]
+    assert body.virtual and "fixed: 100 us .. 200 us" in dse.fit(path).to_yaml().replace('"', "")
+    assert "per_byte: 1 us .. 2 us" in dse.fit(path).to_yaml().replace('"', "")
