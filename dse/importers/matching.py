@@ -23,7 +23,8 @@ class Match:
     `threads`, `connections` and `executors`: by the name in the second one that in the first. `left_out` and
     `left_out_executors` are names of the second one of what the first one does not have, and says all of. `replaced`
     are threads of the first one of which nothing but their node is known; `heirs` those of the second one in their
-    place. `joined`: threads of the first one to executors of the second; `processes`: their processes.
+    place, `successors` by the replaced thread what sends in its place (a timer, or the only one). `joined`:
+    threads of the first one to executors of the second; `processes`: their processes.
     """
 
     threads: dict[str, str] = field(default_factory=dict)
@@ -33,6 +34,7 @@ class Match:
     left_out_executors: set[str] = field(default_factory=set)
     replaced: set[str] = field(default_factory=set)
     heirs: dict[str, str] = field(default_factory=dict)
+    successors: dict[str, str] = field(default_factory=dict)
     joined: dict[str, str] = field(default_factory=dict)
     processes: dict[str, str] = field(default_factory=dict)
     told: list[Diagnostic] = field(default_factory=list)
@@ -83,6 +85,10 @@ def _threads(found: Match, first: Imported, second: Imported) -> None:
         elif open_ and any(_kind(second.entities[name]) for name in names):
             found.replaced |= set(open_)
             found.heirs |= dict.fromkeys(names, open_[0])
+            timers = [name for name in names if _kind(second.entities[name]).startswith("Timer")]
+            sender = next((of[0] for of in (timers, names) if len(of) == 1), None)
+            if sender is not None:
+                found.successors |= dict.fromkeys(open_, sender)
         elif open_:
             found.threads |= dict(zip(names, open_, strict=False))
 
@@ -115,7 +121,10 @@ def _same_node(found: Match, known: list[str], names: list[str], first: Imported
 
 def _connections(found: Match, first: Imported, second: Imported) -> None:
     """Connections of the same ends; from outside where one of the two does not know who sends."""
-    ours = {name: _ends(body) for name, body in _of(first, "connections").items()}
+    ours = {}
+    for name, body in _of(first, "connections").items():
+        source, target, is_data = _ends(body)
+        ours[name] = (found.successors.get(source, source), found.successors.get(target, target), is_data)
     news = {*_of(second, "threads")} - {*found.threads}
     for name, body in _of(second, "connections").items():
         source, target, is_data = _ends(body)

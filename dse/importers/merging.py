@@ -15,6 +15,7 @@ from dse.errors import Diagnostic
 from dse.importers.matching import Match, matched, node_of
 from dse.importers.registry import Imported
 from dse.importers.ros2.located import Names, ros_name
+from dse.importers.ros2.system import NODE
 
 SECTIONS = (
     *("processor_types", "bus_types", "device_types", "thread_types", "clocks", "partitions", "processors", "buses"),
@@ -149,6 +150,8 @@ class _Merger:
         found = {name: dict(body) for name, body in (self.first.document.get(section) or {}).items()}
         if section == "threads":
             found = {name: body for name, body in found.items() if name not in self.match.replaced}
+        if section == "connections":
+            found = dict(self._succeeded(found))
         if section == "flows":
             return self._flows(found)
         for name, body in (self.second.document.get(section) or {}).items():
@@ -163,6 +166,17 @@ class _Merger:
         if section == "threads":
             found = {name: self._bound(name, body) for name, body in found.items()}
         return found
+
+    def _succeeded(self, connections: Mapping[str, dict[str, Any]]) -> Iterable[tuple[str, dict[str, Any]]]:
+        """The first document's connections, with what the second one has in place of nodes without callbacks."""
+        for name, body in connections.items():
+            gone = [key for key in ("from", "to") if body.get(key) in self.match.replaced]
+            heirs = {key: self.match.successors.get(body[key]) for key in gone}
+            if None in heirs.values():
+                words = f"the connection {name} is left out: which callback has it is not known"
+                self._tell(words, str(body.get("source", "")))
+                continue
+            yield name, {**body, **{key: self.names["threads"][str(heir)] for key, heir in heirs.items()}}
 
     def _flows(self, found: dict[str, Any]) -> dict[str, Any]:
         names = Names()
@@ -302,6 +316,8 @@ class _Merger:
         of_ros = {name: node_of(text) for name, text in known.items() if name in threads}
         for name, node in of_ros.items():
             process = threads[name].get("process")
+            if not NODE.fullmatch(node):
+                continue
             found[process if process == ros_name(node) else name] = node
         others = {name for name in threads if name not in of_ros}
         processes = {threads[name].get("process") for name in others}

@@ -188,3 +188,16 @@ def test_two_databases_without_names_of_their_buses_are_two_buses() -> None:
     Path("own.yaml").write_text(dse.import_file("a.dbc", **options).text, encoding="utf-8")
     data, _ = read("own.yaml", "a.dbc", **options)
     assert list(data["connections"]) == ["speed"] and list(data["buses"]) == ["can0"]
+
+
+def test_callbacks_of_a_later_file_take_the_place_of_a_node_of_which_nothing_is_known() -> None:
+    """The launch file has what /cam sends; the callback that sends it is in the parameters."""
+    Path("open.launch.xml").write_text(
+        """<launch><node pkg="cam" exec="cam" name="cam"><remap from="~/output/image" to="/image"/></node>
+        <node pkg="t" exec="t" name="track"><remap from="~/input/image" to="/image"/></node></launch>"""
+    )
+    Path("rates.yaml").write_text("/cam:\n  ros__parameters: {update_rate: 20}\n", encoding="utf-8")
+    data, _ = read("open.launch.xml", "rates.yaml")
+    assert list(data["threads"]) == ["track.on.image", "cam.timer"]
+    assert data["connections"]["image"]["from"] == "cam.timer"
+    dse.load(yaml.safe_dump(data))

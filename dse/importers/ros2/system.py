@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from statistics import mean, stdev
@@ -14,6 +15,8 @@ from dse.importers.ros2.located import LocatedFile, Names, Place, ros_name
 from dse.units import TimeRange, UnitError, format_duration, format_rate, format_time_range, parse_rate_hz
 
 COMPUTER = "computer"
+NODE = re.compile(r"(/[A-Za-z_]\w*)+")
+"""What the full name of a node is in ROS; one that is none is not kept as such."""
 NO_TIMES = (
     "MISSING: execution times. Threads without `compute_execution_time` count as taking no time: measure them, and "
     "import again with --times, or state them."
@@ -168,7 +171,7 @@ class Writer:
         return found
 
     def _at(self, place: Place, *words: str) -> str:
-        text = "; ".join(word for word in words if word)
+        text = " ".join("; ".join(word for word in words if word).split())
         line = f":{place.line}" if place.line else ""
         return f"{self.file.path.name}{line}{f': {text}' if text else ''}"[:900]
 
@@ -274,7 +277,7 @@ class Writer:
         """How threads, nodes and groups are called in ROS."""
         callbacks = [one for group in self.system.groups for one in group.callbacks]
         nodes = {self.threads[id(one)] if one.process else ros_name(one.node): one.node for one in callbacks}
-        found: dict[str, Any] = {"nodes": nodes}
+        found: dict[str, Any] = {"nodes": {name: node for name, node in nodes.items() if NODE.fullmatch(node)}}
         stated = [(self.threads[id(one)], *one.parameter) for one in callbacks if one.parameter is not None]
         if stated:
             found["parameters"] = {f"{thread}.{field}": text for thread, field, text in stated}
