@@ -139,12 +139,15 @@ def _choice(document: Document) -> Iterator[Block]:
     first = result.front[0]
     reasons = document.alternative(first).sentences
     wanted = [item for item in reasons if item.label.startswith(("Stands out", "Against"))][:REASONS]
-    wanted += [item for item in reasons if item.label == SAME]
+    same = [item for item in reasons if item.label == SAME]
+    wanted += same[:1]
     ranked = "nearest to the best of everything" if result.ranking == "ideal" else f"first by {result.ranking_words}"
     yield from texts(f"Choose #{first.id}, {ranked}: {figures_words(result, first.objectives)}.", tone="strong")
     yield from labelled(
         (item.label, item.text if len(item.text) <= ROOM else item.brief or item.text) for item in wanted
     )
+    if len(same) > 1:
+        yield from texts(f"{count_words(len(same) - 1, 'more change')} to the same end: --explain.")
 
 
 def _notes(document: Document, more: Sequence[str], top: int | None) -> Iterator[str]:

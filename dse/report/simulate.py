@@ -17,7 +17,7 @@ from dse.units import Exact, is_unbounded
 from dse.units.text import count_words
 
 FEW = 3
-MANY = 6
+MANY = 4
 """So many threads are printed."""
 HISTOGRAM = (
     "Latencies of {} as they were observed; the lines are the least and the greatest that the analysis allows, without "
@@ -93,7 +93,7 @@ def _flow_table(simulation: Simulation) -> Table:
         bounds = [counted(value, "ns") for value in flow.bounds_ns]
         rows.append((flow.name, str(flow.count), *seen, *bounds, scheduled, _verdict(flow)))
     headings = ("flow", "data", "observed min", "mean", "max", "analysed min", "max", "with response times", "verdict")
-    return Table("Latencies, observed and analysed", headings, tuple(rows), tuple(range(1, 8)), wide=8)
+    return Table("Latencies, observed and analysed", headings, tuple(rows), tuple(range(1, 8)), wide=8, told=0)
 
 
 def _verdict(flow: FlowObservation) -> str:
