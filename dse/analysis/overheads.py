@@ -16,11 +16,12 @@ that is left ends with that period, so that gaps are no longer than period - bud
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Container, Mapping, Sequence
 from typing import Any
 
 from dse.analysis.response_time import Task, periodic
 from dse.analysis.views import View
+from dse.space.protocols import BY_INPUTS
 from dse.space.trees import Tree, at, leaves
 from dse.space.types import Design, Space
 
@@ -46,6 +47,32 @@ def stated_overheads(space: Space, design: Design | None = None) -> Mapping[str,
         "context switches": tuple(switching),
         "interrupts": tuple(name for name, items in slots.items() if any(not item.is_throttling for item in items)),
         "throttling": tuple(name for name, items in slots.items() if any(item.is_throttling for item in items)),
+    }
+
+
+def safe_bounds(space: Space, design: Design | None = None) -> Mapping[str, tuple[str, ...]]:
+    """Why response times are safe bounds and need not be reached, each with the threads that make them so.
+
+    Releases by events are counted as far apart or as close as their jitter lets them be, pieces of a thread and the
+    jobs of a wait set with the longest that may come before them (docs/semantics.md, sections 4.2, 4.6 and 4.7). What
+    shares a core with such a thread is bounded so, too. With a `design` only what it chooses counts.
+    """
+    made = None if design is None else dict(enumerate(design))
+
+    def is_any(tree: Tree, values: Container[object]) -> bool:
+        return any(leaf in values for leaf in leaves(tree, made))
+
+    threads = [item for item in space.components if item.section == "threads"]
+    pieces = [item.pieces.thread for item in threads if item.pieces is not None]
+    waiting = [item for item in space.executors if is_any(item.kind, ("wait_set",))]
+    alone = [item for item in threads if item.pieces is None]
+    stated = [item.name for item in alone if is_any(item.protocol, (*BY_INPUTS, "hybrid"))]
+    unstated = [item.name for item in alone if is_any(item.protocol, (None,)) and is_any(item.period_ns, (None,))]
+    events = [item.name for item in alone if item.name in {*stated, *unstated}]
+    return {
+        "events dispatch": tuple(events),
+        "segments make up": tuple(dict.fromkeys(pieces)),
+        "a wait set runs": tuple(space.components[number].name for item in waiting for number in item.members),
     }
 
 

@@ -11,7 +11,15 @@ from dse.analysis.limits import Verdict
 from dse.analysis.terms import PPM
 from dse.report.amounts import amount_words, slack_words
 from dse.report.bars import usage_chart, usage_records, waterfall, waterfall_records
-from dse.report.contention import PROCESSING, bus_words, contended_words, core_words, overhead_words, processing_words
+from dse.report.contention import (
+    PROCESSING,
+    bound_words,
+    bus_words,
+    contended_words,
+    core_words,
+    overhead_words,
+    processing_words,
+)
 from dse.report.deadlines import deadline_plot
 from dse.report.page import MINUS, NOTHING, Block, Page, Plot, Section, Table, Text, few, listing, texts
 from dse.report.plain import basis_words, scale_words
@@ -193,7 +201,7 @@ def _usage(analysis: Analysis) -> Iterator[Block]:
     yield from listing([f"{item.severity}: {item.text}" for found in budgets for item in found.findings], "OSATE", 0)
     yield from busy_timelines(analysis.responses)
     if analysis.responses:
-        yield from texts(overhead_words(analysis.space, analysis.design))
+        yield from texts(overhead_words(analysis.space, analysis.design), bound_words(analysis.space, analysis.design))
 
 
 def flow_table(flow: FlowTable) -> Table:

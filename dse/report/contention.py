@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping
+from collections.abc import Collection, Mapping, Sequence
 from typing import Any
 
 from dse.analysis.contention import core_by, core_origins, placements_of
-from dse.analysis.overheads import stated_overheads
+from dse.analysis.overheads import safe_bounds, stated_overheads
 from dse.analysis.partition import Spread
 from dse.analysis.placement import core_room
 from dse.analysis.terms import PPM
@@ -132,10 +132,7 @@ def overhead_words(space: Space, design: Design | None = None) -> str:
     """What response times count beside execution times, and what they do not: in any design, or in one."""
     stated = stated_overheads(space, design)
     counted = [
-        f"{BLOCKING if kind == 'blocking' else kind} ({', '.join(names[:MOST_NAMES])}"
-        f"{', …' if len(names) > MOST_NAMES else ''})"
-        for kind, names in stated.items()
-        if names
+        f"{BLOCKING if kind == 'blocking' else kind} ({_some(names)})" for kind, names in stated.items() if names
     ]
     left = [kind for kind, names in stated.items() if not names]
     elsewhere = stated_overheads(space)
@@ -146,6 +143,14 @@ def overhead_words(space: Space, design: Design | None = None) -> str:
     none = "of which the design has none" if others else "of which nothing is stated"
     rest = f"; not {' and not '.join(left)}, {none}" if left else ""
     return f"Response times count {', '.join(counted)}{rest}."
+
+
+def bound_words(space: Space, design: Design | None = None) -> str:
+    """Which response times are safe bounds that need not be reached, and why; empty where none is."""
+    told = [f"{why} {_some(names)}" for why, names in safe_bounds(space, design).items() if names]
+    if not told:
+        return ""
+    return f"Response times are safe bounds, which need not be reached, on cores where {'; '.join(told)}."
 
 
 def core_words(space: Space) -> str:
@@ -169,6 +174,10 @@ def cores_origin(space: Space) -> str:
     if "first-fit" not in origins:
         return ""
     return " (by first-fit)" if len(origins) == 1 else " (by first-fit, where none is stated)"
+
+
+def _some(names: Sequence[str]) -> str:
+    return ", ".join(names[:MOST_NAMES]) + (", …" if len(names) > MOST_NAMES else "")
 
 
 def _ids(numbers: list[int]) -> str:

@@ -17,6 +17,7 @@ from dse.report.bars import usage_records, waterfall_records
 from dse.report.charts import front_records
 from dse.report.contention import (
     asks_for_responses,
+    bound_words,
     bus_words,
     contention_words,
     overhead_words,
@@ -276,8 +277,9 @@ class Document:
     @property
     def gaps(self) -> tuple[str, ...]:
         """What the model does not see."""
-        counted = overhead_words(self.space) if asks_for_responses(self.space) else ""
-        said = (bus_words(self.space), scale_words(self.space), counted, unused_words(self.result))
+        asks = asks_for_responses(self.space)
+        counted = (overhead_words(self.space), bound_words(self.space)) if asks else ()
+        said = (bus_words(self.space), scale_words(self.space), *counted, unused_words(self.result))
         found = filter(None, (*said, exclusion_words(self.space)))
         return (REDUCED, processing_words(self.result.problem.effective), *found, *GAPS)
 

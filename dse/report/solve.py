@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
 
-from dse.report.contention import asks_for_responses, overhead_words, processing_words, waiting_words
+from dse.report.contention import asks_for_responses, bound_words, overhead_words, processing_words, waiting_words
 from dse.report.document import Alternative, Document, OthersPart
 from dse.report.insisting import insisting_section
 from dse.report.page import Block, Page, Section, Text, labelled, listing, texts
@@ -60,8 +60,9 @@ def _printed_summary(document: Document) -> Section:
     effort = texts(f"{spent}, at most {size}; every point recomputed without the solver.")
     rules: list[Block] = []
     if result.front and not result.leaves_out_contention:
-        counted = overhead_words(result.space) if asks_for_responses(result.space) else ""
-        rules += texts(processing_words(result.problem.effective), counted)
+        asks = asks_for_responses(result.space)
+        counted = (overhead_words(result.space), bound_words(result.space)) if asks else ()
+        rules += texts(processing_words(result.problem.effective), *counted)
     if result.front:
         rules += texts(waiting_words(result.space))
     if result.status != "infeasible":

@@ -15,7 +15,7 @@ from dse.analysis.response_time import periodic, response_time_ns
 from dse.analysis.scheduling import processor_responses
 from dse.analysis.views import View
 from dse.api.problem import loads
-from dse.report.contention import overhead_words
+from dse.report.contention import bound_words, overhead_words
 from dse.simulation.engine import Setting, simulate_once
 from dse.simulation.plan import build_plan
 
@@ -133,6 +133,25 @@ executors: {e: {kind: callback_group, processor: p}}
     offsets = {"fast": MS // 2, "slow": MS // 5}
     seen = simulate_once(plan, Setting(80 * MS, 80 * MS, offsets, execution="max")).responses
     assert (seen["fast"], seen["slow"]) == (1.5 * MS, 4.8 * MS)
+
+
+def test_what_makes_response_times_safe_bounds_is_said() -> None:
+    periodic_only = space_of(HEAD.format(overheads="") + READY_AND_LOG)
+    assert bound_words(periodic_only) == ""
+    threads = """
+  tick: {executor: e, period: 20 ms, compute_execution_time: 1 ms}
+  react: {processor: p, dispatch_protocol: [aperiodic, periodic], period: 20 ms, compute_execution_time: 1 ms}
+executors: {e: {kind: [fifo, wait_set], processor: p}}
+devices: {d: {period: 20 ms}}
+connections: {c: {from: d, to: react}}
+"""
+    space = space_of(HEAD.format(overheads="") + threads)
+    assert [item.name for item in space.decisions] == ["p.type", "react.dispatch_protocol", "e.kind"]
+    said = "Response times are safe bounds, which need not be reached, on cores where"
+    assert bound_words(space) == f"{said} events dispatch react; a wait set runs tick."
+    assert bound_words(space, (0, 0, 0)) == f"{said} events dispatch react."
+    assert bound_words(space, (0, 1, 1)) == f"{said} a wait set runs tick."
+    assert bound_words(space, (0, 1, 0)) == ""
 
 
 def test_the_simulation_comes_as_close_to_blocking_as_a_nanosecond() -> None:
