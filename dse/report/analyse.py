@@ -42,7 +42,7 @@ FEW = 3
 """So many decisions, processors and buses are told on a terminal."""
 FEW_REQUIREMENTS = 5
 FEW_FLOWS = 4
-FEW_THREADS = 8
+FEW_THREADS = 7
 MANY = 6
 """So many other metrics are told before the table of all."""
 MORE_REQUIREMENTS = "and {} more requirements (--all)"
@@ -201,7 +201,8 @@ def _usage(analysis: Analysis) -> Iterator[Block]:
     yield from listing([f"{item.severity}: {item.text}" for found in budgets for item in found.findings], "OSATE", 0)
     yield from busy_timelines(analysis.responses)
     if analysis.responses:
-        yield from texts(overhead_words(analysis.space, analysis.design), bound_words(analysis.space, analysis.design))
+        counted = overhead_words(analysis.space, analysis.design), bound_words(analysis.space, analysis.design)
+        yield from texts(" ".join(filter(None, counted)))
 
 
 def flow_table(flow: FlowTable) -> Table:

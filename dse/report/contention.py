@@ -35,6 +35,7 @@ BLOCKING = "blocking by non-preemptive sections"
 COUNTED_BY = " Counted in the search: --processing response-time."
 """Where designs do not keep what is asked: how to find those that do."""
 MOST_NAMES = 6
+MOST_EXAMPLES = 3
 MOST_THREADS = 24
 """Maximum number of threads whose cores are told one by one in a sentence."""
 MOST_IDS = 12
@@ -146,11 +147,11 @@ def overhead_words(space: Space, design: Design | None = None) -> str:
 
 
 def bound_words(space: Space, design: Design | None = None) -> str:
-    """Which response times are safe bounds that need not be reached, and why; empty where none is."""
-    told = [f"{why} {_some(names)}" for why, names in safe_bounds(space, design).items() if names]
+    """Which response times are safe bounds, and why, to be said after `overhead_words`; empty where none is."""
+    told = [f"{why} {_some(names, MOST_EXAMPLES)}" for why, names in safe_bounds(space, design).items() if names]
     if not told:
         return ""
-    return f"Response times are safe bounds, which need not be reached, on cores where {'; '.join(told)}."
+    return f"They are safe bounds, which need not be reached, on cores where {'; '.join(told)}."
 
 
 def core_words(space: Space) -> str:
@@ -176,8 +177,8 @@ def cores_origin(space: Space) -> str:
     return " (by first-fit)" if len(origins) == 1 else " (by first-fit, where none is stated)"
 
 
-def _some(names: Sequence[str]) -> str:
-    return ", ".join(names[:MOST_NAMES]) + (", …" if len(names) > MOST_NAMES else "")
+def _some(names: Sequence[str], most: int = MOST_NAMES) -> str:
+    return ", ".join(names[:most]) + (", …" if len(names) > most else "")
 
 
 def _ids(numbers: list[int]) -> str:

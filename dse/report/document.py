@@ -278,8 +278,8 @@ class Document:
     def gaps(self) -> tuple[str, ...]:
         """What the model does not see."""
         asks = asks_for_responses(self.space)
-        counted = (overhead_words(self.space), bound_words(self.space)) if asks else ()
-        said = (bus_words(self.space), scale_words(self.space), *counted, unused_words(self.result))
+        counted = f"{overhead_words(self.space)} {bound_words(self.space)}".rstrip() if asks else ""
+        said = (bus_words(self.space), scale_words(self.space), counted, unused_words(self.result))
         found = filter(None, (*said, exclusion_words(self.space)))
         return (REDUCED, processing_words(self.result.problem.effective), *found, *GAPS)
 

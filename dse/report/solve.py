@@ -61,8 +61,8 @@ def _printed_summary(document: Document) -> Section:
     rules: list[Block] = []
     if result.front and not result.leaves_out_contention:
         asks = asks_for_responses(result.space)
-        counted = (overhead_words(result.space), bound_words(result.space)) if asks else ()
-        rules += texts(processing_words(result.problem.effective), *counted)
+        counted = f"{overhead_words(result.space)} {bound_words(result.space)}".rstrip() if asks else ""
+        rules += texts(processing_words(result.problem.effective), counted)
     if result.front:
         rules += texts(waiting_words(result.space))
     if result.status != "infeasible":

@@ -147,7 +147,7 @@ connections: {c: {from: d, to: react}}
 """
     space = space_of(HEAD.format(overheads="") + threads)
     assert [item.name for item in space.decisions] == ["p.type", "react.dispatch_protocol", "e.kind"]
-    said = "Response times are safe bounds, which need not be reached, on cores where"
+    said = "They are safe bounds, which need not be reached, on cores where"
     assert bound_words(space) == f"{said} events dispatch react; a wait set runs tick."
     assert bound_words(space, (0, 0, 0)) == f"{said} events dispatch react."
     assert bound_words(space, (0, 1, 1)) == f"{said} a wait set runs tick."
