@@ -5,13 +5,15 @@ No way is sure to find a core for each thread where there is one: the search's m
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from fractions import Fraction
 from itertools import chain
 from typing import TypeAlias
 
 from dse.analysis.audsley import Latest, best_options, limits_of, with_best_order
 from dse.analysis.limits import HOLDS, Limit, build_limit, judge
+from dse.analysis.measures import PPM
+from dse.analysis.partition import Room
 from dse.analysis.placement import core_of_each
 from dse.analysis.scheduling import counted_ns, subset_responses
 from dse.analysis.tasks import members, utilisation
@@ -26,6 +28,7 @@ MOST_STEPS = 500
 MOST_ENDS = 4
 """So often such a search may reach the last thread only to find that some response time is too long."""
 Order: TypeAlias = Callable[[Sequence[Fraction]], Sequence[int]]
+NO_ROOMS: Mapping[int, Room] = {}
 
 
 def core_limits(space: Space) -> list[Limit]:
@@ -92,22 +95,47 @@ def placements(
     open_: Sequence[OpenCore],
     limits: Sequence[Limit],
     orders: Sequence[OpenPriority] = (),
+    beside: Sequence[Limit] = (),
 ) -> Iterator[Design]:
     """The design with other cores for the threads of `open_`, and other priorities for those of `orders`.
 
     First each thread, those that use most first, on the core that is used least; then on the least used, the first and
-    the most used core where it and the threads there meet their limits as far as these depend on that core.
+    the most used core where it and the threads there meet their limits as far as these depend on that core. Where
+    there are limits on cores (`beside`), then as first-fit has them, and in the latter three ways within these limits.
     """
     view = View(design)
     latest = limits_of(limits, view)
     seen = set()
     if orders:
         yield from _ordered(space, design, orders, limits)
-    for fits, order in _ways(_check_of(space, view, latest, orders)) if open_ else ():
-        found = _place(space, view, open_, fits, order)
+    for found in _elsewhere(space, view, open_, _check_of(space, view, latest, orders), beside) if open_ else ():
         if found is not None and found not in seen:
             seen.add(found)
             yield from _ordered(space, found, orders, limits)
+
+
+def _elsewhere(
+    space: Space, view: View, open_: Sequence[OpenCore], meets: Fits, beside: Sequence[Limit]
+) -> Iterator[Design | None]:
+    """The design with other cores, one way after the other; None where a way finds none."""
+    for fits, order in _ways(meets):
+        yield _place(space, view, open_, fits, order)
+    rooms = _rooms(beside)
+    if rooms:
+        yield first_fit(space, tuple(view.design), open_)
+        for fits, order in tuple(_ways(meets))[1:]:
+            yield _place(space, view, open_, fits, order, rooms)
+
+
+def _rooms(beside: Sequence[Limit]) -> dict[int, Room]:
+    """What limits on cores leave of each core of a processor."""
+    found: dict[int, Room] = {}
+    for limit in beside:
+        if limit.processor is not None and limit.each is not None:
+            room = Room(limit.each / PPM, limit.requirement.operator == "<")
+            _, processor = limit.processor
+            found[processor] = min(found.get(processor, room), room, key=lambda item: (item.share, not item.is_strict))
+    return found
 
 
 def first_placement(
@@ -204,12 +232,22 @@ def _ways(meets: Fits) -> Iterator[tuple[Fits, Order]]:
     yield meets, lambda loads: sorted(range(len(loads)), key=lambda core: (-loads[core], core))
 
 
-def _place(space: Space, view: View, open_: Sequence[OpenCore], fits: Fits, order: Order) -> Design | None:
-    """The design with a core for each thread; None where a thread fits nowhere."""
+def _place(
+    space: Space,
+    view: View,
+    open_: Sequence[OpenCore],
+    fits: Fits,
+    order: Order,
+    rooms: Mapping[int, Room] = NO_ROOMS,
+) -> Design | None:
+    """The design with a core for each thread; None where a thread fits nowhere.
+
+    `rooms` are the capacities of the cores of a processor that is limited, by its number.
+    """
     chosen = list(view.design)
     by_number = {item.component: item for item in open_}
     for processor, slot in enumerate(space.processors):
-        count = max(1, at(slot.cores, view))
+        count, room = max(1, at(slot.cores, view)), rooms.get(processor)
         here: dict[int, Fraction] = {}
         for number in members(space, processor, view):
             unit = space.unit(number)
@@ -224,8 +262,11 @@ def _place(space: Space, view: View, open_: Sequence[OpenCore], fits: Fits, orde
         for number in sorted(here.keys() & by_number.keys(), key=lambda item: (-here[item], item)):
             decision = by_number[number].decision
             allowed = {value - 1: option for option, value in enumerate(decision.values) if value <= count}
-            threads = _threads(space, number)
-            core = next((core for core in order(loads) if core in allowed and fits([*cores[core], *threads])), None)
+            threads, share = _threads(space, number), here[number]
+            able = [
+                core for core in order(loads) if core in allowed and (room is None or room.fits(loads[core] + share))
+            ]
+            core = next((core for core in able if fits([*cores[core], *threads])), None)
             if core is None:
                 return None
             cores[core] += threads

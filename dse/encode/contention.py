@@ -12,12 +12,12 @@ excluded: no design is lost, and none is accepted that misses a limit.
 from __future__ import annotations
 
 import sys
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass
 
 from ortools.sat.python import cp_model
 
-from dse.analysis.limits import Limit, judge
+from dse.analysis.limits import Limit, judge, keeps_cores
 from dse.analysis.packing import first_placement, placements
 from dse.analysis.scheduling import is_released_alone
 from dse.analysis.views import View
@@ -154,12 +154,21 @@ class Contention:
             self.model.add(variable >= exact).only_enforce_if(held)
         return bool(low)
 
-    def settled(self, design: Design, is_true: Callable[[cp_model.IntVar], bool]) -> Design | None:
-        """The design, or the same on other cores, that meets all limits; None where the model has learnt instead."""
+    def settled(
+        self, design: Design, is_true: Callable[[cp_model.IntVar], bool], with_rows: Collection[int] = ()
+    ) -> Design | None:
+        """The design, or the same on other cores, that meets all limits; None where the model has learnt instead.
+
+        A design with a core that is too full is left to the limits of each core (`dse.encode.corelimits`), which refuse
+        it, where no thread is late, or where these alone forbid the cores on which none would be. The latter not of
+        limits in `with_rows`, by their numbers, of which the model has rows: it learns that threads are late, by far
+        more rows.
+        """
         view = View(design)
         held = [item for item in self.deadlines if self._holds(item.guard, is_true)]
         limits = [item.limit for item in held]
-        beside = [item.limit for item in self.core_limits if self._holds(item.guard, is_true)]
+        cores = {number: item.limit for number, item in enumerate(self.core_limits) if self._holds(item.guard, is_true)}
+        beside = list(cores.values())
         open_ = [item for item in self.space.open_cores if self.movable and self._is_free(item)]
         orders = [item for item in self.space.open_priorities if self.reorders and self._is_free(item)]
         if self._seeks_first and (self.movable or self.reorders):
@@ -170,11 +179,17 @@ class Contention:
         late = [item for item in held if not judge(item.limit, view).holds]
         if not late:
             return design
+        is_full = False
         if self.movable or self.reorders:
-            for other in placements(self.space, design, open_, limits, orders):
+            for other in placements(self.space, design, open_, limits, orders, beside):
                 moved = View(other)
-                if all(judge(limit, moved).holds for limit in (*limits, *beside)):
+                if not all(judge(limit, moved).holds for limit in limits):
+                    continue
+                if all(judge(limit, moved).holds for limit in beside):
                     return other
+                is_full = True
+        if is_full and any(number not in with_rows and not keeps_cores(limit, view) for number, limit in cores.items()):
+            return design
         self._learn(late, held, view, orders)
         return None
 

@@ -172,7 +172,8 @@ class EncodedSpace:
             return None
         found: Design | None = design
         if self.contention is not None:
-            found = self.contention.settled(design, lambda literal: bool(value(literal)))
+            with_rows = self.core_limits.known if self.core_limits is not None else ()
+            found = self.contention.settled(design, lambda literal: bool(value(literal)), with_rows)
         if found is None or self.core_limits is None:
             return found
         return found if self.core_limits.settled(found, lambda literal: bool(value(literal))) else None

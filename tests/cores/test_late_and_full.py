@@ -1,0 +1,67 @@
+"""Threads that must be in time on cores that may not be filled: other cores are sought within both kinds of limits."""
+
+from __future__ import annotations
+
+import pytest
+from ortools.sat.python import cp_model
+from support import space_of
+
+from dse.analysis.evaluate import Evaluator
+from dse.encode.model import EncodedSpace, encode
+from dse.space.types import Design
+
+PROBLEM = """
+dse: 1
+name: late and full
+deadlines: all
+processor_types: {duo: {cores: 2, price: 10 EUR}}
+processors: {p: {type: duo}}
+threads:
+%s
+flows: {f: {path: [t0]}}
+requirements: ['utilisation of p <= 60 %%']
+objectives: [minimise price, minimise latency of f]
+"""
+
+
+def crowd(*worst_ms: int) -> Evaluator:
+    """Threads of 10 ms on two cores of which 6 ms may be used, each on either core."""
+    lines = [
+        f"  t{number}: {{processor: p, period: 10 ms, compute_execution_time: {worst} ms, core: [1, 2]}}"
+        for number, worst in enumerate(worst_ms)
+    ]
+    return Evaluator(space_of(PROBLEM % "\n".join(lines)))
+
+
+def settled_from_one_core(evaluator: Evaluator) -> tuple[EncodedSpace, Design | None]:
+    """What becomes of the design with all threads on the first core, where the last is late."""
+    encoded = encode(evaluator)
+    design = tuple(0 for _ in evaluator.space.decisions)
+    assert not evaluator.evaluate(design).is_feasible
+
+    def value(_: cp_model.IntVar) -> int:
+        pytest.fail("nothing is asked of the solution")
+
+    return encoded, encoded.settled(design, value)
+
+
+def test_late_threads_are_moved_within_what_cores_may_use() -> None:
+    """The least used core in turn leaves 70 % on one; 3 + 3 and 2 + 2 + 2 fit."""
+    evaluator = crowd(3, 3, 2, 2, 2)
+    encoded, found = settled_from_one_core(evaluator)
+    assert found is not None
+    assert evaluator.evaluate(found).is_feasible
+    assert encoded.contention is not None
+    assert not encoded.contention.known
+
+
+def test_cores_that_are_too_full_are_not_learnt_as_threads_that_are_late() -> None:
+    """On 4 + 4 and 4 no thread is late, but a core is too full, as it is in any design: no rows of response times."""
+    encoded, found = settled_from_one_core(crowd(4, 4, 4))
+    assert found is None
+    assert encoded.contention is not None
+    assert not encoded.contention.known
+    assert encoded.core_limits is not None
+    assert encoded.core_limits.known == {0}
+    solver = cp_model.CpSolver()
+    assert solver.solve(encoded.model) == cp_model.INFEASIBLE
