@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import os
 import re
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any, TypeAlias, Unpack
 
 from dse.api.question import Changes, Question, changes_of
-from dse.errors import UsageError
+from dse.errors import ProblemError, UsageError
 from dse.space.build import build_space, every_mistake
 from dse.space.cores import with_all_cores, with_open_cores
 from dse.space.criteria import Objective, Requirement, Rule
@@ -20,7 +20,7 @@ from dse.space.metrics import QuestionError
 from dse.space.options import read_option
 from dse.space.questions import read_objective, read_requirements
 from dse.space.rules import read_rule
-from dse.space.settings import SETTINGS, with_settings
+from dse.space.settings import SETTINGS, default_deadlines, settings_of, with_settings
 from dse.space.types import Space
 from dse.spec.grammar import ExpressionError, parse_assignment, parse_limit, parse_requirement
 from dse.spec.load import LoadedSpec, UnreadableError, load_spec, parse_spec
@@ -201,15 +201,19 @@ def changed(problem: Problem, changes: Changes) -> Problem:
     Raises
     ------
     UsageError
-        for texts that do not parse or name what is not there.
+        for texts that do not parse or name what is not there, and settings that the file could not state.
     """
     base, changes = problem.base, problem.changes.then(changes)
     asked = base
+    replaced: Collection[int] = ()
     if changes.result is not None:
-        from dse.api.stated import asked_as
+        from dse.api.stated import asked_as, replaced_objectives
 
         asked = asked_as(base, changes.result)
-    space = set_up(asked, changes.settings)
+        replaced = replaced_objectives(base.space, changes.result)
+    if changes.objectives:
+        replaced = range(len(base.space.objectives))
+    space = set_up(asked, changes.settings, replaced=replaced)
     requirements: list[Requirement] = list(space.requirements)
     rules: list[Rule] = list(space.rules)
     for metric, text in changes.limits:
@@ -228,24 +232,42 @@ def changed(problem: Problem, changes: Changes) -> Problem:
     return Problem(base.loaded, space, changes, base.space)
 
 
-def set_up(problem: Problem, given: Mapping[str, str | None]) -> Space:
+def set_up(problem: Problem, given: Mapping[str, str | None], *, replaced: Collection[int] = ()) -> Space:
     """The problem's space under the settings given; those that are None stay.
+
+    `replaced` are the numbers of the file's objectives in whose place others are asked: these may be of what the
+    settings do not know.
 
     Raises
     ------
     UsageError
-        when there is no such setting, or it has no such value.
+        when there is no such setting, it has no such value, or the file could not state it.
     """
     for name, value in given.items():
         if name not in SETTINGS:
             raise UsageError(f"there is no setting {name!r}: there are {', '.join(SETTINGS)}")
         if value is not None and value not in SETTINGS[name]:
             raise UsageError(f"{name} is {', '.join(SETTINGS[name][:-1])} or {SETTINGS[name][-1]}, never {value!r}")
-    profile = given.get("profile")
-    pieces = [item.pieces for item in problem.space.components if item.pieces is not None]
-    if pieces and profile not in (None, "dse"):
-        raise UsageError(f"{pieces[0].thread} has segments, which profile {profile} does not know")
-    return with_settings(problem.space, given, states_deadlines=problem.loaded.spec.deadlines is not None)
+    space = with_settings(problem.space, given, states_deadlines=problem.loaded.spec.deadlines is not None)
+    _check_file_under(problem.loaded, settings_of(space), replaced)
+    return space
+
+
+def _check_file_under(loaded: LoadedSpec, settings: Mapping[str, str], replaced: Collection[int]) -> None:
+    """Refuse settings that the file is refused with where it states them itself, in the words of that refusal."""
+    spec = loaded.spec
+    stated = {**spec.model_dump(include=set(SETTINGS)), "deadlines": spec.deadlines or default_deadlines(spec.profile)}
+    other = {name: value for name, value in settings.items() if value != stated[name]}
+    if not other:
+        return
+    try:
+        build_space(replace(loaded, spec=spec.model_copy(update=other)))
+    except ProblemError as error:
+        unasked = {f"objectives[{number}]" for number in replaced}
+        found = [str(item) for item in error.diagnostics if item.path not in unasked]
+        if found:
+            said = ", ".join(f"{name}: {value}" for name, value in other.items())
+            raise UsageError("\n".join([f"the problem is refused with {said}", *found])) from error
 
 
 def _add_new(requirements: list[Requirement], found: Sequence[Requirement]) -> None:

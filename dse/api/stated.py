@@ -32,7 +32,7 @@ def restated(problem: Problem, effective: Mapping[str, Any]) -> Problem:
     """
     space = problem.space
     try:
-        space = set_up(problem, _settings(effective))
+        space = set_up(problem, _settings(effective), replaced=replaced_objectives(problem.space, effective))
         requirements = [
             item for text in dict.fromkeys(effective["requirements"]) for item in _requirements(space, text)
         ]
@@ -46,6 +46,12 @@ def restated(problem: Problem, effective: Mapping[str, Any]) -> Problem:
     except (ExpressionError, QuestionError) as error:
         raise UsageError(f"the result does not state a question that fits the problem: {error}") from error
     return replace(problem, space=with_open_cores(replace(space, fixed=fixed)), robust=effective["robust"])
+
+
+def replaced_objectives(space: Space, effective: Mapping[str, Any]) -> list[int]:
+    """The numbers of the file's objectives that a result does not have."""
+    asked = set(effective["objectives"])
+    return [number for number, item in enumerate(space.objectives) if f"{item.sense} {item.metric.name}" not in asked]
 
 
 def _settings(effective: Mapping[str, Any]) -> dict[str, str]:
@@ -71,7 +77,7 @@ def asked_as(problem: Problem, effective: Mapping[str, Any]) -> Problem:
     Errors as for `restated`.
     """
     asked = restated(problem, effective)
-    own = set_up(problem, _settings(effective))
+    own = set_up(problem, _settings(effective), replaced=replaced_objectives(problem.space, effective))
     known = {*effective["requirements"], *effective["rules"]}
     requirements = [item for item in own.requirements if item.text not in known]
     rules = [item for item in own.rules if item.text not in known]

@@ -164,7 +164,7 @@ def _check_question(bench: Bench) -> None:
         bench.compare("problem.question", origin.question, bench.data["problem"]["question"])
     once = {**stated, "requirements": list(dict.fromkeys(stated["requirements"]))}  # one may be asked for twice
     bench.compare("problem.effective", {**rebuilt, "requirements": list(dict.fromkeys(rebuilt["requirements"]))}, once)
-    space = set_up(bench.problem, settings_of(asked.space))
+    space = set_up(bench.problem, settings_of(asked.space), replaced=range(len(bench.problem.space.objectives)))
     required = [item for item in space.requirements if not item.implied]
     for key, own in (("requirements", required), ("rules", space.rules)):
         texts = [item.text for item in own]

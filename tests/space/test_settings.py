@@ -156,3 +156,42 @@ def test_stated_deadlines_are_those_of_the_threads_that_have_one() -> None:
     assert kind is not None
     views = [View(tuple(option * (at == kind) for at in range(len(space.decisions)))) for option in (0, 1)]
     assert [limit.bound(view) for view in views] == [5_000_000, UNBOUNDED_NS]
+
+
+MEET = """
+dse: 1
+name: d
+processor_types: {c: {cores: 1}}
+processors: {p: {type: c}}
+threads:
+  a: {processor: p, period: [5 ms, 10 ms], compute_execution_time: 1 ms}
+  b: {processor: p, period: 10 ms, compute_execution_time: 1 ms}
+  z: {processor: p, period: 10 ms, compute_execution_time: 1 ms}
+connections: {x: {from: a, to: z, port: data}, y: {from: b, to: z, port: data}}
+flows: {f: {path: [a, z]}, g: {path: [b, z]}}
+"""
+REFUSED = [
+    "objectives: [minimise disparity of z]",
+    "requirements: [disparity of z <= 20 ms]",
+    "metrics: {m: disparity of z * 2}\nobjectives: [minimise m]",
+]
+
+
+@pytest.mark.parametrize("profile", ["osate-2.2", "osate-2.19"])
+@pytest.mark.parametrize("text", REFUSED)
+def test_what_a_profile_refuses_is_refused_in_the_same_words_where_an_option_asks_for_it(
+    text: str, profile: str
+) -> None:
+    with pytest.raises(ProblemError) as found:
+        loads(f"{MEET}{text}\nprofile: {profile}\n")
+    problem = loads(f"{MEET}{text}\n")
+    with pytest.raises(UsageError) as asked:
+        problem.ask(profile=profile)
+    assert [str(item) for item in found.value.diagnostics] == str(asked.value).splitlines()[1:]
+    problem.ask(profile="dse", processing="response_time", deadlines="all")
+
+
+def test_objectives_that_others_replace_may_be_of_what_the_profile_does_not_know() -> None:
+    problem = loads(f"{MEET}{REFUSED[0]}\n").ask(profile="osate-2.19", minimise="latency of f")
+    result = dse.solve(problem)
+    assert not dse.verify(result).findings
