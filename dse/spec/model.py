@@ -243,7 +243,18 @@ RuleText: TypeAlias = Annotated[
                 {"type": "string"},
                 {
                     "type": "object",
-                    "properties": {"require": {"type": "string"}, "forbid": {"type": "string"}},
+                    "properties": {
+                        "require": {
+                            "type": "string",
+                            "description": "What every design has to fulfil: a condition on its decisions.",
+                            "examples": ["nav.processor = front"],
+                        },
+                        "forbid": {
+                            "type": "string",
+                            "description": "What no design may fulfil: a condition on its decisions.",
+                            "examples": ["nav.processor = front and nav.period = 5 ms"],
+                        },
+                    },
                     "minProperties": 1,
                     "maxProperties": 1,
                     "additionalProperties": False,

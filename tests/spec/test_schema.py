@@ -65,6 +65,20 @@ def properties() -> Iterator[tuple[str, str, Any]]:
     for name, part in (("Spec", SCHEMA), *SCHEMA["$defs"].items()):
         for key, item in part["properties"].items():
             yield name, key, item
+            yield from nested(f"{name}.{key}", item)
+
+
+def nested(name: str, part: Any) -> Iterator[tuple[str, str, Any]]:
+    """The properties of mappings that have no definition of their own, however deep they are."""
+    if isinstance(part, list):
+        for item in part:
+            yield from nested(name, item)
+    elif isinstance(part, dict):
+        for key, item in part.get("properties", {}).items():
+            yield name, key, item
+        for key in part:
+            if key != "examples":
+                yield from nested(name, part[key])
 
 
 @pytest.mark.parametrize(("name", "key", "item"), [pytest.param(*one, id=".".join(one[:2])) for one in properties()])
