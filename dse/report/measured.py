@@ -26,13 +26,18 @@ def measured_page(found: MeasuredComparison) -> Page:
     """Metrics first, then figures of the file that have drifted, then what becomes of the requirements."""
     section = Section("measured", "Predicted and measured", tuple(_blocks(found)))
     files = ", ".join(found.files)
-    return Page(f"{found.problem} against {files}", f"{found.problem}, a design of it against {files}", (section,))
+    lead = f"{found.problem}, a design of it against {files}"
+    return Page(f"{found.problem} against {files}", lead, (section,), is_amiss=not _is_well(found))
+
+
+def _is_well(found: MeasuredComparison) -> bool:
+    return found.is_as_predicted and found.still_holds
 
 
 def _blocks(found: MeasuredComparison) -> Iterator[Block]:
     currency = found.currency
     drifted = [item for item in found.inputs if item.drifted]
-    tone: Tone = "strong" if found.is_as_predicted and found.still_holds else "wrong"
+    tone: Tone = "strong" if _is_well(found) else "wrong"
     yield from texts(_verdict(found, len(drifted)), tone=tone)
     if found.predictions:
         rows = tuple(_prediction(item, currency) for item in found.predictions)

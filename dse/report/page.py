@@ -184,11 +184,15 @@ class Section:
 
 @dataclass(frozen=True)
 class Page:
-    """An answer as it is told: `lead` says in a line what it is about, `title` heads a file."""
+    """An answer as it is told: `lead` says in a line what it is about, `title` heads a file.
+
+    `is_amiss` tells that the answer is no good news: the frame around its lead must not look like some.
+    """
 
     title: str
     lead: str
     sections: tuple[Section, ...]
+    is_amiss: bool = False
 
 
 def few(found: Sequence[str], most: int, what: str) -> str:

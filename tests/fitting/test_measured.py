@@ -149,7 +149,12 @@ def test_a_design_of_a_result_and_plots(tmp_path: Path, monkeypatch: pytest.Monk
     data = json.loads(Path("o.json").read_text(encoding="utf-8"))
     assert data["decisions"] == {"ekf.period": "40 ms"} and data["predictions"][0]["verdict"] == "inside"
     assert data["requirements"][0]["measured"] == {"value": 49_000_000, "slack": -4_000_000, "holds": False}
-    assert len(list(Path("plots").glob("*.svg"))) == 1 and "latency of reaction" in Path("o.html").read_text()
+    page = Path("o.html").read_text(encoding="utf-8")
+    assert len(list(Path("plots").glob("*.svg"))) == 1 and "latency of reaction" in page
+    assert '<p class="badge infeasible">' in page
+    Path("m.csv").write_text("metric,sample_ms\nlatency of reaction,41\n", encoding="utf-8")
+    assert run(["compare", "p.yaml", *options]) == 0
+    assert '<p class="badge">' in Path("o.html").read_text(encoding="utf-8")
 
 
 BAD = {
