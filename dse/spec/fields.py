@@ -73,25 +73,33 @@ def _name(value: Any) -> str:
     return name
 
 
+def _carrier(value: Any) -> str:
+    if value == "none":
+        hint = (
+            "name a bus whose type has `transmission_time: {fixed: 0 s}`, or leave `bus` out where none ever carries it"
+        )
+        raise field_error("a connection cannot choose to have no bus", hint)
+    return _name(value)
+
+
 Line: TypeAlias = Annotated[
     str,
     PlainValidator(_line),
     WithJsonSchema({"type": "string", "minLength": 1, "maxLength": MAX_LINE, "pattern": r"^[^\r\n]*$"}),
 ]
-Name: TypeAlias = Annotated[
-    str,
-    PlainValidator(_name),
-    WithJsonSchema(
-        {
-            "type": "string",
-            "minLength": 1,
-            "maxLength": MAX_NAME,
-            "pattern": r"^[^\r\n]*$",
-            "not": {"const": "none"},
-            "description": 'A name: any text without line breaks but "none".',
-        }
-    ),
-]
+_NAME_SCHEMA = WithJsonSchema(
+    {
+        "type": "string",
+        "minLength": 1,
+        "maxLength": MAX_NAME,
+        "pattern": r"^[^\r\n]*$",
+        "not": {"const": "none"},
+        "description": 'A name: any text without line breaks but "none".',
+    }
+)
+Name: TypeAlias = Annotated[str, PlainValidator(_name), _NAME_SCHEMA]
+Carrier: TypeAlias = Annotated[str, PlainValidator(_carrier), _NAME_SCHEMA]
+"""The name of a bus that a connection may take."""
 
 # --- numbers ------------------------------------------------------------------------------------------------------
 

@@ -11,6 +11,7 @@ from typing import Annotated, Any, Literal, TypeAlias
 from pydantic import BeforeValidator, Discriminator, Field, Tag, WithJsonSchema
 
 from dse.spec.fields import (
+    Carrier,
     Core,
     Items,
     Length,
@@ -180,7 +181,7 @@ class Connection(Model):
     data_size: Options[DataSize] | None = None
     message: Line | None = None
     lengths: dict[Name, Length] = {}
-    bus: Options[Name] | None = None
+    bus: Options[Carrier] | None = None
     further_buses: Items[Name] = ()
     protocols: Items[Name] = ()
     rate: Options[Rate] | None = None
