@@ -62,6 +62,8 @@ def _extended(
     """
     for axis in prover.unlimited:
         most = max((region[axis] for region in (*refuted, *open_)), default=0)
+        if any(vector[axis] >= most for vector in prover.bench.vectors):
+            continue  # they end at a point, so that none is outermost
 
         def widened(region: Bound, axis: int = axis, most: int = most) -> Bound:
             ends = (

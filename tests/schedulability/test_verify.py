@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from pathlib import Path
+from typing import Literal
 
 import pytest
 from effort import cases
@@ -85,3 +86,33 @@ def check_both_ways(file: Path, method: str) -> None:
         last = data["front"].pop()
         data["refuted"] = [{name: value + 1 for name, value in last["objectives"].items()}] + data["refuted"]
         assert dse.verify(data, method=method).status == "rejected"  # type: ignore[arg-type]
+
+
+ONE_OBJECTIVE = """
+dse: 1
+name: one objective
+processing: response_time
+priorities: any
+processor_types: {trio: {cores: 3, price: 30 EUR}}
+processors: {p: {type: trio}}
+threads:
+  t0: {processor: p, period: 20 ms, compute_execution_time: 12 ms}
+  t1: {processor: p, period: 5 ms, compute_execution_time: 3 ms, core: 1}
+  t2: {processor: p, period: [5 ms, 20 ms], compute_execution_time: 4 ms}
+flows: {f: {path: [t0]}}
+objectives: [minimise latency of f]
+"""
+
+
+@pytest.mark.parametrize("method", ["model", "exhaustion"])
+def test_a_region_that_ends_at_the_only_point_is_not_widened(method: Literal["model", "exhaustion"]) -> None:
+    """Before, it was taken for an outermost one, and then held the point itself."""
+    problem = dse.loads(ONE_OBJECTIVE)
+    found = dse.solve(problem)
+    assert [point.objectives for point in found.front] == [{"latency of f": 12_000_000}]
+    assert dse.verify(found, problem=problem, method=method).status == "verified"
+    told = json.loads(found.to_json())
+    told["refuted"] = [{"latency of f": 12_000_001}]
+    assert dse.verify(told, problem=problem, method=method).status == "rejected"
+    told["refuted"] = []
+    assert dse.verify(told, problem=problem, method=method).status == "rejected"
