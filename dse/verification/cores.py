@@ -26,11 +26,15 @@ OPEN, ELSEWHERE = 0, -1
 
 @dataclass(frozen=True)
 class ThreadUse:
-    """What a thread uses of a core, as a sum of diagrams of integers; its core from 1; the cores that it may have."""
+    """What a thread uses of a core, as a sum of diagrams of integers; its core from 1; the cores that it may have.
+
+    Whether an open core is `by_rule`, as first-fit puts it.
+    """
 
     parts: tuple[Diagram, ...]
     core: Diagram
     may_have: frozenset[int]
+    by_rule: bool
 
 
 @dataclass(frozen=True)
@@ -93,13 +97,12 @@ def core_table(
                 lambda leaf: ELSEWHERE if leaf is NO_DESIGN else leaf,
             ),
             _may_have(space, number, most),
+            not _is_open(space, number),
         )
         for number, parts in listed.items()
     )
     count = mapped(diagram(partial(_count, space, processor), name), lambda leaf: 1 if leaf is NO_DESIGN else leaf)
-    by_rule = any(
-        OPEN in leaves(item.core) and not _is_open(space, number) for item, number in zip(threads, listed, strict=True)
-    )
+    by_rule = any(item.by_rule and OPEN in leaves(item.core) for item in threads)
     return CoreTable(limit, threads, count, most, room, exact and not by_rule)
 
 
@@ -141,7 +144,10 @@ def fitting(
         np.zeros(count, dtype=object),
     )
     is_free = np.logical_and.reduce(
-        [(core <= OPEN) & (len(item.may_have) == table.most) for core, item in zip(cores, table.threads, strict=True)]
+        [
+            (core == ELSEWHERE) | ((core == OPEN) & (len(item.may_have) == table.most and not item.by_rule))
+            for core, item in zip(cores, table.threads, strict=True)
+        ]
     )
     easy = is_free & (whole * 2 <= table.room * (available + 1))  # as first-fit proves (Lopez and others, 2004)
     found = np.ones(count, dtype=bool)

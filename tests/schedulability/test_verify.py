@@ -116,3 +116,25 @@ def test_a_region_that_ends_at_the_only_point_is_not_widened(method: Literal["mo
     assert dse.verify(told, problem=problem, method=method).status == "rejected"
     told["refuted"] = []
     assert dse.verify(told, problem=problem, method=method).status == "rejected"
+
+
+FIRST_FIT = """
+dse: 1
+name: first fit
+processor_types: {duo: {cores: 2, price: 20 EUR}}
+processors: {p: {type: duo}}
+threads:
+  a: {processor: p, period: 10 ms, compute_execution_time: 4 ms, core: first_fit}
+  b: {processor: p, period: 10 ms, compute_execution_time: 5 ms, core: first_fit}
+requirements: [utilisation of p <= 80 %]
+objectives: [minimise price]
+"""
+
+
+@pytest.mark.parametrize("method", ["model", "exhaustion"])
+def test_what_first_fit_puts_together_is_not_spread(method: Literal["model", "exhaustion"]) -> None:
+    """It fills the first core to 90 %; before, looking at every design was content with there being another way."""
+    problem = dse.loads(FIRST_FIT)
+    found = dse.solve(problem)
+    assert found.status == "infeasible"
+    assert dse.verify(found, problem=problem, method=method).status == "verified"
