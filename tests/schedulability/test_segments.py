@@ -129,7 +129,7 @@ def test_a_job_that_may_end_after_the_next_release_has_no_bound() -> None:
 
 def test_what_knows_no_segments_says_so() -> None:
     problem = loads(text_of(draw(3)))
-    with pytest.raises(UsageError, match="profile osate-2.19 knows no segments"):
+    with pytest.raises(UsageError, match="knows no segments"):
         problem.ask(profile="osate-2.19")
     result = dse.solve(example_path("perception"))
     with pytest.raises(UsageError, match="AADL cannot say all of this design: detection has segments"):
