@@ -52,7 +52,7 @@ def sweep_sections(data: Data) -> Iterator[Section]:
     blocks += listing(data.get("remarks", ()), "remark", 0, brief=SHOWN_DESIGNS)
     yield Section(name, title, tuple(blocks))
     if designs:
-        yield Section("designs", "The first designs of each front", tuple(designs), is_detail=True)
+        yield Section("designs", "The first designs of each front", tuple(designs), is_detail=len(data["runs"]) > 1)
 
 
 def _varied(data: Data) -> str:
