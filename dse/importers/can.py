@@ -26,8 +26,11 @@ NAME_LENGTH = 200
 UNUSED_SIGNALS = "VECTOR__INDEPENDENT_SIG_MSG"
 """Under this name DBC files keep signals of no message."""
 _STRING = re.compile(r'"(?:\\"|[^"])*?"')
-_BEGUN = re.compile(r"^[ \t]*(?P<word>BO_|SG_)(?![^\s])", re.MULTILINE)
+_BEGUN = re.compile(r'^[ \t]*(?P<word>(BO_|SG_)(?!\S)|(BA_DEF_DEF_|BA_)(?=[ \t]+"))', re.MULTILINE)
+_ENDED = re.compile(r'\w+\s+""[^;]*[\w"]\s*;')
 _WHOLE = {
+    "BA_": ("attribute", _ENDED),
+    "BA_DEF_DEF_": ("attribute", _ENDED),
     "BO_": ("message", re.compile(r"BO_\s+\d+\s+[^\s:]+\s*:\s*\d+\s+\w+")),
     "SG_": (
         "signal",
@@ -88,7 +91,7 @@ def _database(path: Path, text: str, form: str) -> Any:
 
 
 def _check_statements(path: Path, text: str) -> None:
-    """Every message and signal that a DBC file begins is whole: cantools passes over the rest of a file cut off."""
+    """Whatever a DBC file begins of `_WHOLE` is whole: cantools passes over the rest of a file cut off."""
     plain = _STRING.sub(lambda found: '"' + "\n" * found[0].count("\n") + '"', text)
     mistakes = []
     for found in _BEGUN.finditer(plain):

@@ -113,6 +113,11 @@ BAD = {
     "cut off in a message": (DBC[: DBC.index("BO_ 512") + 7], "car.dbc:7: this message is not whole (is the"),
     "cut off in a signal": (DBC[: DBC.index("[0|100]") + 4], "car.dbc:8: this signal is not whole (is the file cut"),
     "cut off in a signal's name": (DBC[: DBC.index("pressure") + 3], "car.dbc:8: this signal is not whole (is the"),
+    "cut off in an attribute": (
+        DBC[: DBC.index("1025 100;") + 4],
+        "this attribute is not whole (is the file cut off?)",
+    ),
+    "cut off in its value": (DBC[: DBC.index("1025 100;") + 6], "this attribute is not whole (is the file cut off?)"),
     "no messages": (HEAD, "car.dbc:1: it has no CAN messages (is the file cut off?)"),
     "no bit rate": (DBC.replace("Baudrate", "Other"), "car.dbc:1: nothing says the bit rate of can0 (give --bandwidth"),
 }
