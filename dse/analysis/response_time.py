@@ -15,7 +15,9 @@ from dataclasses import dataclass
 from fractions import Fraction
 from functools import partial
 from heapq import merge
-from itertools import count
+from itertools import count, islice, takewhile
+from math import gcd, lcm
+from operator import ge
 
 from dse.timelimit import look_at_the_clock
 from dse.units import Exact
@@ -24,6 +26,8 @@ STEPS_A_LOOK = 256
 """So many steps, about a millisecond, go by between two looks at the clock."""
 MOST_STEPS = 100_000
 """A busy period that takes more steps than this is reported as unbounded, which is safe."""
+JOBS_BEFORE_REPETITION = 16
+"""Most busy periods have fewer jobs; from there on it is worth knowing when jobs repeat."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -132,7 +136,7 @@ def worst_job_ns(task: Task, higher: Sequence[Task], blocked_ns: Exact = 0) -> t
         return None
     steps = 0
     worst: tuple[Exact, Exact] = (0, 0)
-    releases = densest_releases_ns(task)
+    releases = _releases_to_look_at_ns(task, rivals)
     released = next(releases)
     busy: Exact = blocked_ns + task.worst_ns
     streams = [(stream, other.worst_ns) for other in rivals if other.separation_ns is None for stream in other.streams]
@@ -166,3 +170,31 @@ def worst_job_ns(task: Task, higher: Sequence[Task], blocked_ns: Exact = 0) -> t
         if busy <= released:
             return worst
         busy += task.worst_ns
+
+
+def _releases_to_look_at_ns(task: Task, rivals: Sequence[Task]) -> Iterator[Exact]:
+    """Releases of the jobs of which one responds last."""
+    releases = densest_releases_ns(task)
+    yield from islice(releases, JOBS_BEFORE_REPETITION)
+    last = last_to_look_at_ns((task, *rivals))
+    yield from releases if last is None else takewhile(partial(ge, last), releases)
+
+
+def last_to_look_at_ns(tasks: Sequence[Task]) -> Exact | None:
+    """When the last job of a busy period is released that may respond later than all before it; None if not known.
+
+    It is the hyperperiod H. With a demand of at most H in each window of that length, what is done at w of the first
+    q jobs, and all that goes before them, is done at w + H of those that are released up to H later. Releases after the
+    first instant repeat with H, so that jobs released after H respond no later than those H before them. (Where loads
+    come close to 100 % a busy period has millions of jobs.) A separation of jobs does not repeat with H.
+
+    >>> last_to_look_at_ns([periodic("a", 3, 8, 500), periodic("b", 3, 12)])
+    Fraction(24, 1)
+    """
+    streams = [stream for task in tasks for stream in task.streams]
+    if not streams or any(task.separation_ns is not None for task in tasks):
+        return None
+    if not all(type(stream.period_ns) in (int, Fraction) for stream in streams):
+        return None
+    ratios = [(Fraction(stream.period_ns).numerator, Fraction(stream.period_ns).denominator) for stream in streams]
+    return Fraction(lcm(*(over for over, _ in ratios)), gcd(*(under for _, under in ratios)))

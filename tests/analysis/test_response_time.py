@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import random
 from dataclasses import replace
+from fractions import Fraction
 from itertools import count, pairwise, takewhile
 
 import pytest
 from effort import cases
 from support import brute_front, evaluated, space_of
 
+from dse.analysis import response_time
 from dse.analysis.evaluate import Evaluator
 from dse.analysis.response_time import Stream, Task, densest_releases_ns, most_jobs, periodic, response_time_ns
 from dse.analysis.scheduling import UNBOUNDED_NS, processor_responses, response_of
@@ -207,6 +209,28 @@ def test_response_times_are_those_of_the_literal_recurrence(seed: int) -> None:
         separation = rng.choice((None, None, rng.randint(3, 40)))
         tasks.append(Task(str(name), rng.randint(0, 8), tuple(streams), separation))
     assert response_time_ns(tasks[0], tasks[1:]) == literal_response_ns(tasks[0], tasks[1:])
+
+
+def test_jobs_that_repeat_are_not_looked_at_again(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Close to full load a busy period has any number of jobs; the one that responds last is within a hyperperiod."""
+    monkeypatch.setattr(response_time, "JOBS_BEFORE_REPETITION", 1)
+    cut = 0
+    for seed in range(300):
+        rng = random.Random(seed)
+        periods = rng.choice(([4, 6, 8, 12], [5, 7, 9], [10, 20, 40]))
+        tasks = [
+            Task(str(name), rng.randint(1, 5), (Stream(rng.choice(periods), rng.choice((0, 3, 17, 300))),))
+            for name in range(rng.randint(1, 3))
+        ]
+        load = sum(task.utilisation for task in tasks)
+        if Fraction(4, 5) < load < 1:
+            found = response_time_ns(tasks[0], tasks[1:])
+            assert found == literal_response_ns(tasks[0], tasks[1:]), seed
+            cut += found is not None and found > 100
+    assert cut >= 10
+    second = 10**9
+    nearly = periodic("nearly", second - 1, second, second)
+    assert response_time_ns(nearly, []) == 2 * (second - 1)
 
 
 def test_release_jitter() -> None:
