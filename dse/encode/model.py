@@ -73,11 +73,12 @@ class EncodedSpace:
     contention: Contention | None = None
     core_limits: CoreLimits | None = None
     shared: Sequence[int] = ()
-    """Decisions on which many summands hang, most first: sums have a form of their own for each of their options."""
+    """Decisions on which many summands hang, most first: sums have a form for each of their options."""
     regions: Sequence[RegionSwitch] = ()
     """One of them is on: with these a question can be about several regions of the objective space."""
     weigh: Callable[[Design], tuple[int, ...] | None] = lambda _: None
     """The objectives of a design as the analysis has them, in steps; None where it refuses the design."""
+    attained: Sequence[int] = ()  # literals that say which of several sums is the greatest (or the least)
 
     @property
     def everywhere(self) -> tuple[int, ...]:
@@ -102,6 +103,7 @@ class EncodedSpace:
             self.shared,
             [replace(region, literal=again(region.literal)) for region in self.regions],
             self.weigh,
+            self.attained,
         )
 
     def design(self, is_true: Callable[[cp_model.IntVar], bool]) -> Design:
@@ -124,7 +126,7 @@ class EncodedSpace:
     def in_order_of_the_file(self) -> list[Any]:
         """The literals of the decisions that are open, an option that comes first before the others.
 
-        A depth-first search that tries each as true first meets the first design first.
+        Searched depth first, true first, the first design is first. Last is which of several sums is the greatest.
         """
         ordered = []
         contention = self.contention
@@ -135,7 +137,7 @@ class EncodedSpace:
             inactive = self.inactive[index]
             ordered += [inactive] if inactive is not None else []
             ordered += literals
-        return ordered
+        return [*ordered, *map(self.model.get_int_var_from_proto_index, self.attained)]
 
     def suggest(self, design: Design | None) -> None:
         """Give the solver a design to start from, or none."""
@@ -277,6 +279,7 @@ def _encoded(board: Board, objectives: tuple[EncodedObjective, ...], contention:
         contention,
         core_limits_of(board),
         board.shared(),
+        attained=board.attained,
     )
 
 

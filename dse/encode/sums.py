@@ -169,6 +169,7 @@ def _made_extreme(board: Board, rates: RateVariables, measure: Measure, term: Te
             board.model.add(sign * value >= sign * expression).only_enforce_if(branch.chosen)
             board.model.add(sign * value <= sign * expression).only_enforce_if([*branch.chosen, here])
     board.model.add_bool_or(reached)
+    board.attained += [here.index for here in reached]
     return Form(base, {variable.index: step}, low, high)
 
 

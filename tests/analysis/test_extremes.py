@@ -17,6 +17,9 @@ import pytest
 
 import dse
 from dse.cli.main import run
+from dse.pareto.answer import Answer, Unfinished
+from dse.pareto.settings import Settings
+from dse.pareto.subproblem import Solver
 from dse.study.robust import solve_robust
 from dse.study.sensitivity import sensitivity
 
@@ -169,3 +172,38 @@ def test_an_extreme_without_a_bound_is_advised_by_no_number(tmp_path: Path, caps
     assert "no limit helps, for even at best the response times of a, b are unbounded" in said
     assert run(["solve", str(path), "-q", "--json", str(out)]) == 4
     assert dse.verify(out).status == "verified"
+
+
+ATTAINED = """
+dse: 1
+name: attained
+processor_types: {cpu: {}}
+bus_types: {udp: {virtual: true, transmission_time: {per_byte: 81 ns}, latency: 199 us .. 884 us}}
+processors: {p: {type: cpu}}
+devices: {gnss: {period: 100 ms, latency: [1.2 ms .. 1.7 ms, 1.4 ms .. 2.4 ms, 144 us .. 1.8 ms]}}
+threads:
+  a: {processor: p, compute_execution_time: [1294 us, 651 us .. 827 us]}
+  b: {processor: p, period: 1 s, compute_execution_time: [1294 us, 651 us .. 827 us]}
+connections:
+  c0: {from: gnss, to: a, data_size: [1 KB, 333 B], bus: udp}
+  c1: {from: a, to: b, data_size: 8 B, bus: udp}
+flows: {f: {path: [gnss, a, b]}}
+requirements: [utilisation of p <= 2.6707 %]
+objectives: [minimise utilisation of p, maximise most]
+metrics: {most: "max(min(latency of f, latency of f), jitter of f + jitter of f)"}
+"""
+
+
+def test_canonical_designs_need_no_search_for_the_value_of_an_extreme(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Which sum is the greatest was left to the solver, which tried nanosecond after nanosecond for half a minute."""
+    answers: list[Answer] = []
+    run_once = Solver.run
+
+    def watched(self: Solver, settings: Settings, work: float) -> Answer:
+        answers.append(run_once(self, settings, work))
+        return answers[-1]
+
+    monkeypatch.setattr(Solver, "run", watched)
+    result = dse.solve(dse.loads(ATTAINED), workers=1)
+    assert [dict(point.objectives) for point in result.front] == [{"utilisation of p": 9_097, "most": 2_004_016_000}]
+    assert answers and not any(isinstance(answer, Unfinished) for answer in answers)
