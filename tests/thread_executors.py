@@ -28,8 +28,29 @@ def draw_executors(rng: random.Random) -> list[dict[str, Any]]:
     return found
 
 
-def in_executor(number: int, threads: Any, rivals: list[int], first: Any, figures: Any) -> int:
-    """By looking at every ms of the busy period at which a job may come; all figures are whole ms."""
+def supplied(supply: tuple[int, int] | None, time: int) -> int:
+    """The least that a budget of each period gives in a time: all of it without one (Shin and Lee, RTSS 2003, (6)).
+
+    >>> [supplied((3, 5), time) for time in (4, 5, 7, 8, 9, 10)]
+    [0, 1, 3, 3, 3, 4]
+    """
+    if supply is None:
+        return time
+    budget, period = supply
+    gap = period - budget
+    count = max(-(-(time - gap) // period), 1)
+    if (count + 1) * period - 2 * budget <= time <= (count + 1) * period - budget:
+        return time - (count + 1) * gap
+    return max(0, (count - 1) * budget)
+
+
+def in_executor(
+    number: int, threads: Any, rivals: list[int], first: Any, figures: Any, supply: tuple[int, int] | None = None
+) -> int:
+    """By looking at every ms of the busy period at which a job may come; all figures are whole ms.
+
+    `first` is what goes before all: work, period and jitter. Of a `supply` there is a budget in each period.
+    """
     period, jitter, cost, blocked, kind = figures
     executor = threads[number]["executor"]
     fellows = [item for item in rivals if threads[item]["executor"] is executor]
@@ -46,8 +67,11 @@ def in_executor(number: int, threads: Any, rivals: list[int], first: Any, figure
         fellows = urgent
     inside = [*fellows, number]
     load = sum((Fraction(cost[item], period[item]) for item in (*inside, *others)), Fraction(0))
-    load += sum((Fraction(*item) for item in first), Fraction(0))
-    latest = max(blocked, *(jitter[item] for item in (*inside, *others)))
+    load += sum((Fraction(*item[:2]) for item in first), Fraction(0))
+    latest = max(blocked, *(jitter[item] for item in (*inside, *others)), *(item[2] for item in first))
+    if supply is not None:
+        load += Fraction(supply[1] - supply[0], supply[1])
+        latest = max(latest, int(supply[0] < supply[1]))
     if load > 1 or latest >= LATE // 2 or (load == 1 and latest):
         return LATE
 
@@ -57,24 +81,24 @@ def in_executor(number: int, threads: Any, rivals: list[int], first: Any, figure
 
     def urgent_before(end: int) -> int:
         """The work of what preempts, released in [0, end)."""
-        return came(others, end - 1) + sum(-(-end // every) * taken for taken, every in first)
+        return came(others, end - 1) + sum(-(-(end + late) // every) * taken for taken, every, late in first)
 
     def settled(fixed: int) -> int:
         end = fixed
-        while fixed + urgent_before(end) > end:
-            end = fixed + urgent_before(end)
+        while fixed + urgent_before(end) > supplied(supply, end):
+            end += 1
         return end
 
     busy = 1
-    while blocked + came(inside, busy - 1) + urgent_before(busy) > busy:
-        busy = blocked + came(inside, busy - 1) + urgent_before(busy)
+    while blocked + came(inside, busy - 1) + urgent_before(busy) > supplied(supply, busy):
+        busy += 1
         if busy > MOST_MS:
             return LATE
     if kind == "wait_set":
         return busy
     if kind == "fifo":
         return max(settled(blocked + came(inside, at)) - at for at in range(busy))
-    return _after_all_starts(number, figures, blocked, (fellows, others, first, busy), came, settled)
+    return _after_all_starts(number, figures, blocked, (fellows, others, first, busy, supply), came, settled)
 
 
 def _after_all_starts(
@@ -82,16 +106,16 @@ def _after_all_starts(
 ) -> int:
     """Job after job: what comes until its start goes before it, what comes later waits."""
     period, jitter, cost = figures[:3]
-    fellows, others, first, busy = given
+    fellows, others, first, busy, supply = given
     worst, jobs = 0, 0
     while not jobs or jobs * period[number] - jitter[number] < busy:
         start = blocked + jobs * cost[number]
         while True:
-            taken = sum((start // every + 1) * work for work, every in first)
-            later = blocked + jobs * cost[number] + came(fellows, start) + came(others, start) + taken
-            if later == start:
+            taken = sum(((start + late) // every + 1) * work for work, every, late in first)
+            done = blocked + jobs * cost[number] + came(fellows, start) + came(others, start) + taken
+            if supplied(supply, start) >= done and supplied(supply, start + 1) > supplied(supply, start):
                 break
-            start = later
+            start += 1
         end = settled(blocked + (jobs + 1) * cost[number] + came(fellows, start))
         worst = max(worst, end - max(0, jobs * period[number] - jitter[number]))
         jobs += 1

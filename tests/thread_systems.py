@@ -12,9 +12,10 @@ from fractions import Fraction
 from itertools import product
 from typing import Any
 
-from thread_executors import LATE, MOST_MS, draw_executors, in_executor
+from thread_executors import LATE, MOST_MS, draw_executors, in_executor, supplied
 
-KINDS = ("plain", "chained", "stated", "fixed", "blocked", "ordered", "best", "grouped", "unequal", "mixed")
+KINDS = ("plain", "chained", "stated", "fixed", "blocked", "ordered", "best", "grouped", "reserved", "unequal",
+         "mixed")  # fmt: skip
 ORDERS = (None, 1, 2, (1, 3), (2, 1, 3), "rate_monotonic", "deadline_monotonic", "deadline_monotonic",
           ("rate_monotonic", "deadline_monotonic"))  # fmt: skip
 PERIODS = (4, 5, 6, 8, 10, 12, 15, 20)
@@ -48,7 +49,8 @@ def draw(seed: int, *, kind: str = "plain") -> dict[str, Any]:
     (non-preemptive sections, context switches, interrupts and throttling, with some of everything else), ordered
     (every way to say priorities, as decisions too, with event-triggered threads and sections, and few priority levels),
     best (the best order is asked for, with some of that), grouped (executors, with some of all that),
-    unequal (a core of the slow computer is slower still), or mixed (all of that together, but the best order).
+    reserved (reservations, with executors and some of all that), unequal (a core of the slow computer is slower still),
+    or mixed (all of that together, but the best order).
     """
     rng = random.Random(f"{kind} {seed}")
     count = rng.randint(2, 3 if kind == "best" else 4)
@@ -58,7 +60,8 @@ def draw(seed: int, *, kind: str = "plain") -> dict[str, Any]:
         "fast": {"cores": rng.choice((1, cores)), "price": 30},
     }
     threads: list[dict[str, Any]] = []
-    executors = draw_executors(rng) if kind == "grouped" or (kind == "mixed" and rng.random() < 0.7) else []
+    shares = {"grouped": 1.0, "reserved": 0.5, "mixed": 0.7}.get(kind)
+    executors = draw_executors(rng) if shares is not None and (shares == 1 or rng.random() < shares) else []
     for number in range(count):
         periods = sorted(rng.sample(PERIODS, rng.randint(1, 2)))
         work = rng.randint(1, max(1, periods[0] * rng.randint(3, 9) // 10))
@@ -74,9 +77,10 @@ def draw(seed: int, *, kind: str = "plain") -> dict[str, Any]:
             "core": None,
             "section": None,
             "executor": None,
+            "reservation": None,
         }
         _draw_sections(rng, kind, thread, executors)
-        often = {"chained": 1.0, "blocked": 0.4, "grouped": 0.4, "mixed": 0.4}.get(kind, 0.0)
+        often = {"chained": 1.0, "blocked": 0.4, "grouped": 0.4, "reserved": 0.4, "mixed": 0.4}.get(kind, 0.0)
         if often and number and rng.random() < 0.6 * often:
             thread["trigger"] = rng.randrange(number)
             thread["both"] = rng.random() < 0.5
@@ -89,7 +93,7 @@ def draw(seed: int, *, kind: str = "plain") -> dict[str, Any]:
         if kind == "fixed" or (kind == "stated" and rng.random() < 0.2):
             thread["core"] = 1 if cores == 1 or types["fast"]["cores"] == 1 else rng.randint(1, 2)
         threads.append(thread)
-    if kind == "blocked" or (kind == "mixed" and rng.random() < 0.4):
+    if kind == "blocked" or (kind in ("mixed", "reserved") and rng.random() < 0.4):
         for name in types:
             types[name]["switch"] = rng.choice((0, 0, 1))
             types[name]["interrupts"] = rng.choice(([], [], [(1, 7)], [(1, 9), (1, 30)]))
@@ -102,7 +106,25 @@ def draw(seed: int, *, kind: str = "plain") -> dict[str, Any]:
     if kind in ("ordered", "best", "mixed") and rng.random() < (0.4 if kind == "ordered" else 0.2):
         types["slow"]["levels"] = rng.randint(1, 3)
         types["fast"]["levels"] = rng.choice((None, 2))
+    if kind == "reserved" or (kind == "mixed" and rng.random() < 0.3):
+        _reserve(rng, threads, executors)
     return {"types": types, "threads": threads}
+
+
+def _reserve(rng: random.Random, threads: list[dict[str, Any]], executors: list[dict[str, Any]]) -> None:
+    """One or two reservations for some of the threads, and of the executors."""
+    found = []
+    for number in range(rng.choice((1, 1, 2))):
+        period = rng.choice((2, 3, 4, 5, 8))
+        budgets = sorted(rng.sample(range(1, period + 1), rng.choice((1, 2))))
+        priority = rng.choice((None, None, 1, 3))
+        found.append({"name": f"r{number}", "period": period, "budgets": budgets, "priority": priority})
+    homes = {executor["name"]: rng.choice((None, *found)) for executor in executors}
+    for thread in threads:
+        one = homes[thread["executor"]["name"]] if thread["executor"] else rng.choice((None, *found))
+        if one is not None:
+            thread |= {"reservation": one, "section": None, "core": None}
+        thread["periods"] = [2 * period for period in thread["periods"]]
 
 
 def _order(rng: random.Random, kind: str, thread: dict[str, Any], number: int) -> None:
@@ -147,11 +169,14 @@ def text_of(
         stated = f", priority: {executor['priority']}" if executor["priority"] is not None else ""
         begin = f"executors: {{{name}:" if name == next(iter(named)) else f"  {name}:"
         end = "}" if name == list(named)[-1] else ","
-        lines.append(f"{begin} {{kind: [{', '.join(executor['kind'])}], processor: c{stated}}}{end}")
+        home = next(item["reservation"] for item in system["threads"] if item["executor"] is executor)
+        where = "processor: c" if home is None else f"reservation: {home['name']}"
+        lines.append(f"{begin} {{kind: [{', '.join(executor['kind'])}], {where}{stated}}}{end}")
+    lines += _reservations(system)
     lines.append("threads:")
     for thread in system["threads"]:
         fields = [
-            f"executor: {thread['executor']['name']}" if thread["executor"] else "processor: c",
+            _home(thread),
             f"compute_execution_time: {{{_slow(system, thread)}, fast: {_ms(thread, 'fast')}}}",
         ]
         eager = thread["trigger"] is not None
@@ -180,6 +205,26 @@ def text_of(
     lines += [f"flows: {{f: {{path: [sensor, {', '.join(f't{number}' for number in path)}]}}}}", "objectives:"]
     lines += [f"  - {text}" for text in objectives]
     return "\n".join(lines) + "\n"
+
+
+def _home(thread: Mapping[str, Any]) -> str:
+    if thread["executor"]:
+        return f"executor: {thread['executor']['name']}"
+    return f"reservation: {thread['reservation']['name']}" if thread["reservation"] else "processor: c"
+
+
+def _reserved(system: Mapping[str, Any]) -> dict[str, dict[str, Any]]:
+    """The reservations that some thread is in, by name."""
+    return {item["reservation"]["name"]: item["reservation"] for item in system["threads"] if item["reservation"]}
+
+
+def _reservations(system: Mapping[str, Any]) -> list[str]:
+    lines = ["reservations:"]
+    for name, one in _reserved(system).items():
+        stated = f", priority: {one['priority']}" if one["priority"] is not None else ""
+        budgets = ", ".join(f"{budget} ms" for budget in one["budgets"])
+        lines.append(f"  {name}: {{processor: c, budget: [{budgets}], period: {one['period']} ms{stated}}}")
+    return lines if len(lines) > 1 else []
 
 
 def _slow(system: Mapping[str, Any], thread: Mapping[str, Any]) -> str:
@@ -228,6 +273,7 @@ def every_choice(system: Mapping[str, Any]) -> Iterator[dict[str, Any]]:
         periods: list[int | None] = [] if thread["trigger"] is not None and not thread["both"] else [*thread["periods"]]
         ways.append(periods + [None] * (thread["trigger"] is not None))
     served = {item["executor"]["name"]: item["executor"]["kind"] for item in system["threads"] if item["executor"]}
+    reserved = {name: one["budgets"] for name, one in _reserved(system).items()}
     for kind, figures in system["types"].items():
         cores = [
             [thread["core"]] if thread["core"] is not None else range(1, figures["cores"] + 1)
@@ -243,17 +289,20 @@ def every_choice(system: Mapping[str, Any]) -> Iterator[dict[str, Any]]:
         for released in product(*ways):
             for placed in product(*cores):
                 if max(placed) <= figures["cores"] and _is_together(system["threads"], placed):
-                    for chosen, kinds in product(product(*ranks), product(*served.values())):
-                        by_name = dict(zip(served, kinds, strict=True))
+                    ways_on = product(product(*ranks), product(*served.values()), product(*reserved.values()))
+                    for chosen, kinds, budgets in ways_on:
                         yield {
-                            "type": kind, "periods": released, "cores": placed, "priorities": chosen, "kinds": by_name,
+                            "type": kind, "periods": released, "cores": placed, "priorities": chosen,
+                            "kinds": dict(zip(served, kinds, strict=True)),
+                            "budgets": dict(zip(reserved, budgets, strict=True)),
                         }  # fmt: skip
 
 
 def _is_together(threads: Any, placed: tuple[int, ...]) -> bool:
-    """Whether each executor has one core."""
-    homes = {(item["executor"]["name"], core) for item, core in zip(threads, placed, strict=True) if item["executor"]}
-    return len(homes) == len({name for name, _ in homes})
+    """Whether each executor and each reservation has one core."""
+    pairs = [(item[key]["name"], core) for key in ("executor", "reservation")
+             for item, core in zip(threads, placed, strict=True) if item[key]]  # fmt: skip
+    return len(set(pairs)) == len({name for name, _ in pairs})
 
 
 def responses(system: Mapping[str, Any], choice: Mapping[str, Any]) -> list[int]:
@@ -275,7 +324,7 @@ def responses(system: Mapping[str, Any], choice: Mapping[str, Any]) -> list[int]
             while at in source:
                 at = source[at]
                 jitter[number] += known[at] - work[at]
-        kind = {**system["types"][choice["type"]], "kinds": choice["kinds"]}
+        kind = {**system["types"][choice["type"]], "kinds": choice["kinds"], "budgets": choice["budgets"]}
         fresh = [
             _response(number, (threads, levels), choice["cores"], period, jitter, work, kind)
             for number in range(len(threads))
@@ -290,7 +339,7 @@ def responses(system: Mapping[str, Any], choice: Mapping[str, Any]) -> list[int]
 
 def _response(
     number: int,
-    given: tuple[Any, list[int]],
+    given: tuple[Any, tuple[list[int], list[int]]],
     cores: Any,
     period: list[int],
     jitter: list[int],
@@ -298,31 +347,36 @@ def _response(
     kind: Any,
 ) -> int:
     """Lehoczky's busy period with release jitter, that begins with the longest section of a less urgent thread."""
-    threads, levels = given
-    rivals = [
-        other
-        for other in range(len(levels))
-        if other != number and cores[other] == cores[number] and levels[other] <= levels[number]
-    ]
+    threads, (levels, inner) = given
+    home = threads[number]["reservation"]
+    here = [item for item in range(len(levels)) if cores[item] == cores[number] and item != number]
+    urgent = [item for item in here if levels[item] <= levels[number]]
+    rivals = [item for item in urgent if threads[item]["reservation"] is None]
     blocked = max(
-        (
-            min(threads[item]["section"] or 0, work[item])
-            for item in range(len(threads))
-            if item != number and item not in rivals and cores[item] == cores[number]
-        ),
+        (min(threads[item]["section"] or 0, work[item]) for item in here if item not in urgent),
         default=0,
     )
     cost = [item + 2 * kind.get("switch", 0) for item in work]
-    first = list(kind.get("interrupts", []))
-    if kind.get("throttling"):
-        budget, every = kind["throttling"]
-        first.append((every - budget, every))
+    first = _before_all(kind, [threads[item]["reservation"] for item in urgent], home)
+    supply = None
+    if home is not None:
+        supply = (kind["budgets"][home["name"]], home["period"])
+        wanted = supply[0] + 2 * kind.get("switch", 0) + blocked
+        if not _has_budget(
+            wanted, home["period"], [(cost[item], period[item], jitter[item]) for item in rivals] + first
+        ):
+            return LATE
+        rivals = [item for item in here if threads[item]["reservation"] is home and inner[item] <= inner[number]]
+        blocked, first = 0, []
     if threads[number]["executor"]:
         what = kind["kinds"][threads[number]["executor"]["name"]]
-        return in_executor(number, threads, rivals, first, (period, jitter, cost, blocked, what))
+        return in_executor(number, threads, rivals, first, (period, jitter, cost, blocked, what), supply)
     load = sum((Fraction(cost[item], period[item]) for item in (*rivals, number)), Fraction(0))
-    load += sum((Fraction(*item) for item in first), Fraction(0))
-    latest = max(blocked, *(jitter[item] for item in (*rivals, number)))
+    load += sum((Fraction(*item[:2]) for item in first), Fraction(0))
+    latest = max(blocked, *(jitter[item] for item in (*rivals, number)), *(item[2] for item in first))
+    if supply is not None:
+        load += Fraction(supply[1] - supply[0], supply[1])
+        latest = max(latest, int(supply[0] < supply[1]))
     if load > 1 or latest >= LATE // 2 or (load == 1 and latest):  # then each window has more work than room
         return LATE
     worst, jobs, end = 0, 0, 0
@@ -330,11 +384,13 @@ def _response(
         jobs += 1
         end = max(end, jobs * cost[number])
         while True:
-            demand = blocked + jobs * cost[number] + sum(-(-end // every) * taken for taken, every in first)
+            demand = (
+                blocked + jobs * cost[number] + sum(-(-(end + late) // every) * taken for taken, every, late in first)
+            )
             demand += sum(-(-(end + jitter[item]) // period[item]) * cost[item] for item in rivals)
-            if demand == end:
+            if demand <= supplied(supply, end):
                 break
-            end = demand
+            end += 1
             if end > MOST_MS:
                 return LATE
         worst = max(worst, end - max(0, (jobs - 1) * period[number] - jitter[number]))
@@ -342,8 +398,31 @@ def _response(
             return worst
 
 
-def _levels(system: Mapping[str, Any], choice: Mapping[str, Any], period: list[int]) -> list[int]:
-    """The priority level of each thread on its core, 0 the most urgent; the last one is for all that are left."""
+def _before_all(kind: Any, urgent: Sequence[Any], home: Any) -> list[tuple[int, int, int]]:
+    """Work, period and jitter of interrupts, of what throttling takes, and of reservations but one's own."""
+    found = [(*item, 0) for item in kind.get("interrupts", [])]
+    if kind.get("throttling"):
+        budget, every = kind["throttling"]
+        found.append((every - budget, every, 0))
+    for one in {item["name"]: item for item in urgent if item is not None and item is not home}.values():
+        budget = kind["budgets"][one["name"]]
+        found.append((budget + 2 * kind.get("switch", 0), one["period"], one["period"] - budget))
+    return found
+
+
+def _has_budget(wanted: int, period: int, before: Sequence[tuple[int, int, int]]) -> bool:
+    """Whether so much work is done within a period behind work, period and jitter of what goes before."""
+    if max((late for *_, late in before), default=0) >= LATE // 2:
+        return False
+    ends = range(1, period + 1)
+    return any(wanted + sum(-(-(end + late) // every) * taken for taken, every, late in before) <= end for end in ends)
+
+
+def _levels(system: Mapping[str, Any], choice: Mapping[str, Any], period: list[int]) -> tuple[list[int], list[int]]:
+    """The priority level of each thread on its core, 0 the most urgent, the last one for all that are left.
+
+    In a reservation it is that of the reservation; that of the thread in there is the second number.
+    """
     most = system["types"][choice["type"]].get("levels") or 10**6
     turns: list[tuple[Any, ...]] = []
     for number, thread in enumerate(system["threads"]):
@@ -359,11 +438,17 @@ def _levels(system: Mapping[str, Any], choice: Mapping[str, Any], period: list[i
             late = thread["deadline"] if thread["deadline"] is not None else own
             by_deadline = priority == "deadline_monotonic" and late is not None
             turns.append((1, late if by_deadline else period[number], number))
+    inner = [sum(other < turn for other in set(turns)) for turn in turns]
+    for number, thread in enumerate(system["threads"]):
+        one = thread["reservation"]
+        if one is not None:
+            first = next(item for item, other in enumerate(system["threads"]) if other["reservation"] is one)
+            turns[number] = (1, one["period"], first) if one["priority"] is None else (0, -one["priority"])
     found = []
     for number, turn in enumerate(turns):
         here = {other for other, core in zip(turns, choice["cores"], strict=True) if core == choice["cores"][number]}
         found.append(min(sum(other < turn for other in here), most - 1))
-    return found
+    return found, inner
 
 
 def is_in_time(system: Mapping[str, Any], choice: Mapping[str, Any]) -> bool:

@@ -109,8 +109,7 @@ def core_by(space: Space, component: Component, view: View) -> str:
     """Whose choice a thread's core is: ``stated`` in the file, ``decided`` as a decision is, or ``first-fit``."""
     if at(component.core, view) is None:
         return "first-fit"
-    owner = component.stated_as if component.executor is None else space.executors[component.executor].name
-    decision = space.decision_index(f"{owner}.core")
+    decision = space.decision_index(f"{space.core_owner(component)}.core")
     return "stated" if decision is None or not space.decisions[decision].is_open else "decided"
 
 
@@ -121,7 +120,7 @@ def core_origins(space: Space) -> frozenset[str]:
     found = set()
     for item in space.components:
         if several & set(leaves(item.processor)):
-            stated = "decided" if f"{item.stated_as}.core" in open_ else "stated"
+            stated = "decided" if f"{space.core_owner(item)}.core" in open_ else "stated"
             found.add("first-fit" if item.core is None else stated)
     return frozenset(found)
 

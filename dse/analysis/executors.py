@@ -25,8 +25,8 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from heapq import merge
 
-from dse.analysis.response_time import MOST_STEPS, STEPS_A_LOOK, Task, densest_releases_ns, most_jobs
-from dse.space.types import ExecutorKind
+from dse.analysis.response_time import MOST_STEPS, STEPS_A_LOOK, Task, densest_releases_ns, is_late, most_jobs
+from dse.space.hosts import ExecutorKind
 from dse.timelimit import look_at_the_clock
 from dse.units import Exact
 
@@ -77,7 +77,7 @@ def executor_response_ns(
         blocked_ns = max(blocked_ns, max(behind, default=0))
     outside = [item for item in higher if item.worst_ns]
     used = sum(item.utilisation for item in (task, *counted, *outside))
-    if used > 1 or (used == 1 and blocked_ns and task.streams):
+    if used > 1 or (used == 1 and (blocked_ns or not task.streams or any(map(is_late, (task, *counted, *outside))))):
         return None
     work = _Work(task, counted, outside, blocked_ns)
     try:

@@ -16,13 +16,15 @@ from dse.analysis.binding import transmission_ns
 from dse.analysis.executors import Fellow, executor_response_ns
 from dse.analysis.overheads import interrupting, switching_ns
 from dse.analysis.rates import NS_PER_S, arrivals, is_event_triggered, rate_hz
+from dse.analysis.reservations import before_task, blocking_ns
 from dse.analysis.response_time import Stream, Task, response_time_ns
 from dse.analysis.segments import Segments, elapsed_ns, most_waiting_ns, single
 from dse.analysis.tasks import Part, TaskKey, alone_ns, task_name
 from dse.analysis.turns import Turn
 from dse.analysis.views import View
+from dse.space.hosts import ExecutorKind
 from dse.space.trees import at, leaves
-from dse.space.types import ExecutorKind, Space
+from dse.space.types import Space
 from dse.timelimit import look_at_the_clock
 from dse.units import Exact, Rounded
 
@@ -58,13 +60,13 @@ def fixed_point(space: Space, cores: Sequence[Sequence[Turn]], view: View) -> di
             before_that[place] = tasks
             for turn, task in zip(turns, tasks, strict=True):
                 key = turn.key
-                positions = list(turn.rivals(turns))
-                rivals = [*before, *(tasks[position] for position in positions)]
+                first = before_task(space, turns, turn, tasks, before, view)
+                rivals = [*first, *(tasks[position] for position in turn.rivals(turns))]
                 if turn.executor is None:
                     own = task if task is None or not turn.pieces else single(task)
-                    found = respond(own, rivals, turn.blocked_ns)
+                    found = respond(own, rivals, blocking_ns(turn))
                 else:
-                    found = _respond_in(space, turns, tasks, before, turn, view)
+                    found = _respond_in(space, turns, tasks, first, turn, view)
                 if turn.pieces:
                     released = _thread_releases(space, turn.pieces[0], known, view)
                     found = segments.end_ns(turn, found, known, *released, partial(_beside, rivals))
@@ -118,11 +120,19 @@ def respond(task: Task | None, rivals: Sequence[Task | None], blocked_ns: Exact)
 
 
 def _respond_in(
-    space: Space, turns: Sequence[Turn], tasks: Sequence[Task | None], before: Sequence[Task], turn: Turn, view: View
+    space: Space,
+    turns: Sequence[Turn],
+    tasks: Sequence[Task | None],
+    before: Sequence[Task | None],
+    turn: Turn,
+    view: View,
 ) -> Exact | None:
     """The response time of a task in an executor."""
     assert turn.executor is not None
-    task, higher, fellows = None, list(before), []
+    task, fellows = None, []
+    higher = [item for item in before if item is not None]
+    if len(higher) < len(before):
+        return None
     others: dict[int, Task] = {}
     for position in (*turn.rivals(turns), turns.index(turn)):
         found, other = tasks[position], turns[position]
@@ -141,9 +151,10 @@ def _respond_in(
         waiting = most_waiting_ns(space, others)
         if waiting is not None:
             return task.worst_ns + turn.blocked_ns + waiting
-    if type(turn.blocked_ns) in PLAIN and all(map(_is_plain, (task, *higher, *(item.task for item in fellows)))):
-        return _respond_in_alone(kind, task, tuple(fellows), tuple(higher), turn.blocked_ns)
-    return executor_response_ns(kind, task, fellows, higher, turn.blocked_ns)
+    blocked = blocking_ns(turn)
+    if type(blocked) in PLAIN and all(map(_is_plain, (task, *higher, *(item.task for item in fellows)))):
+        return _respond_in_alone(kind, task, tuple(fellows), tuple(higher), blocked)
+    return executor_response_ns(kind, task, fellows, higher, blocked)
 
 
 @lru_cache(16384)

@@ -13,6 +13,7 @@ from fractions import Fraction
 
 from dse.analysis.limits import HOLDS, Verdict
 from dse.analysis.placement import core_of_each
+from dse.analysis.reservations import gaps_name
 from dse.analysis.response_time import Task, response_time_ns
 from dse.analysis.scheduling import Delay, Response, response_of
 from dse.analysis.segments import elapsed_ns
@@ -69,7 +70,9 @@ def _late(space: Space, found: Response, verdict: Verdict, view: View) -> Late:
     processor = at(space.components[found.component].processor, view)
     late = None if found.response_ns is None else found.response_ns - verdict.limit
     core = core_of_each(space, processor, view)[found.component]
-    shorter = tuple(_shorter(found, verdict)) if late is not None and not found.executor and not found.is_piece else ()
+    shorter = (
+        tuple(_shorter(space, found, verdict)) if late is not None and not found.executor and not found.is_piece else ()
+    )
     name, work = space.processors[processor].name, found.task.worst_ns
     if found.is_piece:
         work = elapsed_ns(space, found.component, view)[1]
@@ -78,9 +81,15 @@ def _late(space: Space, found: Response, verdict: Verdict, view: View) -> Late:
     )
 
 
-def _shorter(found: Response, verdict: Verdict) -> Iterator[Shorter]:
-    """The least cut of a single task's jobs that is enough, of the late one first; where none is it is left out."""
+def _shorter(space: Space, found: Response, verdict: Verdict) -> Iterator[Shorter]:
+    """The least cut of a single task's jobs that is enough, of the late one first; where none is it is left out.
+
+    So are reservations, whose budgets come later where they are cut.
+    """
+    reserved = {item.name for item in space.reservations} | {gaps_name(item.name) for item in space.reservations}
     for index, item in enumerate((found.task, *found.rivals)):
+        if item.name in reserved:
+            continue
 
         def is_enough(by_ns: int, index: int = index, item: Task = item) -> bool:
             tasks = [found.task, *found.rivals]

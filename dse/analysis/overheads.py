@@ -54,8 +54,9 @@ def safe_bounds(space: Space, design: Design | None = None) -> Mapping[str, tupl
     """Why response times are safe bounds and need not be reached, each with the threads that make them so.
 
     Releases by events are counted as far apart or as close as their jitter lets them be, pieces of a thread and the
-    jobs of a wait set with the longest that may come before them (docs/semantics.md, sections 4.2, 4.6 and 4.7). What
-    shares a core with such a thread is bounded so, too. With a `design` only what it chooses counts.
+    jobs of a wait set with the longest that may come before them, budgets of reservations as late as they may come
+    (docs/semantics.md, sections 4.2 and 4.6 to 4.8). What shares a core with such a thread is bounded so, too. With a
+    `design` only what it chooses counts.
     """
     made = None if design is None else dict(enumerate(design))
 
@@ -68,11 +69,13 @@ def safe_bounds(space: Space, design: Design | None = None) -> Mapping[str, tupl
     alone = [item for item in threads if item.pieces is None]
     stated = [item.name for item in alone if is_any(item.protocol, (*BY_INPUTS, "hybrid"))]
     unstated = [item.name for item in alone if is_any(item.protocol, (None,)) and is_any(item.period_ns, (None,))]
+    reserved = [item.name for item in threads if item.reservation is not None]
     events = [item.name for item in alone if item.name in {*stated, *unstated}]
     return {
         "events dispatch": tuple(events),
         "segments make up": tuple(dict.fromkeys(pieces)),
         "a wait set runs": tuple(space.components[number].name for item in waiting for number in item.members),
+        "reservations supply": tuple(reserved),
     }
 
 

@@ -49,7 +49,8 @@ def order_ns(space: Space, number: int, view: View) -> Fraction | None:
 def levels_of(space: Space, numbers: Sequence[int], view: View) -> list[list[int]]:
     """The threads of one core by level, the most urgent first; those of one level may all delay each other.
 
-    The first thread of an executor stands for it: with its number, else as often as its fastest thread runs.
+    The first thread of an executor stands for it: with its number, else as often as its fastest thread runs; that of a
+    reservation with its number, else its period.
     """
     units = list(dict.fromkeys(map(space.unit, numbers)))
     levels = _ordered({unit: _turn_of(space, unit, view) for unit in units})
@@ -57,6 +58,12 @@ def levels_of(space: Space, numbers: Sequence[int], view: View) -> list[list[int
     if most is None or len(levels) <= most:
         return levels
     return [*levels[: most - 1], sorted(number for level in levels[most - 1 :] for number in level)]
+
+
+def reserved_levels(space: Space, numbers: Sequence[int], view: View) -> list[list[int]]:
+    """The threads of one reservation by level, the most urgent first; the first of an executor stands for it."""
+    firsts = dict.fromkeys(space.os_thread(number)[0] for number in numbers)
+    return _ordered({first: _thread_turn(space, first, view) for first in firsts})
 
 
 def inner_levels(space: Space, numbers: Sequence[int], view: View) -> list[list[int]]:
@@ -74,6 +81,16 @@ def _own_turn(space: Space, number: int, view: View) -> Turn:
 
 
 def _turn_of(space: Space, unit: int, view: View) -> Turn:
+    number = space.components[unit].reservation
+    if number is None:
+        return _thread_turn(space, unit, view)
+    reservation = space.reservations[number]
+    priority: int | None = at(reservation.priority, view)
+    return Fraction(at(reservation.period_ns, view)) if priority is None else priority
+
+
+def _thread_turn(space: Space, unit: int, view: View) -> Turn:
+    """The turn of an OS thread."""
     executor = space.components[unit].executor
     if executor is None:
         return _own_turn(space, unit, view)

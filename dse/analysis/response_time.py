@@ -64,6 +64,15 @@ def periodic(name: str, worst_ns: int, period_ns: int, jitter_ns: Exact = 0) -> 
     return Task(name, worst_ns, (Stream(period_ns, jitter_ns),))
 
 
+def is_late(task: Task) -> bool:
+    """Whether all of its jobs in a window may be more than its share of that: there is jitter, and nothing else.
+
+    >>> is_late(periodic("a", 1, 10, 3)), is_late(periodic("a", 1, 10))
+    (True, False)
+    """
+    return task.separation_ns is None and any(stream.jitter_ns for stream in task.streams)
+
+
 def most_jobs(task: Task, window_ns: Exact) -> int:
     """The most jobs released in a window of this length: the sum of ceil((window + jitter) / period).
 
@@ -132,8 +141,8 @@ def worst_job_ns(task: Task, higher: Sequence[Task], blocked_ns: Exact = 0) -> t
     """
     rivals = [other for other in higher if other.worst_ns]
     used = task.utilisation + sum(other.utilisation for other in rivals)
-    if used > 1 or (used == 1 and blocked_ns and task.streams):  # such a busy period has no end
-        return None
+    if used > 1 or (used == 1 and (blocked_ns or not task.streams or any(map(is_late, (task, *rivals))))):
+        return None  # such a busy period has no end
     steps = 0
     worst: tuple[Exact, Exact] = (0, 0)
     releases = _releases_to_look_at_ns(task, rivals)

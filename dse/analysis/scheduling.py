@@ -16,6 +16,7 @@ from dse.analysis.holistic import fixed_point, respond, task_of
 from dse.analysis.memo import Recall
 from dse.analysis.overheads import interrupting
 from dse.analysis.priorities import deadline_ns
+from dse.analysis.reservations import before_task, blocking_ns
 from dse.analysis.response_time import Task, most_jobs, worst_job_ns
 from dse.analysis.segments import elapsed_ns
 from dse.analysis.tasks import Part, TaskKey, alone_ns, longest_alone_ns, task_keys, task_name
@@ -130,8 +131,9 @@ def response_among(
     before = interrupting(space, [turn.key[0] for turn in turns[:1]], view)
     for turn, task in zip(turns, tasks, strict=True):
         if turn.key == (number, "thread"):
-            rivals = [*before, *(tasks[position] for position in turn.rivals(turns))]
-            return respond(task, rivals, turn.blocked_ns)
+            first = before_task(space, turns, turn, tasks, before, view)
+            rivals = [*first, *(tasks[position] for position in turn.rivals(turns))]
+            return respond(task, rivals, blocking_ns(turn))
     return 0
 
 
@@ -188,7 +190,7 @@ def _responses(schedule: Schedule, wanted: Sequence[TaskKey]) -> tuple[Response,
         deadline = deadline_ns(component, view) if is_whole else None
         best = best if component.pieces is None else elapsed_ns(space, key[0], view)[0]
         lost = Task(task_name(component, key[1]), worst, ())
-        rank, blocked = place[2].rank + 1, place[2].blocked_ns
+        rank, blocked = place[2].rank + 1, blocking_ns(place[2])
         name = "" if component.executor is None else space.executors[component.executor].name
         rivals = _rivals(schedule, place, task, known)
         response = known[key]
@@ -206,9 +208,10 @@ def _rivals(
     turns = schedule.cores(processor)[core]
     if task is None or known[turn.key] is None or turn.executor is not None or not task.worst_ns or turn.pieces:
         return (), ()
-    rivals = [task_of(space, turns[position].key, known, view) for position in turn.rivals(turns)]
-    given = [item for item in (*interrupting(space, [turn.key[0]], view), *rivals) if item is not None]
-    found = worst_job_ns(task, given, turn.blocked_ns)
+    tasks = [task_of(space, other.key, known, view) for other in turns]
+    first = before_task(space, turns, turn, tasks, interrupting(space, [turn.key[0]], view), view)
+    given = [item for item in (*first, *(tasks[position] for position in turn.rivals(turns))) if item is not None]
+    found = worst_job_ns(task, given, blocking_ns(turn))
     if found is None:
         return (), ()
     jobs = [(item, most_jobs(item, found[1])) for item in given if item.worst_ns]

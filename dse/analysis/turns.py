@@ -11,7 +11,7 @@ from dataclasses import dataclass, replace
 
 from dse.analysis.overheads import section_ns
 from dse.analysis.placement import core_of_each
-from dse.analysis.priorities import inner_levels, levels_of
+from dse.analysis.priorities import inner_levels, levels_of, reserved_levels
 from dse.analysis.rates import is_event_triggered
 from dse.analysis.tasks import TaskKey, alone_ns, task_keys
 from dse.analysis.views import View
@@ -24,7 +24,8 @@ class Turn:
     """A task in the order of its core: `rank` of the tasks before it always go first, up to `reach` of all may.
 
     Others may keep the core for `blocked_ns`. In an `executor` the tasks of a smaller `level` go first. The `pieces` of
-    one thread never wait for each other.
+    one thread never wait for each other. In a `reservation` up to `inner_reach` of all may go before it; what else may
+    delays the reservation, as `blocked_ns` does.
     """
 
     key: TaskKey
@@ -34,17 +35,30 @@ class Turn:
     executor: int | None = None
     level: int = 0
     pieces: tuple[int, ...] = ()
+    reservation: int | None = None
+    inner_reach: int = 0
 
     def rivals(self, order: Sequence[Turn]) -> Iterator[int]:
-        """The positions of what may delay the task on its core, which is not a callback's own timer.
+        """The positions of what may delay the task where it runs, which is not a callback's own timer.
 
-        In an executor that may do so as well.
+        In an executor that may do so as well. Of a task in a reservation those are in there, of others none is in one:
+        reservations delay these as a whole (`reservations`).
         """
         number, part = self.key
-        for position, turn in enumerate(order[: self.reach]):
+        for position, turn in enumerate(order[: self.reach if self.reservation is None else self.inner_reach]):
             is_own_timer = part == "callback" and turn.key[0] == number and self.executor is None
-            if turn.key != self.key and not is_own_timer and turn.key[0] not in self.pieces:
+            is_own = turn.key == self.key or is_own_timer or turn.key[0] in self.pieces
+            if not is_own and turn.reservation == self.reservation:
                 yield position
+
+    def outside(self, order: Sequence[Turn]) -> Iterator[int]:
+        """The positions of what is in no reservation and may delay that of the task."""
+        return (position for position, turn in enumerate(order[: self.reach]) if turn.reservation is None)
+
+    def reservations(self, order: Sequence[Turn]) -> list[int]:
+        """The reservations that may delay the task, or the one that it is in."""
+        found = dict.fromkeys(turn.reservation for turn in order[: self.reach])
+        return [item for item in found if item is not None and item != self.reservation]
 
 
 class Schedule:
@@ -116,26 +130,51 @@ def turns_of(space: Space, numbers: Sequence[int], view: View) -> list[Turn]:
     for number in numbers:
         units.setdefault(space.unit(number), []).append(number)
     turns: list[Turn] = []
-
-    def pieces(key: TaskKey) -> tuple[int, ...]:
-        found = space.components[key[0]].pieces
-        return () if found is None else found.members
-
     for level in levels_of(space, numbers, view):
         parts = [(unit, [key for number in units[unit] for key in task_keys(space, number, view)]) for unit in level]
         before, reach = len(turns), len(turns) + sum(len(keys) for _, keys in parts)
         for unit, keys in parts:
-            executor = space.components[unit].executor
-            if executor is not None:
-                inner = _inner(space, units[unit], view)
-                turns += (Turn(key, before, reach, 0, executor, inner[key], pieces(key)) for key in keys)
-                continue
-            if space.components[unit].pieces is not None:
-                turns += (Turn(key, before, reach, pieces=pieces(key)) for key in keys)
-                continue
-            ends = [reach] * len(keys) if len(level) > 1 else range(before + 1, reach + 1)
-            turns += (Turn(key, before + own, end) for own, (key, end) in enumerate(zip(keys, ends, strict=True)))
+            if space.components[unit].reservation is not None:
+                turns += _reserved(space, units[unit], len(turns), (before, reach), view)
+            else:
+                turns += _of_unit(space, units[unit], keys, (before, reach), view, alone=len(level) == 1)
     return _blocked(space, turns, view)
+
+
+def _of_unit(
+    space: Space, numbers: Sequence[int], keys: Sequence[TaskKey], level: tuple[int, int], view: View, *, alone: bool
+) -> Iterator[Turn]:
+    """The tasks of an OS thread, `level` in the order of its core; one that is `alone` there has two for a hybrid."""
+    before, reach = level
+    component = space.components[numbers[0]]
+    if component.executor is not None:
+        inner = _inner(space, numbers, view)
+        yield from (Turn(key, before, reach, 0, component.executor, inner[key], _pieces(space, key)) for key in keys)
+    elif component.pieces is not None:
+        yield from (Turn(key, before, reach, pieces=_pieces(space, key)) for key in keys)
+    else:
+        ends = range(before + 1, reach + 1) if alone else [reach] * len(keys)
+        yield from (Turn(key, before + own, end) for own, (key, end) in enumerate(zip(keys, ends, strict=True)))
+
+
+def _pieces(space: Space, key: TaskKey) -> tuple[int, ...]:
+    found = space.components[key[0]].pieces
+    return () if found is None else found.members
+
+
+def _reserved(space: Space, numbers: Sequence[int], first: int, level: tuple[int, int], view: View) -> Iterator[Turn]:
+    """The tasks of a reservation, by their order in there, from the position `first` on."""
+    firsts: dict[int, list[int]] = {}
+    for number in numbers:
+        firsts.setdefault(space.os_thread(number)[0], []).append(number)
+    end, reservation = first, space.components[numbers[0]].reservation
+    for inner in reserved_levels(space, numbers, view):
+        parts = [(firsts[one], [key for item in firsts[one] for key in task_keys(space, item, view)]) for one in inner]
+        begin, end = end, end + sum(len(keys) for _, keys in parts)
+        for members, keys in parts:
+            for turn in _of_unit(space, members, keys, (begin, end), view, alone=len(inner) == 1):
+                rank = level[0] + turn.rank - first
+                yield replace(turn, rank=rank, reach=level[1], reservation=reservation, inner_reach=turn.reach)
 
 
 def _inner(space: Space, numbers: Sequence[int], view: View) -> dict[TaskKey, int]:
@@ -158,7 +197,7 @@ def _blocked(space: Space, turns: list[Turn], view: View) -> list[Turn]:
     ]
     found = []
     for turn in turns:
-        rivals = set(turn.rivals(turns))
+        rivals = set(turn.rivals(turns) if turn.reservation is None else turn.outside(turns))
         others = [
             section
             for position, section in enumerate(sections)

@@ -9,6 +9,7 @@ from collections.abc import Iterator, Sequence
 from fractions import Fraction
 
 from dse.api.problem import Problem
+from dse.space.cores import OWNERS
 from dse.space.trees import leaves
 from dse.space.types import Space
 from dse.spec.quantities import figures_of
@@ -93,7 +94,8 @@ def _open_cores(problem: Problem) -> Iterator[str]:
     space, spec = problem.space, problem.loaded.spec
     there = [item for item in space.open_cores if item.index < len(space.decisions)]
     names = [item.decision.component for item in there]
-    silent = [name for name in names if not (spec.executors.get(name) or spec.threads[name]).core]
+    stated = {name: item.core for section in OWNERS for name, item in getattr(spec, section).items()}
+    silent = [name for name in names if not stated[name]]
     if silent:
         yield (
             "the core of each thread is a decision, as something that is asked depends on it "

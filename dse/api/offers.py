@@ -34,6 +34,7 @@ SECTIONS = {
     "devices": "device_types",
     "threads": "thread_types",
     "executors": None,
+    "reservations": None,
     "connections": None,
 }
 

@@ -39,7 +39,7 @@ class Thread:
     it (None: behind all others) with its rate, and `timers` the same with that of its timer (None where that is too
     much to list, or where it has a number); `worst` the longest time of a job in ns. `is_open`: its core is
     decided; `numbers` has its priorities where these are decided, else `priority` the stated one, or None. Where a
-    callback runs beside the thread, or an executor runs it, it `is_odd`: rows leave it out.
+    callback runs beside the thread, or an executor or a reservation has it, it `is_odd`: rows leave it out.
     """
 
     number: int
@@ -160,7 +160,7 @@ def _thread(board: Board, rates: RateVariables, number: int, component: Componen
         priority=component.priority if isinstance(component.priority, int) else None,
         numbers=_numbers(board, component) if is_numbered and len(priorities) > 1 else (),
         is_open=isinstance(component.core, Choice),
-        is_odd=is_hybrid or bool(unknown) or component.executor is not None or component.pieces is not None,
+        is_odd=is_hybrid or bool(unknown) or not component.is_lone,
     )
 
 

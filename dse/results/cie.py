@@ -68,6 +68,11 @@ def _entries(space: Space, design: Design, names: Ros2) -> Iterator[tuple[str, s
         if name not in threads:
             raise UsageError(f"{name}: it runs on no processor of this design, or with an executor")
         first = threads[name][0]
+        if space.components[first].reservation is not None:
+            reserved = space.core_owner(space.components[first])
+            raise UsageError(
+                f"{name}: its priority holds in the reservation {reserved}, which this format does not know"
+            )
         rank = ranks[space.unit(first)]
         if rank >= MOST_URGENT:
             raise UsageError(f"{name}: its core has more than {MOST_URGENT} levels, SCHED_FIFO has no priority for it")

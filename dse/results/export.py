@@ -25,7 +25,7 @@ from dse.spec.writing import yaml_text
 from dse.units import UnitError
 
 COMMAND_LINE = "command line"
-SECTIONS = ("processors", "buses", "devices", "threads", "executors", "connections")
+SECTIONS = ("processors", "buses", "devices", "threads", "executors", "reservations", "connections")
 
 
 def fixed_problem(text: str, result: Result, design: Design, title: str, folder: Path, source: Path) -> str:

@@ -1,7 +1,8 @@
 """A core of a processor: what runs, what is ready, and what keeps it from running.
 
 Interrupts go before everything; a job inside its non-preemptive section gives way to nothing else; an operating system
-that throttles lets threads run for a budget in each period, then nothing but interrupts until the period is over.
+that throttles lets threads run for a budget in each period, then nothing but interrupts until the period is over. So
+does a reservation, for its own threads; what it has not used when its period ends is lost.
 """
 
 from __future__ import annotations
@@ -10,11 +11,11 @@ from dataclasses import dataclass, field
 from heapq import heappop, heappush
 from typing import TYPE_CHECKING, ClassVar
 
+from dse.simulation.plan import Gap, Share, Task
 from dse.units import Exact
 
 if TYPE_CHECKING:
     from dse.simulation.engine import Births
-    from dse.simulation.plan import Task
 
 HELD = -1
 """The urgency of a job inside its section; that of interrupts is below, that of threads above."""
@@ -74,6 +75,25 @@ class Waiting:
         return [min(self.jobs, key=_level if "callback_group" in kinds else _order)]
 
 
+@dataclass
+class Server:
+    """A reservation on a core: what is ready in it, and how much of its budget the running period has used.
+
+    It `is_listed` among what is ready on the core.
+    """
+
+    share: Share
+    ready: list[tuple[int, int, Job | Waiting]] = field(default_factory=list)
+    used: Exact = 0
+    is_listed: bool = False
+    is_interrupt: ClassVar[bool] = False
+
+    @property
+    def left(self) -> Exact:
+        """What is left of its budget."""
+        return self.share.budget_ns - self.used
+
+
 def _order(item: tuple[int, Job]) -> int:
     return item[0]
 
@@ -91,9 +111,10 @@ class Core:
         self.running: Job | None = None
         self.since: Exact = 0
         self.version = 0
-        self.ready: list[tuple[int, int, Job | Waiting]] = []
+        self.ready: list[tuple[int, int, Job | Waiting | Server]] = []
         self.used: Exact = 0
         self.queues: dict[int, Waiting] = {}
+        self.servers: dict[int, Server] = {}
 
     @property
     def is_closed(self) -> bool:
@@ -104,7 +125,7 @@ class Core:
         """A job that is ready, unless its executor has another one."""
         queue = job.task.queue
         if queue is None:
-            heappush(self.ready, (job.task.urgency, order, job))
+            self._list(job.task, job.task.urgency, order, job)
             return
         waiting = self.queues.setdefault(queue.executor, Waiting())
         waiting.jobs.append((order, job))
@@ -112,16 +133,52 @@ class Core:
             self._begin(waiting)
 
     def done(self, job: Job) -> None:
-        """A job has ended: its executor takes the next."""
+        """A job has ended: its executor takes the next, its reservation goes on."""
         if job.task.queue is not None:
             self._begin(self.queues[job.task.queue.executor])
+        server = self.server_of(job.task)
+        if server is not None:
+            self.offer(server, PUT_BACK)
 
     def _begin(self, waiting: Waiting) -> None:
         following = waiting.window or waiting.jobs
         waiting.is_busy = bool(following)
         if following:
             order, job = following[0]
-            heappush(self.ready, (job.task.urgency, order, waiting))
+            self._list(job.task, job.task.urgency, order, waiting)
+
+    def _list(self, task: Task, urgency: int, order: int, entry: Job | Waiting) -> None:
+        """Something is ready, on the core or in the reservation of its task."""
+        server = self.server_of(task)
+        if server is None:
+            heappush(self.ready, (urgency, order, entry))
+        else:
+            heappush(server.ready, (urgency, order, entry))
+            self.offer(server, order)
+
+    def server_of(self, task: Task) -> Server | None:
+        """The reservation that a task is in."""
+        if task.share is None:
+            return None
+        return self.servers.setdefault(task.share.number, Server(task.share))
+
+    def offer(self, server: Server, order: int) -> None:
+        """A reservation is ready as long as something in it is, and some budget is left; not while a job of it runs."""
+        runs = self.running is not None and self.running.task.share == server.share
+        if server.ready and server.left > 0 and not server.is_listed and not runs:
+            server.is_listed = True
+            heappush(self.ready, (server.share.urgency, order, server))
+
+    @property
+    def is_overtaken(self) -> bool:
+        """Whether something that is ready is more urgent than the running job."""
+        assert self.running is not None
+        task = self.running.task
+        server = self.server_of(task)
+        urgency = task.urgency if server is None else server.share.urgency
+        if self.ready and self.ready[0][0] < urgency:
+            return True
+        return server is not None and bool(server.ready) and server.ready[0][0] < task.urgency
 
     def settle(self, now: Exact) -> None:
         """Note what the running job has done until now."""
@@ -129,23 +186,43 @@ class Core:
             done = now - self.since
             self.running.left -= done
             self.used += 0 if self.running.is_interrupt else done
+            server = self.server_of(self.running.task)
+            if server is not None:
+                server.used += done
             self.since = now
+
+    def refill(self, of: Gap | Share, now: Exact, order: int) -> None:
+        """A period of throttling or of a reservation begins; what was left of the budget is lost."""
+        server = self.servers.get(of.number) if isinstance(of, Share) else None
+        self.settle(now)
+        if self.running is not None and (server is None or self.server_of(self.running.task) is server):
+            self.put_back()
+        if server is not None:
+            server.used = 0
+            self.offer(server, order)
+        elif isinstance(of, Gap):
+            self.used = 0
 
     def put_back(self) -> None:
         """The running job is interrupted, to go on later."""
         job = self.running
         assert job is not None
-        heappush(self.ready, (HELD if job.is_held else job.task.urgency, PUT_BACK, job))
         self.running = None
+        self._list(job.task, HELD if job.is_held else job.task.urgency, PUT_BACK, job)
 
     def pick(self, now: Exact) -> Exact | None:
         """Let the most urgent ready job run, if one may; how long it may at most."""
         if not self.ready or (self.is_closed and not self.ready[0][2].is_interrupt):
             return None
         first = heappop(self.ready)[2]
+        length: list[Exact] = []
+        if isinstance(first, Server):
+            first.is_listed = False
+            length = [first.left]
+            first = heappop(first.ready)[2]
         self.running = first.take() if isinstance(first, Waiting) else first
         self.since = now
         self.version += 1
-        if self.budget_ns is None or self.running.is_interrupt:
-            return self.running.left
-        return min(self.running.left, self.budget_ns - self.used)
+        if self.budget_ns is not None and not self.running.is_interrupt:
+            length.append(self.budget_ns - self.used)
+        return min([self.running.left, *length])

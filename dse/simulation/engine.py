@@ -25,7 +25,7 @@ from math import lcm
 from typing import Literal, TypeAlias
 
 from dse.simulation.core import Core, Job
-from dse.simulation.plan import Gap, Link, Plan, StepKey, Task, TaskKey
+from dse.simulation.plan import Gap, Link, Plan, Share, StepKey, Task, TaskKey
 from dse.simulation.readings import Range
 from dse.timelimit import look_at_the_clock
 from dse.units import Exact, whole
@@ -128,6 +128,8 @@ class _Run:
                 self._next_send(number, link, 0)
         for place, gap in self.plan.gaps.items():
             self._next_refill(gap, self._core(place), 0)
+        for share in self.plan.shares:
+            self._next_refill(share, self._core(share.core), 0)
         handlers = {
             "tick": self._tick, "send": self._send_timer, "end": self._end, "alone": self._complete,
             "yield": self._yield, "refill": self._refill,
@@ -161,17 +163,15 @@ class _Run:
         self._next_send(number, link, count + 1)
         self._send(number, {})
 
-    def _next_refill(self, gap: Gap, core: Core, count: int) -> None:
+    def _next_refill(self, of: Gap | Share, core: Core, count: int) -> None:
         """Its clock is that of the core: it drifts from none."""
-        time = self.setting.offsets_ns.get(gap.name, 0) + count * gap.period_ns
-        self.at(time, DISPATCH, "refill", gap, core, count)
+        time = self.setting.offsets_ns.get(of.name, 0) + count * of.period_ns
+        self.at(time, DISPATCH, "refill", of, core, count)
 
-    def _refill(self, gap: Gap, core: Core, count: int) -> None:
-        self._next_refill(gap, core, count + 1)
-        core.settle(self.now)
-        if core.running is not None:
-            core.put_back()
-        core.used = 0
+    def _refill(self, of: Gap | Share, core: Core, count: int) -> None:
+        self._next_refill(of, core, count + 1)
+        self.sequence += 1
+        core.refill(of, self.now, self.sequence)
         self._reschedule(core)
 
     # --- jobs -------------------------------------------------------------------------------------------------------
@@ -242,7 +242,7 @@ class _Run:
         """The most urgent ready job runs; the running one goes back to the ready ones if it is less urgent."""
         running = core.running
         if running is not None:
-            if not core.ready or core.ready[0][0] >= running.task.urgency:
+            if not core.is_overtaken:
                 return
             core.settle(self.now)
             if running.is_held and not core.ready[0][2].is_interrupt:

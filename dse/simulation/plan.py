@@ -11,8 +11,9 @@ from fractions import Fraction
 from typing import Any, Literal, TypeAlias
 
 from dse.simulation.readings import ComponentFigures, Figures, Phase, Range, read_figures
+from dse.space.hosts import ExecutorKind
 from dse.space.metrics import all_disparities
-from dse.space.types import Design, ExecutorKind, Space
+from dse.space.types import Design, Space
 from dse.units import Exact
 
 NS_PER_S = 10**9
@@ -35,7 +36,8 @@ class Task:
     `urgency` its place there, 0 first (below -1: an interrupt); for `section_ns` of a job nothing preempts it. A job
     of a `serial` task waits for the one before. `capacity` is how many arrivals may wait. A timer with a `phase` keeps
     it to the others of its clock; output leaves `logical_ns` after the release where that is set. A `queue` is that of
-    an executor. Of a piece of a thread with segments `first` is the number of the thread's first one.
+    an executor. Of a piece of a thread with segments `first` is the number of the thread's first one. In a `share` of a
+    core its urgency is that among what else is in there.
     """
 
     key: TaskKey
@@ -52,6 +54,19 @@ class Task:
     logical_ns: int | None = None
     queue: Queue | None = None
     first: int | None = None
+    share: Share | None = None
+
+
+@dataclass(frozen=True)
+class Share:
+    """A reservation by its number: a budget of a core's time in each period, and its urgency among what runs there."""
+
+    number: int
+    name: str
+    core: tuple[int, int]
+    budget_ns: int
+    period_ns: int
+    urgency: int
 
 
 @dataclass(frozen=True)
@@ -116,10 +131,17 @@ class Plan:
     meetings: Mapping[int, Sequence[StepKey]] = field(default_factory=dict)
 
     @property
+    def shares(self) -> list[Share]:
+        """The reservations of which some task runs."""
+        found = {task.share.number: task.share for task in self.tasks.values() if task.share is not None}
+        return list(found.values())
+
+    @property
     def timers(self) -> dict[str, Fraction]:
         """Everything with an offset of its own: the period in ns, by name."""
         tasks = {task.name: task.period_ns for task in self.tasks.values() if task.period_ns is not None}
-        gaps = {gap.name: Fraction(gap.period_ns) for gap in self.gaps.values()}
+        budgets: list[Gap | Share] = [*self.gaps.values(), *self.shares]
+        gaps = {item.name: Fraction(item.period_ns) for item in budgets}
         return tasks | {link.name: link.period_ns for link in self.links if link.period_ns is not None} | gaps
 
     @property
@@ -270,6 +292,8 @@ def _tasks(space: Space, figures: Figures, *, contention: bool, endless: bool) -
     for number, component in enumerate(space.components):
         part = figures.components[number]
         core, urgency = placed.get(number, (None, 0))
+        share = _share(space, figures, number) if core is not None else None
+        urgency = urgency if share is None else figures.reserved[number].rank
         capacity = ENDLESS if endless else part.queue_size or 0
         if part.callback_ns is not None:
             key: TaskKey = (number, "callback")
@@ -279,8 +303,9 @@ def _tasks(space: Space, figures: Figures, *, contention: bool, endless: bool) -
             cost, section = _on_core(part, part.callback_ns, at_core)
             queue = _queue(space, figures, key)
             found[key] = Task(
-                key, name, cost, None, None, at_core, 2 * urgency + bool(queue), True, wait, section, queue=queue
-            )
+                key, name, cost, None, None, at_core, 2 * urgency + bool(queue), True, wait, section, queue=queue,
+                share=share if at_core is not None else None,
+            )  # fmt: skip
         period = part.period_ns if part.period_ns is not None or part.rate_hz else figures.stimulus_ns(number)
         key = (number, "thread")
         at_core = core if part.executes and part.cost_ns[1] else None
@@ -288,9 +313,19 @@ def _tasks(space: Space, figures: Figures, *, contention: bool, endless: bool) -
         found[key] = Task(
             key, component.name, cost, period, part.separation_ns, at_core, 2 * urgency + 1, part.executes, capacity,
             section, part.phase, part.logical_ns, _queue(space, figures, key),
-            None if component.pieces is None else component.pieces.members[0],
+            None if component.pieces is None else component.pieces.members[0], share if at_core is not None else None,
         )  # fmt: skip
     return found
+
+
+def _share(space: Space, figures: Figures, number: int) -> Share | None:
+    """The reservation of a thread that runs on a core."""
+    found = figures.reserved.get(number)
+    if found is None:
+        return None
+    core, rank = figures.placed[number]
+    name = space.reservations[found.number].name
+    return Share(found.number, name, core, found.budget_ns, found.period_ns, 2 * rank + 1)
 
 
 def _queue(space: Space, figures: Figures, key: TaskKey) -> Queue | None:

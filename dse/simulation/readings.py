@@ -8,8 +8,9 @@ from fractions import Fraction
 from typing import Any, TypeAlias
 
 from dse.space.frames import Frame, wire_ns
+from dse.space.hosts import ExecutorKind
 from dse.space.trees import FROM_BANDWIDTH, PerProcessorType, at
-from dse.space.types import Component, Connection, Design, ExecutorKind, Interference, Space
+from dse.space.types import Component, Connection, Design, Interference, Space
 from dse.units import Exact
 
 Range: TypeAlias = tuple[Exact, Exact]
@@ -67,11 +68,21 @@ class Overheads:
 
 
 @dataclass(frozen=True)
+class Reserved:
+    """The place of a thread in its reservation, and what that gets."""
+
+    number: int
+    rank: int
+    budget_ns: int
+    period_ns: int
+
+
+@dataclass(frozen=True)
 class Figures:
     """Everything, by index.
 
     `placed` gives each thread on a processor its core and its place there; `shares` the use of one core by each
-    component.
+    component; `reserved` those that are in a reservation.
     """
 
     space: Space
@@ -83,6 +94,7 @@ class Figures:
     overheads: Sequence[Overheads]
     inner: Mapping[int, tuple[int, ...]]
     kinds: Sequence[ExecutorKind]
+    reserved: Mapping[int, Reserved]
 
     def stimulus_ns(self, number: int) -> Fraction | None:
         """The period of what nothing dispatches: its fastest outgoing stated rate, or the longest period there is.
@@ -121,6 +133,7 @@ def read_figures(space: Space, design: Design, cores: Mapping[int, int]) -> Figu
         [Overheads(2 * reader.at(slot.switch_ns), reader.at(slot.interference)) for slot in space.processors],
         _inner(space, design, components),
         [at(item.kind, design) for item in space.executors],
+        _reserved(space, design, components),
     )
 
 
@@ -289,6 +302,29 @@ def _placed(
 
 
 def _rank(space: Space, components: Sequence[ComponentFigures], design: Design, index: int) -> tuple[Any, ...]:
+    """The rank of a thread on its core, or of the reservation that it is in, which has its period."""
+    reservation = space.components[index].reservation
+    if reservation is None:
+        return _rank_of_thread(space, components, design, index)
+    item = space.reservations[reservation]
+    priority = at(item.priority, design)
+    return (1, Fraction(at(item.period_ns, design)), item.members[0]) if priority is None else (0, -priority)
+
+
+def _reserved(space: Space, design: Design, components: Sequence[ComponentFigures]) -> dict[int, Reserved]:
+    """The threads in reservations, each ranked among the others there."""
+    found: dict[int, Reserved] = {}
+    for number, item in enumerate(space.reservations):
+        ranks = {index: _rank_of_thread(space, components, design, index) for index in item.members}
+        order = sorted(set(ranks.values()))
+        budget, period = at(item.budget_ns, design), at(item.period_ns, design)
+        found |= {index: Reserved(number, order.index(rank), budget, period) for index, rank in ranks.items()}
+    return found
+
+
+def _rank_of_thread(
+    space: Space, components: Sequence[ComponentFigures], design: Design, index: int
+) -> tuple[Any, ...]:
     """The rank of a thread, or of the executor that runs it, which has the rate of its fastest thread."""
     executor = space.components[index].executor
     pieces = space.components[index].pieces

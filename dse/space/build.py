@@ -16,7 +16,7 @@ from dse.space.components import (
     check_processes,
     check_processor_types,
 )
-from dse.space.executors import build_executors, executor_homes
+from dse.space.executors import build_executors, build_homes, build_reservations
 from dse.space.flows import build_flows, check_flow_sizes
 from dse.space.metric_kinds import RESERVED
 from dse.space.properties import Ledger, Path, closest
@@ -53,12 +53,13 @@ def build_space(loaded: LoadedSpec) -> Space:
     check_clocks(ledger, spec)
     processors = tuple(build_processor(ledger, spec, name) for name in spec.processors)
     buses = build_buses(ledger, spec)
-    homes = executor_homes(ledger, spec, processors)
+    homes = build_homes(ledger, spec, processors)
     components = tuple(
         build_component(ledger, spec, processors, homes, section, name) for section, name in _component_names(spec)
     )
     components = with_pieces(ledger, spec, processors, components)
-    executors = build_executors(ledger, spec, processors, homes, components)
+    executors = build_executors(ledger, spec, processors, homes.executors, components)
+    reservations = build_reservations(ledger, spec, homes, components)
     connections = build_connections(ledger, spec, buses, components)
     check_machines(ledger, processors, buses, components, connections)
     check_processes(ledger, processors, components)
@@ -92,6 +93,7 @@ def build_space(loaded: LoadedSpec) -> Space:
         deadlines=spec.deadlines or default_deadlines(spec.profile),
         overload=spec.overload,
         executors=executors,
+        reservations=reservations,
         offset_grid_ns=grid_in_use(spec),
     )
     check_activation(ledger, space)
@@ -120,8 +122,11 @@ def _component_names(spec: Spec) -> list[tuple[str, str]]:
 
 
 def _check_names(spec: Spec, ledger: Ledger) -> None:
-    """Names of slots, devices, threads, executors and connections are distinct; so are flows, metrics and totals."""
-    groups = (("processors", "buses", "devices", "threads", "executors", "connections"), ("flows", "metrics", "totals"))
+    """Names of slots, components, their hosts and connections are distinct; so are flows, metrics and totals."""
+    groups = (
+        ("processors", "buses", "devices", "threads", "executors", "reservations", "connections"),
+        ("flows", "metrics", "totals"),
+    )
     for group in groups:
         first: dict[str, str] = {}
         for section in group:

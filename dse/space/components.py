@@ -9,7 +9,7 @@ from typing import Any
 from dse.space.buses import counted
 from dse.space.clocks import clock_of, read_communication, read_offset
 from dse.space.cores import check_core, cores_named
-from dse.space.executors import Home, home_of, served_by
+from dse.space.executors import Homes, home_of, served_by
 from dse.space.priorities import read_priority
 from dse.space.properties import FieldReader, Ledger, Owner, Path, by_machine, closest
 from dse.space.protocols import PROTOCOLS
@@ -41,7 +41,7 @@ def _typed_owner(ledger: Ledger, spec: Spec, section: str, name: str) -> Owner:
 
 
 def build_component(
-    ledger: Ledger, spec: Spec, processors: Sequence[Processor], homes: Mapping[str, Home], section: Any, name: str
+    ledger: Ledger, spec: Spec, processors: Sequence[Processor], homes: Homes, section: Any, name: str
 ) -> Component:
     """The thread or device called `name`; what triggers it is added when the connections are known."""
     given, path = getattr(spec, section)[name], (section, name)
@@ -51,6 +51,7 @@ def build_component(
     priority: Tree = None
     core: Tree = None
     executor: int | None = None
+    reservation: int | None = None
     home = home_of(ledger, homes, name, given) if section == "threads" else None
     if section == "threads":
         index = {slot.name: number for number, slot in enumerate(processors)}
@@ -69,7 +70,10 @@ def build_component(
         named_cores = cores_named(ledger, processors, core_path, processor, given.core or ())
         core = named_cores[0] if len(named_cores) == 1 and isinstance(named_cores[0], int) else None
         core = core if home is None else home.core
-        executor = served_by(ledger, spec, processors, name, processor) if home is None else home.index
+        if home is not None:
+            executor, reservation = home.executor, home.reservation
+        else:
+            executor = served_by(ledger, spec, processors, name, processor)
         check_core(ledger, processors, core_path, processor, named_cores)
     machine = by_machine(ledger, processors, name, processor)
     machines = frozenset(item for leaf in leaves(processor) if leaf is not None for item in processors[leaf].types)
@@ -102,6 +106,7 @@ def build_component(
         priority=priority,
         core=core,
         executor=executor,
+        reservation=reservation,
         section_ns=read("non_preemptive", "duration", format_duration),
         clock=clock,
         offset_ns=read_offset(ledger, spec, owner, protocol, period, clock),

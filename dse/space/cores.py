@@ -20,6 +20,8 @@ from dse.spec.expressions import And, Not, Or
 from dse.spec.fields import CORE_RULES
 from dse.spec.model import Spec
 
+OWNERS = ("reservations", "executors", "threads")
+"""Sections whose entries have a core: each that of its threads, where it is the first of these."""
 PER_CORE = ("execution_ns", "callback_ns", "response_ns", "section_ns")
 """Figures of a thread that may be those of its core."""
 
@@ -115,8 +117,9 @@ def check_core(
     section, name, _ = path
     rules = [item for item in given if item in CORE_RULES]
     numbers = [item for item in given if isinstance(item, int)]
-    if section == "executors" and "first_fit" in rules:
-        ledger.error(path, "an executor has one core: first-fit puts threads", "a core, a list of cores, or any")
+    if section != "threads" and "first_fit" in rules:
+        one = "an executor" if section == "executors" else "a reservation"
+        ledger.error(path, f"{one} has one core: first-fit puts threads", "a core, a list of cores, or any")
     if rules and len(given) > 1:
         ledger.error(path, f"{rules[0]} stands alone, without other cores")
     slots = [leaf for leaf in leaves(processor) if leaf is not None]
@@ -134,17 +137,14 @@ def open_cores(ledger: Ledger, spec: Spec, space: Space) -> tuple[OpenCore, ...]
     for number, component in enumerate(space.components):
         if component.section != "threads" or component.processor is None:
             continue
-        executor = None if component.executor is None else space.executors[component.executor]
-        together = space.together(number)
-        if number != together[0] or (executor is not None and executor.name not in spec.executors):
+        together, owner = space.together(number), space.core_owner(component)
+        section = next((item for item in OWNERS if owner in getattr(spec, item)), None)
+        if number != together[0] or section is None:
             continue  # with the first one, or on the one core of an accelerator
-        given: tuple[int | str, ...] = (
-            spec.threads[component.stated_as] if executor is None else spec.executors[executor.name]
-        ).core or ("any",)
+        given: tuple[int | str, ...] = getattr(spec, section)[owner].core or ("any",)
         if "first_fit" in given:
             continue
-        owner = component.stated_as if executor is None else executor.name
-        place: Path = ("threads" if executor is None else "executors", owner, "core")
+        place: Path = (section, owner, "core")
         named = cores_named(ledger, space.processors, place, component.processor, given)
         given = given if "any" in given else named
         most = max((count for slot in set(leaves(component.processor)) - {None}

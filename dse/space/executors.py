@@ -1,47 +1,93 @@
-"""Executors: OS threads that run the jobs of several threads of the architecture, one at a time."""
+"""Executors and reservations: OS threads that run the jobs of several threads, one at a time, and shares of cores."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 from dse.space.cores import check_core, cores_named
+from dse.space.hosts import Executor, Reservation
 from dse.space.properties import FieldReader, Ledger, Owner
 from dse.space.segments import accelerator
 from dse.space.slots import read_named
 from dse.space.trees import Tree, graft, leaves
-from dse.space.types import Component, Executor, Processor
+from dse.space.types import Component, Processor
 from dse.spec.model import Spec
-from dse.units import shown
+from dse.units import format_duration, shown
+
+WHERE = ("processor", "figures_of", "core")
+"""What says where a thread runs that is in no executor and no reservation."""
 
 
 @dataclass(frozen=True)
 class Home:
-    """Where the threads of an executor run: a tree of processors, and the stated core."""
+    """Where the threads of an executor or a reservation run: a tree of processors, and the stated core."""
 
-    index: int
     processor: Tree
     core: int | None
+    executor: int | None = None
+    reservation: int | None = None
 
 
-def executor_homes(ledger: Ledger, spec: Spec, processors: Sequence[Processor]) -> dict[str, Home]:
-    """The home of each executor: a decision about it is one for all of its threads."""
-    slots = {slot.name: number for number, slot in enumerate(processors)}
-    homes = {}
+@dataclass(frozen=True)
+class Homes:
+    """The homes of executors and of reservations by name."""
+
+    executors: Mapping[str, Home]
+    reservations: Mapping[str, Home]
+
+
+def build_homes(ledger: Ledger, spec: Spec, processors: Sequence[Processor]) -> Homes:
+    """The home of each executor and reservation: a decision about it is one for all of its threads."""
+    reservations = {
+        name: replace(_home(ledger, processors, "reservations", name, given), reservation=index)
+        for index, (name, given) in enumerate(spec.reservations.items())
+    }
+    executors = {}
     for index, (name, given) in enumerate(spec.executors.items()):
-        processor = read_named(ledger, name, "processor", ("executors", name, "processor"), given.processor, slots)
-        path = ("executors", name, "core")
-        named = cores_named(ledger, processors, path, processor, given.core or ())
-        core = named[0] if len(named) == 1 and isinstance(named[0], int) else None
-        check_core(ledger, processors, path, processor, named)
-        for leaf in leaves(processor):
-            if leaf is not None and processors[leaf].serves is not None:
-                message = f"{shown(processors[leaf].name)} serves one job at a time by itself: no executor runs there"
-                ledger.error(("executors", name, "processor"), message)
-                break
-        homes[name] = Home(index, processor, core)
-    return homes
+        home = _reserved(ledger, reservations, ("executors", name), given, ("processor", "core"))
+        if home is None:
+            if given.processor is None and given.reservation is None:
+                ledger.error(("executors", name), "missing key `processor`", "or name its `reservation`")
+                ledger.doubt(name)
+            home = _home(ledger, processors, "executors", name, given)
+        executors[name] = replace(home, executor=index)
+    return Homes(executors, reservations)
+
+
+def _home(ledger: Ledger, processors: Sequence[Processor], section: str, name: str, given: Any) -> Home:
+    slots = {slot.name: number for number, slot in enumerate(processors)}
+    processor: Tree = None
+    if given.processor:
+        processor = read_named(ledger, name, "processor", (section, name, "processor"), given.processor, slots)
+    path = (section, name, "core")
+    named = cores_named(ledger, processors, path, processor, given.core or ())
+    core = named[0] if len(named) == 1 and isinstance(named[0], int) else None
+    check_core(ledger, processors, path, processor, named)
+    for leaf in leaves(processor):
+        if leaf is not None and processors[leaf].serves is not None:
+            what = f"no {section[:-1]} runs there" if section == "executors" else "no share of it can be reserved"
+            message = f"{shown(processors[leaf].name)} serves one job at a time by itself: {what}"
+            ledger.error((section, name, "processor"), message)
+            break
+    return Home(processor, core)
+
+
+def _reserved(
+    ledger: Ledger, homes: Mapping[str, Home], path: tuple[str, str], given: Any, said: Sequence[str]
+) -> Home | None:
+    """The home of a thread or executor in a reservation; None for one in none, or in one that there is not."""
+    if given.reservation is None:
+        return None
+    if given.reservation not in homes:
+        ledger.unknown((*path, "reservation"), "reservation", given.reservation, homes)
+        ledger.doubt(path[1], f"{path[1]}.processor")
+        return None
+    for field_name in said:
+        if getattr(given, field_name) is not None:
+            ledger.error((*path, field_name), "the reservation says where its threads run: state it there")
+    return homes[given.reservation]
 
 
 def served_by(ledger: Ledger, spec: Spec, processors: Sequence[Processor], name: str, processor: Tree) -> int | None:
@@ -57,18 +103,20 @@ def served_by(ledger: Ledger, spec: Spec, processors: Sequence[Processor], name:
     return accelerator(processors, spec, served[0])
 
 
-def home_of(ledger: Ledger, homes: Mapping[str, Home], name: str, given: Any) -> Home | None:
-    """The home of a thread in an executor; None for one in none, or in one that there is not."""
+def home_of(ledger: Ledger, homes: Homes, name: str, given: Any) -> Home | None:
+    """The home of a thread in an executor or a reservation; None for one in none, or in one that there is not."""
     if given.executor is None:
-        return None
-    if given.executor not in homes:
-        ledger.unknown(("threads", name, "executor"), "executor", given.executor, homes)
+        return _reserved(ledger, homes.reservations, ("threads", name), given, WHERE)
+    if given.executor not in homes.executors:
+        ledger.unknown(("threads", name, "executor"), "executor", given.executor, homes.executors)
         ledger.doubt(f"{name}.processor")
         return None
-    for field_name in ("processor", "figures_of", "core"):
+    if ledger.is_doubtful(given.executor):
+        ledger.doubt(f"{name}.processor")
+    for field_name in (*WHERE, "reservation"):
         if getattr(given, field_name) is not None:
             ledger.error(("threads", name, field_name), "the executor says where its threads run: state it there")
-    return homes[given.executor]
+    return homes.executors[given.executor]
 
 
 def build_executors(
@@ -87,7 +135,7 @@ def build_executors(
         owner = Owner(name, path, given)
         kind = FieldReader(ledger, owner, "kind", "rule", str).read(lambda model: model.kind)
         priority = FieldReader(ledger, owner, "priority", "count", str).read(lambda model: model.priority)
-        members = tuple(number for number, item in enumerate(components) if item.executor == home.index)
+        members = tuple(number for number, item in enumerate(components) if item.executor == home.executor)
         if not members and is_whole:
             ledger.error(path, "no thread runs in this executor")
         for number in members:
@@ -102,4 +150,36 @@ def build_executors(
             members = tuple(at for at, item in enumerate(components) if item.executor == index)
             kind = graft(slot.serves, lambda order: "fifo" if order == "fifo" else "callback_group")
             found.append(Executor(slot.name, kind, members))
+    return tuple(found)
+
+
+def build_reservations(
+    ledger: Ledger, spec: Spec, homes: Homes, components: Sequence[Component]
+) -> tuple[Reservation, ...]:
+    """Every reservation with its threads, those of executors in it among them."""
+    named = {item.reservation for item in spec.threads.values()} - {None}
+    named |= {item.reservation for item in spec.executors.values()} - {None}
+    is_whole = named <= set(homes.reservations) and ledger.loaded.remains.is_whole
+    found = []
+    for name, home in homes.reservations.items():
+        path = ("reservations", name)
+        owner = Owner(name, path, spec.reservations[name])
+        budget = FieldReader(ledger, owner, "budget", "duration", format_duration).read(lambda model: model.budget)
+        period = FieldReader(ledger, owner, "period", "duration", format_duration).read(lambda model: model.period)
+        priority = FieldReader(ledger, owner, "priority", "count", str).read(lambda model: model.priority)
+        most, least = max(leaves(budget)), min(leaves(period))
+        if most > least:
+            message = (
+                f"a budget of {format_duration(most)} in each {format_duration(least)}: there is no more than that"
+            )
+            ledger.error((*path, "budget"), message)
+        members = tuple(number for number, item in enumerate(components) if item.reservation == home.reservation)
+        if not members and is_whole:
+            ledger.error(path, "no thread runs in this reservation")
+        for number in members:
+            if components[number].section_ns is not None:
+                thread = components[number].name
+                message = f"in a reservation nothing is non-preemptive: the budget of {shown(name)} may end inside"
+                ledger.error(("threads", thread, "non_preemptive"), message, "leave it out")
+        found.append(Reservation(name, members, budget, period, priority))
     return tuple(found)

@@ -78,15 +78,18 @@ def _is_open(spec: Spec, component: Component) -> bool:
 def _check_order(ledger: Ledger, spec: Spec, space: Space, number: int, others: Iterable[int]) -> None:
     """Beside a thread whose order is open all have numbers: there are none between those that rules order."""
     whole = (number, *sorted(others))
-    executed = [item for item in whole if space.components[item].executor is not None or space.components[item].pieces]
+    executed = [item for item in whole if not space.components[item].is_lone]
     if executed:
         name = space.components[number].stated_as
         one = space.components[executed[0]]
+        where = f"where an executor runs {shown(one.name)}"
+        if one.pieces:
+            where = f"beside {shown(one.stated_as)}, which has segments"
+        elif one.reservation is not None:
+            where = f"where {shown(one.name)} has a reservation"
         ledger.error(
             ("threads", name, "priority") if spec.threads[name].priority else ("priorities",),
-            f"any priority beside {shown(one.stated_as)}, which has segments"
-            if one.pieces
-            else f"any priority where an executor runs {shown(one.name)}",
+            f"any priority {where}",
             "the best order is sought of threads alone: give numbers, or have rules order them",
         )
         return

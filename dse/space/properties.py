@@ -22,7 +22,7 @@ ByProcessorType: TypeAlias = Mapping[str, Options]
 
 NAMED = (
     "processor_types", "bus_types", "device_types", "thread_types", "processors", "buses", "devices", "threads",
-    "executors", "connections", "flows", "baseline",
+    "executors", "reservations", "connections", "flows", "baseline",
 )  # fmt: skip
 
 MOST_COMPARED = 300_000

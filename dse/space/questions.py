@@ -159,6 +159,7 @@ def _stated(
 ) -> Iterator[tuple[Path, str, T]]:
     """What a section states of fields, with the place and the full name of each; unknown components are noted."""
     known = [item.name for item in (*space.processors, *space.buses)] + [item.name for item in space.executors]
+    known += [item.name for item in space.reservations]
     known += [item.name for item in space.components] + [item.name for item in space.connections]
     for component, fields in content.items():
         if component not in known:

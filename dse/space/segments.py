@@ -11,15 +11,16 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 from dse.space.clocks import speaks_of_clocks
+from dse.space.hosts import Pieces
 from dse.space.properties import FieldReader, Ledger, Owner, by_machine
 from dse.space.trees import leaves
-from dse.space.types import Component, Connection, Figures, Pieces, Processor
+from dse.space.types import Component, Connection, Figures, Processor
 from dse.spec.model import Segment, Spec
 from dse.units import format_time_range, shown
 
 NOT_BESIDE = (
     "compute_execution_time", "callback_execution_time", "response_time", "latency", "non_preemptive", "queue_size",
-    "offset", "communication", "executor", "figures_of", "partition",
+    "offset", "communication", "executor", "reservation", "figures_of", "partition",
 )  # fmt: skip
 """What a thread with segments cannot state, with its types."""
 

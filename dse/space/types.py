@@ -14,6 +14,7 @@ from fractions import Fraction
 from typing import Any, Literal, TypeAlias
 
 from dse.space.criteria import Derived, Objective, Requirement, Rule
+from dse.space.hosts import Executor, Pieces, Reservation
 from dse.space.trees import Tree
 from dse.units import Exact
 
@@ -154,21 +155,14 @@ class ClockReading:
 
 
 @dataclass(frozen=True)
-class Pieces:
-    """The pieces of a thread's work, components by number in their order; the last one has the thread's name."""
-
-    thread: str
-    members: tuple[int, ...]
-
-
-@dataclass(frozen=True)
 class Component:
     """A thread, device or abstract component. Leaves are None where the user gave nothing.
 
     `period_ns` is None in designs whose protocol has no period; `protocol` None where none is stated.
     `priority`: a number (a larger one is more urgent), or the rule that orders it; None is rate-monotonic. `core`
     counts from 1. `executor` is the index of what runs its jobs beside those of others; its priority then orders it
-    among these.
+    among these. `reservation` is the index of the share of a core that it, or its executor, runs in: its priority, or
+    the executor's, then orders it in there.
     `section_ns`: the longest part of a job during which no other thread of its core gets the CPU.
     `clock` leaves are `ClockReading`; `offset_ns` is when on it the first release is, None where that is not known;
     `communication` says when data pass: ``let`` at release and release + deadline, else (``implicit``) at release and
@@ -197,6 +191,7 @@ class Component:
     priority: Tree = None
     core: Tree = None
     executor: int | None = None
+    reservation: int | None = None
     section_ns: Tree = None
     clock: Tree = None
     offset_ns: Tree = None
@@ -209,25 +204,14 @@ class Component:
     pieces: Pieces | None = None
 
     @property
+    def is_lone(self) -> bool:
+        """Whether it is an OS thread by itself, without executor, reservation or segments."""
+        return self.executor is None and self.reservation is None and self.pieces is None
+
+    @property
     def stated_as(self) -> str:
         """The name of the thread or device in the file, of which this may be a piece."""
         return self.name if self.pieces is None else self.pieces.thread
-
-
-ExecutorKind: TypeAlias = Literal["fifo", "callback_group", "wait_set"]
-
-
-@dataclass(frozen=True)
-class Executor:
-    """An OS thread for the jobs of `members`, threads by number in the order of the file, of which one runs at a time.
-
-    Leaves of `kind` are `ExecutorKind`, those of `priority` None where none is stated.
-    """
-
-    name: str
-    kind: Tree
-    members: tuple[int, ...]
-    priority: Tree = None
 
 
 @dataclass(frozen=True)
@@ -320,8 +304,8 @@ class Reference:
 class OpenCore:
     """The core of a thread as a decision, which stands behind all others, and only where something asked depends on it.
 
-    `index` is its place in `Space.decisions` when it is there. Threads of one executor share it: `others` are those
-    behind the first.
+    `index` is its place in `Space.decisions` when it is there. Threads of one reservation or executor share it:
+    `others` are those behind the first.
     """
 
     component: int
@@ -386,6 +370,7 @@ class Space:
     bus_queuing: str = "counted"
     """OSATE's setting for waiting on buses: or ``not_counted``."""
     executors: tuple[Executor, ...] = ()
+    reservations: tuple[Reservation, ...] = ()
     offset_grid_ns: int = 0
     """The grid on which some offsets are chosen; 0 where none is chosen on one."""
     overload: str = "forbidden"
@@ -402,13 +387,21 @@ class Space:
         return min((item.index for item in self.open_priorities), default=len(self.decisions))
 
     def unit(self, number: int) -> int:
-        """The first thread of the executor that runs a thread, or its first piece on its core; else the thread itself.
+        """The first thread of the reservation or executor of a thread, or its first piece on its core; else it itself.
 
-        What has the same unit shares a core and a priority.
+        What has the same unit shares a core, and a priority there.
         """
         return self.together(number)[0]
 
     def together(self, number: int) -> tuple[int, ...]:
+        """All threads of the reservation of a thread, else what one OS thread runs with it (`os_thread`)."""
+        reservation = self.components[number].reservation
+        if reservation is not None:
+            members: tuple[int, ...] = self.reservations[reservation].members
+            return members
+        return self.os_thread(number)
+
+    def os_thread(self, number: int) -> tuple[int, ...]:
         """All threads of the executor that runs a thread, or its pieces on its core; else the thread alone."""
         component = self.components[number]
         if component.executor is not None:
@@ -417,6 +410,11 @@ class Space:
         if component.pieces is None:
             return (number,)
         return tuple(item for item in component.pieces.members if self.components[item].executor is None)
+
+    def core_owner(self, component: Component) -> str:
+        """The name of what has the core of a thread: its reservation, its executor, or the thread itself."""
+        hosts = ((self.reservations, component.reservation), (self.executors, component.executor))
+        return next((str(these[index].name) for these, index in hosts if index is not None), component.stated_as)
 
     def is_last_piece(self, number: int) -> bool:
         """Whether a component is a whole thread or the last piece of one, with which its job ends."""

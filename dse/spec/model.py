@@ -103,6 +103,7 @@ class Thread(ThreadType):
     priority: Options[Priority] | None = None
     core: Options[Core] | None = None
     executor: Name | None = None
+    reservation: Name | None = None
     dispatch_trigger: Items[Name] | None = None
     segments: SomeItems[Segment] | None = None
 
@@ -134,7 +135,19 @@ class Executor(Model):
     """An OS thread that runs the jobs of several threads of the architecture (callbacks), which wait for each other."""
 
     kind: Options[ExecutorKind]
+    processor: Options[Name] | None = None
+    priority: Options[QueueSize] | None = None
+    core: Options[Core] | None = None
+    reservation: Name | None = None
+    source: Line | None = None
+
+
+class Reservation(Model):
+    """A share of a core: its threads get at least `budget` of each `period` (ns), and at most that."""
+
     processor: Options[Name]
+    budget: Options[Period]
+    period: Options[Period]
     priority: Options[QueueSize] | None = None
     core: Options[Core] | None = None
     source: Line | None = None
@@ -324,6 +337,7 @@ class Catalogue(Model):
     devices: dict[Name, Device] = {}
     threads: dict[Name, Thread] = {}
     executors: dict[Name, Executor] = {}
+    reservations: dict[Name, Reservation] = {}
     connections: dict[Name, Connection] = {}
     flows: dict[Name, Flow] = {}
     metrics: dict[Name, Line] = {}

@@ -36,6 +36,7 @@ NAMING = (
     "devices",
     "threads",
     "executors",
+    "reservations",
     *(f"{name}_types" for name in KINDS),
 )
 """Top-level keys behind which names stand that the rest refers to."""

@@ -12,6 +12,7 @@ import numpy
 
 from dse.api.problem import Problem
 from dse.errors import UsageError
+from dse.space.cores import OWNERS
 from dse.space.trees import leaves
 from dse.space.types import Component
 from dse.spec.quantities import RANGES
@@ -127,13 +128,10 @@ def read_uncertainties(problem: Problem, inputs: InputSpace) -> tuple[Uncertain,
 
 
 def stated_cores(problem: Problem, component: Component) -> tuple[int, ...]:
-    """The cores that the file states of a thread, or of its executor: one, or a list of options."""
-    spec = problem.loaded.spec
-    if component.executor is not None:
-        executor = spec.executors.get(problem.space.executors[component.executor].name)
-        given = None if executor is None else executor.core
-    else:
-        given = spec.threads[component.stated_as].core if component.section == "threads" else None
+    """The cores that the file states of a thread, its executor or its reservation: one, or a list of options."""
+    spec, name = problem.loaded.spec, problem.space.core_owner(component)
+    found = next((getattr(spec, section)[name] for section in OWNERS if name in getattr(spec, section)), None)
+    given = None if found is None else found.core
     return tuple(item for item in given or () if isinstance(item, int))
 
 

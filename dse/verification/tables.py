@@ -385,8 +385,7 @@ def _least_of(term: Term, view: View) -> Fraction:
 def _is_simple(component: Component) -> bool:
     """Whether it is a thread whose jobs can be counted: an OS thread with jobs of one kind."""
     is_hybrid = "hybrid" in set(tree_leaves(component.protocol)) and component.callback_ns is not None
-    is_whole = component.executor is None and component.pieces is None
-    return component.processor is not None and is_whole and not is_hybrid
+    return component.processor is not None and component.is_lone and not is_hybrid
 
 
 def _has_number(component: Component) -> bool:

@@ -85,10 +85,10 @@ def test_a_busy_period_that_begins_with_blocking_and_fills_its_core_has_no_end()
     assert response_time_ns(half, [periodic("b", 5, 10)], 1) is None
 
 
-@pytest.mark.parametrize("kind", ["blocked", "grouped"])
+@pytest.mark.parametrize("kind", ["blocked", "grouped", "reserved"])
 @pytest.mark.parametrize("seed", cases(20, 4_000))
 def test_no_run_of_the_simulation_is_longer(kind: str, seed: int) -> None:
-    """Sections anywhere in their jobs, throttling by the budget itself, queues of executors."""
+    """Sections anywhere in their jobs, throttling and reservations by the budget itself, queues of executors."""
     system, rng = draw(seed, kind=kind), random.Random(seed)
     space = loads(text_of(system)).space
     evaluator = Evaluator(space)
@@ -100,7 +100,10 @@ def test_no_run_of_the_simulation_is_longer(kind: str, seed: int) -> None:
         if thread["executor"]:
             names[f"{thread['executor']['name']}.kind"] = choice["kinds"][thread["executor"]["name"]]
         names[f"t{number}.period"] = f"{period} ms"
-        names[f"{(thread['executor'] or thread)['name']}.core"] = str(choice["cores"][number])
+        names[f"{(thread['reservation'] or thread['executor'] or thread)['name']}.core"] = str(choice["cores"][number])
+        if thread["reservation"]:
+            one = thread["reservation"]["name"]
+            names[f"{one}.budget"] = f"{choice['budgets'][one]} ms"
         assert thread["name"] == f"t{number}"
     design = tuple(
         item.options.index(chosen) if (chosen := names[item.name]) in item.options else 0 for item in space.decisions

@@ -78,7 +78,9 @@ threads:
       latency: 1 us, deadline: 1 ms, response_time: 1 us, queue_size: 1, price: 1 EUR, power: 1 W, totals: {mass: 1 g},
       source: s, offset: 1 ms, communication: let, non_preemptive: 1 us}
   h: {executor: n, period: 1 ms, segments: [{compute_execution_time: 1 us, processor: p, source: s}]}
-executors: {n: {kind: fifo, processor: p, priority: 1, core: 1, source: s}}
+  i: {reservation: l, period: 1 ms, compute_execution_time: 1 us}
+executors: {n: {kind: fifo, processor: p, priority: 1, core: 1, reservation: l, source: s}}
+reservations: {l: {processor: p, budget: 1 us, period: 1 ms, priority: 1, core: 1, source: s}}
 connections:
   w: {from: e, to: f, data_size: 1 B, bus: x, rate: 1 Hz, data_rate: 1 B/s, port: data, timing: delayed, queue_size: 1,
       further_buses: [z], protocols: [v], from_port: o, budget: 1 B/s, latency: 1 us, source: s}
@@ -98,8 +100,8 @@ uncertainty:
 CLASSES = {
     "processor_types": "ProcessorType", "bus_types": "BusType", "device_types": "DeviceType",
     "thread_types": "ThreadType", "clocks": "Clock", "processors": "Processor", "buses": "Bus", "devices": "Device",
-    "threads": "Thread", "executors": "Executor", "connections": "Connection", "flows": "Flow",
-    "uncertainty": "Uncertainty",
+    "threads": "Thread", "executors": "Executor", "reservations": "Reservation", "connections": "Connection",
+    "flows": "Flow", "uncertainty": "Uncertainty",
 }  # fmt: skip
 LISTS = {
     "path",
@@ -184,7 +186,7 @@ def test_a_list_is_taken_where_the_document_says(place: tuple[str, ...], tmp_pat
     is_text = not isinstance(part[last], list) and last in ("source", "description", "column", "unit", "name")
     part[last] = part[last] if isinstance(part[last], list) else [part[last]]
     offers = not is_text and not (
-        (last in without and (last != "latency" or place[0] == "flows"))
+        (last in without and (last != "latency" or place[0] == "flows") and place[0] + last != "reservationsbudget")
         or (len(place) == 1 and last not in LISTS)
         or (place[0] == "uncertainty" and last not in LISTS)
         or last == "totals"
@@ -210,6 +212,7 @@ PARAGRAPHS = {
     "ThreadType": "**threads**: ",
     "Thread": "**threads**: ",
     "Executor": "**executors**: ",
+    "Reservation": "**reservations**: ",
     "Connection": "**connections**: ",
     "Flow": "**flows**: ",
     "Uncertainty": "## Uncertainty",

@@ -63,7 +63,9 @@ threads:
     {type: [provider], processor: computer, process: p, priority: [5, 0], core: 1, period: [10 ms, 0.02 s],
      dispatch_trigger: [position]}
   steer: {executor: node, period: 10 ms, non_preemptive: 1 us}
+  log: {reservation: rest, period: 10 ms}
 executors: {node: {kind: fifo, processor: computer, core: [1, 2], priority: 3}}
+reservations: {rest: {processor: computer, budget: [1 ms, 2 ms], period: 5 ms, priority: 2, core: 1}}
 connections:
   position: {from: gnss, to: nav, data_size: 30 B, bus: middle, rate: 50/3 Hz, port: data, queue_size: 0}
   inflow: {to: nav, data_rate: 3 kbit/s, latency: 1 ms, source: x}

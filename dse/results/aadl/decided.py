@@ -16,7 +16,7 @@ from dse.space.types import EMPTY, Design, Space
 TYPED = {"processors": "processor_types", "buses": "bus_types", "devices": "device_types", "threads": "thread_types"}
 LISTS = ("dispatch_trigger", "path", "interrupts", "further_buses", "protocols")
 """Fields whose list is no choice."""
-USERS = ("devices", "threads", "executors")
+USERS = ("devices", "threads", "executors", "reservations")
 LEFT_OPEN = ("priority", "core", "offset")
 """Fields that a problem may leave to the search without a list."""
 
@@ -70,9 +70,9 @@ class Decided:
         for thread, core in cores_of(self.space, self.design).items():
             component = self.space.components[thread]
             if at(component.core, self.view) is None:  # as first-fit gives it: a model says where a thread runs
-                owner = component.executor
-                name = component.name if owner is None else self.space.executors[owner].name
-                found.setdefault(("threads" if owner is None else "executors", name), {})["core"] = core
+                name = self.space.core_owner(component)
+                section = next(item for item in USERS if name in (self.document.get(item) or {}))
+                found.setdefault((section, name), {})["core"] = core
         return found
 
     def _chosen(self, section: str, name: str, given: dict[str, Any]) -> dict[str, Any]:

@@ -57,7 +57,7 @@ class WholeModel:
         self._flows()
         settings = {key: self.document[key] for key in SETTINGS if self.document.get(key) not in (None, [], {})}
         settings |= settings_of(self.decided.space)
-        for key in ("executors", "partitions"):
+        for key in ("executors", "reservations", "partitions"):
             entries = self.decided.section(key)
             settings |= {key: entries} if entries else {}
         dropped = set(left_out)
