@@ -1,4 +1,4 @@
-"""The benchmark command: ``python -m tests.benchmarks [--quick] [--only fronts,curves,startup,commands,analysis]``."""
+"""The benchmark command: ``python -m tests.benchmarks [--quick] [--only fronts,contention]``."""
 
 from __future__ import annotations
 
@@ -13,6 +13,7 @@ from typing import Any
 
 from .cases import ROOT
 from .commands import run_commands
+from .contending import run_contention
 from .minizinc import installed
 from .run import run_analysis, run_curves, run_fronts, run_startup, write
 from .tables import markdown
@@ -22,6 +23,7 @@ PARTS = {
     "curves": run_curves,
     "startup": run_startup,
     "commands": run_commands,
+    "contention": run_contention,
     "analysis": run_analysis,
 }
 PACKAGES = ("ortools", "numpy", "pymoo", "moocore")

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import random
 import re
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from itertools import pairwise
 from pathlib import Path
 
 from dse.generator import FAMILIES, random_problem
@@ -23,10 +25,17 @@ class Case:
     file: str = ""
     max_jitter: str = ""
     periods: int = 0
+    deadlines: bool = False
+    cores: int = 0
+    load: float = 0.0
 
     def text(self) -> str:
         """The problem file of a generated case; with `periods`, at most that many options of each period are left."""
+        if self.cores:
+            return nearly_full(self.threads, self.cores, self.load, self.seed)
         text = random_problem(self.threads, self.seed, self.objectives, self.family)
+        if self.deadlines:
+            text = text.replace("\nname:", "\ndeadlines: all\nname:", 1)
         return _with_fewer_periods(text, self.periods) if self.periods else text
 
 
@@ -44,6 +53,59 @@ def _with_fewer_periods(text: str, most: int) -> str:
             line = line.replace(found.group(1), ", ".join(options[start : start + most]))
         lines.append(line)
     return "\n".join(lines) + "\nbaseline:\n" + baseline
+
+
+GRID_MS = (5, 10, 20, 25, 40, 50, 100, 200)
+SPEEDS = {"slow": (100, 100), "medium": (180, 75), "fast": (310, 55)}
+"""Types with their price in EUR and how long a job takes, in percent of the slow one."""
+
+
+def nearly_full(threads: int, cores: int, load: float, seed: int) -> str:
+    """Threads with four neighbouring periods each that use a share of the cores of the medium type at their second.
+
+    The core of each is open; the objectives are the price, and the latency of a flow through all threads.
+    """
+    rng = random.Random(f"tight {threads} {cores} {seed}")
+    starts = [rng.randrange(len(GRID_MS) - 3) for _ in range(threads)]
+    shares = [rng.random() + 0.1 for _ in range(threads)]
+    lines = ["dse: 1", f"name: {threads} threads on {cores} cores, {load:g} full, seed {seed}", "deadlines: all"]
+    lines.append("processor_types:")
+    lines += [f"  {name}: {{cores: {cores}, price: {price} EUR}}" for name, (price, _) in SPEEDS.items()]
+    lines += ["processors: {p: {type: [slow, medium, fast]}}", "devices: {s: {period: 10 ms}}", "threads:"]
+    for number, (start, share) in enumerate(zip(starts, shares, strict=True)):
+        used_us = share / sum(shares) * cores * load * GRID_MS[start + 1] * 1000
+        worst = {name: max(1, int(used_us * speed / SPEEDS["medium"][1])) for name, (_, speed) in SPEEDS.items()}
+        times = ", ".join(f"{name}: {most // 2} us .. {most} us" for name, most in worst.items())
+        periods = ", ".join(f"{period} ms" for period in GRID_MS[start : start + 4])
+        lines.append(f"  t{number}: {{processor: p, compute_execution_time: {{{times}}}, period: [{periods}]}}")
+    path = ["s", *(f"t{number}" for number in range(threads))]
+    lines.append("connections:")
+    lines += [f"  c{number}: {{from: {one}, to: {other}}}" for number, (one, other) in enumerate(pairwise(path))]
+    lines += [f"flows: {{f: {{path: [{', '.join(path)}]}}}}", "objectives: [minimise price, minimise latency of f]"]
+    return "\n".join(lines) + "\n"
+
+
+def contended(*, quick: bool, seed: int) -> list[Case]:
+    """Problems with deadlines and open cores, which are timed beside other ways to meet deadlines."""
+
+    def drawn(family: str, threads: int) -> Case:
+        case = generated(family, threads, 2, seed)
+        return replace(case, name=f"{case.name} deadlines", deadlines=True)
+
+    def full(threads: int, cores: int, load: float) -> Case:
+        name = f"{threads} threads on {cores} cores, {load:.0%} full, seed={seed}"
+        return Case(name, threads=threads, objectives=2, seed=seed, deadlines=True, cores=cores, load=load)
+
+    if quick:
+        return [drawn("automotive", 6), drawn("robot", 10), full(6, 2, 0.8)]
+    middle = [drawn(family, 30) for family in FAMILIES]
+    return [
+        *(drawn(family, 16) for family in FAMILIES),
+        *middle,
+        full(16, 2, 0.65),
+        full(24, 3, 0.65),
+        full(24, 3, 0.8),
+    ]
 
 
 def generated(family: str, threads: int, objectives: int, seed: int = 1, periods: int = 0) -> Case:

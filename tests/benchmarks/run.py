@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 import resource
 import statistics
 import subprocess
@@ -46,7 +47,7 @@ def measure(task: str, case: Case, **options: Any) -> dict[str, Any]:
             capture_output=True,
             text=True,
             cwd=ROOT,
-            timeout=options.get("limit_s", 0.0) * 2 + GRACE_S + 600 * (case.threads >= 1000),
+            timeout=(options.get("limit_s", 0.0) * 2 + 600 * (case.threads >= 1000)) * crowding() + GRACE_S,
             check=False,
         )
     except subprocess.TimeoutExpired:
@@ -55,6 +56,12 @@ def measure(task: str, case: Case, **options: Any) -> dict[str, Any]:
         return {"failed": (done.stderr.strip().splitlines() or [f"exit code {done.returncode}"])[-1]}
     outcome: dict[str, Any] = json.loads(done.stdout)
     return outcome
+
+
+def crowding() -> float:
+    """How many processes want each core just now, at least 1."""
+    waiting = os.getloadavg()[0] / (os.cpu_count() or 1) if hasattr(os, "getloadavg") else 1.0
+    return max(1.0, waiting)
 
 
 def spread(values: list[float]) -> dict[str, float]:

@@ -6,6 +6,7 @@ from collections.abc import Iterator, Sequence
 from math import exp, log
 from typing import Any
 
+from .contending import LEAST_S, OURS, TIMES
 from .run import LOOPS, MINIZINC_THREADS
 
 
@@ -17,6 +18,7 @@ def markdown(record: dict[str, Any]) -> str:
         ("curves", _curves),
         ("startup", _startup),
         ("commands", _commands),
+        ("contention", _contention),
         ("analysis", _analysis),
     ):
         if record.get(name):
@@ -210,6 +212,38 @@ def _commands(rows: list[dict[str, Any]]) -> Iterator[str]:
         times = _show(row["kept_times_plain"])
         body.append([row["case"], f"{row['points']} ({row['status']})", *worked, times, size, row["agreement"]])
     yield from _table(("problem", "points", "without", "with --json", "times", "MB", "answers"), body)
+
+
+def _contention(rows: list[dict[str, Any]]) -> Iterator[str]:
+    """The part of the report."""
+    yield "## Deadlines and open cores"
+    yield ""
+    yield "Every thread has a deadline, and its core is open. Processor seconds of the search with one worker,"
+    yield "ours with canonical designs, and their ratio to ours, repeat by repeat. `+`: not ended within its limit,"
+    yield f"which is {TIMES} times what ours took, at least {LEAST_S:g} s; with the points that it had found."
+    yield "`ours with` a peer's way: our search, in which it replaces what ours does about deadlines."
+    yield ""
+    names = list(next((row["ways"] for row in rows if "ways" in row), {}))
+    head = ["problem", "points", "ours s", *(cell for name in names[1:] for cell in (f"{name} s", "times ours"))]
+    body = []
+    for row in rows:
+        if "ways" not in row:
+            body.append([row["case"], f"failed: {row['failed'][0]}", *["-"] * (len(head) - 1)])
+            continue
+        points = f"{row['points']}{'' if row['is_complete'] else ' (not ended)'}"
+        cells = [_way_cells(row["ways"][OURS])[0]]
+        cells += [cell for name in names[1:] for cell in _way_cells(row["ways"][name])]
+        body.append([row["case"], points, *cells, row["agreement"]])
+    yield from _table((*head, "the same front by"), body)
+
+
+def _way_cells(way: dict[str, Any]) -> tuple[str, str]:
+    """Processor seconds, with the points of what did not end, and the ratio to ours."""
+    if "worked_s" not in way:
+        return f"failed: {way['failed'][0]}".replace("|", "/"), "-"
+    more = "" if way["is_complete"] else "+"
+    points = "" if way["is_complete"] else f", {way['points']} points"
+    return f"{_show(way['worked_s'])}{points}", f"{_show(way['times_ours'], 1)}{more}"
 
 
 def _startup(rows: list[dict[str, Any]]) -> Iterator[str]:

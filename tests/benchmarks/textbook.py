@@ -28,7 +28,7 @@ from ortools.sat.python import cp_model
 from dse.analysis.evaluate import Evaluator
 from dse.encode import additive, sums
 from dse.encode import model as encoding
-from dse.encode.model import encode
+from dse.encode.model import EncodedSpace, encode
 
 Vector = tuple[int, ...]
 Ask = Callable[[Any, Sequence[Any], float], Vector | None]
@@ -53,14 +53,19 @@ def plain_model() -> Iterator[None]:
         yield
 
 
+def avoid_lost_solutions(parameters: Any) -> None:
+    """Leave out the two steps of OR-tools 9.15 that lose solutions (decision record 9)."""
+    parameters.presolve_inclusion_work_limit = 0
+    parameters.auto_detect_greater_than_at_least_one_of = False
+
+
 def by_cp_sat(workers: int) -> Ask:
     """CP-SAT with its default parameters."""
 
     def ask(model: Any, variables: Sequence[Any], left_s: float) -> Vector | None:
         solver = cp_model.CpSolver()
         solver.parameters.num_workers = workers
-        solver.parameters.presolve_inclusion_work_limit = 0
-        solver.parameters.auto_detect_greater_than_at_least_one_of = False
+        avoid_lost_solutions(solver.parameters)
         solver.parameters.max_time_in_seconds = left_s
         status = solver.solve(model)
         if status == cp_model.INFEASIBLE:
@@ -72,11 +77,21 @@ def by_cp_sat(workers: int) -> Ask:
     return ask
 
 
-def textbook_front(evaluator: Evaluator, limit_s: float, ask: Ask, model: str = "our") -> dict[str, Any]:
-    """The front as minimised values, whether it is proved, the number of calls, and the seconds with encoding."""
+def textbook_front(
+    evaluator: Evaluator,
+    limit_s: float,
+    ask: Ask,
+    model: str = "our",
+    also: Callable[[Ask, EncodedSpace], Ask] = lambda ask, _: ask,
+) -> dict[str, Any]:
+    """The front as minimised values, whether it is proved, the number of calls, and the seconds with encoding.
+
+    `also` may add to the model, and to how it is asked.
+    """
     started = time.perf_counter()
     with peers_model(), plain_model() if model == "plain" else nullcontext():
         encoded = encode(evaluator)
+    ask = also(ask, encoded)
     variables = [objective.variable for objective in encoded.objectives]
     points: list[Vector] = []
     calls = 0
