@@ -97,8 +97,8 @@ def _hops(space: Space, flow: Flow, step: Step, view: View) -> Iterator[_Hop]:
     found = arrival_ns(space, step, view)
     pair = None if found is None else pair_of(found[0], receiver, view, offsets=False)
     if found is not None and pair is not None and not is_unbounded(found[2]):
-        number = next(item.index for item in reversed(step.since) if space.components[item.index] is found[0]
-                      and item.kind == "component")  # fmt: skip
+        number = next(item.index for item in reversed(step.since)
+                      if item.kind == "component" and space.components[item.index] is found[0])  # fmt: skip
         yield _Hop(flow.name, (number, step.index), pair, *found[1:])
 
 

@@ -28,7 +28,7 @@ from dse.space.types import Design, Space
 from dse.spec.model import Imported
 from dse.units import Exact
 
-TRIALS = 6
+TRIALS = 10
 MOST_TOLD = 3
 INSTEAD = "--format problem writes it as a problem file"
 Responses: TypeAlias = Mapping[str, tuple[Exact, Exact]]
@@ -160,7 +160,9 @@ def _model_file(result: Result) -> Path:
 
 
 def _of_nothing(document: Mapping[str, Any], left_out: list[str], path: str) -> str | None:
-    """The requirement or objective that makes no sense in this design any more."""
+    """The requirement or objective that makes no sense in this design any more, or the name of such a metric."""
+    if path.startswith("metrics."):
+        return path.removeprefix("metrics.")
     found = re.fullmatch(r"(requirements|objectives)\[(\d+)\]", path)
     if found is None:
         return None

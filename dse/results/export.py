@@ -74,12 +74,17 @@ def _cores(space: Space, design: Design) -> Iterator[str]:
 
 
 def without(text: str, error: ProblemError) -> str | None:
-    """The text without the requirements and objectives that make no sense any more; None if something else is wrong.
+    """The text without requirements, objectives and costs that make no sense any more; None if something else is wrong.
 
     A fixed design may leave a virtual bus without a user; a requirement on it then speaks of nothing.
     """
     draft = Draft(text)
+    costs = [item for item in error.diagnostics if item.path.startswith("cost_of_change.")]
+    if costs:
+        draft.drop_section("cost_of_change", "speaks of what this design does not have:")
     for diagnostic in error.diagnostics:
+        if diagnostic in costs:
+            continue
         found = re.fullmatch(r"(requirements|objectives)\[(\d+)\]", diagnostic.path)
         if found is None:
             return None
@@ -114,8 +119,8 @@ def _fix_in_place(draft: Draft, space: Space, decision: Decision, design: Design
     if not places or any(draft.is_shared(place) for place in places):
         return False
     chosen = _chosen(space, decision, design)
-    if chosen is None and decision.field == "period" and space.profile != "dse":
-        return False  # for OSATE a period counts that an aperiodic thread states: it stays open, and unused
+    if space.profile != "dse" and _would_count(space, decision, design):
+        return False  # it stays open, and what a design does not use unused
     for place in places:
         sequence = draft.find(place)
         texts = [_canonical(space, decision, item.value) for item in sequence.value]
@@ -124,6 +129,17 @@ def _fix_in_place(draft: Draft, space: Space, decision: Decision, design: Design
         else:
             return False
     return True
+
+
+def _would_count(space: Space, decision: Decision, design: Design) -> bool:
+    """Whether a figure that the design does not use would count for OSATE if it were stated.
+
+    OSATE counts the period of an aperiodic thread, which a type may state, and the bus of a connection in a process.
+    """
+    fields = ("period", "bus") if decision.field != "type" else ("period",)
+    unused = (item.field for item in _open(space) if item.component == decision.component
+              and item.field in fields and _chosen(space, item, design) is None)  # fmt: skip
+    return decision.field in unused if decision.field != "type" else any(unused)
 
 
 def _pin(draft: Draft, path: list[str], core: str | None) -> bool:

@@ -42,6 +42,15 @@ def test_what_is_just_missed_is_told_with_the_offset_that_saves() -> None:
     assert said == "chain: t1 just misses t0: offset 3.5 ms instead of 0 ms saves 20 ms of latency."  # t2 waits for it
 
 
+def test_connections_may_be_more_than_components() -> None:
+    """Before, the number of a connection on the way was looked up among the components."""
+    data = chain("0 ms", "0 ms")
+    more = {f"x{number}": {"from": "t0", "to": "t1", "port": "data"} for number in range(6)}
+    data["connections"] = {**more, "last": {"from": "t0", "to": "t1"}}
+    data["flows"]["chain"]["path"] = ["t0", "last", "t1"]
+    assert [item.receiver for item in dse.analyse(data, {}).boundaries] == ["t1"]
+
+
 def test_what_some_data_meet_and_others_miss() -> None:
     [said] = boundary_words(dse.analyse(chain("0 ms", "3 ms"), {}).boundaries)
     assert said == (

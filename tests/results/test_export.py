@@ -368,3 +368,32 @@ def test_files_of_samples_are_found_from_where_the_file_is_written(tmp_path: Pat
         folder.mkdir(parents=True, exist_ok=True)
         (folder / "o.yaml").write_text(export(result, 1, folder=folder), encoding="utf-8")
         assert dse.load(folder / "o.yaml").loaded.stated[0].numbers
+
+
+UNUSED = """
+dse: 1
+name: unused
+profile: osate-2.19
+processor_types: {board: {}}
+processors: {main: {type: board}}
+devices: {d: {period: 4 ms}}
+thread_types:
+  timed: {dispatch_protocol: periodic, period: [20 ms, 40 ms], compute_execution_time: 6 ms}
+  woken: {dispatch_protocol: aperiodic, period: 10 ms, compute_execution_time: 2 ms}
+threads: {t: {type: [timed, woken], processor: main}}
+connections: {c: {from: d, to: t}}
+flows: {f: {path: [d, t]}}
+objectives: [minimise latency of f]
+baseline: {t: {type: timed, period: 20 ms}}
+cost_of_change: {t: {type: 2, period: 3}}
+"""
+
+
+@pytest.mark.parametrize("profile", ["dse", "osate-2.19"])
+def test_what_a_design_does_not_use_neither_counts_nor_costs(profile: str) -> None:
+    """The period goes with the other type, and with it what changing it costs; before, the export did not load."""
+    result = dse.solve(dse.loads(UNUSED.replace("osate-2.19", profile)))
+    assert result.front[0].decisions["t.type"] == "woken"
+    text = export(result, 1)
+    again = dse.loads(text)
+    assert dse.analyse(again).metrics["latency of f"] == result.front[0].metrics["latency of f"]

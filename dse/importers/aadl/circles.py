@@ -25,6 +25,7 @@ def broken_circles(document: Mapping[str, Any]) -> Iterator[str]:
     for name, item in document.get("connections", {}).items():
         one, other = item.get("from"), item.get("to")
         is_trigger = item.get("port") != "data" and "rate" not in item and "data_rate" not in item
+        is_trigger = is_trigger and name in components.get(other, {}).get("dispatch_trigger", [name])
         if one in eager and other in eager and is_trigger:
             following[one].append((name, other))
     done: set[str] = set()

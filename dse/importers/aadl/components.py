@@ -62,7 +62,7 @@ class ComponentWriter:
             for step in flow.steps:
                 if isinstance(step, Stop):
                     stops.setdefault(step.component, []).append(step)
-        for component in used:
+        for component in sorted(used, key=self._position):
             section = "devices" if component.category == "device" else "threads"
             name = self.name(component)
             self.places[section, name] = component.place
@@ -79,6 +79,12 @@ class ComponentWriter:
                         sheet.fields.pop(field, None)
             found[section][name] = sheet.result()
         return {"partitions": self.partitions.entries, **found}
+
+    def _position(self, component: Instance) -> int:
+        """Its place among all, where an export says so."""
+        found = self.model.properties.of(component, "Position", OURS)
+        value = self.model.read(found, whole, "Position")
+        return value if isinstance(value, int) else 0
 
     def _sheet(self, key: Key, component: Instance, stops: list[Stop]) -> Sheet:
         sheet = Sheet(self.model, self.places, key)

@@ -89,6 +89,7 @@ class HardwareWriter:
         self.places = places
         self.choices = choices
         self.clocks: dict[str, dict[str, Any]] = {}
+        self.required: dict[str, str] = {}
         self.types: dict[str, dict[str, dict[str, Any]]] = {"processor_types": {}, "bus_types": {}}
         self.type_flats: dict[str, Flat | None] = {}
         self.slots: dict[str, dict[str, dict[str, Any]]] = {"processors": {}, "buses": {}}
@@ -144,6 +145,8 @@ class HardwareWriter:
             flat = self.classifier(one, (component.category, "abstract"))
             if flat is not None:
                 self._type(section, one, self.standing(flat), flat)
+        if self.model.is_marked(component, "By_Type") and types[0] == name:
+            return
         slot = Sheet(self.model, self.places, key)
         if component.category == "processor":
             self.clocked(slot, component)
@@ -199,8 +202,13 @@ class HardwareWriter:
     def _protocol(self, flat: Flat) -> str:
         """The type that messages are wrapped in by a classifier alone."""
         stated = self.model.properties.of(self.standing(flat), "Type_Name", OURS)
-        name = self.model.read(stated, text_of, "Type_Name") or f"{flat.title} as a protocol"
-        if name not in self.types["bus_types"]:
+        own = f"{flat.title} as a protocol"
+        name = self.required.setdefault(flat.title, self.model.read(stated, text_of, "Type_Name") or own)
+        known = self.types["bus_types"].get(name)
+        if known is None or (
+            self.type_flats.get(name) is not flat and known != self._bus_type(self.standing(flat), name)
+        ):
+            name = self.required[flat.title] = name if known is None else own
             self.places["bus_types", name] = flat.classifier.place
             self.types["bus_types"][name] = {}
             self.types["bus_types"][name] = self._bus_type(self.standing(flat), name)

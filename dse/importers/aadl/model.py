@@ -67,7 +67,11 @@ class Model:
 
     def is_boundary(self, component: Instance) -> bool:
         """Whether a component stands for the world around the system."""
-        found = self.properties.of(component, "Boundary", OURS)
+        return self.is_marked(component, "Boundary")
+
+    def is_marked(self, component: Instance, name: str) -> bool:
+        """Whether a property of ours says yes of a component."""
+        found = self.properties.of(component, name, OURS)
         return found is not None and is_true(found.value)
 
     def targets(self, found: Found | None) -> list[Instance]:

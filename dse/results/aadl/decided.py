@@ -8,9 +8,10 @@ from typing import Any
 
 from dse.analysis.binding import bus_stack, machine_type
 from dse.analysis.contention import cores_of
+from dse.analysis.osate_media import media
 from dse.analysis.views import View
 from dse.errors import UsageError
-from dse.space.trees import NotOffered, at
+from dse.space.trees import Choice, NotOffered, at
 from dse.space.types import EMPTY, Design, Space
 
 TYPED = {"processors": "processor_types", "buses": "bus_types", "devices": "device_types", "threads": "thread_types"}
@@ -96,20 +97,26 @@ class Decided:
             value = self._of_machine(section, name, value)
             if isinstance(value, dict):
                 return value
-        return self._one(f"{name}.{key}", value, is_number=key in ("priority", "core"))
+        return self._one(f"{name}.{key}", value)
 
-    def _one(self, name: str, value: Any, *, is_number: bool = False) -> Any:
+    def _one(self, name: str, value: Any) -> Any:
         if not isinstance(value, list):
             return value
         reference = self.space.references.get(name)
         if reference is None:
             return value[0]
+        tree = reference.tree
+        while isinstance(tree, Choice) and tree.decision < len(self.design):
+            tree = tree.branches[self.view[tree.decision]]
+        if isinstance(tree, Choice):
+            return None  # nothing that is asked depends on it: the design does not say
         try:
             leaf = at(reference.tree, self.view)
         except NotOffered:
             return None
         chosen = None if leaf is None else reference.texts.get(leaf, value[0])
-        return int(chosen) if is_number and chosen is not None and chosen.isdigit() else chosen
+        is_number = any(isinstance(item, int) for item in value)
+        return int(chosen) if is_number and isinstance(chosen, str) and chosen.isdigit() else chosen
 
     def _of_machine(self, section: str, name: str, by_type: Mapping[str, Any]) -> Any:
         """The figure of the processor type that runs a thread, or whoever sends over a virtual bus."""
@@ -126,7 +133,8 @@ class Decided:
         elif section == "buses":
             number = next(index for index, item in enumerate(self.space.buses) if item.name == name)
             for wire in self.space.connections:
-                if number in bus_stack(self.space, wire, self.view):
+                wraps = (medium.bus for medium in media(self.space, wire, self.view))
+                if number in bus_stack(self.space, wire, self.view) or number in wraps:
                     kinds.add(machine_type(self.space, wire, self.view))
         if len(kinds) > 1:
             raise UsageError(

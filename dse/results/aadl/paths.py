@@ -43,16 +43,36 @@ def steps_of(path: list[Any], components: Container[str], wires: Mapping[str, Ma
 def whole_path(
     path: list[Any], flows: Mapping[str, Mapping[str, Any]], components: Container[str], wires: Container[str]
 ) -> list[Any]:
-    """A path with what stands for other flows written out, which are flows of their own in AADL, too.
-
-    Under OSATE's rules these count otherwise; a model that is read back tells.
-    """
+    """A path with what stands for other flows written out."""
     found: list[Any] = []
     for item in path:
         if isinstance(item, str) and item not in components and item not in wires and item in flows:
             found += whole_path(flows[item]["path"], flows, components, wires)
         else:
             found.append(item)
+    return found
+
+
+def placed_flows(
+    path: list[Any], steps: list[PathStep], flows: Mapping[str, list[PathStep]], components: Container[str]
+) -> dict[int, tuple[int, str]]:
+    """The flows that stand in a path, by their first step there: the last one, and the flow.
+
+    `steps` are those of the path, `flows` those of each flow; nothing where one of them is not met as it is alone.
+    """
+    found, number = {}, 0
+    for item in path:
+        name = item["element"] if isinstance(item, dict) else item
+        is_flow = not isinstance(item, dict) and name in flows and name not in components
+        is_flow = is_flow and not any(step.kind == "connection" and step.name == name for step in steps)
+        there = [(step.kind, step.name) for step in flows[name]] if is_flow else [("", name)]
+        while number < len(steps) and steps[number].name != there[0][1]:
+            number += 1  # a connection between two components that the path does not name
+        if is_flow:
+            if [(step.kind, step.name) for step in steps[number : number + len(there)]] != there:
+                return {}
+            found[number] = (number + len(there) - 1, str(name))
+        number += len(there)
     return found
 
 

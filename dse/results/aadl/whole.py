@@ -7,8 +7,9 @@ from typing import Any
 
 from dse.importers.aadl.ours import OURS
 from dse.results.aadl.decided import Decided
-from dse.results.aadl.package import Part, kind_of, package_text, section_lines
-from dse.results.aadl.paths import PathStep, entered_times, stated_in, steps_of, whole_path
+from dse.results.aadl.flowing import FlowWriter
+from dse.results.aadl.package import Part, package_text, section_lines
+from dse.results.aadl.paths import entered_times
 from dse.results.aadl.words import bandwidth, comment, extra, identifier, quoted, size, times, written_range
 from dse.space.settings import settings_of
 from dse.space.types import Design, Space
@@ -50,26 +51,29 @@ class WholeModel:
         self.paths: dict[str, str] = {}
 
     def text(self, left_out: Iterable[str] = ()) -> str:
-        """The package; `left_out` are requirements that make no sense here."""
+        """The package; `left_out` are requirements, objectives and metrics (by name) that make no sense here."""
         self._slots()
         self._components()
         self._connections()
-        self._flows()
+        self._write_flows()
         settings = {key: self.document[key] for key in SETTINGS if self.document.get(key) not in (None, [], {})}
         settings |= settings_of(self.decided.space)
         for key in ("executors", "reservations", "partitions"):
             entries = self.decided.section(key)
             settings |= {key: entries} if entries else {}
-        dropped = set(left_out)
+        dropped = list(left_out)
         for key in ("requirements", "objectives"):
             if key in settings:
                 settings[key] = [item for item in settings[key] if item not in dropped]
+        if "metrics" in settings:
+            settings["metrics"] = {key: item for key, item in settings["metrics"].items() if key not in dropped}
         stated = extra(settings.items())
         if stated:
             self.root.properties.append(f"{OURS}::Extra => {stated};")
         parts = [*self.parts.values(), *([self.environment] if self.environment else [])]
         package = package_text(self.package, self.types, parts, [*self.processes.values(), self.root])
-        return comment([self.title]) + package
+        said = [f"left out, for it speaks of what this design does not have: {item}" for item in dropped]
+        return comment([self.title, *said]) + package
 
     # --- hardware -------------------------------------------------------------------------------------------------
 
@@ -92,7 +96,8 @@ class WholeModel:
         for name in sorted(known & used - set(self.paths)):  # a virtual bus type that is used without an entry
             own = self._named(name)
             type_name = self._type("virtual bus", own, name, self._bus_type(name))
-            self.root.subcomponents.append(f"{own} : virtual bus {type_name}{self._block(name, own, None, 'Slot')};")
+            block = f"{{{OURS}::Name => {quoted(name)}; {OURS}::By_Type => true;}}"
+            self.root.subcomponents.append(f"{own} : virtual bus {type_name} {block};")
             self.paths[name] = own
         for name, entry in self.decided.section("buses").items():
             carriers = self._carriers(entry)
@@ -101,11 +106,12 @@ class WholeModel:
 
     def _bus_type(self, name: str) -> dict[str, Any]:
         figures = dict(self.document["bus_types"][name])
-        return {key: self.decided.value("buses", name, key, value) for key, value in figures.items()}
+        found = {key: self.decided.value("buses", name, key, value) for key, value in figures.items()}
+        return {key: value for key, value in found.items() if value is not None}
 
     def _carriers(self, entry: Mapping[str, Any]) -> str:
         """References to what carries a connection or virtual bus, all at once; "" where nothing does."""
-        names = [str(one) for one in (entry.get("bus"), *entry.get("further_buses", ())) if one is not None]
+        names = [str(one) for one in (entry["bus"], *entry.get("further_buses", ()))] if "bus" in entry else []
         return ", ".join(f"reference ({self.paths[one]})" for one in names if one in self.paths)
 
     def _protocols(self, names: Iterable[str]) -> str:
@@ -164,6 +170,7 @@ class WholeModel:
     # --- software and devices ----------------------------------------------------------------------------------------
 
     def _components(self) -> None:
+        self.positions = self._positions()
         for section in ("devices", "threads"):
             for name, entry in self.decided.section(section).items():
                 self._component(section, name, entry)
@@ -178,6 +185,13 @@ class WholeModel:
                 self.paths[""] = own
                 break
 
+    def _positions(self) -> dict[str, int]:
+        """The places of threads, from 1, where the processes that hold them would mix these up."""
+        names = [*self.decided.section("threads")]
+        homes = [entry.get("process", name) for name, entry in self.decided.section("threads").items()]
+        in_model = sorted(homes, key=homes.index)
+        return {name: number for number, name in enumerate(names, 1)} if in_model != homes else {}
+
     def _component(self, section: str, name: str, entry: Mapping[str, Any]) -> None:
         usual = "device" if section == "devices" else "thread"
         rest = {key: value for key, value in entry.items() if key not in ("source", "processor")}
@@ -190,8 +204,12 @@ class WholeModel:
         own = self._named(name)
         part = self.parts[name] = Part(f"{own}_type", category, own)
         self.taken.add(part.name.lower())
-        part.properties = list(self._figures(rest, category))
+        if self._is_latency_of_flows(name):
+            rest.pop("latency", None)
+        part.properties = list(self._figures(rest, category, is_bound="processor" in entry))
         stated = extra(rest.items())
+        if name in self.positions:
+            part.properties.append(f"{OURS}::Position => {self.positions[name]};")
         block = self._block(name, own, stated)
         declared = f"{own} : {category} {part.name}{block};"
         if category == "thread":
@@ -206,6 +224,17 @@ class WholeModel:
             processor = self.paths[str(entry["processor"])]
             self._bind("Actual_Processor_Binding", f"reference ({processor})", self.paths[name])
 
+    def _is_latency_of_flows(self, name: str) -> bool:
+        """Whether each flow through a component states its latency there, so that its own counts nowhere."""
+        paths = [entry["path"] for entry in self.decided.section("flows").values()]
+        here = [
+            item
+            for path in paths
+            for item in path
+            if item == name or (isinstance(item, dict) and item["element"] == name)
+        ]
+        return bool(here) and all(isinstance(item, dict) and "latency" in item for item in here)
+
     def _process(self, name: Any, own: str) -> Part:
         key = str(name) if name is not None else f"\n{own}"
         if key not in self.processes:
@@ -215,13 +244,13 @@ class WholeModel:
             self.root.subcomponents.append(f"{called} : process {part.name}.i;")
         return self.processes[key]
 
-    def _figures(self, rest: dict[str, Any], category: str) -> Iterator[str]:
+    def _figures(self, rest: dict[str, Any], category: str, *, is_bound: bool) -> Iterator[str]:
         """The properties that AADL has words for; takes them out of `rest`."""
         protocol = rest.pop("dispatch_protocol", None)
         if protocol is not None:
             yield f"Dispatch_Protocol => {PROTOCOLS[protocol]};"
-        if protocol == "aperiodic":
-            rest.pop("period", None)
+        if protocol == "aperiodic" and self.decided.space.profile == "dse":
+            rest.pop("period", None)  # OSATE counts it
         for key, word, as_range in (
             ("period", "Period", False),
             ("compute_execution_time", "Compute_Execution_Time", True),
@@ -230,7 +259,7 @@ class WholeModel:
             ("deadline", "Deadline", False),
             ("offset", "Dispatch_Offset", False),
         ):
-            is_said = key in rest and (key != "offset" or category == "thread")
+            is_said = key in rest and (key != "offset" or (category == "thread" and is_bound))
             value = times(rest[key], as_range=as_range) if is_said else None
             if value is not None:
                 yield f"{word} => {value};"
@@ -320,69 +349,18 @@ class WholeModel:
 
     # --- flows -------------------------------------------------------------------------------------------------------
 
-    def _flows(self) -> None:
-        flows, wires = self.decided.section("flows"), self.decided.section("connections")
-        for name, entry in flows.items():
-            own = self._named(name)
-            path = whole_path(entry["path"], flows, self.parts, wires)
-            steps = steps_of(path, self.parts, wires)
-            own_figures = dict(stated_in(path, steps, self.parts))
-            elements: list[str] = []
-            for number, (kind, item, before, after) in enumerate(steps):
-                spec = f"{own}_{number}"
-                if kind == "connection":
-                    elements.append(self.links[item])
-                    continue
-                given = own_figures.get(number, {}).get("latency") or self._latency(item)
-                self._spec(self._end(item or None), spec, before, after, given)
-                elements.append(f"{self._end(item or None).own}.{spec}")
-            latency = entry.get("latency")
-            text = times(latency) if latency is not None else None
-            block = [f"Latency => {text};"] if text is not None else []
-            rest = {"latency": latency} if latency is not None and text is None else {}
-            head = self._block(name, own, extra(rest.items())).strip().removeprefix("{").removesuffix("}")
-            block += [head] if head else []
-            line = " -> ".join(self._lifted(own, steps, elements))
-            stated = f" {{{' '.join(block)}}}" if block else ""
-            self.root.flow_implementations.append(f"{own} : end to end flow {line}{stated};")
-
-    def _spec(self, part: Part, spec: str, before: str, after: str, latency: Any) -> None:
-        """A flow specification of a component from the connection before to the one behind."""
-        entry, leaving = (f"{self.links[before]}_in" if before else "", f"{self.links[after]}_out" if after else "")
-        text = None if latency is None else times(latency)
-        block = f" {{Latency => {text};}}" if text else ""
-        part.flows.append(f"{spec} : flow {kind_of(entry, leaving)}{block};")
-
-    def _latency(self, name: str) -> Any:
-        for section in ("devices", "threads"):
-            entry = self.decided.section(section).get(name, {})
-            if "latency" in entry:
-                return entry["latency"]
-        return None
-
-    def _lifted(self, own: str, steps: list[PathStep], elements: list[str]) -> Iterator[str]:
-        """The elements of the root: what runs within a process becomes a flow of that."""
-        number = 0
-        while number < len(steps):
-            kind, item, before, _ = steps[number]
-            process = self._process_of(self._end(item or None)) if kind == "component" else None
-            if process is None:
-                yield elements[number]
-                number += 1
-                continue
-            last = number
-            while last + 2 < len(steps) and self._process_of(self._end(steps[last + 2][1] or None)) is process:
-                if not self._is_inside(self.decided.section("connections")[steps[last + 1][1]]):
-                    break
-                last += 2
-            after = steps[last][3]
-            spec = f"{own}_{number}_p"
-            entry, leaving = (f"{self.links[before]}_in" if before else "", f"{self.links[after]}_out" if after else "")
-            process.flows.append(f"{spec} : flow {kind_of(entry, leaving)};")
-            inner = [entry, f"{self.links[before]}_inside"] if before else []
-            inner += elements[number : last + 1]
-            inner += [f"{self.links[after]}_outside", leaving] if after else []
-            word = kind_of(entry, leaving).split()[0]
-            process.flow_implementations.append(f"{spec} : flow {word} {' -> '.join(inner)};")
-            yield f"{process.own}.{spec}"
-            number = last + 1
+    def _write_flows(self) -> None:
+        stated = {**self.decided.section("threads"), **self.decided.section("devices")}
+        FlowWriter(
+            flows=self.decided.section("flows"),
+            wires=self.decided.section("connections"),
+            parts=self.parts,
+            links=self.links,
+            latencies={name: entry["latency"] for name, entry in stated.items() if "latency" in entry},
+            root=self.root,
+            end=lambda name: self._end(name or None),
+            process_of=self._process_of,
+            named=self._named,
+            is_inside=self._is_inside,
+            profile=self.decided.space.profile,
+        ).write()
