@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING
 
 import click
@@ -11,7 +11,8 @@ from dse.cli.common import F, console, save, tell_plots
 from dse.files.writing import PAGES
 
 if TYPE_CHECKING:
-    from dse.report.page import Page
+    from dse.report.document import Document
+    from dse.report.page import Page, Section
 
 
 def report_option(command: F) -> F:
@@ -65,9 +66,23 @@ def answer(
         the first failure to write, when everything else was done.
     """
     if not quiet and all(path != "-" for path, _ in files):
-        from dse.report.terminal import print_page
+        from dse.report.terminal import SCREEN, print_page
 
-        print_page(console(), page, every=every)
+        print_page(console(), page, every=every, lines=SCREEN)
     failure = save(*files) or write_page(report, page)
     if failure is not None:
         raise failure
+
+
+def print_front(document: Document, top: int | None, *, explain: bool, further: Sequence[Section] = ()) -> None:
+    """Print a front with sections of studies: on one screen, or with all that is known of each alternative."""
+    from dse.report.brief import fitting_page
+    from dse.report.solve import printed_page
+    from dse.report.terminal import SCREEN, page_height, print_page
+
+    screen = console()
+    if explain:
+        print_page(screen, printed_page(document, top, further))
+    else:
+        page = fitting_page(document, top, lambda page: page_height(screen, page, SCREEN) <= SCREEN, further)
+        print_page(screen, page, lines=SCREEN)

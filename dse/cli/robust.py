@@ -9,7 +9,8 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from dse.cli.common import console, save
+from dse.cli.common import save
+from dse.cli.pages import print_front
 from dse.files.writing import write_files
 
 if TYPE_CHECKING:
@@ -44,9 +45,12 @@ def show_robust(
     top: int | None,
     paths: tuple[str | None, str | None, Path | None, str | None],
     *,
-    quiet: bool,
+    explain: bool | None,
 ) -> int:
-    """Print and write what was found (`paths`: of JSON, of CSV, the folder of a report, its page); the exit code."""
+    """Print and write what was found (`paths`: of JSON, of CSV, the folder of a report, its page); the exit code.
+
+    Nothing is printed where `explain` is None.
+    """
     json_path, csv_path, folder, page = paths
     from dse.report.document import Document
     from dse.report.robust import robust_section
@@ -54,18 +58,16 @@ def show_robust(
 
     study = replace(study, robust=ranked_by(study.robust, rank_by))
     document, sections = Document(study.robust), [robust_section(study.to_dict())]
-    if not quiet and "-" not in (json_path, csv_path):
-        from dse.report.solve import printed_page
-        from dse.report.terminal import print_page
-
-        print_page(console(), printed_page(document, top, sections))
+    if explain is not None and "-" not in (json_path, csv_path):
+        shown = sections if explain else [robust_section(study.to_dict(), is_brief=True)]
+        print_front(document, top, explain=explain, further=shown)
     failure = save((json_path, study.to_json), (csv_path, study.robust.to_csv))
     if page:
         from dse.report.writing import front_text
 
         failure = failure or save((page, lambda: front_text(document, page, sections)))
     if folder is not None:
-        _write_report(study, folder, top, quiet=quiet)
+        _write_report(study, folder, top, quiet=explain is None)
     if failure is not None:
         raise failure
     return study.exit_code

@@ -127,11 +127,11 @@ def command(
     if live:
         click.echo("\r\033[K", err=True, nl=False)
     from dse.report.study import study_page
-    from dse.report.terminal import print_page
+    from dse.report.terminal import SCREEN, print_page
 
     page = study_page(result.to_dict())
     if not quiet and "-" not in (json_path, csv_path):
-        print_page(console(), page, every=every)
+        print_page(console(), page, every=every, lines=SCREEN)
     failure = save((json_path, result.to_json), (csv_path, result.to_csv)) or write_page(report or None, page)
     if target is not None:
         write_study(result, target, quiet=quiet)

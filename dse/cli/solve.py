@@ -13,7 +13,6 @@ import click
 
 from dse.cli.common import (
     check_writable,
-    console,
     json_option,
     load_told,
     problem_argument,
@@ -172,7 +171,13 @@ def command(
         with _Reporter(quiet=quiet) as progress:
             budget, tell = Budget(time_limit, seed, workers or 1), (progress, _checkpoint(json_path))
             study = solve_robustly(asked, (resume, file) if resume is not None else None, budget, tell)
-        return show_robust(study, rank_by or "ideal", top, (json_path, csv_path, target, report), quiet=quiet)
+        return show_robust(
+            study,
+            rank_by or "ideal",
+            None if show_all else top,
+            (json_path, csv_path, target, report),
+            explain=None if quiet else explain,
+        )
     with _Reporter(quiet=quiet) as progress, about(resume) if resume is not None else nullcontext():
         watcher = Watcher(progress, _checkpoint(json_path))
         result = solve_asked(asked, Budget(time_limit, seed, workers or 1), watcher, earlier)
@@ -188,12 +193,9 @@ def command(
 
     document = Document(result)
     if not quiet and "-" not in (json_path, csv_path):
-        from dse.report.brief import brief_page
-        from dse.report.solve import printed_page
-        from dse.report.terminal import print_page
+        from dse.cli.pages import print_front
 
-        shown = None if show_all else top
-        print_page(console(), printed_page(document, shown) if explain else brief_page(document, shown))
+        print_front(document, None if show_all else top, explain=explain)
     failure = failure or _write_page(document, report)
     in_time = target is None or _write_report(document, target, whole, quiet=quiet)
     if failure is not None:

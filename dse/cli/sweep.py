@@ -120,11 +120,11 @@ def command(
     with Estimate(quiet=quiet) as progress:
         result = sweep_asked(problem, vary, seed, means, progress)
     from dse.report.study import study_page
-    from dse.report.terminal import print_page
+    from dse.report.terminal import SCREEN, print_page
 
     page = study_page(result.to_dict())
     if not quiet and "-" not in (json_path, csv_path):
-        print_page(console(), page, every=every)
+        print_page(console(), page, every=every, lines=SCREEN - 1)
         kept = f", kept in {path}" if path is not None else ""
         count = f"{len(result.runs)} {'run' if len(result.runs) == 1 else 'runs'}"
         told = f"{count}: {result.solved} solved now, {result.found} from the store{kept}."

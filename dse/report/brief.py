@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 
 from dse.report.contention import contention_words, waiting_words
@@ -30,16 +30,31 @@ REASONS = 2
 """So many sentences say why the first alternative is first: what stands out, and the nearest comparison."""
 
 
-def brief_page(document: Document, top: int | None = TOP) -> Page:
+def fitting_page(
+    document: Document, top: int | None, fits: Callable[[Page], bool], further: Sequence[Section] = ()
+) -> Page:
+    """The same with as many alternatives as fit on a screen, where nobody says how many: two to `SCREEN`."""
+    most = min(SCREEN, len(document.result.leaders))
+    for shown in range(most, 2, -1) if top == TOP else ():
+        page = brief_page(document, top, shown, further)
+        if fits(page):
+            return page
+    return brief_page(document, top, min(most, 2), further)
+
+
+def brief_page(
+    document: Document, top: int | None = TOP, screen: int = SCREEN, further: Sequence[Section] = ()
+) -> Page:
     """The proof, the table of the alternatives that differ, near-identical ones in a line each, and the choice.
 
-    `top` is how many alternatives are shown; None is all of them, near-identical ones too.
+    `top` is how many alternatives are shown; None is all of them, near-identical ones too; where nobody says how many
+    it is `screen`. Sections of studies stand before the notes.
     """
     result = document.result
     proof, *more = document.summary
     blocks: list[Block] = [*texts(proof, tone="strong"), *document.conflicts]
     if result.front:
-        shown = result.front if top is None else result.leaders[: SCREEN if top == TOP else top]
+        shown = result.front if top is None else result.leaders[: screen if top == TOP else top]
         blocks += [*_table(document, shown), *texts(*_neighbours(document, shown), _common(document))]
         blocks += _choice(document)
         for point in shown:
@@ -49,7 +64,9 @@ def brief_page(document: Document, top: int | None = TOP) -> Page:
     sections = [Section("answer", "Answer", tuple(blocks))]
     if result.insisting is not None:
         sections.append(insisting_section(result, top))
-    sections.append(Section("notes", "Notes", tuple(texts(*_notes(document, more, top)))))
+    sections += further
+    notes = _notes(document, more, screen if top == TOP else top)
+    sections.append(Section("notes", "Notes", tuple(texts(*notes))))
     lead = f"{result.problem.name} ({basis_words(result.problem.effective)})"
     return Page(document.title, lead, tuple(section for section in sections if section.blocks))
 
@@ -163,6 +180,6 @@ def _notes(document: Document, more: Sequence[str], top: int | None) -> Iterator
     spent = f"{count_words(search.solver_calls, 'solver call')}, {search.wall_s:.2f} s"
     yield f"{spent}, at most {size}; every point recomputed without the solver."
     if result.front:
-        is_whole = top is None or len(result.front) <= len(result.leaders[: SCREEN if top == TOP else top])
+        is_whole = top is None or len(result.front) <= len(result.leaders[:top])
         rest = "" if is_whole else f", --all lists all {len(result.front)}"
         yield f"--explain says why each is there{rest}, --report PAGE.html is a page to decide with."

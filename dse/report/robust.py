@@ -9,13 +9,19 @@ from dse.report.figuretext import MOST_ROWS, Data, figure_text
 from dse.report.page import Block, Section, Table, listing, texts
 from dse.results.display import counted, figure
 
-
-def robust_section(data: Data) -> Section:
-    """The best of each objective with and without it, and why nominal designs were lost; from ``dse-result/1``."""
-    return Section("robust", "What robustness costs", tuple(_blocks(data)))
+NAMED = 2
+"""So many inputs, and designs that are lost, are told on one screen."""
 
 
-def _blocks(data: Data) -> Iterator[Block]:
+def robust_section(data: Data, *, is_brief: bool = False) -> Section:
+    """The best of each objective with and without it, and why nominal designs were lost; from ``dse-result/1``.
+
+    Where it `is_brief` what may vary is named, and of what was lost there are the first.
+    """
+    return Section("robust", "What robustness costs", tuple(_blocks(data, is_brief=is_brief)))
+
+
+def _blocks(data: Data, *, is_brief: bool) -> Iterator[Block]:
     found = data["robust"]
     currency = found.get("currency", "EUR")
     units = {info["name"]: info["unit"] for info in data["objectives"]}
@@ -27,7 +33,12 @@ def _blocks(data: Data) -> Iterator[Block]:
         "figures.",
         tone="strong",
     )
-    yield Table("What may vary", ("input", "what is stated"), tuple(found["inputs"].items()))
+    if is_brief:
+        named = [f"{path} ({stated})" for path, stated in found["inputs"].items()]
+        more = f" and {len(named) - NAMED} more (--explain)" if len(named) > NAMED else ""
+        yield from texts(f"What may vary: {', '.join(named[:NAMED])}{more}.")
+    else:
+        yield Table("What may vary", ("input", "what is stated"), tuple(found["inputs"].items()))
     prices = []
     for name, pair in found["price"].items():
         ends = [pair[key] for key in ("nominal", "robust")]
@@ -59,7 +70,7 @@ def _blocks(data: Data) -> Iterator[Block]:
             ("nominal", *units, "breaks", "there", "limit"),
             tuple(rows),
             (*range(1, 1 + len(units)), 2 + len(units), 3 + len(units)),
-            brief=10,
-            rest="and {} more that are not robust",
+            brief=NAMED if is_brief else 10,
+            rest="and {} more that are not robust" + (" (--explain)" if is_brief else ""),
             most=MOST_ROWS,
         )

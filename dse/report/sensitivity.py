@@ -64,7 +64,8 @@ def _tornadoes(data: Data, currency: str) -> Iterator[Section]:
         headings = ("metric", "now", "moved most by", "from", "to")
         caption, rest = "What each metric hangs on most", "and {} more metrics (--all)"
         table = Table(caption, headings, tuple(most), (1, 3, 4), brief=BRIEF_METRICS, rest=rest)
-        yield Section("hangs", caption, (*swing, table))
+        is_beside = data["uncertainty"] is not None  # no room on a screen that also says how sure one can be
+        yield Section("hangs", caption, (*swing, table), is_detail=is_beside)
         yield Section("tornado", "What each metric hangs on", tuple(swings), is_detail=True)
 
 
@@ -190,12 +191,10 @@ def _uncertain_sections(found: Data, currency: str) -> Iterator[Section]:
 def _uncertain_blocks(found: Data, currency: str) -> Iterator[Block]:
     one = found["design"]
     error = f", standard error {one['standard_error']:.2%}" if 0 < one["all_met"] < 1 else ""
-    yield from texts(
-        f"Uncertain inputs ({count_words(found['samples'], 'sample')}, seed {found['seed']}):", tone="strong"
-    )
     stated = tuple(found["inputs"].items())
+    caption = f"Uncertain inputs ({count_words(found['samples'], 'sample')}, seed {found['seed']})"
     rest = "and {} more uncertain inputs (--all)"
-    yield Table("Uncertain inputs", ("input", "what is stated"), stated, brief=BRIEF_METRICS, rest=rest)
+    yield Table(caption, ("input", "what is stated"), stated, brief=BRIEF_METRICS, rest=rest)
     said = f"The design meets every requirement in {one['all_met']:.2%} of the samples{error}."
     yield from texts(said, tone="strong")
     yield from listing(f"{text}: {share:.2%}" for text, share in one["by_requirement"].items() if share < 1)

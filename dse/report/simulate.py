@@ -5,9 +5,10 @@ from __future__ import annotations
 from collections.abc import Iterator
 from fractions import Fraction
 from functools import partial
+from typing import Any
 
 from dse.report.charts import Spec
-from dse.report.page import Block, Page, Plot, Section, Table, Text, listing, texts
+from dse.report.page import Block, Page, Plot, Section, Table, Text, few, listing, texts
 from dse.report.plain import basis_words
 from dse.report.studyplots import histogram
 from dse.results.display import counted, readable
@@ -18,6 +19,7 @@ from dse.units.text import count_words
 
 FEW = 3
 MANY = 4
+MOST = 10
 """So many threads are printed."""
 HISTOGRAM = (
     "Latencies of {} as they were observed; the lines are the least and the greatest that the analysis allows, without "
@@ -36,11 +38,11 @@ def simulation_page(simulation: Simulation) -> Page:
 
 
 def _blocks(simulation: Simulation) -> Iterator[Block]:
-    said = _said(simulation)
+    said, brief = _said(simulation)
     if not simulation.is_anything_observed:
         said = "Nothing was observed: nothing came to its end in the simulated time (--duration)."
     said = said if simulation.runs else "Nothing was observed."
-    yield from texts(said, tone="strong")
+    yield Text(said, "strong", brief if simulation.is_anything_observed else "")
     yield from listing(simulation.contradictions, "CONTRADICTION", 0, "wrong")
     if simulation.is_stopped:
         yield from texts("Stopped by the time limit: the other runs were not made.", tone="strong")
@@ -65,18 +67,25 @@ def _histograms(simulation: Simulation) -> Iterator[Block]:
         yield from _histogram(flow)
 
 
-def _said(simulation: Simulation) -> str:
-    """Whether the analysis holds; where bounds were exceeded that need not hold, this first."""
+def _said(simulation: Simulation) -> tuple[str, str]:
+    """Whether the analysis holds; where bounds were exceeded that need not hold, this first. In full, and in brief."""
     if simulation.contradictions:
-        return "The analysis is contradicted."
+        return "The analysis is contradicted.", ""
     beyond = [flow for flow in simulation.flows if flow.outside]
     if not beyond:
-        return "No observation contradicts the analysis."
-    counts = "; ".join(f"{flow.outside} of {flow.count} latencies of {flow.name}" for flow in beyond)
-    excuses = dict.fromkeys(flow.excuse or "they leave out CPU contention" for flow in beyond)
+        return "No observation contradicts the analysis.", ""
+    counts = [f"{flow.outside} of {flow.count} latencies of {flow.name}" for flow in beyond]
+    excuses = list(dict.fromkeys(flow.excuse or "they leave out CPU contention" for flow in beyond))
     is_counted = not any(flow.excuse for flow in beyond)
     rest = "the bounds with response times hold" if is_counted else "no bound that must hold is contradicted"
-    return f"Outside the analysed bounds: {counts} ({'; '.join(excuses)}); {rest}."
+    words = [
+        f"Outside the analysed bounds: {told} ({why}); {rest}."
+        for told, why in (
+            ("; ".join(counts), "; ".join(excuses)),
+            (few(counts, FEW, "flows"), few(excuses, 1, "reasons")),
+        )
+    ]
+    return words[0], words[1]
 
 
 def _ms(value_ns: Exact) -> str:
@@ -85,7 +94,7 @@ def _ms(value_ns: Exact) -> str:
 
 def _flow_table(simulation: Simulation) -> Table:
     rows = []
-    for flow in simulation.flows:
+    for flow in sorted(simulation.flows, key=lambda flow: not flow.is_contradiction):
         seen = ["-"] * 3
         if flow.latencies and flow.mean_ns is not None:
             seen = [counted(value, "ns") for value in (min(flow.latencies), round(flow.mean_ns), max(flow.latencies))]
@@ -93,7 +102,8 @@ def _flow_table(simulation: Simulation) -> Table:
         bounds = [counted(value, "ns") for value in flow.bounds_ns]
         rows.append((flow.name, str(flow.count), *seen, *bounds, scheduled, _verdict(flow)))
     headings = ("flow", "data", "observed min", "mean", "max", "analysed min", "max", "with response times", "verdict")
-    return Table("Latencies, observed and analysed", headings, tuple(rows), tuple(range(1, 8)), wide=8, told=0)
+    more: dict[str, Any] = {"brief": MOST, "rest": "and {} more flows (--all)", "wide": 8, "told": 0}
+    return Table("Latencies, observed and analysed", headings, tuple(rows), tuple(range(1, 8)), **more)
 
 
 def _verdict(flow: FlowObservation) -> str:
@@ -138,13 +148,14 @@ def _histogram(flow: FlowObservation) -> Iterator[Table]:
 
 def _disparity_table(simulation: Simulation) -> Table:
     rows = []
-    for item in simulation.disparities:
+    for item in sorted(simulation.disparities, key=lambda item: not item.is_contradiction):
         seen = "-" if item.observed_ns is None else _ms(item.observed_ns)
         bound = "unbounded" if is_unbounded(item.bound_ns) else _ms(item.bound_ns)
         said = "CONTRADICTION" if item.is_contradiction else item.excuse or "within"
         rows.append((item.name, seen, bound, said if item.observed_ns is not None else "never two inputs"))
     headings = ("reader", "observed", "analysed", "verdict")
-    return Table("Disparity of inputs: the largest difference of age", headings, tuple(rows), (1, 2))
+    title, rest = "Disparity of inputs: the largest difference of age", "and {} more readers (--all)"
+    return Table(title, headings, tuple(rows), (1, 2), brief=MANY, rest=rest)
 
 
 def _task_table(simulation: Simulation) -> Table:

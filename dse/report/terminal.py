@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import replace
+from functools import partial
 from math import ceil
 from typing import TypeVar
 
@@ -33,26 +34,75 @@ WIDE = 110
 LONGEST = 100
 """Letters of a line of a Gantt chart."""
 PAGE = "--report PAGE.html is a page."
+SCREEN = 39
+"""Lines of a screen of 40 without that of the prompt."""
+LEAST_ROWS = 2
+"""No table is cut to fewer rows to make room on the screen."""
 
 
-def print_page(console: Console, page: Page, *, every: bool = False) -> None:
+def print_page(console: Console, page: Page, *, every: bool = False, lines: int | None = None) -> None:
     """Its lead and its sections, but for those that say what a file rests on, and the details.
 
-    With `every` also these, and every row of each table; without, the last line says what is left out.
+    With `every` also these, and every row of each table; without, the last line says what is left out. Where it has
+    more than so many `lines` the longest of the tables and lists that have a `brief` show less of themselves.
     """
-    if page.lead:
-        console.print(page.lead, style="bold", markup=False)
     left_out: dict[str, None] = {}
+    shown: list[Block] = []
     for section in page.sections:
         if section.is_for_files:
             continue
         if section.is_detail and not every:
             left_out[section.title[:1].lower() + section.title[1:]] = None
-            continue
-        for block in section.blocks:
-            print_block(console, block, every=every)
-    if left_out:
-        print_hanging(console, f"{MORE} shows the rest: {'; '.join(left_out)}. {PAGE}", "")
+        else:
+            shown += section.blocks
+    lead = [Text(page.lead, tone="strong")] if page.lead else []
+    rest = f"{MORE} shows the rest: {'; '.join(left_out)}. {PAGE}" if left_out else ""
+    if lines is not None and not every:
+        beside = _height(console, *lead) + (_lines_of(console, lambda: print_hanging(console, rest, "")) if rest else 0)
+        shown = _cut_to(console, shown, lines - beside)
+    for block in (*lead, *shown):
+        print_block(console, block, every=every)
+    if rest:
+        print_hanging(console, rest, "")
+
+
+def page_height(console: Console, page: Page, lines: int | None = None) -> int:
+    """How many lines a page takes that is printed with these `lines`."""
+    return _lines_of(console, lambda: print_page(console, page, lines=lines))
+
+
+def _lines_of(console: Console, tell: Callable[[], None]) -> int:
+    with console.capture() as said:
+        tell()
+    return said.get().count("\n")
+
+
+def _height(console: Console, *blocks: Block) -> int:
+    return sum(_lines_of(console, partial(print_block, console, block)) for block in blocks)
+
+
+def _cut_to(console: Console, blocks: Sequence[Block], lines: int) -> list[Block]:
+    """The blocks in so many lines, as far as that can be had: each time the longest gives up a row."""
+    found = list(blocks)
+    heights = [_height(console, block) for block in found]
+    while sum(heights) > lines:
+        smaller = {at: less for at, block in enumerate(found) if (less := _smaller(block)) is not None}
+        if not smaller:
+            break
+        at = max(smaller, key=lambda at: heights[at])
+        found[at] = smaller[at]
+        heights[at] = _height(console, found[at])
+    return found
+
+
+def _smaller(block: Block) -> Block | None:
+    """The same with a row less; None where nothing is left to give up."""
+    if not isinstance(block, Listing | Table) or block.brief is None:
+        return None
+    every, least = (block.items, 1) if isinstance(block, Listing) else (block.rows, LEAST_ROWS)
+    shown = len(_first(every, block.brief))
+    less = shown - (2 if shown == len(every) else 1)  # one more than `brief` is shown rather than told of
+    return replace(block, brief=less) if less >= least else None
 
 
 def print_block(console: Console, block: Block, *, every: bool = False) -> None:

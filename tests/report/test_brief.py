@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+from functools import partial
 from pathlib import Path
 from shutil import copytree
 
@@ -12,12 +13,15 @@ from rich.console import Console
 import dse
 from dse.cli.main import run
 from dse.examples import example_files, example_path
-from dse.report.brief import brief_page
+from dse.report.brief import brief_page, fitting_page
 from dse.report.document import Document
+from dse.report.page import Page, Section, Table, Text, listing
+from dse.report.robust import robust_section
 from dse.report.solve import TOP
-from dse.report.terminal import print_page
+from dse.report.terminal import page_height, print_page
 
 COLUMNS, LINES = 100, 40
+console = Console(file=io.StringIO(), width=COLUMNS)
 
 
 def printed(result: dse.Result, top: int | None = TOP) -> list[str]:
@@ -160,3 +164,52 @@ def test_it_says_that_no_message_waits_for_a_bus(processing: str, tmp_path: Path
     (tmp_path / "inmark.yaml").write_text(text, encoding="utf-8")
     found = printed(dse.solve(tmp_path / "inmark.yaml", processing=processing, minimise=["price"]))
     assert said not in " ".join(found) and any(line.startswith("Choose #1,") for line in found)
+
+
+def test_tables_give_up_rows_until_the_page_fits() -> None:
+    """The longest first; what is left out is told, and a table that is whole in `brief` stays so."""
+    long, short = (
+        Table(name, ("a",), tuple((f"{name} {row}",) for row in range(many)), brief=10, rest="and {} more (--all)")
+        for name, many in (("long", 30), ("short", 4))
+    )
+    lost = listing([f"note {number}" for number in range(9)], brief=6)
+    page = Page("title", "lead", (Section("one", "One", (long, short, *lost)),))
+
+    def told(lines: int | None) -> list[str]:
+        out = io.StringIO()
+        print_page(Console(file=out, width=COLUMNS), page, lines=lines)
+        return out.getvalue().splitlines()
+
+    whole, cut = told(None), told(26)
+    assert len(cut) == 26 < len(whole) == page_height(console, page)
+    [more] = [line for line in cut if line.startswith("and ") and "note" not in line]
+    rows = sum(line.strip().startswith("long ") for line in cut)
+    assert more == f"and {30 - rows} more (--all)" and sum(line.strip().startswith("short ") for line in cut) == 4
+    assert len(told(1)) > 1  # two rows are left of each table, one line of a list
+
+
+def test_so_many_alternatives_as_fit(robot: dse.Result) -> None:
+    def fits(lines: int, page: Page) -> bool:
+        return page_height(console, page) <= lines
+
+    pages = [fitting_page(Document(robot), TOP, partial(fits, lines)) for lines in (39, 25)]
+    shown = [len(next(block for block in page.sections[0].blocks if isinstance(block, Table)).rows) for page in pages]
+    assert shown == [4, 2]
+
+
+def test_what_robustness_costs_is_told_in_brief() -> None:
+    data = {
+        "objectives": [{"name": "price", "unit": "EUR"}],
+        "front": [],
+        "robust": {
+            "inputs": {f"threads.t{number}.period": "1 ms .. 2 ms" for number in range(5)},
+            "lost": [], "nominal_front": [], "entered": [], "kept": [], "price": {},
+        },
+    }  # fmt: skip
+    brief, whole = (robust_section(data, is_brief=is_brief).blocks for is_brief in (True, False))
+    told = [block.text for block in brief if isinstance(block, Text)]
+    assert (
+        "What may vary: threads.t0.period (1 ms .. 2 ms), threads.t1.period (1 ms .. 2 ms) and 3 more (--explain)."
+        in told
+    )
+    assert any(isinstance(block, Table) and len(block.rows) == 5 for block in whole)
