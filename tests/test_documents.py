@@ -91,7 +91,7 @@ def test_every_column_of_a_csv_file_is_documented(name: str) -> None:
     assert [column for column in columns if column not in named] == [word for word in known if word == word.lower()]
 
 
-WAITING = {"dse/space/types.py": 435, "dse/space/slots.py": 405, "dse/simulation/engine.py": 410}
+WAITING = {"dse/space/types.py": 430, "dse/space/slots.py": 405, "dse/simulation/engine.py": 410}
 """Modules that wait to be split, with the most lines that they may have."""
 
 

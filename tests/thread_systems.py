@@ -14,8 +14,8 @@ from typing import Any
 
 from thread_executors import LATE, MOST_MS, draw_executors, in_executor, supplied
 
-KINDS = ("plain", "chained", "stated", "fixed", "blocked", "ordered", "best", "grouped", "reserved", "unequal",
-         "mixed")  # fmt: skip
+KINDS = ("plain", "chained", "stated", "fixed", "blocked", "ordered", "best", "grouped", "joined", "reserved",
+         "unequal", "mixed")  # fmt: skip
 ORDERS = (None, 1, 2, (1, 3), (2, 1, 3), "rate_monotonic", "deadline_monotonic", "deadline_monotonic",
           ("rate_monotonic", "deadline_monotonic"))  # fmt: skip
 PERIODS = (4, 5, 6, 8, 10, 12, 15, 20)
@@ -48,9 +48,9 @@ def draw(seed: int, *, kind: str = "plain") -> dict[str, Any]:
     That is plain, chained (event-triggered threads), stated (priorities, deadlines), fixed (cores), blocked
     (non-preemptive sections, context switches, interrupts and throttling, with some of everything else), ordered
     (every way to say priorities, as decisions too, with event-triggered threads and sections, and few priority levels),
-    best (the best order is asked for, with some of that), grouped (executors, with some of all that),
-    reserved (reservations, with executors and some of all that), unequal (a core of the slow computer is slower still),
-    or mixed (all of that together, but the best order).
+    best (the best order is asked for, with some of that), grouped (executors, with some of all that), joined (which
+    executor some threads are in is open), reserved (reservations, with executors and some of all that), unequal (a core
+    of the slow computer is slower still), or mixed (all of that together, but the best order).
     """
     rng = random.Random(f"{kind} {seed}")
     count = rng.randint(2, 3 if kind == "best" else 4)
@@ -60,7 +60,7 @@ def draw(seed: int, *, kind: str = "plain") -> dict[str, Any]:
         "fast": {"cores": rng.choice((1, cores)), "price": 30},
     }
     threads: list[dict[str, Any]] = []
-    shares = {"grouped": 1.0, "reserved": 0.5, "mixed": 0.7}.get(kind)
+    shares = {"grouped": 1.0, "joined": 1.0, "reserved": 0.5, "mixed": 0.7}.get(kind)
     executors = draw_executors(rng) if shares is not None and (shares == 1 or rng.random() < shares) else []
     for number in range(count):
         periods = sorted(rng.sample(PERIODS, rng.randint(1, 2)))
@@ -78,9 +78,12 @@ def draw(seed: int, *, kind: str = "plain") -> dict[str, Any]:
             "section": None,
             "executor": None,
             "reservation": None,
+            "among": None,
         }
         _draw_sections(rng, kind, thread, executors)
-        often = {"chained": 1.0, "blocked": 0.4, "grouped": 0.4, "reserved": 0.4, "mixed": 0.4}.get(kind, 0.0)
+        often = {"chained": 1.0, "blocked": 0.4, "grouped": 0.4, "joined": 0.3, "reserved": 0.4, "mixed": 0.4}.get(
+            kind, 0.0
+        )
         if often and number and rng.random() < 0.6 * often:
             thread["trigger"] = rng.randrange(number)
             thread["both"] = rng.random() < 0.5
@@ -106,9 +109,15 @@ def draw(seed: int, *, kind: str = "plain") -> dict[str, Any]:
     if kind in ("ordered", "best", "mixed") and rng.random() < (0.4 if kind == "ordered" else 0.2):
         types["slow"]["levels"] = rng.randint(1, 3)
         types["fast"]["levels"] = rng.choice((None, 2))
+    _share(rng, kind, threads, executors)
+    return {"types": types, "threads": threads}
+
+
+def _share(rng: random.Random, kind: str, threads: list[dict[str, Any]], executors: list[dict[str, Any]]) -> None:
     if kind == "reserved" or (kind == "mixed" and rng.random() < 0.3):
         _reserve(rng, threads, executors)
-    return {"types": types, "threads": threads}
+    if kind == "joined":
+        _join(rng, threads)
 
 
 def _reserve(rng: random.Random, threads: list[dict[str, Any]], executors: list[dict[str, Any]]) -> None:
@@ -125,6 +134,19 @@ def _reserve(rng: random.Random, threads: list[dict[str, Any]], executors: list[
         if one is not None:
             thread |= {"reservation": one, "section": None, "core": None}
         thread["periods"] = [2 * period for period in thread["periods"]]
+
+
+def _join(rng: random.Random, threads: list[dict[str, Any]]) -> None:
+    """Two executors, and which of them some threads are in is a decision."""
+    executors = [*draw_executors(rng), {"name": "e1", "kind": ("callback_group",), "priority": None}][:2]
+    for thread in threads:
+        where = rng.choice(("among", "among", "one", "alone"))
+        thread["executor"] = rng.choice(executors) if where == "one" else None
+        thread["periods"] = [2 * period for period in thread["periods"]]
+        if where == "among":
+            thread |= {"among": executors, "section": rng.choice((None, 1))}
+        if where != "alone":
+            thread["priority"] = None
 
 
 def _order(rng: random.Random, kind: str, thread: dict[str, Any], number: int) -> None:
@@ -164,12 +186,12 @@ def text_of(
     for name, figures in system["types"].items():
         lines.append(f"  {name}: {{{', '.join(_type_fields(figures))}}}")
     lines += ["processors: {c: {type: [slow, fast]}}", "devices: {sensor: {period: 3 ms}}"]
-    named = {item["executor"]["name"]: item["executor"] for item in system["threads"] if item["executor"]}
+    named = {one["name"]: one for item in system["threads"] for one in item["among"] or [item["executor"]] if one}
     for name, executor in named.items():
         stated = f", priority: {executor['priority']}" if executor["priority"] is not None else ""
         begin = f"executors: {{{name}:" if name == next(iter(named)) else f"  {name}:"
         end = "}" if name == list(named)[-1] else ","
-        home = next(item["reservation"] for item in system["threads"] if item["executor"] is executor)
+        home = next((item["reservation"] for item in system["threads"] if item["executor"] is executor), None)
         where = "processor: c" if home is None else f"reservation: {home['name']}"
         lines.append(f"{begin} {{kind: [{', '.join(executor['kind'])}], {where}{stated}}}{end}")
     lines += _reservations(system)
@@ -208,6 +230,8 @@ def text_of(
 
 
 def _home(thread: Mapping[str, Any]) -> str:
+    if thread["among"]:
+        return f"executor: [{', '.join(item['name'] for item in thread['among'])}]"
     if thread["executor"]:
         return f"executor: {thread['executor']['name']}"
     return f"reservation: {thread['reservation']['name']}" if thread["reservation"] else "processor: c"
@@ -267,7 +291,17 @@ def _ms(thread: Mapping[str, Any], kind: str) -> str:
 
 
 def every_choice(system: Mapping[str, Any]) -> Iterator[dict[str, Any]]:
-    """Every way to make the decisions: the type, each thread's period (None: dispatched by events), each one's core."""
+    """Every way to make the decisions: the type, each thread's period (None: dispatched by events), each one's core.
+
+    Where executors of threads are among them, the threads as they then are.
+    """
+    for chosen in product(*(thread["among"] or [thread["executor"]] for thread in system["threads"])):
+        threads = [{**thread, "executor": one} for thread, one in zip(system["threads"], chosen, strict=True)]
+        for choice in _choices({**system, "threads": threads}):
+            yield {**choice, "threads": threads}
+
+
+def _choices(system: Mapping[str, Any]) -> Iterator[dict[str, Any]]:
     ways = []
     for thread in system["threads"]:
         periods: list[int | None] = [] if thread["trigger"] is not None and not thread["both"] else [*thread["periods"]]
@@ -307,6 +341,7 @@ def _is_together(threads: Any, placed: tuple[int, ...]) -> bool:
 
 def responses(system: Mapping[str, Any], choice: Mapping[str, Any]) -> list[int]:
     """The response time of each thread in ms, `LATE` without a bound."""
+    system = {**system, "threads": choice["threads"]}
     threads = system["threads"]
     work = times_of(system, choice)
     source = {number: thread["trigger"] for number, thread in enumerate(threads) if choice["periods"][number] is None}

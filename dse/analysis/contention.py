@@ -109,7 +109,7 @@ def core_by(space: Space, component: Component, view: View) -> str:
     """Whose choice a thread's core is: ``stated`` in the file, ``decided`` as a decision is, or ``first-fit``."""
     if at(component.core, view) is None:
         return "first-fit"
-    decision = space.decision_index(f"{space.core_owner(component)}.core")
+    decision = space.decision_index(f"{space.core_owner(component, view)}.core")
     return "stated" if decision is None or not space.decisions[decision].is_open else "decided"
 
 
@@ -120,8 +120,8 @@ def core_origins(space: Space) -> frozenset[str]:
     found = set()
     for item in space.components:
         if several & set(leaves(item.processor)):
-            stated = "decided" if f"{space.core_owner(item)}.core" in open_ else "stated"
-            found.add("first-fit" if item.core is None else stated)
+            stated = {"decided" if f"{name}.core" in open_ else "stated" for name in space.core_owners(item)}
+            found |= {"first-fit"} if item.core is None else stated
     return frozenset(found)
 
 

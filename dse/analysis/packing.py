@@ -74,8 +74,8 @@ def first_fit(space: Space, design: Design, open_: Sequence[OpenCore]) -> Design
     for processor, slot in enumerate(space.processors):
         if slot.types[view[slot.type_decision]] != EMPTY:
             given |= core_of_each(without, processor, View(design))
-    for item in open_:
-        core = given.get(item.component)
+    for unit, item in _by_unit(open_, space, view).items():
+        core = given.get(unit)
         if core is None:
             continue
         if core not in item.decision.values:
@@ -155,11 +155,11 @@ def first_placement(
     view = View(design)
     meets = _check_of(space, view, limits_of(limits, view), orders)
     left = [MOST_STEPS]
-    made = {item.component: item for item in open_}
+    made = _by_unit(open_, space, view)
     where = {number: slot for slot in range(len(space.processors)) for number in members(space, slot, view)}
     taken: dict[tuple[int, int], list[int]] = {}
     for number, processor in where.items():
-        core = at(space.components[number].core, view) if space.unit(number) not in made else None
+        core = at(space.components[number].core, view) if space.unit(number, view) not in made else None
         if core is not None:
             taken.setdefault((processor, core), []).append(number)
     order = [item for item in open_ if item.component in where and _is_asked(item, view)]
@@ -245,24 +245,24 @@ def _place(
     `rooms` are the capacities of the cores of a processor that is limited, by its number.
     """
     chosen = list(view.design)
-    by_number = {item.component: item for item in open_}
+    by_number = _by_unit(open_, space, view)
     for processor, slot in enumerate(space.processors):
         count, room = max(1, at(slot.cores, view)), rooms.get(processor)
         here: dict[int, Fraction] = {}
         for number in members(space, processor, view):
-            unit = space.unit(number)
+            unit = space.unit(number, view)
             here[unit] = here.get(unit, Fraction(0)) + utilisation(space, number, view)
         cores: list[list[int]] = [[] for _ in range(count)]
         loads = [Fraction(0)] * count
         for number in here.keys() - by_number.keys():
             core = at(space.components[number].core, view)
             if core is not None and core <= count:
-                cores[core - 1] += _threads(space, number)
+                cores[core - 1] += space.together(number, view)
                 loads[core - 1] += here[number]
         for number in sorted(here.keys() & by_number.keys(), key=lambda item: (-here[item], item)):
             decision = by_number[number].decision
             allowed = {value - 1: option for option, value in enumerate(decision.values) if value <= count}
-            threads, share = _threads(space, number), here[number]
+            threads, share = space.together(number, view), here[number]
             able = [
                 core for core in order(loads) if core in allowed and (room is None or room.fits(loads[core] + share))
             ]
@@ -275,9 +275,18 @@ def _place(
     return _relabelled(space, view, tuple(chosen), open_)
 
 
-def _threads(space: Space, unit: int) -> tuple[int, ...]:
-    """A thread, or all that its executor runs."""
-    return space.together(unit)
+def _by_unit(open_: Sequence[OpenCore], space: Space, view: View) -> dict[int, OpenCore]:
+    """Open cores by the first thread that has each in a design; those that none has are left out."""
+    units: dict[int, OpenCore] = {}
+    for item in open_:
+        first = next((one for one in item.threads if _owner(space, one, view) == item.decision.component), None)
+        if first is not None:
+            units[first] = item
+    return units
+
+
+def _owner(space: Space, number: int, view: View) -> str:
+    return space.core_owner(space.components[number], view)
 
 
 def _relabelled(space: Space, view: View, design: Design, open_: Sequence[OpenCore]) -> Design:

@@ -30,12 +30,12 @@ def placement(space: Space, processor: int, view: View) -> Spread:
     here = members(space, processor, view)
     used: dict[int, Fraction] = {}
     for number in here:
-        unit = space.unit(number)
+        unit = space.unit(number, view)
         used[unit] = used.get(unit, Fraction(0)) + utilisation(space, number, view)
     found = spread(space, processor, used, view, core_room(space, processor))
     if found.status != "found":
         found = replace(spread(space, processor, used, view, WHOLE), status=found.status)
-    return replace(found, cores={number: found.cores[space.unit(number)] for number in here})
+    return replace(found, cores={number: found.cores[space.unit(number, view)] for number in here})
 
 
 def core_room(space: Space, processor: int) -> Room:

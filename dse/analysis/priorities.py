@@ -52,7 +52,7 @@ def levels_of(space: Space, numbers: Sequence[int], view: View) -> list[list[int
     The first thread of an executor stands for it: with its number, else as often as its fastest thread runs; that of a
     reservation with its number, else its period.
     """
-    units = list(dict.fromkeys(map(space.unit, numbers)))
+    units = list(dict.fromkeys(space.unit(number, view) for number in numbers))
     levels = _ordered({unit: _turn_of(space, unit, view) for unit in units})
     most = most_levels(space, numbers, view)
     if most is None or len(levels) <= most:
@@ -62,7 +62,7 @@ def levels_of(space: Space, numbers: Sequence[int], view: View) -> list[list[int
 
 def reserved_levels(space: Space, numbers: Sequence[int], view: View) -> list[list[int]]:
     """The threads of one reservation by level, the most urgent first; the first of an executor stands for it."""
-    firsts = dict.fromkeys(space.os_thread(number)[0] for number in numbers)
+    firsts = dict.fromkeys(space.os_thread(number, view)[0] for number in numbers)
     return _ordered({first: _thread_turn(space, first, view) for first in firsts})
 
 
@@ -91,14 +91,14 @@ def _turn_of(space: Space, unit: int, view: View) -> Turn:
 
 def _thread_turn(space: Space, unit: int, view: View) -> Turn:
     """The turn of an OS thread."""
-    executor = space.components[unit].executor
+    executor = at(space.components[unit].executor, view)
     if executor is None:
         return _own_turn(space, unit, view)
     priority: int | None = at(space.executors[executor].priority, view)
     if priority is not None:
         return priority
     # of all of its threads, whoever is looked at: what is learnt of some of them then holds of all
-    rate = max(rate_hz(space, ("activation", number), view) for number in space.executors[executor].members)
+    rate = max(rate_hz(space, ("activation", number), view) for number in space.in_executor(executor, view))
     return NS_PER_S / rate if rate else None
 
 

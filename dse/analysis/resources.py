@@ -60,7 +60,14 @@ def _work_term(space: Space, processor: int, core: int | None, number: int, kind
         return (ZERO + worst[1]) / 1000 if worst is not None else ZERO
 
     label = component.name if kind == "activation" else f"{component.name} (callback)"
-    return product_term(space, label, coefficient, key, space.components[space.unit(number)].name)
+    return product_term(space, label, coefficient, key, _put_with(space, number))
+
+
+def _put_with(space: Space, number: int) -> str:
+    """The name of the first thread that has its core with a thread in any design; its own where that is a decision."""
+    executor = space.components[number].executor
+    is_open = executor is not None and any(space.executors[item].is_open for item in leaves(executor))
+    return space.components[number if is_open else space.unit(number, [])].name
 
 
 def _core(space: Space, processor: int, number: int, view: View) -> int:

@@ -191,7 +191,8 @@ def _responses(schedule: Schedule, wanted: Sequence[TaskKey]) -> tuple[Response,
         best = best if component.pieces is None else elapsed_ns(space, key[0], view)[0]
         lost = Task(task_name(component, key[1]), worst, ())
         rank, blocked = place[2].rank + 1, blocking_ns(place[2])
-        name = "" if component.executor is None else space.executors[component.executor].name
+        executor = at(component.executor, view)
+        name = "" if executor is None else space.executors[executor].name
         rivals = _rivals(schedule, place, task, known)
         response = known[key]
         made = Response(*key, place[1] + 1, rank, task or lost, best, response, deadline, blocked, worst, name, *rivals)

@@ -128,7 +128,7 @@ def turns_of(space: Space, numbers: Sequence[int], view: View) -> list[Turn]:
     """The tasks of one core in their order (`dse.analysis.priorities`)."""
     units: dict[int, list[int]] = {}
     for number in numbers:
-        units.setdefault(space.unit(number), []).append(number)
+        units.setdefault(space.unit(number, view), []).append(number)
     turns: list[Turn] = []
     for level in levels_of(space, numbers, view):
         parts = [(unit, [key for number in units[unit] for key in task_keys(space, number, view)]) for unit in level]
@@ -149,7 +149,8 @@ def _of_unit(
     component = space.components[numbers[0]]
     if component.executor is not None:
         inner = _inner(space, numbers, view)
-        yield from (Turn(key, before, reach, 0, component.executor, inner[key], _pieces(space, key)) for key in keys)
+        executor = at(component.executor, view)
+        yield from (Turn(key, before, reach, 0, executor, inner[key], _pieces(space, key)) for key in keys)
     elif component.pieces is not None:
         yield from (Turn(key, before, reach, pieces=_pieces(space, key)) for key in keys)
     else:
@@ -166,7 +167,7 @@ def _reserved(space: Space, numbers: Sequence[int], first: int, level: tuple[int
     """The tasks of a reservation, by their order in there, from the position `first` on."""
     firsts: dict[int, list[int]] = {}
     for number in numbers:
-        firsts.setdefault(space.os_thread(number)[0], []).append(number)
+        firsts.setdefault(space.os_thread(number, view)[0], []).append(number)
     end, reservation = first, space.components[numbers[0]].reservation
     for inner in reserved_levels(space, numbers, view):
         parts = [(firsts[one], [key for item in firsts[one] for key in task_keys(space, item, view)]) for one in inner]

@@ -96,7 +96,9 @@ def _open_cores(problem: Problem) -> Iterator[str]:
     names = [item.decision.component for item in there]
     stated = {name: item.core for section in OWNERS for name, item in getattr(spec, section).items()}
     silent = [name for name in names if not stated[name]]
-    if silent:
+    if silent and space.has_open_groups:
+        yield f"the core of each thread is a decision, as executors of some threads are: {_named(silent)}"
+    elif silent:
         yield (
             "the core of each thread is a decision, as something that is asked depends on it "
             f"(`core: first_fit` puts them as before): {_named(silent)}"

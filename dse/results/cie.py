@@ -56,7 +56,8 @@ def _threads_of(space: Space, design: Design) -> dict[str, list[int]]:
         processor = at(component.processor, view)
         if component.section != "threads" or processor is None or space.processors[processor].serves is not None:
             continue
-        name = component.stated_as if component.executor is None else space.executors[component.executor].name
+        executor = at(component.executor, view)
+        name = component.stated_as if executor is None else space.executors[executor].name
         found.setdefault(name, []).append(number)
     return found
 
@@ -69,11 +70,11 @@ def _entries(space: Space, design: Design, names: Ros2) -> Iterator[tuple[str, s
             raise UsageError(f"{name}: it runs on no processor of this design, or with an executor")
         first = threads[name][0]
         if space.components[first].reservation is not None:
-            reserved = space.core_owner(space.components[first])
+            reserved = space.core_owner(space.components[first], view)
             raise UsageError(
                 f"{name}: its priority holds in the reservation {reserved}, which this format does not know"
             )
-        rank = ranks[space.unit(first)]
+        rank = ranks[space.unit(first, view)]
         if rank >= MOST_URGENT:
             raise UsageError(f"{name}: its core has more than {MOST_URGENT} levels, SCHED_FIFO has no priority for it")
         processor = at(space.components[first].processor, view)

@@ -50,7 +50,7 @@ def _nodes(space: Space, design: Design, names: Ros2) -> Iterator[str]:
             stated_of.setdefault(parameter.thread, []).append(parameter)
     taken = set(names.nodes.values())
     for name, numbers in nodes.items():
-        full = _node_name(space, name, numbers, names)
+        full = _node_name(space, name, numbers, names, view)
         yield f"{full}:" if full is not None else f"{_unique(name, taken)}:{_original(name)}"
         yield "  ros__parameters:"
         inside: set[str] = set()
@@ -69,9 +69,9 @@ def _nodes(space: Space, design: Design, names: Ros2) -> Iterator[str]:
                 yield indent + line
 
 
-def _node_name(space: Space, name: str, numbers: Sequence[int], names: Ros2) -> str | None:
+def _node_name(space: Space, name: str, numbers: Sequence[int], names: Ros2, view: View) -> str | None:
     """The full name of a node: that of the process, of the thread, or of the executor of all of its threads."""
-    executors = {space.components[number].executor for number in numbers}
+    executors = {at(space.components[number].executor, view) for number in numbers}
     of_all = next(iter(executors)) if len(executors) == 1 else None
     candidates = [name, space.executors[of_all].name if of_all is not None else name]
     return next((names.nodes[item] for item in candidates if item in names.nodes), None)

@@ -331,7 +331,7 @@ def _share(space: Space, figures: Figures, number: int) -> Share | None:
 def _queue(space: Space, figures: Figures, key: TaskKey) -> Queue | None:
     """The place of a task in the executor that runs it."""
     number, part = key
-    executor = space.components[number].executor
+    executor = figures.executors[number]
     if executor is None:
         return None
     kind = figures.kinds[executor]

@@ -8,9 +8,9 @@ from fractions import Fraction
 from typing import Any, TypeAlias
 
 from dse.space.frames import Frame, wire_ns
-from dse.space.hosts import ExecutorKind
+from dse.space.hosts import ExecutorKind, Interference
 from dse.space.trees import FROM_BANDWIDTH, PerProcessorType, at
-from dse.space.types import Component, Connection, Design, Interference, Space
+from dse.space.types import Component, Connection, Design, Space
 from dse.units import Exact
 
 Range: TypeAlias = tuple[Exact, Exact]
@@ -94,6 +94,7 @@ class Figures:
     overheads: Sequence[Overheads]
     inner: Mapping[int, tuple[int, ...]]
     kinds: Sequence[ExecutorKind]
+    executors: Sequence[int | None]
     reserved: Mapping[int, Reserved]
 
     def stimulus_ns(self, number: int) -> Fraction | None:
@@ -133,6 +134,7 @@ def read_figures(space: Space, design: Design, cores: Mapping[int, int]) -> Figu
         [Overheads(2 * reader.at(slot.switch_ns), reader.at(slot.interference)) for slot in space.processors],
         _inner(space, design, components),
         [at(item.kind, design) for item in space.executors],
+        [at(item.executor, design) for item in space.components],
         _reserved(space, design, components),
     )
 
@@ -326,7 +328,7 @@ def _rank_of_thread(
     space: Space, components: Sequence[ComponentFigures], design: Design, index: int
 ) -> tuple[Any, ...]:
     """The rank of a thread, or of the executor that runs it, which has the rate of its fastest thread."""
-    executor = space.components[index].executor
+    executor = at(space.components[index].executor, design)
     pieces = space.components[index].pieces
     if executor is None and pieces is not None:  # its pieces on its core have one priority
         index = next(item for item in pieces.members if space.components[item].executor is None)
@@ -336,8 +338,9 @@ def _rank_of_thread(
     priority = at(item.priority, design)
     if priority is not None:
         return (0, -priority)
-    rate = max(components[number].rate_hz for number in item.members)
-    return (1, NS_PER_S / rate, item.members[0]) if rate else (2, item.members[0])
+    members = space.in_executor(executor, design)
+    rate = max(components[number].rate_hz for number in members)
+    return (1, NS_PER_S / rate, members[0]) if rate else (2, members[0])
 
 
 def _turn(component: Component, figures: ComponentFigures, design: Design, index: int) -> tuple[Any, ...]:
@@ -354,8 +357,9 @@ def _turn(component: Component, figures: ComponentFigures, design: Design, index
 def _inner(space: Space, design: Design, components: Sequence[ComponentFigures]) -> dict[int, tuple[int, ...]]:
     """For each thread of an executor its place among the others there; equals together."""
     found: dict[int, tuple[int, ...]] = {}
-    for item in space.executors:
-        ranks = {number: _turn(space.components[number], components[number], design, number) for number in item.members}
+    for executor in range(len(space.executors)):
+        members = space.in_executor(executor, design)
+        ranks = {number: _turn(space.components[number], components[number], design, number) for number in members}
         order = sorted(set(ranks.values()))
         found |= {number: (order.index(rank),) for number, rank in ranks.items()}
     return found

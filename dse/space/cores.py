@@ -15,7 +15,7 @@ from dse.space.criteria import Metric, MultipleTest, PairTest, ResolvedCondition
 from dse.space.metric_kinds import CHAIN_METRICS, FLOW_METRICS, parts_of
 from dse.space.properties import Ledger, Path
 from dse.space.trees import NOT_OFFERED, Choice, PerCore, Tree, graft, leaves
-from dse.space.types import Component, Decision, OpenCore, Processor, Space
+from dse.space.types import Decision, OpenCore, Processor, Space
 from dse.spec.expressions import And, Not, Or
 from dse.spec.fields import CORE_RULES
 from dse.spec.model import Spec
@@ -134,20 +134,20 @@ def check_core(
 def open_cores(ledger: Ledger, spec: Spec, space: Space) -> tuple[OpenCore, ...]:
     """The threads whose core is open, each with its decision; makes every core known to rules and the baseline."""
     found: list[OpenCore] = []
-    for number, component in enumerate(space.components):
-        if component.section != "threads" or component.processor is None:
-            continue
-        together, owner = space.together(number), space.core_owner(component)
+    for owner, (threads, processor) in _core_owners(space).items():
         section = next((item for item in OWNERS if owner in getattr(spec, item)), None)
-        if number != together[0] or section is None:
-            continue  # with the first one, or on the one core of an accelerator
+        if section is None:
+            continue  # the one core of an accelerator
         given: tuple[int | str, ...] = getattr(spec, section)[owner].core or ("any",)
-        if "first_fit" in given:
-            continue
         place: Path = (section, owner, "core")
-        named = cores_named(ledger, space.processors, place, component.processor, given)
+        if "first_fit" in given:
+            if space.has_open_groups:
+                message = "first-fit where the executors of some threads are decisions: all cores are then decisions"
+                ledger.error(place, message, "a core, a list of cores, or any")
+            continue
+        named = cores_named(ledger, space.processors, place, processor, given)
         given = given if "any" in given else named
-        most = max((count for slot in set(leaves(component.processor)) - {None}
+        most = max((count for slot in set(leaves(processor)) - {None}
                     for count in leaves(space.processors[slot].cores)), default=0)  # fmt: skip
         numbers = tuple(range(1, most + 1))
         if "any" not in given:
@@ -157,14 +157,34 @@ def open_cores(ledger: Ledger, spec: Spec, space: Space) -> tuple[OpenCore, ...]
             ledger.refer(name, "count", numbers[0] if numbers else None, {item: str(item) for item in numbers})
             continue
         index = len(space.decisions) + len(found)
-        home = _home(space, component, index, numbers)
+        home = _home(space, processor, index, numbers)
         decision = Decision(name, owner, "core", "count", tuple(map(str, numbers)), numbers, home)
-        found.append(OpenCore(number, index, decision, together[1:]))
+        found.append(OpenCore(threads[0], index, decision, tuple(threads[1:])))
         ledger.refer(name, "count", home, {item: str(item) for item in numbers})
     return tuple(found)
 
 
-def _home(space: Space, component: Component, index: int, numbers: tuple[int, ...]) -> Tree:
+def _core_owners(space: Space) -> dict[str, tuple[list[int], Tree]]:
+    """By the name of what has a core (a thread, an executor, a reservation) all threads that may run there, and where.
+
+    In the order of the first of these threads.
+    """
+    found: dict[str, tuple[list[int], Tree]] = {}
+    for number, component in enumerate(space.components):
+        if component.section != "threads" or component.processor is None:
+            continue
+        owners = [(component.stated_as, component.processor)]
+        if component.reservation is not None:
+            owners = [(space.reservations[component.reservation].name, component.processor)]
+        elif component.executor is not None:
+            executors = [space.executors[item] for item in dict.fromkeys(leaves(component.executor))]
+            owners = [(item.name, item.processor) for item in executors]
+        for name, processor in owners:
+            found.setdefault(name, ([], processor))[0].append(number)
+    return found
+
+
+def _home(space: Space, processor: Tree, index: int, numbers: tuple[int, ...]) -> Tree:
     """The thread's core: nothing to decide where its processor has one core only."""
 
     def on(processor: int | None) -> Tree:
@@ -173,7 +193,7 @@ def _home(space: Space, component: Component, index: int, numbers: tuple[int, ..
         return graft(space.processors[processor].cores, lambda count: None if count < 2 else choice)
 
     choice = Choice(index, numbers)
-    tree = graft(component.processor, on)
+    tree = graft(processor, on)
     return choice if all(leaf is not None for leaf in leaves(tree)) else tree
 
 
@@ -203,10 +223,17 @@ def _with_cores(space: Space, wanted: bool) -> Space:
     if wanted == (len(space.decisions) > first):
         return space
     components = list(space.components)
+    homes: dict[str, Tree] = {}
     for item in space.open_cores:
         home = item.decision.home if wanted else None
+        homes[item.decision.component] = home
         for number in item.threads:
             components[number] = replace(components[number], core=home)
+    for number, component in enumerate(components) if space.has_open_groups else ():
+        if isinstance(component.executor, Choice):  # it has the core of the one that it is in
+            executors = {item: space.executors[item] for item in leaves(component.executor)}
+            cores = {item: homes.get(one.name, one.core) for item, one in executors.items()}
+            components[number] = replace(component, core=graft(component.executor, cores.__getitem__))
     for item in space.open_priorities:
         home = item.decision.home if wanted else "deadline_monotonic"
         components[item.component] = replace(components[item.component], priority=home)
@@ -237,8 +264,11 @@ def is_scheduled(space: Space, metric: Metric) -> bool:
 
 
 def tells_cores_apart(space: Space) -> bool:
-    """Whether something tells the cores of a processor apart: who speaks of them, or execution times."""
-    return space.unequal_cores or names_cores(space)
+    """Whether something tells the cores of a processor apart: who speaks of them, execution times, or open groups.
+
+    Where the executor of a thread is a decision its core follows from that: none can change places with another one.
+    """
+    return space.unequal_cores or space.has_open_groups or names_cores(space)
 
 
 def names_cores(space: Space) -> bool:

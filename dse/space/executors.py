@@ -11,7 +11,7 @@ from dse.space.hosts import Executor, Reservation
 from dse.space.properties import FieldReader, Ledger, Owner
 from dse.space.segments import accelerator
 from dse.space.slots import read_named
-from dse.space.trees import Tree, graft, leaves
+from dse.space.trees import Choice, Tree, graft, leaves
 from dse.space.types import Component, Processor
 from dse.spec.model import Spec
 from dse.units import format_duration, shown
@@ -25,8 +25,8 @@ class Home:
     """Where the threads of an executor or a reservation run: a tree of processors, and the stated core."""
 
     processor: Tree
-    core: int | None
-    executor: int | None = None
+    core: Tree
+    executor: Tree = None
     reservation: int | None = None
 
 
@@ -107,16 +107,27 @@ def home_of(ledger: Ledger, homes: Homes, name: str, given: Any) -> Home | None:
     """The home of a thread in an executor or a reservation; None for one in none, or in one that there is not."""
     if given.executor is None:
         return _reserved(ledger, homes.reservations, ("threads", name), given, WHERE)
-    if given.executor not in homes.executors:
-        ledger.unknown(("threads", name, "executor"), "executor", given.executor, homes.executors)
-        ledger.doubt(f"{name}.processor")
-        return None
-    if ledger.is_doubtful(given.executor):
+    path = ("threads", name, "executor")
+    index = {one: number for number, one in enumerate(homes.executors)}
+    executor = read_named(ledger, name, "executor", path, given.executor, index)
+    known = [one for one in given.executor if one in index]
+    if not known or any(map(ledger.is_doubtful, known)):
         ledger.doubt(f"{name}.processor")
     for field_name in (*WHERE, "reservation"):
         if getattr(given, field_name) is not None:
             ledger.error(("threads", name, field_name), "the executor says where its threads run: state it there")
-    return homes.executors[given.executor]
+    if not known:
+        return None
+    found = list(homes.executors.values())
+    if not isinstance(executor, Choice):
+        return found[executor]
+    reserved = next((one for one in known if homes.executors[one].reservation is not None), None)
+    if reserved is not None:
+        message = f"{shown(reserved)} has a reservation: whether a thread runs there is no decision"
+        ledger.error(path, message, "name one executor")
+    where = graft(executor, lambda number: found[number].processor)
+    share = None if reserved is None else homes.executors[reserved].reservation
+    return Home(where, graft(executor, lambda number: found[number].core), executor, share)
 
 
 def build_executors(
@@ -127,7 +138,7 @@ def build_executors(
     components: Sequence[Component],
 ) -> tuple[Executor, ...]:
     """Every executor with its threads; behind them the accelerators, which serve jobs as executors do."""
-    named = {item.executor for item in spec.threads.values()} - {None}
+    named = {name for item in spec.threads.values() for name in item.executor or ()}
     is_whole = named <= set(homes) and ledger.loaded.remains.is_whole
     found = []
     for name, home in homes.items():
@@ -135,7 +146,7 @@ def build_executors(
         owner = Owner(name, path, given)
         kind = FieldReader(ledger, owner, "kind", "rule", str).read(lambda model: model.kind)
         priority = FieldReader(ledger, owner, "priority", "count", str).read(lambda model: model.priority)
-        members = tuple(number for number, item in enumerate(components) if item.executor == home.executor)
+        members = tuple(number for number, item in enumerate(components) if home.executor in set(leaves(item.executor)))
         if not members and is_whole:
             ledger.error(path, "no thread runs in this executor")
         for number in members:
@@ -143,7 +154,8 @@ def build_executors(
             if thread.priority is not None and "callback_group" not in given.kind:
                 message = f"a {given.kind[0]} executor knows no priorities among its threads"
                 ledger.error(("threads", components[number].name, "priority"), message, "state that of the executor")
-        found.append(Executor(name, kind, members, priority))
+        is_open = any(isinstance(components[number].executor, Choice) for number in members)
+        found.append(Executor(name, kind, members, priority, is_open, home.processor, home.core))
     for number, slot in enumerate(processors):
         index = accelerator(processors, spec, number)
         if index is not None:

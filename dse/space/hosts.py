@@ -1,4 +1,4 @@
-"""What else runs on a core beside threads by themselves: executors, reservations, and pieces of threads."""
+"""What has a core or a part of its time beside threads by themselves: executors, reservations, pieces, partitions."""
 
 from __future__ import annotations
 
@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from typing import Literal, TypeAlias
 
 from dse.space.trees import Tree
+from dse.units import Exact
 
 ExecutorKind: TypeAlias = Literal["fifo", "callback_group", "wait_set"]
 
@@ -14,13 +15,17 @@ ExecutorKind: TypeAlias = Literal["fifo", "callback_group", "wait_set"]
 class Executor:
     """An OS thread for the jobs of `members`, threads by number in the order of the file, of which one runs at a time.
 
-    Leaves of `kind` are `ExecutorKind`, those of `priority` None where none is stated.
+    Leaves of `kind` are `ExecutorKind`, those of `priority` None where none is stated. Where its group `is_open` some
+    of the members may be in another executor (`Space.os_thread`). It runs on `processor`; `core` is the stated one.
     """
 
     name: str
     kind: Tree
     members: tuple[int, ...]
     priority: Tree = None
+    is_open: bool = False
+    processor: Tree = None
+    core: Tree = None
 
 
 @dataclass(frozen=True)
@@ -43,3 +48,23 @@ class Pieces:
 
     thread: str
     members: tuple[int, ...]
+
+
+@dataclass(frozen=True)
+class Interference:
+    """What takes each core of a processor from every thread: up to `worst_ns` at a time, `period_ns` apart at least."""
+
+    name: str
+    worst_ns: int
+    period_ns: int
+    is_throttling: bool = False
+
+
+@dataclass(frozen=True)
+class Partition:
+    """A partition of a processor: `period_ns` is the major frame, `duration_ns` None where no window is known."""
+
+    name: str
+    period_ns: Exact
+    offset_ns: Exact
+    duration_ns: Exact | None

@@ -9,9 +9,10 @@ from typing import Any
 
 from dse.space.buses import carrying
 from dse.space.frames import FLEXRAY_MOST, LEAST_MTU, MOST_MTU, frame_of
+from dse.space.hosts import Interference
 from dse.space.properties import FieldReader, Ledger, Owner, Path, per_processor_type, stated, type_choice
 from dse.space.trees import FROM_BANDWIDTH, Choice, Tree, graft, leaves
-from dse.space.types import EMPTY, UNKNOWN_TYPE, Bus, Figures, Interference, Processor
+from dse.space.types import EMPTY, UNKNOWN_TYPE, Bus, Figures, Processor
 from dse.spec.frames import CanFdFrame, EthernetFrame, FlexrayFrame, FrameModel
 from dse.spec.hardware import FROM_BANDWIDTH as IN_WORDS
 from dse.spec.hardware import BusType
@@ -367,8 +368,8 @@ def decision_of(ledger: Ledger, name: str) -> int | None:
 def read_named(
     ledger: Ledger, owner: str, field_name: str, path: Path, names: Sequence[str], index: Mapping[str, int]
 ) -> Tree:
-    """A tree of indices for a field that names processors or buses."""
-    what = "processor" if field_name == "processor" else "bus"
+    """A tree of indices for a field that names processors, buses or executors."""
+    what = field_name if field_name in ("processor", "executor") else "bus"
     known = tuple(name for name in names if name in index)
     for position, name in enumerate(names):
         if name not in index:

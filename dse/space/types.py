@@ -14,8 +14,8 @@ from fractions import Fraction
 from typing import Any, Literal, TypeAlias
 
 from dse.space.criteria import Derived, Objective, Requirement, Rule
-from dse.space.hosts import Executor, Pieces, Reservation
-from dse.space.trees import Tree
+from dse.space.hosts import Executor, Partition, Pieces, Reservation
+from dse.space.trees import DesignView, Tree, at, leaves
 from dse.units import Exact
 
 EMPTY = "none"
@@ -75,16 +75,6 @@ class Slot:
 
 
 @dataclass(frozen=True)
-class Interference:
-    """What takes each core of a processor from every thread: up to `worst_ns` at a time, `period_ns` apart at least."""
-
-    name: str
-    worst_ns: int
-    period_ns: int
-    is_throttling: bool = False
-
-
-@dataclass(frozen=True)
 class Processor(Slot):
     """A processor slot; an empty one has 0 cores. `overload` tells whether more than all of a core may be used.
 
@@ -133,16 +123,6 @@ class Bus(Slot):
 
 
 @dataclass(frozen=True)
-class Partition:
-    """A partition of a processor: `period_ns` is the major frame, `duration_ns` None where no window is known."""
-
-    name: str
-    period_ns: Exact
-    offset_ns: Exact
-    duration_ns: Exact | None
-
-
-@dataclass(frozen=True)
 class ClockReading:
     """The clock of a processor or device, its `member`: a shared one by its name, or its own (""), and how exact it is.
 
@@ -160,9 +140,9 @@ class Component:
 
     `period_ns` is None in designs whose protocol has no period; `protocol` None where none is stated.
     `priority`: a number (a larger one is more urgent), or the rule that orders it; None is rate-monotonic. `core`
-    counts from 1. `executor` is the index of what runs its jobs beside those of others; its priority then orders it
-    among these. `reservation` is the index of the share of a core that it, or its executor, runs in: its priority, or
-    the executor's, then orders it in there.
+    counts from 1. Leaves of `executor` are the index of what runs its jobs beside those of others; its priority then
+    orders it among these. `reservation` is the index of the share of a core that it, or its executor, runs in: its
+    priority, or the executor's, then orders it in there.
     `section_ns`: the longest part of a job during which no other thread of its core gets the CPU.
     `clock` leaves are `ClockReading`; `offset_ns` is when on it the first release is, None where that is not known;
     `communication` says when data pass: ``let`` at release and release + deadline, else (``implicit``) at release and
@@ -190,7 +170,7 @@ class Component:
     figures: Figures
     priority: Tree = None
     core: Tree = None
-    executor: int | None = None
+    executor: Tree = None
     reservation: int | None = None
     section_ns: Tree = None
     clock: Tree = None
@@ -386,34 +366,51 @@ class Space:
         """The index of the first decision on a best order, which tells no design from others; see `first_open`."""
         return min((item.index for item in self.open_priorities), default=len(self.decisions))
 
-    def unit(self, number: int) -> int:
+    @property
+    def has_open_groups(self) -> bool:
+        """Whether the executor of some thread is a decision."""
+        return any(item.is_open for item in self.executors)
+
+    def unit(self, number: int, view: DesignView) -> int:
         """The first thread of the reservation or executor of a thread, or its first piece on its core; else it itself.
 
         What has the same unit shares a core, and a priority there.
         """
-        return self.together(number)[0]
+        return self.together(number, view)[0]
 
-    def together(self, number: int) -> tuple[int, ...]:
+    def together(self, number: int, view: DesignView) -> tuple[int, ...]:
         """All threads of the reservation of a thread, else what one OS thread runs with it (`os_thread`)."""
         reservation = self.components[number].reservation
         if reservation is not None:
             members: tuple[int, ...] = self.reservations[reservation].members
             return members
-        return self.os_thread(number)
+        return self.os_thread(number, view)
 
-    def os_thread(self, number: int) -> tuple[int, ...]:
+    def os_thread(self, number: int, view: DesignView) -> tuple[int, ...]:
         """All threads of the executor that runs a thread, or its pieces on its core; else the thread alone."""
         component = self.components[number]
         if component.executor is not None:
-            members: tuple[int, ...] = self.executors[component.executor].members
-            return members
+            return self.in_executor(at(component.executor, view), view)
         if component.pieces is None:
             return (number,)
         return tuple(item for item in component.pieces.members if self.components[item].executor is None)
 
-    def core_owner(self, component: Component) -> str:
+    def core_owners(self, component: Component) -> tuple[str, ...]:
+        """The names of all that may have the core of a thread (`core_owner`)."""
+        if component.reservation is None and component.executor is not None:
+            return tuple(dict.fromkeys(self.executors[item].name for item in leaves(component.executor)))
+        return (self.core_owner(component, []),)
+
+    def in_executor(self, number: int, view: DesignView) -> tuple[int, ...]:
+        """The threads of an executor; none where all that may be in it are in others."""
+        item = self.executors[number]
+        if not item.is_open:
+            return item.members
+        return tuple(one for one in item.members if at(self.components[one].executor, view) == number)
+
+    def core_owner(self, component: Component, view: DesignView) -> str:
         """The name of what has the core of a thread: its reservation, its executor, or the thread itself."""
-        hosts = ((self.reservations, component.reservation), (self.executors, component.executor))
+        hosts = ((self.reservations, component.reservation), (self.executors, at(component.executor, view)))
         return next((str(these[index].name) for these, index in hosts if index is not None), component.stated_as)
 
     def is_last_piece(self, number: int) -> bool:

@@ -102,7 +102,7 @@ class Thread(ThreadType):
     process: Options[Name] | None = None
     priority: Options[Priority] | None = None
     core: Options[Core] | None = None
-    executor: Name | None = None
+    executor: Options[Name] | None = None
     reservation: Name | None = None
     dispatch_trigger: Items[Name] | None = None
     segments: SomeItems[Segment] | None = None

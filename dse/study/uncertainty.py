@@ -128,11 +128,10 @@ def read_uncertainties(problem: Problem, inputs: InputSpace) -> tuple[Uncertain,
 
 
 def stated_cores(problem: Problem, component: Component) -> tuple[int, ...]:
-    """The cores that the file states of a thread, its executor or its reservation: one, or a list of options."""
-    spec, name = problem.loaded.spec, problem.space.core_owner(component)
-    found = next((getattr(spec, section)[name] for section in OWNERS if name in getattr(spec, section)), None)
-    given = None if found is None else found.core
-    return tuple(item for item in given or () if isinstance(item, int))
+    """The cores that the file states of a thread, its executors or its reservation: one, or a list of options."""
+    spec, owners = problem.loaded.spec, problem.space.core_owners(component)
+    found = [getattr(spec, section)[name] for name in owners for section in OWNERS if name in getattr(spec, section)]
+    return tuple(item for one in found for item in one.core or () if isinstance(item, int))
 
 
 def _check_cores(problem: Problem, item: Uncertain) -> None:

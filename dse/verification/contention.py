@@ -88,6 +88,8 @@ def on_other_cores(evaluator: Evaluator, late: Sequence[Limit], refused: Evaluat
     open_ = [item for item in space.open_cores if item.index < len(space.decisions) and item.index not in space.fixed]
     orders = _free_orders(space)
     design = tuple(max(option, 0) for option in refused.design)
+    if space.has_open_groups:
+        return None
     for other in placements(space, design, open_, late, orders) if open_ or orders else ():
         found = evaluator.evaluate(other)
         if found.is_feasible and found.objectives == refused.objectives:

@@ -11,8 +11,9 @@ from fractions import Fraction
 from typing import Any
 
 from dse.space.frames import Frame, wire_ns
+from dse.space.hosts import Partition
 from dse.space.trees import FROM_BANDWIDTH, Choice, PerProcessorType
-from dse.space.types import Component, Connection, Design, Flow, Partition, Space, Step
+from dse.space.types import Component, Connection, Design, Flow, Space, Step
 
 Times = tuple[Fraction, Fraction]
 NOTHING: Times = (Fraction(0), Fraction(0))

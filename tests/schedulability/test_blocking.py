@@ -85,7 +85,7 @@ def test_a_busy_period_that_begins_with_blocking_and_fills_its_core_has_no_end()
     assert response_time_ns(half, [periodic("b", 5, 10)], 1) is None
 
 
-@pytest.mark.parametrize("kind", ["blocked", "grouped", "reserved"])
+@pytest.mark.parametrize("kind", ["blocked", "grouped", "joined", "reserved"])
 @pytest.mark.parametrize("seed", cases(20, 4_000))
 def test_no_run_of_the_simulation_is_longer(kind: str, seed: int) -> None:
     """Sections anywhere in their jobs, throttling and reservations by the budget itself, queues of executors."""
@@ -94,8 +94,9 @@ def test_no_run_of_the_simulation_is_longer(kind: str, seed: int) -> None:
     evaluator = Evaluator(space)
     choice = rng.choice(list(every_choice(system)))
     names = {"c.type": choice["type"]}
-    for number, thread in enumerate(system["threads"]):
-        period = choice["periods"][number]
+    for number, period in enumerate(choice["periods"]):
+        thread = choice["threads"][number]
+        names[f"t{number}.executor"] = thread["executor"]["name"] if thread["executor"] else ""
         names[f"t{number}.dispatch_protocol"] = "aperiodic" if period is None else "periodic"
         if thread["executor"]:
             names[f"{thread['executor']['name']}.kind"] = choice["kinds"][thread["executor"]["name"]]
@@ -106,7 +107,8 @@ def test_no_run_of_the_simulation_is_longer(kind: str, seed: int) -> None:
             names[f"{one}.budget"] = f"{choice['budgets'][one]} ms"
         assert thread["name"] == f"t{number}"
     design = tuple(
-        item.options.index(chosen) if (chosen := names[item.name]) in item.options else 0 for item in space.decisions
+        item.options.index(chosen) if (chosen := names.get(item.name)) in item.options else 0
+        for item in space.decisions
     )
     expected = responses(system, choice)
     whole = evaluator.evaluate(design).design

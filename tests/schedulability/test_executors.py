@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import pytest
-from support import space_of
+from support import brute_front, space_of
 
 import dse
+from dse.analysis.evaluate import Evaluator
 from dse.analysis.executors import Fellow, executor_response_ns
 from dse.analysis.response_time import Stream, Task, periodic
 from dse.analysis.scheduling import processor_responses
@@ -13,6 +14,7 @@ from dse.analysis.views import View
 from dse.api.problem import load, loads
 from dse.errors import ProblemError
 from dse.examples import example_path
+from dse.pareto.front import Budget, search_front
 
 MS = 10**6
 FILE = """
@@ -110,3 +112,54 @@ def test_a_core_of_an_executor_can_be_stated_listed_and_ruled() -> None:
     assert point.decisions["node.core"] == "2"
     with pytest.raises(ProblemError, match="core 3 does not exist"):
         loads(text.replace("[1, 2]", "3"))
+
+
+GROUPS = FILE.replace(
+    "executors:", "executors:\n  second: {{kind: [fifo, wait_set], processor: p, priority: 3}}"
+).replace("callback: {{executor: node", "callback: {{executor: [node, second]")
+
+
+def test_which_group_a_callback_is_in_is_a_decision() -> None:
+    """A timer that has 3 ms shares its OS thread with no callback of 3 ms; what shares one has its core."""
+    text = GROUPS.format(kind="fifo", more="", inner="", other="", cores=2).replace("1 ms}", "1 ms, deadline: 3 ms}")
+    problem = loads(text)
+    names = [item.name for item in problem.space.decisions if item.is_open]
+    assert names == ["callback.executor", "second.kind", "node.core", "second.core", "other.core"]
+    result = dse.solve(problem)
+    assert [point.decisions["callback.executor"] for point in result.front] == ["second"]
+    assert dse.solve(problem, require=["callback.executor == node"]).status == "infeasible"
+    relaxed = loads(text.replace(", deadline: 3 ms", ", deadline: 4 ms"))
+    [point] = dse.solve(relaxed, require=["callback.executor == node", "node.core == 2"]).front
+    found = dse.analyse(relaxed, point.decisions, response_times=True).responses["p"]
+    assert {item.name: (item.executor, item.core) for item in found if item.executor} == {
+        "timer": ("node", 2),
+        "callback": ("node", 2),
+    }
+    assert not dse.simulate(relaxed, point.decisions, runs=4).contradictions
+    assert "callback: {executor: second" in dse.export(result, 1, "problem").replace('"', "")
+
+
+def test_groups_on_several_computers_against_every_design() -> None:
+    text = """
+dse: 1
+name: groups of two computers
+deadlines: all
+processing: response_time
+processor_types: {cpu: {cores: 2, price: 10 EUR}, one: {cores: 1, price: 4 EUR}}
+processors: {p: {type: [cpu, one]}, q: {type: one, optional: true}}
+executors:
+  left: {kind: callback_group, processor: p}
+  right: {kind: [fifo, wait_set], processor: [p, q], priority: 3}
+devices: {s: {period: 5 ms}}
+threads:
+  a: {executor: left, period: 20 ms, compute_execution_time: 2 ms}
+  b: {executor: [left, right], period: [40 ms, 20 ms], compute_execution_time: 10 ms}
+  c: {executor: [right, left], period: 20 ms, compute_execution_time: {cpu: 1 ms, one: 4 ms}}
+connections: {w: {from: s, to: b}, v: {from: b, to: c}}
+flows: {f: {path: [s, b, c]}}
+objectives: [minimise price, minimise latency of f]
+rules: ["b.executor == left implies c.executor == right"]
+"""
+    evaluator = Evaluator(loads(text).space)
+    search = search_front(evaluator, Budget(workers=2))
+    assert search.is_complete and set(search.points) == set(brute_front(evaluator))

@@ -71,7 +71,7 @@ class Decided:
         for thread, core in cores_of(self.space, self.design).items():
             component = self.space.components[thread]
             if at(component.core, self.view) is None:  # as first-fit gives it: a model says where a thread runs
-                name = self.space.core_owner(component)
+                name = self.space.core_owner(component, self.view)
                 section = next(item for item in USERS if name in (self.document.get(item) or {}))
                 found.setdefault((section, name), {})["core"] = core
         return found
