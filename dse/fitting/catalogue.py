@@ -60,13 +60,17 @@ def _where(item: Transport | Execution) -> str:
 
 
 def _limits(fit: Fit) -> list[str]:
-    """Sizes to stay at or below, where the spread of the samples jumps."""
-    return [
-        f"{_where(item)}: messages of at most {remark.limit_bytes} B (beyond, the measured times spread much further)"
-        for item in fit.transports
-        for remark in item.remarks
-        if remark.limit_bytes is not None
-    ]
+    """Sizes to stay at or below, where the spread of the samples jumps, and sizes that the figures are not for."""
+    beyond = {"spread": "the measured times spread much further", "left out": "what was measured was left out"}
+    found = []
+    for item in fit.transports:
+        for remark in item.remarks:
+            if remark.limit_bytes is not None:
+                limit = f"messages of at most {remark.limit_bytes} B (beyond, {beyond[remark.kind]})"
+                found.append(f"{_where(item)}: {limit}")
+            elif remark.kind == "left out":
+                found.append(f"{_where(item)}: {remark.text}")
+    return found
 
 
 def _source(fit: Fit) -> str:

@@ -16,11 +16,23 @@ from dse.fitting.judging import (
     Remark,
     bend,
     goodness,
+    left_out_remarks,
     resolution_remark,
     saturated_remarks,
     spread_remarks,
 )
-from dse.fitting.lines import Line, Method, Points, envelope, least_squares, quantile_line
+from dse.fitting.lines import (
+    Line,
+    Method,
+    Points,
+    below_upper,
+    envelope,
+    least_squares,
+    lower_envelope_parts,
+    quantile_line,
+    quantile_parts,
+    squares_parts,
+)
 from dse.fitting.measurements import Group, Measurements, Summary, read_measurements
 from dse.results.answer import Answer, With
 from dse.units import format_duration
@@ -215,12 +227,14 @@ def _transport(
         raise ProblemError([Diagnostic(text, file=file, line=int(line))])
     coarse = resolution_remark(used, format_duration)
     used = [item.halved() for item in used] if is_round_trip else used
-    low, high = _lines(used, options)
+    low, high, crossed = _lines(used, options)
     lows, highs = _points(used, upper=False), _points(used, upper=True)
     remarks = [*_general(used, is_round_trip), *([coarse] if coarse else [])]
     remarks += [*_line_remarks("lower", lows, low, options), *_line_remarks("upper", highs, high, options)]
-    fixed, per_byte, crossed = _figures(low, high)
+    fixed, per_byte = _figures(low, high)
+    left_out = tuple(item.size_bytes or 0 for item in summaries if not _is_used(item.size_bytes or 0, options))
     remarks += [*crossed, *spread_remarks(used), *saturated_remarks(used)]
+    remarks += left_out_remarks([item.size_bytes or 0 for item in used], left_out)
     found = [
         (item.size_bytes or 0, tail)
         for item in (used if options.extremes else ())
@@ -228,7 +242,7 @@ def _transport(
     ]
     return Transport(
         *(name, group.platform, tuple(used)),
-        left_out=tuple(item.size_bytes or 0 for item in summaries if not _is_used(item.size_bytes or 0, options)),
+        left_out=left_out,
         **{"low": low, "high": high, "fixed_ns": fixed, "per_byte_ns": per_byte},  # type: ignore[arg-type]
         low_fit=goodness(lows, low, upper=False),
         high_fit=goodness(highs, high, upper=True),
@@ -246,15 +260,24 @@ def _points(summaries: Sequence[Summary], *, upper: bool) -> Points:
     return [(item.size_bytes or 0, item.max_ns if upper else item.min_ns) for item in summaries]
 
 
-def _lines(used: Sequence[Summary], options: Options) -> tuple[Line, Line]:
+def _lines(used: Sequence[Summary], options: Options) -> tuple[Line, Line, list[Remark]]:
+    """Both lines, the lower one with no part above that of the upper, and a remark where that changed it."""
     lows, highs = _points(used, upper=False), _points(used, upper=True)
     if options.method == "ols":
-        return least_squares(lows), least_squares(highs)
-    if options.method == "envelope":
-        return envelope(lows, upper=False), envelope(highs, upper=True)
-    samples = [(item.size_bytes or 0, item.samples_ns) for item in used]
-    low, high = options.quantiles
-    return quantile_line(samples, low), quantile_line(samples, high)
+        low, high, parts = least_squares(lows), least_squares(highs), squares_parts(lows)
+    elif options.method == "envelope":
+        low, high, parts = envelope(lows, upper=False), envelope(highs, upper=True), lower_envelope_parts(lows)
+    else:
+        samples = [(item.size_bytes or 0, item.samples_ns) for item in used]
+        low, high = (quantile_line(samples, share) for share in options.quantiles)
+        parts = quantile_parts(samples, options.quantiles[0])
+    found = below_upper(low, high, *parts)
+    if found == low:
+        return low, high, []
+    what = "time per byte" if low.per_byte_ns > high.per_byte_ns else "fixed part"
+    rest = "the other part is the best under that"
+    text = f"the {what} of the lower line would be above that of the upper one: it is the same instead, and {rest}"
+    return found, high, [Remark("crossing", text)]
 
 
 def _general(used: Sequence[Summary], is_round_trip: bool) -> list[Remark]:
@@ -307,20 +330,10 @@ def _poor(which: str, points: Points, line: Line) -> list[Remark]:
     return [Remark("poor fit", text)]
 
 
-def _figures(low: Line, high: Line) -> tuple[tuple[Fraction, Fraction], tuple[Fraction, Fraction], list[Remark]]:
-    """The ranges of both parts, rounded outwards; where lines cross, the lower one is lowered."""
-    found, crossed = [], []
-    for what, least, greatest in (
-        ("fixed part", low.fixed_ns, high.fixed_ns),
-        ("time per byte", low.per_byte_ns, high.per_byte_ns),
-    ):
-        if least > greatest:
-            crossed.append(
-                Remark("crossing", f"the {what} of the lower line is above that of the upper one: lowered to it")
-            )
-            least = greatest
-        found.append((outwards(least, Rounding.DOWN), outwards(greatest, Rounding.UP)))
-    return found[0], found[1], crossed
+def _figures(low: Line, high: Line) -> list[tuple[Fraction, Fraction]]:
+    """The ranges of the fixed part and of the time per byte, rounded outwards."""
+    ends = (low.fixed_ns, high.fixed_ns), (low.per_byte_ns, high.per_byte_ns)
+    return [(outwards(least, Rounding.DOWN), outwards(most, Rounding.UP)) for least, most in ends]
 
 
 def outwards(value: Fraction, rounding: Rounding) -> Fraction:

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from bisect import bisect
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from typing import Literal, TypeAlias
@@ -14,7 +15,7 @@ from dse.fitting.measurements import Summary
 
 Kind: TypeAlias = Literal[
     "sample maximum", "half round trip", "negative part", "crossing", "outside", "poor fit", "bend", "spread",
-    "saturated", "resolution", "few sizes", "single sample",
+    "saturated", "resolution", "few sizes", "single sample", "left out",
 ]  # fmt: skip
 """What a remark is about."""
 JUMP, RISE = 3.0, 1.5
@@ -156,6 +157,27 @@ def spread_remarks(summaries: Sequence[Summary]) -> list[Remark]:
         text = f"the samples lie much further apart {where} than at the other sizes: {advice}"
         remarks.append(Remark("spread", text, below))
     return remarks
+
+
+def left_out_remarks(used: Sequence[int], left_out: Sequence[int]) -> list[Remark]:
+    """That sizes were measured and not used: the line says nothing of them; up to where the sizes below them were."""
+    found = []
+    for used_below, sizes in _runs(sorted(used), sorted(left_out)):
+        where = f"from {sizes[0]} to {sizes[-1]} B" if len(sizes) > 1 else f"of {sizes[0]} B"
+        text = f"messages {where} were measured and left out: the figures are not for them"
+        beyond = any(size > sizes[-1] for size in used)
+        limit = None if beyond or not used_below else used_below[-1]
+        found.append(Remark("left out", text, limit))
+    return found
+
+
+def _runs(used: Sequence[int], left_out: Sequence[int]) -> Iterator[tuple[list[int], list[int]]]:
+    """The sizes that were left out between two that were used, with the used ones below them."""
+    by_place: dict[int, list[int]] = {}
+    for size in left_out:
+        by_place.setdefault(bisect(used, size), []).append(size)
+    for place, sizes in by_place.items():
+        yield list(used[:place]), sizes
 
 
 def saturated_remarks(summaries: Sequence[Summary]) -> list[Remark]:

@@ -7,7 +7,7 @@ a stated share of the samples beyond them. Parts of a line are never negative: a
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from itertools import pairwise
@@ -85,6 +85,62 @@ def envelope(points: Points, *, upper: bool) -> Line:
     if fixed < 0:
         return Line(Fraction(0), extreme(time / size for size, time in points if size), (fixed, slope))
     return Line(fixed, slope)
+
+
+Part: TypeAlias = Callable[[Fraction], Fraction]
+"""The best of one part of a line where the other is given."""
+
+
+def below_upper(low: Line, high: Line, best_fixed: Part, best_slope: Part) -> Line:
+    """The lower line with no part above that of the upper one: the part that is is the same, the other the best then.
+
+    Parameters
+    ----------
+    low, high
+        as the method gives them.
+    best_fixed, best_slope
+        what the method gives where the time per byte, or the fixed part, is stated (in ns).
+    """
+    found = low
+    if found.per_byte_ns > high.per_byte_ns:
+        found = Line(best_fixed(high.per_byte_ns), high.per_byte_ns)
+    if not 0 <= found.fixed_ns <= high.fixed_ns:
+        fixed = min(max(found.fixed_ns, Fraction(0)), high.fixed_ns)
+        found = Line(fixed, min(max(best_slope(fixed), Fraction(0)), high.per_byte_ns))
+    return found
+
+
+def squares_parts(points: Points) -> tuple[Part, Part]:
+    """Of least squares: the mean of what is left, and the slope of a line through a point at size 0."""
+    squares = sum(size * size for size, _ in points)
+    return (
+        lambda slope: sum((time - slope * size for size, time in points), Fraction(0)) / len(points),
+        lambda fixed: sum((size * (time - fixed) for size, time in points), Fraction(0)) / squares,
+    )
+
+
+def lower_envelope_parts(points: Points) -> tuple[Part, Part]:
+    """Of the lower envelope: the least of what is left."""
+    return (
+        lambda slope: min(time - slope * size for size, time in points),
+        lambda fixed: min((time - fixed) / size for size, time in points if size),
+    )
+
+
+def quantile_parts(samples: Iterable[tuple[int, Floats]], share: Fraction) -> tuple[Part, Part]:
+    """Of a quantile line: the quantile of what is left, for a slope with each sample counting as its size."""
+    sizes, times, weights = _weighted(samples)
+    some = sizes > 0
+
+    def quantile(values: Floats, counts: Floats) -> Fraction:
+        order = np.argsort(values)
+        upto = np.cumsum(counts[order])
+        return Fraction(float(values[order][np.searchsorted(upto, float(share) * upto[-1])]))
+
+    return (
+        lambda slope: quantile(times - float(slope) * sizes, weights),
+        lambda fixed: quantile((times - float(fixed))[some] / sizes[some], (weights * sizes)[some]),
+    )
 
 
 def _turn(one: tuple[int, Fraction], two: tuple[int, Fraction], three: tuple[int, Fraction]) -> Fraction:

@@ -85,10 +85,11 @@ def _executions(found: tuple[Execution, ...]) -> Iterator[Block]:
 
 def _execution_row(item: Execution) -> tuple[str, ...]:
     found = item.summary
+    deviation = None if found.is_single else found.deviation_ns
     return (
         *(item.name, item.platform),
         format_time_range(TimeRange(whole(found.min_ns), whole(found.max_ns))),
-        *("-" if value is None else f"{float(value) / 1000:.4g} us" for value in (found.mean_ns, found.deviation_ns)),
+        *("-" if value is None else f"{float(value) / 1000:.4g} us" for value in (found.mean_ns, deviation)),
         "1 !" if found.is_single else "-" if found.count is None else str(found.count),
     )
 

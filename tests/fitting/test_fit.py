@@ -2,15 +2,26 @@
 
 from __future__ import annotations
 
+from fractions import Fraction
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
+import yaml
 from small import GOLDEN
 
 import dse
 from dse.cli.main import run
+from dse.fitting.lines import (
+    Line,
+    Points,
+    below_upper,
+    envelope,
+    least_squares,
+    lower_envelope_parts,
+    squares_parts,
+)
 from dse.spec.load import parse_spec
 
 US = 1000
@@ -75,6 +86,8 @@ def test_what_is_odd_is_told(tmp_path: Path) -> None:
     crossing = written(tmp_path, head + "10,1,90,\n20,50,91,\n30,80,92,\n")
     assert "crossing" in kinds(dse.fit(crossing))
     assert dse.fit(crossing).transports[0].per_byte_ns == (100, 100)
+    [crossed] = dse.fit(crossing).transports  # 130 / 3 is the mean of the minima, 20 B that of the sizes
+    assert crossed.low.fixed_ns == Fraction(131_000, 3) - 20 * 100 and crossed.low_fit.beyond == 1
     assert "few sizes" in kinds(dse.fit(written(tmp_path, head + "10,1,90,\n20,50,91,\n")))
 
 
@@ -206,3 +219,42 @@ def test_columns_as_performance_test_names_them(tmp_path: Path) -> None:
     body = parse_spec("dse: 1\nname: x\n" + dse.fit(path).to_yaml()).spec.bus_types["dds"]
     assert body.virtual and "fixed: 100 us .. 200 us" in dse.fit(path).to_yaml().replace('"', "")
     assert "per_byte: 1 us .. 2 us" in dse.fit(path).to_yaml().replace('"', "")
+
+
+def test_a_lower_line_below_the_upper_one_is_the_best_of_those() -> None:
+    """Against a grid of lines: least squares and envelopes of which the upper line limits the slope or fixed part."""
+    points = [(1, Fraction(1)), (2, Fraction(9)), (4, Fraction(13))]
+    steps = [Fraction(step, 8) for step in range(81)]
+    for high in (Line(Fraction(5), Fraction(2)), Line(Fraction(1), Fraction(3)), Line(Fraction(0), Fraction(1, 2))):
+        lines = [Line(fixed, slope) for fixed in steps for slope in steps]
+        lines = [one for one in lines if one.fixed_ns <= high.fixed_ns and one.per_byte_ns <= high.per_byte_ns]
+        squares = below_upper(least_squares(points), high, *squares_parts(points))
+        assert squares.fixed_ns <= high.fixed_ns and squares.per_byte_ns <= high.per_byte_ns
+        assert _rest(points, squares) <= min(_rest(points, one) for one in lines)
+        below = below_upper(envelope(points, upper=False), high, *lower_envelope_parts(points))
+        safe = [one for one in lines if all(one.at(size) <= time for size, time in points)]
+        assert all(below.at(size) <= time for size, time in points)
+        assert _sum(points, below) >= max(_sum(points, one) for one in safe)
+
+
+def _rest(points: Points, line: Line) -> Fraction:
+    return sum(((time - line.at(size)) ** 2 for size, time in points), Fraction(0))
+
+
+def _sum(points: Points, line: Line) -> Fraction:
+    return sum((line.at(size) for size, _ in points), Fraction(0))
+
+
+def test_sizes_that_were_left_out_are_an_assumption_of_the_catalogue(tmp_path: Path) -> None:
+    rows = "".join(f"{size},{size + 5},{size + 9}\n" for size in (1, 2, 3, 4, 5, 6))
+    path = written(tmp_path, f"size_bytes,min_us,max_us\n{rows}")
+    for options, told in (
+        (
+            {"without": ["3 B .. 4 B"]},
+            "messages from 3 to 4 B were measured and left out: the figures are not for them",
+        ),
+        ({"sizes": "0 B .. 4 B"}, "messages of at most 4 B (beyond, what was measured was left out)"),
+    ):
+        found = yaml.safe_load(dse.fit(path, name="n", **options).to_yaml())  # type: ignore[arg-type]
+        assert found["assumptions"] == [f"n: {told}"]
+    assert "assumptions" not in yaml.safe_load(dse.fit(path).to_yaml())
