@@ -62,7 +62,10 @@ def test_random_problems_of_the_oracle(seed: int) -> None:
 
 @pytest.mark.parametrize("path", example_files(), ids=lambda path: path.stem)
 def test_examples(path: Path) -> None:
-    compare(load(path).space)
+    space = load(path).space
+    if space.processing != "execution_time":
+        pytest.skip("tables of response times take longer than the designs of a benchmark")
+    compare(space)
 
 
 @pytest.mark.parametrize("family", FAMILIES)
