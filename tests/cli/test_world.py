@@ -67,10 +67,9 @@ def test_without_a_reader_the_exit_code_means_what_it_means(arguments: list[str]
 
 
 def test_without_a_reader_files_are_written_all_the_same(tmp_path: Path) -> None:
-    for command in (["solve"], ["explain", "--max-jitter", "5ms"], ["check"]):
-        path = tmp_path / f"{command[0]}.json"
-        dse(command[0], str(PUMP), *command[1:], "--json", str(path), stdout=no_reader())
-        assert json.loads(path.read_text(encoding="utf-8"))
+    path = tmp_path / "result.json"
+    dse("solve", str(PUMP), "--json", str(path), stdout=no_reader())
+    assert json.loads(path.read_text(encoding="utf-8"))
 
 
 @pytest.mark.skipif(not Path("/dev/full").exists(), reason="needs /dev/full")
@@ -140,21 +139,21 @@ def test_closed_streams(redirections: str, tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    "environment",
+    ("environment", "other"),
     [
-        {"LC_ALL": "C", "PYTHONUTF8": "0", "PYTHONCOERCECLOCALE": "0"},
-        {"PYTHONIOENCODING": "ascii:strict"},
-        {"PYTHONIOENCODING": "latin-1:strict", "TERM": "dumb"},
-        {"NO_COLOR": "1", "TERM": "dumb", "COLUMNS": "1"},
-        {"LANG": "tr_TR.ISO-8859-9", "TERM": ""},
+        ({"LC_ALL": "C", "PYTHONUTF8": "0", "PYTHONCOERCECLOCALE": "0"}, ["explain", "--max-jitter", "5ms"]),
+        ({"PYTHONIOENCODING": "ascii:strict"}, ["analyse", "--require", "☃ <= 1 ms"]),
+        ({"PYTHONIOENCODING": "latin-1:strict", "TERM": "dumb"}, ["explain", "--max-jitter", "5ms"]),
+        ({"NO_COLOR": "1", "TERM": "dumb", "COLUMNS": "1"}, ["check"]),
+        ({"LANG": "tr_TR.ISO-8859-9", "TERM": ""}, ["analyse", "--require", "☃ <= 1 ms"]),
     ],
     ids=lambda value: next(iter(value)),
 )
-def test_terminals_without_colours_or_characters(environment: dict[str, str], tmp_path: Path) -> None:
+def test_terminals_without_colours_or_characters(environment: dict[str, str], other: list[str], tmp_path: Path) -> None:
     file = tmp_path / "größe ☃.yaml"
     text = PUMP.read_text(encoding="utf-8").replace("name: Pump", "name: Pümpe ☃ Größe")
     file.write_text(text, encoding="utf-8")
-    for command in (["solve"], ["check"], ["explain", "--max-jitter", "5ms"], ["analyse", "--require", "☃ <= 1 ms"]):
+    for command in (["solve"], other):
         done = dse(command[0], str(file), *command[1:], environment=environment, errors="replace")
         assert done.returncode in (0, 2, 3, 4), (command, done.stderr)
         assert "Traceback" not in done.stderr and "a bug in dse" not in done.stderr and "\x1b[" not in done.stdout
@@ -178,8 +177,8 @@ def test_two_runs_that_write_the_same_folder_leave_whole_files(tmp_path: Path, r
     watcher.start()
     environment = {**os.environ, "PYTHONPATH": str(ROOT)}
     arguments = ["report", str(result), "-o", str(folder)]
-    runs = [subprocess.Popen([*PROGRAM, *arguments], env=environment) for _ in range(3)]
-    assert [run.wait() for run in runs] == [0, 0, 0]
+    runs = [subprocess.Popen([*PROGRAM, *arguments], env=environment) for _ in range(2)]
+    assert [run.wait() for run in runs] == [0, 0]
     done.set()
     watcher.join()
     assert seen and all(abs(size - whole[name]) < 100 for name, size in seen)  # dates differ, halves would by far more

@@ -633,11 +633,11 @@ def test_the_generator_covers_every_kind() -> None:
 
 
 def test_the_generator_makes_feasible_and_infeasible_problems_and_small_fronts() -> None:
-    problems = [load_text(random_problem(seed, "tiny")) for seed in range(60)]
+    problems = [load_text(random_problem(seed, "tiny")) for seed in range(30)]
     assert all(len(list(designs(problem))) <= 400 for problem in problems)
     sizes = [len(front(problem)) for problem in problems]
-    assert 0 < sizes.count(0) < 30
-    assert sum(size > 2 for size in sizes) > 15
+    assert 0 < sizes.count(0) < 15
+    assert sum(size > 2 for size in sizes) > 7
 
 
 def test_the_generator_repeats_itself() -> None:

@@ -17,7 +17,7 @@ from tests.oracle import evaluator as oracle
 from tests.oracle.generator import random_problem
 from tests.properties.pair import Pair, exact_value
 
-PROBLEMS = [("tiny", seed) for seed in cases(500)]
+PROBLEMS = [("tiny", seed) for seed in cases(400)]
 PROBLEMS += [("small", seed) for seed in cases(25)]
 MOST_COMPARED = 250
 """Designs of a problem whose figures are compared, evenly spread; a tiny problem has fewer."""
@@ -201,8 +201,8 @@ def test_the_carrier_of_an_empty_virtual_slot_is_unknown_to_rules(rule: str, cou
 
 def test_the_random_problems_are_worth_it() -> None:
     """Fronts of several points, ties between designs, and infeasible problems do occur."""
-    pairs = [Pair(random_problem(seed, "tiny")) for seed in range(40)]
-    assert sum(len(pair.front) > 2 for pair in pairs) > 5
+    pairs = [Pair(random_problem(seed, "tiny")) for seed in range(20)]
+    assert sum(len(pair.front) > 2 for pair in pairs) > 2
     assert any(not pair.front for pair in pairs)
     assert any(len(designs) > 1 for pair in pairs for designs in pair.front.values())
     assert any(-1 in designs[0].design for pair in pairs for designs in pair.front.values())

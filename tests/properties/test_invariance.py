@@ -15,12 +15,13 @@ import dse
 from dse.analysis.evaluate import Evaluator
 from dse.pareto.front import search_front
 from dse.space.types import Design
+from tests.effort import cases
 from tests.oracle.generator import random_problem
 from tests.properties.pair import Pair
 from tests.properties.rewriting import Document, document_of, in_other_units, renamed, reordered, text_of, with_limit
 
-SEEDS = range(1_019, 1_089)
-FEW = range(1_019, 1_044)
+SEEDS = cases(90, 1_019)
+FEW = cases(40, 1_019)
 
 Points = Mapping[tuple[int, ...], Design]
 Vector = tuple[Fraction, ...]

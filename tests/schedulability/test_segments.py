@@ -17,7 +17,6 @@ from dse.analysis.views import View
 from dse.api.export import export
 from dse.api.problem import loads
 from dse.errors import UsageError
-from dse.examples import example_path
 from dse.pareto.front import Budget, search_front
 from dse.simulation.engine import Setting, simulate_once
 from dse.simulation.plan import build_plan
@@ -131,8 +130,8 @@ def test_what_knows_no_segments_says_so() -> None:
     problem = loads(text_of(draw(3)))
     with pytest.raises(UsageError, match="knows no segments"):
         problem.ask(profile="osate-2.19")
-    result = dse.solve(example_path("perception"))
-    with pytest.raises(UsageError, match="AADL cannot say all of this design: detection has segments"):
+    result = dse.solve(loads(DOCUMENT.replace("SERVES", "fifo")))
+    with pytest.raises(UsageError, match="AADL cannot say all of this design: one has segments"):
         export(result, 1, "aadl")
     assert dse.verify(result).exit_code == 0
 

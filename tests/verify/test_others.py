@@ -142,7 +142,7 @@ def test_random_problems(method: Literal["exhaustion", "model"]) -> None:
         data = asked(problem, count, within)
         if data["front"]:
             seen += check(problem, data, method, 6)
-        if seen["rejected"] > (150 if method == "exhaustion" else 60):
+        if seen["rejected"] > (90 if method == "exhaustion" else 60):
             break
     assert min(seen["rejected"], seen["designs"], seen["more True"], seen["more False"], seen["near"]) >= 5, seen
 
