@@ -31,7 +31,7 @@ from dse.encode.rates import RateVariables
 from dse.encode.reasons import Reason, reason_of, reason_of_value
 from dse.encode.schedulability import add_rows
 from dse.encode.waiting import Waiting
-from dse.space.cores import is_scheduled, names_cores, rules_on_order, tells_cores_apart
+from dse.space.cores import is_scheduled, rules_on_order, tells_cores_apart
 from dse.space.criteria import Metric
 from dse.space.metric_kinds import parts_of
 from dse.space.types import Design, OpenCore, OpenPriority, Space
@@ -129,9 +129,7 @@ class Contention:
             self.waiting = Waiting(board, self.places, self.combined)
 
     def number_cores(self) -> None:
-        """Number the equal cores of processors that have no rows yet."""
-        if names_cores(self.space):
-            return
+        """Number the interchangeable cores of processors that have no rows yet."""
         for processor in range(len(self.space.processors)):
             if processor not in self.known:
                 number_cores(self.space, self.model, self.places, processor)

@@ -32,6 +32,7 @@ from dse.analysis.measures import Term
 from dse.analysis.memo import Watching
 from dse.analysis.views import View, tabulate
 from dse.encode.linear import Board, floor_int
+from dse.space.interchangeable import interchangeable_cores
 from dse.space.trees import Choice, at, leaves
 from dse.space.types import Design, Space
 
@@ -115,12 +116,9 @@ class _Rows:
         self.count = max([1, *leaves(self.space.processors[self.processor].cores)])
         self.scale = item.limit.measure.scale
         self.free = 0
-        every = set(range(1, self.count + 1))
-        picky = {item.component for item in self.space.open_cores if not every <= set(item.decision.values)}
-        here = [
-            number for number, item in enumerate(self.space.components) if self.processor in set(leaves(item.processor))
-        ]
-        self.is_alike = all(self.space.components[number].core is None and number not in picky for number in here)
+        here = [item for item in self.space.components if self.processor in set(leaves(item.processor))]
+        is_free = all(item.core is None for item in here)  # no core is stated or decided
+        self.is_alike = is_free and len(interchangeable_cores(self.space, self.processor, by_rule=False)) == 1
 
     def add(self) -> None:
         """Every core's sum is within the limit; a thread with too many cases is left out, which loses no design."""

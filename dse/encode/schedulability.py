@@ -32,7 +32,6 @@ from dse.analysis.views import tabulate
 from dse.encode.equal_cores import number_cores
 from dse.encode.linear import EXACT_LIMIT
 from dse.encode.places import Places, Thread, Turn
-from dse.space.cores import names_cores
 from dse.space.types import Space
 from dse.timelimit import look_at_the_clock
 
@@ -72,7 +71,7 @@ def add_rows(
     rows.add_utilisation(wanted)
     if any(thread.numbers for thread in threads):
         rows.add_best_order(wanted)
-    if len(threads) == len(places.on(processor)) and not names_cores(space):
+    if len(threads) == len(places.on(processor)):
         number_cores(space, model, places, processor)
 
 

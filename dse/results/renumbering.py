@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from collections import Counter
+from collections.abc import Sequence
 
 from dse.analysis.views import View
 from dse.results.assignment import best_assignment
-from dse.space.cores import tells_cores_apart
+from dse.space.interchangeable import interchangeable_cores
 from dse.space.trees import at
 from dse.space.types import Design, Space
 
@@ -14,7 +15,7 @@ from dse.space.types import Design, Space
 def numbered_like(space: Space, design: Design, other: Design) -> Design:
     """The design with the cores of each processor numbered such that as many threads as can have the one in `other`.
 
-    Where something tells cores apart (a rule, a fixed or stated core, the baseline) the numbers stay.
+    Where something tells cores apart (`dse.space.interchangeable`), or the baseline names some, the numbers stay.
 
     Examples
     --------
@@ -26,46 +27,41 @@ def numbered_like(space: Space, design: Design, other: Design) -> Design:
     (0, 1, 1, 0)
     """
     cores = {item.index for item in space.open_cores}
-    told_apart = not cores.isdisjoint((*space.fixed, *space.baseline)) or tells_cores_apart(space)
-    if not cores or len(space.decisions) <= min(cores) or told_apart:
+    if not cores or len(space.decisions) <= min(cores) or not cores.isdisjoint(space.baseline):
         return design
     result, views = list(design), (View(design), View(other))
     for processor, slot in enumerate(space.processors):
         count = max(1, at(slot.cores, views[0]))
         here = [_cores_on(space, processor, view) for view in views]
-        if here[0] is None or here[1] is None:
-            continue
-        new = _matched(Counter((core, here[1][index]) for index, core in here[0].items() if index in here[1]), count)
+        shared = Counter((core, here[1][index]) for index, core in here[0].items() if index in here[1])
+        new: dict[int, int] = {}
+        for cores_alike in interchangeable_cores(space, processor, _threads_on(space, processor, views[0])):
+            new |= _matched(shared, [core for core in cores_alike if core <= count])
         for index, core in here[0].items():
             result[index] = space.decisions[index].values.index(new[core])
     return tuple(result)
 
 
-def _cores_on(space: Space, processor: int, view: View) -> dict[int, int] | None:
-    """The cores that are decided on a processor, by decision; None where a thread there may have some cores only."""
-    found = {}
-    every = set(range(1, max(1, at(space.processors[processor].cores, view)) + 1))
-    decided = {number: item for item in space.open_cores for number in item.threads}
-    for number, component in enumerate(space.components):
-        if component.processor is None or at(component.processor, view) != processor:
-            continue
-        core = at(component.core, view)
-        if core is None:
-            continue
-        item = decided.get(number)
-        if item is None or not every <= set(item.decision.values):
-            return None
-        found[item.index] = core
-    return found
+def _threads_on(space: Space, processor: int, view: View) -> list[int]:
+    """The components that run on a processor."""
+    items = enumerate(space.components)
+    return [number for number, item in items if item.processor is not None and at(item.processor, view) == processor]
 
 
-def _matched(shared: Counter[tuple[int, int]], count: int) -> dict[int, int]:
-    """New numbers of the cores from 1 to `count`, by which most threads keep theirs; of several such the nearest.
+def _cores_on(space: Space, processor: int, view: View) -> dict[int, int]:
+    """The cores that are decided on a processor, by decision."""
+    decided = {number: item.index for item in space.open_cores for number in item.threads}
+    cores = {number: at(space.components[number].core, view) for number in _threads_on(space, processor, view)}
+    return {decided[number]: core for number, core in cores.items() if number in decided and core is not None}
+
+
+def _matched(shared: Counter[tuple[int, int]], cores: Sequence[int]) -> dict[int, int]:
+    """New numbers of interchangeable cores, by which most threads keep theirs; of several such the nearest.
 
     An assignment problem: a thread that keeps its number outweighs all cores that keep theirs.
     """
-    numbers = range(1, count + 1)
-    if all(old == number for old, number in shared):
-        return {number: number for number in numbers}
-    gains = [[shared[old, number] * (count + 1) + (old == number) for number in numbers] for old in numbers]
-    return {old + 1: number + 1 for old, number in enumerate(best_assignment(gains))}
+    here = {pair: threads for pair, threads in shared.items() if set(pair) <= set(cores)}
+    if all(old == number for old, number in here):
+        return {number: number for number in cores}
+    gains = [[here.get((old, number), 0) * (len(cores) + 1) + (old == number) for number in cores] for old in cores]
+    return {cores[old]: cores[number] for old, number in enumerate(best_assignment(gains))}

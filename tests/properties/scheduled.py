@@ -1,4 +1,4 @@
-"""Random problems whose threads wait for each other: priorities as decisions, groups of cores, executors, sections."""
+"""Random problems whose threads wait for each other: priorities as decisions, groups and lists of cores, executors."""
 
 from __future__ import annotations
 
@@ -33,6 +33,8 @@ def with_scheduling(text: str, rng: random.Random) -> str:
             body["non_preemptive"] = rng.choice(["200 us", "1 ms", "3 ms"])
     if rng.random() < 0.5:
         _group(document, rng)
+    if rng.random() < 0.6:
+        _spread(document, threads, rng)
     if asked != "any" and rng.random() < 0.6:  # the best order is sought of threads alone
         _execute(document, threads, rng)
     _charge(document, rng)
@@ -78,6 +80,19 @@ def _group(document: Document, rng: random.Random) -> None:
                 given[f"{kind}/{rng.choice(['big', 'little', 'little'])}"] = slow[0]
             if rng.random() < 0.15 and "core" not in thread and len(as_list(thread.get("processor"))) == 1:
                 thread["core"] = rng.choice(["1", str(count)])
+
+
+def _spread(document: Document, threads: dict[str, dict[str, Any]], rng: random.Random) -> None:
+    """Three or four cores, of which some threads may have some."""
+    types = [body for body in document["processor_types"].values() if isinstance(body.get("cores", "1"), str)]
+    for body in types:
+        if rng.random() < 0.6:
+            body["cores"] = rng.choice(["3", "4"])
+    counts = [int(body["cores"]) for body in types if "cores" in body]
+    for body in threads.values():
+        if counts and "core" not in body and rng.random() < 0.4:
+            cores = sorted(rng.sample(range(1, max(counts) + 1), min(max(counts), rng.choice((2, 2, 3)))))
+            body["core"] = list(map(str, cores))
 
 
 def _execute(document: Document, threads: dict[str, dict[str, Any]], rng: random.Random) -> None:

@@ -218,7 +218,8 @@ def fixed(problem: Problem, rng: random.Random) -> tuple[str, ...]:
     open_ = [item for item in problem.space.decisions if item.is_open]
     if not open_ or rng.random() < 0.6:
         return ()
-    item = rng.choice(open_)
+    cores = [item for item in open_ if item.field == "core"]
+    item = rng.choice(cores if cores and rng.random() < 0.5 else open_)
     return (f"'{item.name}' = {rng.choice(item.options)}",)
 
 

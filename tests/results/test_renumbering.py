@@ -119,11 +119,11 @@ def test_a_comparison_tells_renumbered_cores_from_changed_ones() -> None:
     assert "Cores of other are numbered here like those of one" in printed.getvalue()
 
 
-def test_threads_of_which_one_may_have_the_first_cores_only_keep_their_numbers() -> None:
+def test_only_cores_that_one_thread_may_have_change_places() -> None:
     """Before, c was to have a core that it may not have."""
     threads = {name: {"processor": "p", "period": "10 ms", "compute_execution_time": "1 ms"} for name in "abc"}
     threads["c"]["core"] = [1, 2]  # type: ignore[assignment] # a list is a decision
     problem = {"dse": 1, "name": "few", "processor_types": {"t": {"cores": 3}}, "deadlines": "all"}
     space = dse.load({**problem, "processors": {"p": {"type": "t"}}, "threads": threads}).space
     assert [item.name for item in space.decisions] == ["p.type", "a.core", "b.core", "c.core"]
-    assert numbered_like(space, (0, 0, 0, 0), (0, 2, 2, 1)) == (0, 0, 0, 0)
+    assert numbered_like(space, (0, 0, 0, 0), (0, 2, 2, 1)) == (0, 1, 1, 1)

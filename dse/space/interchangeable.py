@@ -1,0 +1,91 @@
+"""Which cores of a processor are interchangeable: designs that differ in their numbers alone have the same figures.
+
+The one home of that condition for the search and for what is shown of its designs; `dse.verification`, which proves
+again what the search says, has its own.
+"""
+
+from __future__ import annotations
+
+from collections import defaultdict
+from collections.abc import Collection, Hashable
+
+from dse.space.cores import names_cores, numbers_of
+from dse.space.metrics import by_first_fit, most_cores
+from dse.space.trees import leaves
+from dse.space.types import Component, OpenCore, Space
+
+Classes = tuple[tuple[int, ...], ...]
+"""Cores from 1 on: those of one class may change places."""
+
+
+def interchangeable_cores(
+    space: Space,
+    processor: int,
+    threads: Collection[int] | None = None,
+    *,
+    fixable: Collection[int] = (),
+    by_rule: bool = True,
+) -> Classes:
+    """The classes of a processor's cores that nothing in the question tells apart, in the order of their first cores.
+
+    What tells cores apart: rules and figures of single cores, groups of cores, first-fit, which goes through cores by
+    their numbers, and where each thread may run: on stated cores, on those of its list, on the one that is fixed.
+
+    Parameters
+    ----------
+    space
+        the question.
+    processor
+        its place among the processors.
+    threads
+        who is looked at, by component; all that may run there when omitted.
+    fixable
+        decisions, by index, that may be fixed to any of their options later on.
+    by_rule
+        whether first-fit matters: not where only some placement is asked for.
+
+    Examples
+    --------
+    >>> import dse
+    >>> thread = {"processor": "p", "period": "10 ms", "compute_execution_time": "1 ms"}
+    >>> def cores_of(listed):
+    ...     threads = {"a": {**thread, "core": listed}, "b": thread}
+    ...     return dse.load({"dse": 1, "name": "Four", "processor_types": {"t": {"cores": 4}}, "threads": threads,
+    ...                      "processors": {"p": {"type": "t"}}, "deadlines": "all"})
+    >>> interchangeable_cores(cores_of("any").space, 0)
+    ((1, 2, 3, 4),)
+    >>> interchangeable_cores(cores_of([1, 3]).space, 0)
+    ((1, 3), (2, 4))
+    """
+    every = range(1, most_cores(space, processor) + 1)
+    if names_cores(space) or (by_rule and any(by_first_fit(space, processor))):
+        return tuple((core,) for core in every)
+    decided = {number: item for item in space.open_cores for number in item.threads}
+    found: dict[Hashable, list[int]] = defaultdict(list)
+    for core in every:
+        marks: list[Hashable] = [_groups(space, processor, core)]
+        for number, component in enumerate(space.components):
+            if processor in set(leaves(component.processor)) and (threads is None or number in threads):
+                marks.append(_mark(space, component, decided.get(number), core, fixable))
+        found[tuple(marks)].append(core)
+    return tuple(tuple(cores) for cores in found.values())
+
+
+def _groups(space: Space, processor: int, core: int) -> Hashable:
+    """The group of a core in each type that has several kinds of cores."""
+    slot = space.processors[processor]
+    return tuple(
+        next((group for group, _ in named if core in numbers_of(slot, type_name, group)), None)
+        for type_name, named in slot.groups.items()
+    )
+
+
+def _mark(space: Space, component: Component, item: OpenCore | None, core: int, fixable: Collection[int]) -> Hashable:
+    """What tells a core from others where a thread may run."""
+    if item is None:
+        return core in set(leaves(component.core))
+    if item.index in fixable:
+        return core
+    if item.index in space.fixed:
+        return bool(core == item.decision.values[space.fixed[item.index]])
+    return core in item.decision.values
