@@ -18,7 +18,7 @@ from dse.importers.aadl.alternatives import Subsystem, replacement, subsystems, 
 from dse.importers.aadl.model import Model as AadlModel
 from dse.importers.aadl.model import read_model
 from dse.importers.aadl.problem import Writer
-from dse.importers.registry import is_model
+from dse.importers.registry import YAML, is_model
 from dse.results.aadl.chosen import ChosenModel, Side
 from dse.results.aadl.whole import WholeModel
 from dse.results.design_tables import analyse_design
@@ -49,7 +49,7 @@ def aadl_text(result: Result, design: Design, title: str, *, response_times: boo
         what = f"{pieces[0].thread} has segments" if pieces else f"{served[0].name} serves one job at a time"
         raise UsageError(f"AADL cannot say all of this design: {what} ({INSTEAD})")
     responses = _responses(result, design) if response_times else {}
-    if loaded.spec.imported is not None:
+    if loaded.spec.imported is not None and not _is_imported_copy(result):
         return _chosen(result, design, title, loaded.spec.imported, responses)
     document = loaded.document
     left_out: list[str] = []
@@ -112,6 +112,13 @@ def _chosen(result: Result, design: Design, title: str, imported: Imported, resp
     if differing:
         raise UsageError(f"AADL cannot say all of this design: in the model it would have another {differing[0]}")
     return given
+
+
+def _is_imported_copy(result: Result) -> bool:
+    """Whether it is a problem file as `dse import` writes it: a problem by itself, not one of the model."""
+    name = Path(result.problem.file).name
+    stated = re.search(r"^imported:", result.problem.texts.get(name, ""), re.MULTILINE)
+    return name.lower().endswith(YAML) and stated is not None
 
 
 def _implementations(model: AadlModel, space: Space, design: Design) -> list[Subsystem]:

@@ -115,6 +115,29 @@ def test_the_model_is_needed_to_extend_it(tmp_path: Path) -> None:
         dse.export(result, 1, "aadl")
 
 
+def test_an_imported_file_is_a_problem_by_itself(tmp_path: Path) -> None:
+    """It may have been changed, and stand where the model is not; before, it was asked for."""
+    model = dse.Model(ROOT / "problems" / "aadl" / "inmark_chapter2.aadl", "inmark_full.gnss_flow")
+    text = dse.import_file(model.path, root=model.root).text.replace(" 12 ms", " 900 ms")
+    (tmp_path / "i.yaml").write_text(text, encoding="utf-8")
+    result = dse.solve(tmp_path / "i.yaml", minimise="price")
+    assert "extends" not in dse.export(result, 1, "aadl")
+
+
+RENAMED = """package lib public with a; renames system a::s;
+  system implementation s.j extends a::s.i end s.j; end lib;"""
+
+
+def test_the_type_of_a_renamed_classifier(tmp_path: Path) -> None:
+    """The implementation is in one package, its type in another that only a renames leads to."""
+    text = "package a public device d properties Period => 5 ms; end d; system s end s;"
+    text += " system implementation s.i subcomponents t : device d; end s.i; end a;"
+    (tmp_path / "a.aadl").write_text(text, encoding="utf-8")
+    (tmp_path / "lib.aadl").write_text(RENAMED, encoding="utf-8")
+    result = dse.solve(dse.Model(tmp_path / "lib.aadl", "lib::s.j"), minimise="price")
+    assert "system s extends a::s" in dse.export(result, 1, "aadl")
+
+
 def test_the_property_set_stands_beside_the_model(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
     Path("p.json").write_text(dse.solve(ROOT / "problems" / "starter.yaml").to_json(), encoding="utf-8")

@@ -82,6 +82,14 @@ def same(mine: dict[str, Fraction], theirs: dict[str, Fraction]) -> bool:
     return not lost and all(theirs[name] == value for name, value in mine.items() if name in theirs)
 
 
+def assert_osate_reads(text: str) -> None:
+    """Its grammar has quotes within texts behind a backslash; its Time is an aadlinteger, SEI's rates are aadlreal."""
+    bare = re.sub(r"""--[^\n]*|"(?:\\[btnfru"'\\]|[^\\"])*\"""", "TEXT", text)
+    assert '"' not in bare and "TEXT" * 2 not in bare
+    assert not re.search(r"\d\.\d+ (ps|ns|us|ms|sec|min|hr)\b", bare)
+    assert all("." in found for found in re.findall(r"BandWidth\w+ => ([\d.]+)", bare))
+
+
 @pytest.mark.parametrize("seed", cases(15))
 def test_a_problem_comes_back(seed: int, tmp_path: Path) -> None:
     path, there = tmp_path / "p.yaml", tmp_path / "m.aadl"
@@ -99,6 +107,7 @@ def test_a_problem_comes_back(seed: int, tmp_path: Path) -> None:
     except UsageError as error:
         assert re.search(REFUSED, str(error))
         return
+    assert_osate_reads(there.read_text(encoding="utf-8"))
     read = dse.load(there).space
     chosen = complete_design(read, read.baseline)
     mine, theirs = figures(space, design), figures(read, chosen)

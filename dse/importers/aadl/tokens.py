@@ -79,7 +79,7 @@ class Text:
     def _fail_at(self, at: int) -> NoReturn:
         if self.text[at] == '"':
             self.fail(
-                "the text that begins here does not end", at, "a text ends with a quote, one within it is doubled"
+                "the text that begins here does not end", at, "a text ends with a quote, one within it has a backslash"
             )
         if self.text.startswith("{**", at):
             self.fail("the annex that begins here does not end", at, 'it ends with "**}"')

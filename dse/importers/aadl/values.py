@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from fractions import Fraction
 
 from dse.importers.aadl.cursor import Cursor
@@ -23,8 +24,15 @@ from dse.importers.aadl.syntax import (
     Word,
 )
 
+_ESCAPED = re.compile(r'""|\\(["\\nt])')
+_MEANT = {"n": "\n", "t": "\t"}
 MOST_DIGITS = 60
 """So many digits and so large an exponent a number may have."""
+
+
+def text_within(quoted: str) -> str:
+    """What is between quotes: a quote is doubled, as the standard has it, or behind a backslash, as OSATE has it."""
+    return _ESCAPED.sub(lambda found: _MEANT.get(found[1], found[1]) if found[1] else '"', quoted)
 
 
 def read_block(cursor: Cursor) -> Properties:
@@ -114,7 +122,7 @@ def _operand(cursor: Cursor) -> Value:
         return _number(cursor)
     if token.kind == "string":
         cursor.take()
-        return Text(token.text[1:-1].replace('""', '"'), place)
+        return Text(text_within(token.text[1:-1]), place)
     if token.key in ("true", "false"):
         cursor.take()
         return Word("", token.key, False, place)

@@ -79,6 +79,7 @@ class ChosenModel:
         root = model.root.flat
         assert root is not None
         self.root = root.classifier
+        self.type = next(item for item in root.chain if not item.is_implementation)
         self.components = {
             name: item
             for item in model.root.below()
@@ -96,11 +97,11 @@ class ChosenModel:
         self._left_out()
         stem = self.root.name.partition(".")[0]
         package = identifier(self.name, set())
-        used = dict.fromkeys([self.root.package, *self.withs])
+        used = dict.fromkeys([self.root.package, self.type.package, *self.withs])
         uses_sei = any(line.startswith("SEI::") for line in self.lines)
         names = ", ".join([*used, *(["SEI"] if uses_sei else [])])
         lines = [f"package {package}", "public", f"  with {names};", ""]
-        lines += [f"  system {stem} extends {self.root.package}::{stem}", f"  end {stem};", ""]
+        lines += [f"  system {stem} extends {self.type.package}::{stem}", f"  end {stem};", ""]
         lines += [f"  system implementation {stem}.chosen extends {self.root.package}::{self.root.name}"]
         lines += ["    subcomponents", *(f"      {line}" for line in self.refined)] if self.refined else []
         stated = [

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import re
 from collections.abc import Iterable
+from fractions import Fraction
 from typing import Any
 
 from dse.spec.writing import yaml_text
@@ -12,6 +13,7 @@ from dse.units import Exact, TimeRange, UnitError, format_time_range, parse_band
 
 _QUANTITY = re.compile(r"(\d+(?:\.\d+)?)\s*([A-Za-zµμ]+)")
 _TIMES = {"ps": "ps", "ns": "ns", "us": "us", "µs": "us", "μs": "us", "ms": "ms", "s": "sec", "min": "min", "h": "hr"}
+_PS = {"ps": 1, "ns": 10**3, "us": 10**6, "ms": 10**9, "sec": 10**12, "min": 60 * 10**12, "hr": 3600 * 10**12}
 _RESERVED = """
 abstract access all and annex applies binding bus calls classifier compute connections constant data delta device end
 enumeration event extends false feature features flow flows group implementation in inherit initial internal inverse is
@@ -40,25 +42,41 @@ def identifier(name: str, taken: set[str]) -> str:
 
 
 def quoted(text: str) -> str:
-    """A text in quotes."""
-    return '"' + text.replace("\\", "\\\\").replace('"', '""') + '"'
+    r"""A text in quotes; those within it as OSATE reads them, with a backslash.
+
+    >>> print(quoted('load of "the bus"'))
+    "load of \"the bus\""
+    """
+    return '"' + text.replace("\\", "\\\\").replace('"', '\\"') + '"'
 
 
 def times(text: Any, *, as_range: bool = True) -> str | None:
-    """A time or a range of times; None where AADL has no form for it, such as ``1/3 ns``.
+    """A time or a range of times, in whole numbers of a unit; None where AADL has no form for it, such as ``1/3 ns``.
+
+    AADL's Time is an aadlinteger: OSATE takes no ``1.3 ms``.
 
     >>> times("243 us .. 1.3 ms"), times("2 s"), times("2 s", as_range=False), times("1/3 ns")
-    ('243 us .. 1.3 ms', '2 sec .. 2 sec', '2 sec', None)
+    ('243 us .. 1300 us', '2 sec .. 2 sec', '2 sec', None)
     """
     ends = []
     for part in str(text).split(".."):
         found = _QUANTITY.fullmatch(part.strip())
         if found is None or found[2] not in _TIMES:
             return None
-        ends.append(f"{found[1]} {_TIMES[found[2]]}")
+        whole = _whole(Fraction(found[1]), _TIMES[found[2]])
+        if whole is None:
+            return None
+        ends.append(whole)
     if not as_range:
         return ends[0] if len(ends) == 1 else None
     return f"{ends[0]} .. {ends[-1]}"
+
+
+def _whole(value: Fraction, unit: str) -> str | None:
+    """A time in the greatest unit up to its own in which it is a whole number."""
+    in_ps = value * _PS[unit]
+    found = [word for word, size in _PS.items() if size <= _PS[unit] and (in_ps / size).denominator == 1]
+    return f"{in_ps / _PS[found[-1]]} {found[-1]}" if found else None
 
 
 def written_range(ends: tuple[Exact, Exact]) -> str:
@@ -77,7 +95,7 @@ def size(text: Any) -> str | None:
 def bandwidth(text: Any) -> str | None:
     """A bandwidth in bit/s."""
     try:
-        return f"{parse_bandwidth_bps(str(text))} bitsps"
+        return f"{parse_bandwidth_bps(str(text))}.0 bitsps"  # an aadlreal: OSATE takes no whole number
     except (UnitError, ValueError, TypeError):
         return None
 
@@ -95,7 +113,9 @@ def _flow(value: Any) -> str:
     if isinstance(value, list):
         return f"[{', '.join(map(_flow, value))}]"
     if isinstance(value, str):
-        return yaml_text(value)
+        text = yaml_text(value)
+        is_plain = value.isprintable() and not set(value) & {'"', "\\"}
+        return "'" + value.replace("'", "''") + "'" if text.startswith('"') and is_plain else text
     return json.dumps(value)
 
 
