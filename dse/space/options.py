@@ -58,6 +58,9 @@ PARSERS: Mapping[str, Callable[[str], Any]] = {
     "count": int,
 }
 
+ROUNDED = {"deadline": Rounding.DOWN, "non_preemptive": Rounding.UP, "context_switch": Rounding.UP}
+"""Durations that need not be whole ns, as the file may state them."""
+
 
 def unknown_field(space: Space, name: str) -> tuple[str, str]:
     """What is wrong with a name that no field has, and which come close."""
@@ -101,8 +104,9 @@ def offered_value(reference: Reference, text: str) -> Any:
 def read_value(reference: Reference, text: str) -> Any:
     """The value that `text` means for a reference of its kind."""
     if reference.kind in PARSERS:
+        rounding = ROUNDED.get(reference.name.rpartition(".")[2])
         try:
-            value = PARSERS[reference.kind](text)
+            value = PARSERS[reference.kind](text) if rounding is None else parse_duration_ns(text, rounding)
             return in_unit_of(reference.texts, value) if isinstance(value, Total) else value
         except UnitError as error:
             raise QuestionError(f"{reference.name}: {error.message}", error.hint) from error

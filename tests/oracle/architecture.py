@@ -554,7 +554,7 @@ def state_clocks(rng: random.Random, document: dict[str, Any]) -> None:
         if "processor" in body and rng.random() < 0.6:
             body["communication"] = "let"
             if rng.random() < 0.3:
-                body["deadline"], document["deadlines"] = f"{rng.randint(1, 30)} ms", "none"
+                body["deadline"] = f"{rng.randint(1, 30)} ms"
             if choices and rng.random() < 0.3:
                 choices -= 1
                 body["communication"] = rng.sample(["let", "implicit"], 2)

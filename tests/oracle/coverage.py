@@ -149,6 +149,14 @@ def _question_features(problem: Problem) -> Iterator[str]:
             if word in rule.text
         )
         yield "rule without verb" if not rule.text.startswith(("require ", "forbid ")) else "rule with verb"
+    if any(problem.deadline_fields(name) for name in problem.sections["threads"]):
+        yield f"deadlines {problem.document.get('deadlines', 'stated')}"
+        if any(field.endswith(".core") for field in problem.decisions):
+            yield "open cores"
+    elif problem.document.get("deadlines") == "none":
+        yield "deadlines none"
+    if problem.counts_responses:
+        yield "processing response_time"
     for key in ("metrics", "totals", "baseline", "cost_of_change"):
         if problem.document.get(key):
             yield key

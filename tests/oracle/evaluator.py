@@ -46,7 +46,7 @@ Where the documents leave something open, this is how they are read here:
     a name that stands alone, perhaps with constants, is every one of its kind; one in a sum must be unmistakable.
     Utilisation counts as it is listed, of one core.
 21. ``changes`` counts the decisions with two or more options that the baseline states, that are active in the design,
-    and for which it has another option, each as often as ``cost_of_change`` says, else once.
+    and for which it has another option, each as often as ``cost_of_change`` says, else once. Cores are left out.
 22. A bus type with a ``frame`` has the times that its messages take on the wire (`wire`), and their load there: the
     longest of them as bytes, times the rate of the messages.
 23. A timer keeps its phase to those of the same clock: of one processor, or of processors and devices that name one.
@@ -56,7 +56,14 @@ Where the documents leave something open, this is how they are read here:
 24. Where flows from timers meet at a timer by different ways, what it reads by one is at most as old as data may be
     when they are read and a period of their first timer, less that of the reader, whose every release reads; at least
     as the way takes. The disparity is the largest difference.
-25. Lists inside a ``totals`` mapping, and inside a map of a virtual bus per processor type, are not supported here.
+25. A response time is the longest that a job takes in the busiest stretch of its core (`scheduling`): of what a stated
+    rate delivers once in each whole ns of 1 / rate, of what nothing dispatches once; a stated response_time changes
+    nothing of it, and goes before it in latencies. Threads without a core are where a decision puts them; where none
+    does (nothing that is asked depends on it) no response time is told.
+26. Not judged: executors, segments, `priority: any`, priority levels, non-preemptive sections, context switches,
+    interrupts, throttling, groups of cores (``tests/thread_systems.py`` has an own reading of each of these), and
+    what shares an accelerator.
+27. Lists inside a ``totals`` mapping, and inside a map of a virtual bus per processor type, are not supported here.
 """
 
 from __future__ import annotations
@@ -230,6 +237,7 @@ def _figures(problem: Problem, reading: Reading) -> dict[str, Any]:
         figures["flows"][flow]["reaction"] = worst + reading.first_period(flow)
         if reading.first_period(flow):
             figures["flows"][flow]["age"] = worst + reading.first_period(flow) - reading.last_period(flow)
+    figures["responses"], figures["late"] = reading.responses(), reading.late()
     figures["disparity"] = {name: reading.disparity(name) for name in problem.meetings}
     figures["shares"] = reading.shares()
     figures["utilisation"] = {slot: sum(parts.values(), Fraction(0)) for slot, parts in figures["shares"].items()}
@@ -270,7 +278,7 @@ def _changes(problem: Problem, design: Mapping[str, str | None]) -> int:
         for field, stated in fields.items():
             decision = f"{name}.{field}"
             chosen = design.get(decision)
-            if chosen is None or len(problem.decisions[decision]) < 2:
+            if chosen is None or field == "core" or len(problem.decisions[decision]) < 2:
                 continue
             if option_value(field, chosen) != option_value(field, stated):
                 count += int(costs.get(name, {}).get(field, 1))
@@ -303,6 +311,8 @@ def _metric(problem: Problem, figures: Mapping[str, Any], name: str, of: str | N
         return figures["busy"][of], RATIO
     if name == "disparity":
         return Fraction(figures["disparity"][of]), TIME
+    if name == "response time":
+        return figures["responses"][of], TIME
     key = {
         "latency": "max", "min latency": "min", "jitter": "jitter", "run jitter": "run", "reaction time": "reaction",
         "data age": "age",
@@ -382,6 +392,7 @@ def violations(problem: Problem, figures: Mapping[str, Any]) -> list[str]:
         limit = body.get("latency")
         if limit is not None and figures["flows"][flow]["max"] > quantities.transmission(limit)[1]:
             broken.append(f"latency of {flow} <= {limit.rpartition('..')[2].strip()}")
+    broken += [f"response time of {name} <= its deadline" for name in figures["late"]]
     return [*broken, *_overloads(problem, figures)]
 
 

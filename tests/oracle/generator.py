@@ -3,8 +3,8 @@
 An architecture with too many alternatives is drawn first, then thinned out until it has few enough designs; limits
 are drawn last, around values that designs attain, so that they bind, just hold, or just fail.
 
-Left out, because the documents do not say what it means or the product refuses it: lists of processes, deadlines or
-whole transmission times, alternatives inside virtual bus types, response times without execution times, maps that lack
+Left out, because the documents do not say what it means or the product refuses it: lists of processes or whole
+transmission times, alternatives inside virtual bus types, response times without execution times, maps that lack
 a processor type, flows that start at a hybrid component or one with a queue, or with a connection to a periodic one,
 `load` of a virtual bus type, shares of buses without a bandwidth, data rates without sizes in flows and on trigger
 connections, connections over a bus with neither, and processes whose threads can never meet on one processor.
@@ -22,6 +22,7 @@ from typing import Any
 
 from .architecture import Architecture, state_clocks, state_cores, state_overload
 from .coverage import features
+from .deadlines import state_deadlines
 from .evaluator import designs
 from .problem import Problem, as_list
 from .question import add_question, add_rules, allow_what_is_needed
@@ -42,6 +43,7 @@ def random_problem(seed: int, size: str = "small") -> str:
     state_cores(random.Random(f"cores {size} {seed}"), document)  # drawn apart from all else
     state_overload(random.Random(f"overload {size} {seed}"), document)
     state_clocks(random.Random(f"clocks {size} {seed}"), document)
+    state_deadlines(random.Random(f"deadlines {size} {seed}"), document)
     add_rules(rng, document)
     add_question(rng, document)
     allow_what_is_needed(random.Random(f"allowed {size} {seed}"), document)

@@ -12,7 +12,7 @@ from .quantities import NUMBER, UNITS, Quantity, quantity
 
 METRICS = (
     "latency", "min latency", "jitter", "run jitter", "reaction time", "data age", "disparity", "utilisation", "load",
-    "busy", "price", "power",
+    "busy", "price", "power", "response time",
 )  # fmt: skip
 KEYWORDS = {"and", "or", "not", "implies", "requires", "in", "is"}
 OPERATORS = {"<=", "<", ">=", ">", "==", "!="}

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from functools import cached_property
 from itertools import pairwise
 from pathlib import Path
@@ -46,7 +46,7 @@ FIELDS = {
         "power",
     ),
     "devices": ("type", *_TASK_FIELDS, *_CLOCKED),
-    "threads": ("type", "process", "processor", *_TASK_FIELDS, *_CLOCKED),
+    "threads": ("type", "process", "processor", *_TASK_FIELDS, *_CLOCKED, "priority"),
     "connections": ("data_size", "bus", "rate", "data_rate", "port", "queue_size", "latency"),
 }
 
@@ -79,7 +79,12 @@ class Problem:
 
     @cached_property
     def asks_of_cores(self) -> bool:
-        """Whether something that is asked, or a derived metric, is about single cores: then open ones are decisions."""
+        """Whether what is asked depends on who shares a core: then open ones are decisions."""
+        return self.names_cores or self._asks_of_responses
+
+    @cached_property
+    def names_cores(self) -> bool:
+        """Whether something that is asked, or a derived metric, is about single cores."""
         asked = [item.metric for item in self.requirements] + [item.metric for item in self.objectives]
         asked += [metric for terms in self.metrics.values() for _, metric, _ in terms]
         return any(
@@ -87,6 +92,40 @@ class Problem:
             for metric in asked
             for item in grammar.inner(metric)
         )
+
+    @cached_property
+    def counts_responses(self) -> bool:
+        """Whether latencies count how long threads wait for their core."""
+        return self.document.get("processing") == "response_time"
+
+    @cached_property
+    def _asks_of_responses(self) -> bool:
+        """Whether a requirement, an objective or a deadline depends on who shares a core."""
+        if any(self.deadline_fields(name) for name in self.sections["threads"]):
+            return True
+        waiting = {"response time"}
+        if self.counts_responses:
+            waiting |= {"latency", "jitter", "run jitter", "reaction time", "data age", "disparity"}
+            if any("latency" in body for body in self.sections["flows"].values()):
+                return True
+        asked = [item.metric for item in (*self.requirements, *self.objectives)]
+        return any(name in waiting for metric in asked for name in self._kinds(metric))
+
+    def _kinds(self, metric: grammar.Metric | grammar.Extreme) -> Iterator[str]:
+        """The kinds of metrics that a metric is made of."""
+        for item in grammar.inner(metric):
+            yield item.name
+            for _, inner, _ in self.metrics.get(item.name, ()):
+                yield from self._kinds(inner)
+
+    def deadline_fields(self, thread: str) -> list[str]:
+        """The fields that say by when a thread on a processor must end, those before the others; none where none does."""
+        setting = self.document.get("deadlines", "stated")
+        body = self.component(thread)
+        fields = {"none": [], "stated": ["deadline"], "all": ["deadline", "period"]}[setting]
+        types: list[Any] = self.types(thread) or [None]
+        stated = [field for field in fields if any(self.stated(thread, field, kind) for kind in types)]
+        return fields if stated and "processor" in body else []
 
     def most_cores(self, slot: str) -> int:
         """The most cores that a processor may have."""
@@ -317,11 +356,12 @@ _READERS: dict[str, Callable[[str], Any]] = {
     "bandwidth": quantities.bandwidth,
     "price": quantities.price,
     "power": quantities.power,
-    "deadline": quantities.duration,
+    "deadline": quantities.deadline,
     "offset": quantities.duration,
     "queue_size": int,
     "cores": int,
     "core": int,
+    "priority": lambda text: int(text) if text.isdigit() else text,
     **dict.fromkeys(
         (
             "compute_execution_time",

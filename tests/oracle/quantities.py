@@ -148,6 +148,12 @@ def duration(text: str) -> int:
 
 
 @cache
+def deadline(text: str) -> int:
+    """A deadline in whole ns, rounded down: it is a supply."""
+    return floor(exact(text, TIME))
+
+
+@cache
 def size(text: str) -> int:
     """Bytes, rounded up (a demand)."""
     return ceil(exact(text, SIZE))

@@ -282,7 +282,7 @@ def _ask_for_changes(rng: random.Random, document: dict[str, Any]) -> None:
         stated = option if option is not None else rng.choice(problem.decisions[decision])
         if rng.random() < (0.8 if option is not None else 0.3):
             baseline.setdefault(name, {}).setdefault(field, stated)
-        if rng.random() < 0.2:
+        if rng.random() < 0.2 and field != "core":
             costs.setdefault(name, {})[field] = rng.choice(["0", "2", "5"])
     if not baseline:
         del document["baseline"]

@@ -14,9 +14,11 @@ from typing import Any, TypeAlias
 from . import quantities, wire
 from .problem import FIELDS, FOLLOWS, NONE, Problem, Unstated, as_list, looked_up, option_value
 from .quantities import NS_PER_S, TIME
+from .scheduling import Scheduling
 
 PER_PROCESSOR_TYPE = ("compute_execution_time", "callback_execution_time", "response_time")
 EVENT_TRIGGERED = ("aperiodic", "sporadic")
+NO_BOUND_NS = Fraction(10**14)
 COMPARE: dict[str, Callable[[Any, Any], bool]] = {
     "<=": operator.le,
     "<": operator.lt,
@@ -191,6 +193,10 @@ class Reading:
         text = self.get(name, "period")
         return None if text is None else quantities.period(text)
 
+    def has_period(self, name: str) -> bool:
+        """Whether a period counts: a timer's, or how far apart jobs are at least."""
+        return bool(self.offered(name, "period")) and self.protocol(name) != "aperiodic"
+
     def timer_rate(self, name: str) -> Fraction:
         period = self.period_ns(name)
         if period is None:
@@ -199,11 +205,19 @@ class Reading:
 
     def input_rate(self, name: str) -> Fraction:
         """Activations per second by the trigger connections."""
-        body = self.problem.component(name)
-        triggers = body.get("dispatch_trigger")
+        return sum((self.delivered_rate(c) for c in self.triggers(name)), Fraction(0))
+
+    def triggers(self, name: str) -> list[str]:
+        """The connections whose messages dispatch a component."""
+        triggers = self.problem.component(name).get("dispatch_trigger")
         if triggers is None:
-            triggers = [c for c in self.problem.incoming[name] if self.get(c, "port") != "data"]
-        return sum((self.delivered_rate(c) for c in as_list(triggers)), Fraction(0))
+            return [c for c in self.problem.incoming[name] if self.get(c, "port") != "data"]
+        return as_list(triggers)
+
+    def states_rate(self, connection: str) -> bool:
+        """Whether a connection delivers at a rate of its own."""
+        by_data = self.offered(connection, "data_rate") and self.offered(connection, "data_size")
+        return bool(self.offered(connection, "rate") or by_data)
 
     def rate(self, name: str) -> Fraction:
         """Activations per second, which are also the messages per second that leave (of a hybrid: its timer's)."""
@@ -234,6 +248,40 @@ class Reading:
         sender = self.problem.component(connection).get("from")
         return Fraction(0) if sender is None else self.rate(sender)
 
+    # Response times
+
+    @cached_property
+    def scheduling(self) -> Scheduling:
+        """What runs on each core; only of a complete design whose cores are all known."""
+        return Scheduling(self)
+
+    @staticmethod
+    def _counted(response: Fraction | None) -> Fraction:
+        """A response time in a sum; one without a bound is as the documents say, 27.8 h."""
+        return NO_BOUND_NS if response is None else min(response, NO_BOUND_NS)
+
+    def responses(self) -> dict[str, Fraction]:
+        """The response time of each thread on a processor, where what is asked decides the cores."""
+        if not self.problem.asks_of_cores:
+            return {}
+        named = [name for name in self.problem.sections["threads"] if self.processor_of(name)]
+        return {name: self._counted(self.scheduling.of(name)) for name in named}
+
+    def deadline_ns(self, name: str) -> int | None:
+        """By when a thread on a processor must end after its release, where that is asked."""
+        for field in self.problem.deadline_fields(name):
+            if field == "deadline" and self.get(name, field) is not None:
+                return quantities.deadline(self.get(name, field))
+            if field == "period" and self.has_period(name):
+                return self.period_ns(name)
+        return None
+
+    def late(self) -> list[str]:
+        """The threads that end later than they must."""
+        found = self.responses()
+        limits = {name: self.deadline_ns(name) for name in found}
+        return [name for name, limit in limits.items() if limit is not None and found[name] > limit]
+
     # Latency
 
     def processing(self, name: str) -> tuple[int, int]:
@@ -241,7 +289,11 @@ class Reading:
         stated = self.get(name, "compute_execution_time") or self.get(name, "latency")
         best, worst = quantities.time_range(stated) if stated is not None else (0, 0)
         response = self.get(name, "response_time")
-        return (best, quantities.time_range(response)[1]) if response is not None else (best, worst)
+        if response is not None:
+            return best, quantities.time_range(response)[1]
+        if self.problem.counts_responses and self.processor_of(name) and self.offered(name, "compute_execution_time"):
+            return best, self._counted(self.scheduling.of(name))
+        return best, worst
 
     def component_rows(self, name: str, arrival: str | None, first: bool) -> list[Row]:
         """The contributions of a component of a flow: (component, method, min, max)."""
@@ -251,7 +303,10 @@ class Reading:
         if protocol == "hybrid" and arrival is not None:
             callback = self.get(name, "callback_execution_time")
             if callback is not None:
-                rows.append((name, "processing time", *quantities.time_range(callback)))
+                least, most = quantities.time_range(callback)
+                if self.problem.counts_responses and self.processor_of(name):
+                    most = self._counted(self.scheduling.of(name, "callback"))
+                rows.append((name, "processing time", least, most))
         if protocol in ("periodic", "hybrid"):
             period = self.period_ns(name)
             assert period is not None, name
@@ -276,7 +331,7 @@ class Reading:
         if not self.is_active(name, "communication") or self.get(name, "communication") != "let":
             return None
         deadline = self.get(name, "deadline")
-        return self.period_ns(name) if deadline is None else quantities.duration(deadline)
+        return self.period_ns(name) if deadline is None else quantities.deadline(deadline)
 
     def error_ns(self, one: str, other: str) -> int | None:
         """By how much the clocks of two components may differ; None where they are not the same."""

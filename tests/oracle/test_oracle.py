@@ -453,6 +453,58 @@ def test_designs_are_all_canonical_combinations(seed: int) -> None:
     assert reached == set(found)
 
 
+TIMED = """
+dse: 1
+name: timed
+processor_types: {P: {cores: 2}}
+processors: {p: {type: P}}
+threads:
+  a: {processor: p, core: 1, period: 7 ms, compute_execution_time: 3 ms}
+  b: {processor: p, core: 1, period: 12 ms, compute_execution_time: 3 ms}
+  c: {processor: p, core: [1, 2], period: 20 ms, compute_execution_time: 5 ms, deadline: DEADLINE}
+  e: {processor: p, core: 2, compute_execution_time: 1 ms .. 2 ms}
+connections: {ae: {from: a, to: e, latency: 1 ms .. 3 ms}}
+flows: {f: {path: [a, e]}}
+objectives: [minimise latency of f]
+"""
+
+
+def timed(deadline: str, more: str = "") -> list[tuple[str | None, dict]]:
+    problem = load_text(TIMED.replace("DEADLINE", deadline) + more)
+    return [(design["c.core"], evaluate(problem, design)) for design in designs(problem)]
+
+
+def test_response_times_are_those_of_the_busiest_stretch() -> None:
+    """With a and b before it c (5 ms) ends at 5 + 3 * 3 + 2 * 3 = 20 ms.
+
+    What dispatches e comes with a, up to 2 ms late (1 ms .. 3 ms on the way): at 0, 5, 12, ...; c behind it ends at
+    5 + 2 * 2 = 9 ms.
+    """
+    ms = 10**6
+    (one, first), (two, second) = timed("19999999.9 ns")
+    assert (one, two) == ("1", "2")
+    assert first["responses"] == {"a": 3 * ms, "b": 6 * ms, "c": 20 * ms, "e": 2 * ms}
+    assert second["responses"] == {"a": 3 * ms, "b": 6 * ms, "c": 9 * ms, "e": 2 * ms}
+    assert (first["violations"], second["violations"]) == (["response time of c <= its deadline"], [])
+
+
+def test_which_deadlines_count() -> None:
+    """Stated ones; with `all` those without end by their period, where they have one; rounded down, with `none` none."""
+
+    def late(deadline: str, more: str = "") -> list[list[str]]:
+        found = [figures["violations"] for _, figures in timed(deadline, more)]
+        return [[text.split()[3] for text in texts if text.endswith("its deadline")] for texts in found]
+
+    assert late("20 ms") == [[], []]
+    assert late("9 ms") == [["c"], []]
+    assert late("4999999.9 ns") == [["c"], ["c"]]  # the execution time alone is longer
+    text = TIMED.replace("period: 12 ms, compute_execution_time: 3 ms", "period: 12 ms, compute_execution_time: 10 ms")
+    problem = load_text(text.replace("DEADLINE", "60 ms") + "overload: allowed\ndeadlines: all\n")
+    broken = [evaluate(problem, design)["violations"] for design in designs(problem)]
+    assert [[item.split()[3] for item in texts] for texts in broken] == [["b", "c"], ["b"]]
+    assert load_text(text.replace("DEADLINE", "5 ms") + "deadlines: none\n").decisions == {}
+
+
 # Coverage of the generator
 
 KINDS = {
@@ -539,6 +591,13 @@ KINDS = {
     "baseline",
     "cost_of_change",
     "maximise",
+    *(f"deadlines {setting}" for setting in ("stated", "all", "none")),
+    "decision threads.deadline",
+    "decision threads.priority",
+    "threads.priority",
+    "threads.deadline",
+    "processing response_time",
+    "open cores",
     *(f"{count} objectives" for count in range(1, 6)),
     *(
         f"objective {metric}"
@@ -617,7 +676,7 @@ KINDS = {
 }
 
 
-COVERING = (33, 47, 77, 82, 85, 92, 97, 98, 127, 128, 129, 130, 132, 137, 142, 155, 180, 183, 186, 200, 231, 234, 246,
+COVERING = (1, 9, 12, 13, 33, 47, 77, 82, 85, 92, 97, 98, 127, 128, 129, 130, 132, 137, 142, 155, 180, 183, 186, 200, 231, 234, 246,
             248)  # fmt: skip
 """Seeds that cover every kind as the generator is today; where they do not any more the others are tried, too."""
 

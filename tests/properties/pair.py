@@ -126,6 +126,8 @@ class Pair:
             found |= {f"{kind} of {flow}": row[key] for flow, row in rows if f"{kind} of {flow}" in listed}
         rows = {f"disparity of {name}": value for name, value in figures["disparity"].items()}
         found |= {name: value for name, value in rows.items() if name in listed}
+        rows = {f"response time of {name}": value for name, value in figures["responses"].items()}
+        found |= {name: value for name, value in rows.items() if name in listed}
         found |= {f"utilisation of {slot}": value for slot, value in figures["utilisation"].items()}
         for slot, used in figures["core use"].items():
             if self._has_cores(slot):
@@ -143,7 +145,7 @@ class Pair:
         threads = self.oracle.sections["threads"]
         here = [name for name, body in threads.items() if slot in as_list(body.get("processor"))]
         told = all("core" in threads[name] and len(self.oracle.cores(name)) == 1 for name in here)
-        return bool(here) and self.oracle.most_cores(slot) > 1 and (told or self.oracle.asks_of_cores)
+        return bool(here) and self.oracle.most_cores(slot) > 1 and (told or self.oracle.names_cores)
 
     def _asked(self) -> list[str]:
         """The metrics, objectives and requirements of the problem, as texts."""

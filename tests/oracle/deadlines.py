@@ -1,0 +1,84 @@
+"""Random deadlines and priorities of threads on processors, around the response times that designs have."""
+
+from __future__ import annotations
+
+import random
+from itertools import islice
+from math import floor
+from typing import Any
+
+from . import quantities
+from .evaluator import designs, evaluated
+from .problem import Problem, as_list
+
+FEW = 200
+"""Designs of a problem whose cores are open."""
+SAMPLE = 40
+"""Designs whose response times are looked at."""
+
+
+def state_deadlines(rng: random.Random, document: dict[str, Any]) -> None:
+    """Sometimes deadlines, and what response times follow from; data that pass at a deadline count with it."""
+    document_states = any("deadline" in body for body in document["threads"].values())
+    threads = {name: body for name, body in document["threads"].items() if "processor" in body}
+    if not threads or rng.random() < 0.8:
+        if document_states:
+            document["deadlines"] = "none"
+        return
+    for body in threads.values():
+        if rng.random() < 0.3:
+            body["priority"] = rng.choice(["1", "1", "2", "7", "rate_monotonic", "deadline_monotonic"])
+        if rng.random() < 0.05:
+            body["priority"] = rng.sample(["1", "2", "7"], 2)
+    if rng.random() < 0.2:
+        document["priorities"] = "deadline_monotonic"
+    document["deadlines"] = "all"
+    _settle_cores(rng, document)
+    values = _attained(document)
+    for name, body in threads.items():
+        if values.get(name) and rng.random() < 0.6:
+            body["deadline"] = _around(rng, values[name])
+            other = _around(rng, values[name])
+            if rng.random() < 0.1 and quantities.deadline(other) != quantities.deadline(body["deadline"]):
+                body["deadline"] = [body["deadline"], other]
+    document["deadlines"] = rng.choice(["stated", "stated", "stated", "all", "none"])
+    if document["deadlines"] == "stated" and rng.random() < 0.5:
+        del document["deadlines"]
+    if rng.random() < 0.3:
+        if not Problem(document).asks_of_cores:
+            _settle_cores(rng, document, few=0)  # latencies are asked for, or not, later: all cores are known
+        document["processing"] = "response_time"
+
+
+def _settle_cores(rng: random.Random, document: dict[str, Any], few: int = FEW) -> None:
+    """Threads have one core, one after the other, until there are few designs; all of them where none are few."""
+    open_ = [name for name in document["threads"] if len(Problem(document).cores(name)) > 1]
+    while open_ and sum(1 for _ in islice(designs(Problem({**document, "deadlines": "all"})), few + 1)) > few:
+        name = open_.pop(rng.randrange(len(open_)))
+        stated = as_list(document["threads"][name].get("core"))
+        document["threads"][name]["core"] = rng.choice(stated or ["1", "1", "2"])
+
+
+def _attained(document: dict[str, Any]) -> dict[str, list[int]]:
+    """Response times of each thread in some designs, in ns."""
+    found: dict[str, list[int]] = {}
+    for _, figures in islice(evaluated(Problem(document)), SAMPLE):
+        for name, value in figures["responses"].items():
+            found.setdefault(name, []).append(floor(value))
+    return found
+
+
+def _around(rng: random.Random, values: list[int]) -> str:
+    """A deadline that some just meet, just miss, or all meet."""
+    value = sorted(values)[int(len(values) * rng.choice([0, 0.5, 0.8, 0.99]))]
+    value = min(value, 10**9)
+    return rng.choice(
+        [
+            f"{value} ns",
+            f"{value} ns",
+            f"{value + 1} ns",
+            f"{value}.7 ns",
+            f"{max(1, value - 1)} ns",
+            f"{value // 10**6 + 1} ms",
+        ]
+    )

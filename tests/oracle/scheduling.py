@@ -1,0 +1,253 @@
+"""Response times of one design, by playing the busiest stretch of each core job by job.
+
+A core is played from the moment at which everything on it is released as soon as it can be: more urgent work first,
+then the jobs of the thread itself in the order of their release. How long its jobs take there, at worst, is its
+response time. What response times add to the releases of those that events dispatch is found by playing all of it
+again until nothing changes.
+"""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from fractions import Fraction
+from heapq import heappop, heappush, merge
+from itertools import count
+from typing import TYPE_CHECKING, Any, TypeAlias
+
+from . import quantities
+from .problem import as_list
+from .quantities import NS_PER_S
+
+if TYPE_CHECKING:
+    from .reading import Reading
+
+Job: TypeAlias = tuple[str, str]
+"""A thread, and ``timer`` or ``callback``: a hybrid thread runs both, whatever events dispatch is a timer here, too."""
+MOST_PLAYED = 200_000
+"""Releases of a stretch that has not ended by then: it is taken to have no end."""
+
+
+@dataclass(frozen=True)
+class Releases:
+    """Streams of (period, how late at most); jobs at least `apart` from each other. No stream: one job."""
+
+    streams: tuple[tuple[int, Fraction], ...]
+    apart: int = 0
+
+    def densest(self) -> Iterator[Fraction]:
+        """Times from the first release on, each as early as it can be."""
+        if not self.streams:
+            yield Fraction(0)
+            return
+        for number, time in enumerate(merge(*(_each(*stream) for stream in self.streams))):
+            yield max(time, Fraction(number * self.apart))
+
+    @property
+    def often(self) -> Fraction:
+        """Jobs per ns in the long run."""
+        whole = sum((Fraction(1, period) for period, _ in self.streams), Fraction(0))
+        return min(whole, Fraction(1, self.apart)) if self.apart else whole
+
+
+def _each(period: int, late: Fraction) -> Iterator[Fraction]:
+    """The releases of one stream."""
+    return (max(Fraction(0), number * period - late) for number in count())
+
+
+class Scheduling:
+    """The response times of all that runs on the processors in one complete design."""
+
+    def __init__(self, reading: Reading) -> None:
+        self.reading, self.problem = reading, reading.problem
+        self.threads = list(self.problem.sections["threads"])
+        self.jobs = [job for name in self.threads for job in self._jobs_of(name)]
+        self.cores: dict[tuple[str, int], list[Job]] = {}
+        for job in self.jobs:
+            self.cores.setdefault(self._core(job[0]), []).append(job)
+        self.longest = self._longest_period()
+        self.response: dict[Job, Fraction | None] = {job: Fraction(self._times(job)[1]) for job in self.jobs}
+        self._settle()
+
+    def of(self, name: str, part: str = "timer") -> Fraction | None:
+        """The response time, None without a bound; what executes nothing on a processor takes what it takes."""
+        alone = Fraction(self._times((name, part))[1])
+        found = self.response.get((name, part), alone)
+        return None if found is None else max(alone, found)
+
+    def _jobs_of(self, name: str) -> Iterator[Job]:
+        if self.reading.processor_of(name) is None:
+            return
+        if self.reading.protocol(name) == "hybrid" and self.reading.get(name, "callback_execution_time") is not None:
+            yield name, "callback"
+        if self.reading.get(name, "compute_execution_time") is not None:
+            yield name, "timer"
+
+    def _core(self, name: str) -> tuple[str, int]:
+        slot = self.reading.processor_of(name)
+        assert slot is not None
+        if int(self.reading.get(slot, "cores") or 1) == 1:
+            return slot, 1
+        chosen = as_list(self.reading.design.get(f"{name}.core") or self.problem.component(name).get("core"))
+        (core,) = chosen  # where it is open nobody may ask for a response time
+        return slot, int(core)
+
+    def _times(self, job: Job) -> tuple[int, int]:
+        """Shortest and longest time of one job alone."""
+        fields = ("compute_execution_time", "latency", "response_time")
+        for field in ("callback_execution_time",) if job[1] == "callback" else fields:
+            text = self.reading.get(job[0], field)
+            if text is not None:
+                return quantities.time_range(text)
+        return 0, 0
+
+    def _longest_period(self) -> int:
+        """Of everything in the file, in whatever design."""
+        found: list[int] = []
+        for section in ("devices", "threads"):
+            for name in self.problem.sections[section]:
+                for kind in [kind for kind in self.problem.types(name) if kind != "none"] or [None]:
+                    found += map(quantities.period, as_list(self.problem.stated(name, "period", kind)))
+        return max(found, default=NS_PER_S)
+
+    def _settle(self) -> None:
+        """Plays all cores again and again; what grows beyond ten times the longest period has no bound."""
+        for number in count():
+            fresh = {job: self._played(job) for job in self.jobs}
+            for job, before in self.response.items():
+                found = fresh[job]
+                grows = number > 0 and found is not None and found != before and found > 10 * self.longest
+                fresh[job] = None if before is None or grows else found
+            if fresh == self.response:
+                return
+            self.response = fresh
+
+    def _played(self, job: Job) -> Fraction | None:
+        """The longest that a job takes in the busiest stretch of its core; None where the stretch may not end."""
+        own, work = self._releases(job), self._times(job)[1]
+        if work == 0:
+            return Fraction(0)
+        rivals = [
+            (self._releases(other), self._times(other)[1])
+            for other in self.cores[self._core(job[0])]
+            if other != job and self._goes_before(other, job)
+        ]
+        if own is None or any(releases is None for releases, _ in rivals):
+            return None
+        before = [(releases, time) for releases, time in rivals if releases is not None and time]
+        if own.often * work + sum((releases.often * time for releases, time in before), Fraction(0)) > 1:
+            return None
+        return play(own, work, before)
+
+    # Who goes first
+
+    def _goes_before(self, other: Job, job: Job) -> bool:
+        if other[0] == job[0]:
+            return other[1] == "callback"
+        one, two = self._turn(other[0]), self._turn(job[0])
+        if one[0] == two[0] == 0 and one == two:
+            return True  # one number: each may be before the other
+        return (one, self.threads.index(other[0])) < (two, self.threads.index(job[0]))
+
+    def _turn(self, name: str) -> tuple[int, Fraction]:
+        """Numbers before times before nothing; the lesser goes first."""
+        rule = self.reading.get(name, "priority") or self.problem.document.get("priorities", "rate_monotonic")
+        if rule not in ("rate_monotonic", "deadline_monotonic"):
+            return 0, Fraction(-int(rule))
+        deadline = self.reading.get(name, "deadline")
+        if rule == "deadline_monotonic":
+            if deadline is not None:
+                return 1, Fraction(quantities.deadline(deadline))
+            if self.reading.has_period(name):
+                return 1, Fraction(self.reading.period_ns(name) or 0)
+        rate = self.reading.rate(name)
+        return (1, NS_PER_S / rate) if rate else (2, Fraction(0))
+
+    # What releases jobs
+
+    def _releases(self, job: Job) -> Releases | None:
+        """None where they may be late without a bound."""
+        name, part = job
+        protocol = self.reading.protocol(name)
+        period = self.reading.period_ns(name) if self.reading.has_period(name) else None
+        if part == "timer" and protocol in ("periodic", "hybrid"):
+            assert period is not None, name
+            return Releases(((period, Fraction(0)),))
+        arriving = self._arriving(name)
+        apart = period if part == "timer" and protocol == "sporadic" else None
+        return None if arriving is None else Releases(arriving, apart or 0)
+
+    def _arriving(self, name: str) -> tuple[tuple[int, Fraction], ...] | None:
+        found: list[tuple[int, Fraction]] = []
+        for connection in self.reading.triggers(name):
+            delivered = self._delivered(connection)
+            if delivered is None:
+                return None
+            found += delivered
+        return tuple(found)
+
+    def _delivered(self, connection: str) -> list[tuple[int, Fraction]] | None:
+        """What a connection brings: late by what its sender and the way may take longer than at least."""
+        rows = self.reading.connection_rows(connection)
+        spread = sum((Fraction(row[3]) - row[2] for row in rows), Fraction(0))
+        sender = self.problem.component(connection).get("from")
+        if sender is None or self.reading.states_rate(connection):
+            rate = self.reading.delivered_rate(connection)
+            return [(max(1, int(NS_PER_S / rate)), spread)] if rate else []
+        leaving = self._leaving(sender)
+        return None if leaving is None else [(period, late + spread) for period, late in leaving]
+
+    def _leaving(self, name: str) -> list[tuple[int, Fraction]] | None:
+        """What a component sends, once for each of its jobs; one that keeps its distance sends no faster than that."""
+        releases, takes = self._releases((name, "timer")), self.of(name)
+        if releases is None or takes is None:
+            return None
+        streams = releases.streams
+        if releases.apart and sum(Fraction(1, period) for period, _ in streams) * releases.apart >= 1:
+            streams = ((releases.apart, Fraction(0)),)
+        return [(period, late + takes - self._times((name, "timer"))[0]) for period, late in streams]
+
+
+def play(own: Releases, work: int, before: Sequence[tuple[Releases, int]]) -> Fraction | None:
+    """The longest time from the release of one of `own` jobs, of so much `work`, to its end.
+
+    The core is never idle meanwhile: all that is released goes `before` these jobs.
+
+    >>> play(Releases(((20, Fraction(0)),)), 5, [(Releases(((7, Fraction(0)),)), 3), (Releases(((12, Fraction(0)),)), 3)])
+    Fraction(20, 1)
+    """
+    coming: list[tuple[Fraction, int, int, Iterator[Any]]] = []
+    for number, (releases, time) in enumerate([(own, work), *before]):
+        times = releases.densest()
+        heappush(coming, (next(times), number, time, times))
+    now = urgent = worst = Fraction(0)
+    waiting: deque[tuple[Fraction, Fraction]] = deque()
+    for _ in range(MOST_PLAYED):
+        upcoming = coming[0][0] if coming else None
+        while urgent or waiting:  # until the next release
+            left = None if upcoming is None else upcoming - now
+            need = urgent or waiting[0][1]
+            if left is not None and left <= 0:
+                break
+            done = need if left is None else min(need, left)
+            now += done
+            if urgent:
+                urgent -= done
+            elif done == need:
+                worst = max(worst, now - waiting.popleft()[0])
+            else:
+                waiting[0] = (waiting[0][0], need - done)
+        if upcoming is None or (now < upcoming and not urgent and not waiting):
+            return worst
+        if now == upcoming and now > 0 and not urgent and not waiting:
+            return worst  # all is done when the next begins: a stretch of its own
+        time, number, cost, times = heappop(coming)
+        if number:
+            urgent += cost
+        else:
+            waiting.append((time, Fraction(cost)))
+        following = next(times, None)
+        if following is not None:
+            heappush(coming, (following, number, cost, times))
+    return None
