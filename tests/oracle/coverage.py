@@ -113,6 +113,17 @@ def _flow_features(problem: Problem) -> Iterator[str]:
             yield "required latency of a flow"
 
 
+def _timeliness_features(problem: Problem) -> Iterator[str]:
+    if any(problem.deadline_fields(name) for name in problem.sections["threads"]):
+        yield f"deadlines {problem.document.get('deadlines', 'stated')}"
+        if any(field.endswith(".core") for field in problem.decisions):
+            yield "open cores"
+    elif problem.document.get("deadlines") == "none":
+        yield "deadlines none"
+    if problem.counts_responses:
+        yield "processing response_time"
+
+
 def _question_features(problem: Problem) -> Iterator[str]:
     yield f"{len(problem.objectives)} objectives"
     for objective in problem.objectives:
@@ -149,14 +160,7 @@ def _question_features(problem: Problem) -> Iterator[str]:
             if word in rule.text
         )
         yield "rule without verb" if not rule.text.startswith(("require ", "forbid ")) else "rule with verb"
-    if any(problem.deadline_fields(name) for name in problem.sections["threads"]):
-        yield f"deadlines {problem.document.get('deadlines', 'stated')}"
-        if any(field.endswith(".core") for field in problem.decisions):
-            yield "open cores"
-    elif problem.document.get("deadlines") == "none":
-        yield "deadlines none"
-    if problem.counts_responses:
-        yield "processing response_time"
+    yield from _timeliness_features(problem)
     for key in ("metrics", "totals", "baseline", "cost_of_change"):
         if problem.document.get(key):
             yield key

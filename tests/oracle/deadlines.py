@@ -18,29 +18,21 @@ SAMPLE = 40
 
 
 def state_deadlines(rng: random.Random, document: dict[str, Any]) -> None:
-    """Sometimes deadlines, and what response times follow from; data that pass at a deadline count with it."""
-    document_states = any("deadline" in body for body in document["threads"].values())
+    """Sometimes deadlines, and what response times follow from; else those at which data pass are no limits."""
     threads = {name: body for name, body in document["threads"].items() if "processor" in body}
     if not threads or rng.random() < 0.8:
-        if document_states:
+        if any("deadline" in body for body in document["threads"].values()):
             document["deadlines"] = "none"
         return
     for body in threads.values():
-        if rng.random() < 0.3:
-            body["priority"] = rng.choice(["1", "1", "2", "7", "rate_monotonic", "deadline_monotonic"])
-        if rng.random() < 0.05:
-            body["priority"] = rng.sample(["1", "2", "7"], 2)
+        _prioritise(rng, body)
     if rng.random() < 0.2:
         document["priorities"] = "deadline_monotonic"
     document["deadlines"] = "all"
     _settle_cores(rng, document)
     values = _attained(document)
-    for name, body in threads.items():
-        if values.get(name) and rng.random() < 0.6:
-            body["deadline"] = _around(rng, values[name])
-            other = _around(rng, values[name])
-            if rng.random() < 0.1 and quantities.deadline(other) != quantities.deadline(body["deadline"]):
-                body["deadline"] = [body["deadline"], other]
+    for name in (name for name in threads if values.get(name) and rng.random() < 0.6):
+        _give_deadline(rng, threads[name], values[name])
     document["deadlines"] = rng.choice(["stated", "stated", "stated", "all", "none"])
     if document["deadlines"] == "stated" and rng.random() < 0.5:
         del document["deadlines"]
@@ -48,6 +40,20 @@ def state_deadlines(rng: random.Random, document: dict[str, Any]) -> None:
         if not Problem(document).asks_of_cores:
             _settle_cores(rng, document, few=0)  # latencies are asked for, or not, later: all cores are known
         document["processing"] = "response_time"
+
+
+def _prioritise(rng: random.Random, body: dict[str, Any]) -> None:
+    if rng.random() < 0.3:
+        body["priority"] = rng.choice(["1", "1", "2", "7", "rate_monotonic", "deadline_monotonic"])
+    if rng.random() < 0.05:
+        body["priority"] = rng.sample(["1", "2", "7"], 2)
+
+
+def _give_deadline(rng: random.Random, body: dict[str, Any], values: list[int]) -> None:
+    """A deadline, sometimes one of two."""
+    body["deadline"], other = _around(rng, values), _around(rng, values)
+    if rng.random() < 0.1 and quantities.deadline(other) != quantities.deadline(body["deadline"]):
+        body["deadline"] = [body["deadline"], other]
 
 
 def _settle_cores(rng: random.Random, document: dict[str, Any], few: int = FEW) -> None:
@@ -70,15 +76,6 @@ def _attained(document: dict[str, Any]) -> dict[str, list[int]]:
 
 def _around(rng: random.Random, values: list[int]) -> str:
     """A deadline that some just meet, just miss, or all meet."""
-    value = sorted(values)[int(len(values) * rng.choice([0, 0.5, 0.8, 0.99]))]
-    value = min(value, 10**9)
-    return rng.choice(
-        [
-            f"{value} ns",
-            f"{value} ns",
-            f"{value + 1} ns",
-            f"{value}.7 ns",
-            f"{max(1, value - 1)} ns",
-            f"{value // 10**6 + 1} ms",
-        ]
-    )
+    value = min(sorted(values)[int(len(values) * rng.choice([0, 0.5, 0.8, 0.99]))], 10**9)
+    said = [f"{value} ns", f"{value} ns", f"{value + 1} ns", f"{value}.7 ns", f"{max(1, value - 1)} ns"]
+    return rng.choice([*said, f"{value // 10**6 + 1} ms"])

@@ -237,7 +237,7 @@ def _figures(problem: Problem, reading: Reading) -> dict[str, Any]:
         figures["flows"][flow]["reaction"] = worst + reading.first_period(flow)
         if reading.first_period(flow):
             figures["flows"][flow]["age"] = worst + reading.first_period(flow) - reading.last_period(flow)
-    figures["responses"], figures["late"] = reading.responses(), reading.late()
+    figures["responses"], figures["lateness"] = reading.responses(), reading.lateness()
     figures["disparity"] = {name: reading.disparity(name) for name in problem.meetings}
     figures["shares"] = reading.shares()
     figures["utilisation"] = {slot: sum(parts.values(), Fraction(0)) for slot, parts in figures["shares"].items()}
@@ -392,7 +392,7 @@ def violations(problem: Problem, figures: Mapping[str, Any]) -> list[str]:
         limit = body.get("latency")
         if limit is not None and figures["flows"][flow]["max"] > quantities.transmission(limit)[1]:
             broken.append(f"latency of {flow} <= {limit.rpartition('..')[2].strip()}")
-    broken += [f"response time of {name} <= its deadline" for name in figures["late"]]
+    broken += [f"response time of {name} <= its deadline" for name, by in figures["lateness"].items() if by > 0]
     return [*broken, *_overloads(problem, figures)]
 
 
@@ -418,6 +418,8 @@ def is_met(problem: Problem, figures: Mapping[str, Any], text: str) -> bool:
     """Whether figures meet a requirement, whether the problem states it or not."""
     requirement = grammar.requirement(text)
     name, of = requirement.metric.name, requirement.metric.of
+    if requirement.limit == "its deadline":
+        return figures["lateness"].get(of, 0) <= 0
     whole = name not in ("latency", "min latency", "jitter", "utilisation", "load", "busy")
     subjects = [of] if of is not None or whole else _subjects(problem, name)
     if (core := grammar.core_of(of)) is not None and core[0] is None:
@@ -432,9 +434,14 @@ def is_obeyed(problem: Problem, design: Mapping[str, str | None], text: str) -> 
 
 
 def needed_limit(problem: Problem, figures: Mapping[str, Any], text: str) -> Fraction:
-    """The limit that a design would just meet, in the units of `evaluate`; a share where the limit is one."""
+    """The limit that a design would just meet, in the units of `evaluate`; a share where the limit is one.
+
+    Of a deadline that is how much later than it the thread may end.
+    """
     requirement = grammar.requirement(text)
     metric, of = requirement.metric.name, requirement.metric.of
+    if requirement.limit == "its deadline":
+        return figures["lateness"][of]
     if of is None and metric in ("utilisation", "load", "busy"):
         of = _only(problem, metric)
     if metric == "load" and requirement.limit.endswith(("%", "ppm")):

@@ -108,7 +108,7 @@ class Problem:
             waiting |= {"latency", "jitter", "run jitter", "reaction time", "data age", "disparity"}
             if any("latency" in body for body in self.sections["flows"].values()):
                 return True
-        asked = [item.metric for item in (*self.requirements, *self.objectives)]
+        asked = [item.metric for item in self.requirements] + [item.metric for item in self.objectives]
         return any(name in waiting for metric in asked for name in self._kinds(metric))
 
     def _kinds(self, metric: grammar.Metric | grammar.Extreme) -> Iterator[str]:
@@ -119,7 +119,7 @@ class Problem:
                 yield from self._kinds(inner)
 
     def deadline_fields(self, thread: str) -> list[str]:
-        """The fields that say by when a thread on a processor must end, those before the others; none where none does."""
+        """The fields that say by when a thread on a processor must end, the first first; none where none does."""
         setting = self.document.get("deadlines", "stated")
         body = self.component(thread)
         fields = {"none": [], "stated": ["deadline"], "all": ["deadline", "period"]}[setting]

@@ -276,15 +276,15 @@ class Reading:
                 return self.period_ns(name)
         return None
 
-    def late(self) -> list[str]:
-        """The threads that end later than they must."""
+    def lateness(self) -> dict[str, Fraction]:
+        """How much later than they must threads end, less than 0 where they end before."""
         found = self.responses()
         limits = {name: self.deadline_ns(name) for name in found}
-        return [name for name, limit in limits.items() if limit is not None and found[name] > limit]
+        return {name: found[name] - limit for name, limit in limits.items() if limit is not None}
 
     # Latency
 
-    def processing(self, name: str) -> tuple[int, int]:
+    def processing(self, name: str) -> tuple[int, Any]:
         """Best and worst processing time of a component."""
         stated = self.get(name, "compute_execution_time") or self.get(name, "latency")
         best, worst = quantities.time_range(stated) if stated is not None else (0, 0)
@@ -303,7 +303,8 @@ class Reading:
         if protocol == "hybrid" and arrival is not None:
             callback = self.get(name, "callback_execution_time")
             if callback is not None:
-                least, most = quantities.time_range(callback)
+                least, longest = quantities.time_range(callback)
+                most: Any = longest
                 if self.problem.counts_responses and self.processor_of(name):
                     most = self._counted(self.scheduling.of(name, "callback"))
                 rows.append((name, "processing time", least, most))

@@ -107,7 +107,8 @@ class Scheduling:
         found: list[int] = []
         for section in ("devices", "threads"):
             for name in self.problem.sections[section]:
-                for kind in [kind for kind in self.problem.types(name) if kind != "none"] or [None]:
+                kinds: list[Any] = [kind for kind in self.problem.types(name) if kind != "none"]
+                for kind in kinds or [None]:
                     found += map(quantities.period, as_list(self.problem.stated(name, "period", kind)))
         return max(found, default=NS_PER_S)
 
@@ -214,13 +215,14 @@ def play(own: Releases, work: int, before: Sequence[tuple[Releases, int]]) -> Fr
 
     The core is never idle meanwhile: all that is released goes `before` these jobs.
 
-    >>> play(Releases(((20, Fraction(0)),)), 5, [(Releases(((7, Fraction(0)),)), 3), (Releases(((12, Fraction(0)),)), 3)])
+    >>> a, b, c = (Releases(((period, Fraction(0)),)) for period in (7, 12, 20))
+    >>> play(c, 5, [(a, 3), (b, 3)])
     Fraction(20, 1)
     """
     coming: list[tuple[Fraction, int, int, Iterator[Any]]] = []
-    for number, (releases, time) in enumerate([(own, work), *before]):
+    for number, (releases, cost) in enumerate([(own, work), *before]):
         times = releases.densest()
-        heappush(coming, (next(times), number, time, times))
+        heappush(coming, (next(times), number, cost, times))
     now = urgent = worst = Fraction(0)
     waiting: deque[tuple[Fraction, Fraction]] = deque()
     for _ in range(MOST_PLAYED):

@@ -489,7 +489,7 @@ def test_response_times_are_those_of_the_busiest_stretch() -> None:
 
 
 def test_which_deadlines_count() -> None:
-    """Stated ones; with `all` those without end by their period, where they have one; rounded down, with `none` none."""
+    """Stated ones; with `all` those without one end by their period; rounded down; with `none` none."""
 
     def late(deadline: str, more: str = "") -> list[list[str]]:
         found = [figures["violations"] for _, figures in timed(deadline, more)]
@@ -676,8 +676,8 @@ KINDS = {
 }
 
 
-COVERING = (1, 9, 12, 13, 33, 47, 77, 82, 85, 92, 97, 98, 127, 128, 129, 130, 132, 137, 142, 155, 180, 183, 186, 200, 231, 234, 246,
-            248)  # fmt: skip
+COVERING = (1, 9, 12, 13, 33, 47, 77, 82, 85, 92, 97, 98, 127, 128, 129, 130, 132, 137, 142, 155, 180, 183, 186, 200,
+            231, 234, 246, 248)  # fmt: skip
 """Seeds that cover every kind as the generator is today; where they do not any more the others are tried, too."""
 
 

@@ -12,7 +12,8 @@ name: inexact
 processor_types: {P: {cores: 1}}
 processors: {p: {type: P}}
 threads:
-  a: {processor: p, period: 10 ms, compute_execution_time: 1 ms, deadline: [4 ms, 4260000.7 ns], non_preemptive: [0 ns, 10.2 ns]}
+  a: {processor: p, period: 10 ms, compute_execution_time: 1 ms, deadline: [4 ms, 4260000.7 ns],
+      non_preemptive: [0 ns, 10.2 ns]}
 flows: {f: {path: [a]}}
 rules: [a.deadline == 4260000.7 ns]
 baseline: {a: {deadline: 4260000.7 ns, non_preemptive: 0 ns}}
