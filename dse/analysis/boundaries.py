@@ -12,8 +12,8 @@ from dataclasses import dataclass, replace
 from functools import partial
 from math import ceil
 
-from dse.analysis.clocks import Pair, common_step, pair_of, wait_ns
-from dse.analysis.latency import arrival_ns
+from dse.analysis.clocks import Pair, common_step, wait_ns
+from dse.analysis.latency import neighbours
 from dse.analysis.rates import is_periodic
 from dse.analysis.views import View, tabulate
 from dse.space.clocks import with_past
@@ -93,13 +93,9 @@ def boundaries(space: Space, view: View) -> tuple[Boundary, ...]:
 def _hops(space: Space, flow: Flow, step: Step, view: View) -> Iterator[_Hop]:
     if step.kind != "component" or not step.since or not is_periodic(space.components[step.index], view):
         return
-    receiver = space.components[step.index]
-    found = arrival_ns(space, step, view)
-    pair = None if found is None else pair_of(found[0], receiver, view, offsets=False)
-    if found is not None and pair is not None and not is_unbounded(found[2]):
-        number = next(item.index for item in reversed(step.since)
-                      if item.kind == "component" and space.components[item.index] is found[0])  # fmt: skip
-        yield _Hop(flow.name, (number, step.index), pair, *found[1:])
+    found = neighbours(space, step, view, offsets=False)
+    if found is not None and not is_unbounded(found.most_ns):
+        yield _Hop(flow.name, (found.sender, step.index), found.pair, found.least_ns, found.most_ns)
 
 
 def _boundary(
@@ -111,7 +107,9 @@ def _boundary(
     if earlier is not None and later is not None:
         last = later - earlier - hop.most_ns - error
         room = last % step
-        is_crossed = (later - earlier - hop.least_ns + error) // step != last // step
+        begins = hop.pair.begins_ns[1]  # a job that begins later than it is released meets more
+        first = later - earlier - hop.least_ns + error
+        is_crossed = is_unbounded(begins) or (first + begins) // step != last // step
     return Boundary(
         hop.flow,
         components[hop.ends[0]].name,

@@ -8,15 +8,15 @@ from fractions import Fraction
 
 from dse.analysis.chains import exact_range_ns
 from dse.analysis.clocks import LET
-from dse.analysis.latency import element_rows, elements_of, phased_parts, run_spread_ns
+from dse.analysis.latency import element_rows, elements_of, phased_parts, run_spread_ns, start_delay_ns, step_rows
 from dse.analysis.memo import Recall
 from dse.analysis.osate import Place, place_rows, place_step, rivals, waiting_for_ns
 from dse.analysis.rates import is_periodic
 from dse.analysis.rows import counts_responses
 from dse.analysis.scheduling import UNBOUNDED_NS
-from dse.analysis.terms import ZERO, Phased, Sampled, Term
+from dse.analysis.terms import ZERO, Phased, Rest, Sampled, Term, picked
 from dse.analysis.views import View
-from dse.space.clocks import is_always_timed
+from dse.space.clocks import is_always_timed, reads_when_jobs_begin
 from dse.space.criteria import Metric
 from dse.space.trees import Choice, at, leaves
 from dse.space.types import Component, Flow, Space, Step
@@ -51,9 +51,44 @@ def input_terms(space: Space, flow: Flow, kind: str) -> Iterator[Term]:
     if kind == "newest input":
         yield from _latency_terms(space, flow, "min latency")
         return
-    yield from _latency_terms(space, flow, "latency")
+    *before, last = _latency_terms(space, flow, "latency")
+    yield from before
+    yield _read_late(space, flow.steps[-1], last)
     yield Term(f"first period of {flow.name}", lambda view: ZERO + first_period_ns(space, flow, view))
     yield Term(f"last period of {flow.name}", lambda view: ZERO - last_period_ns(space, flow, view))
+
+
+def _read_late(space: Space, step: Step, term: Term) -> Term:
+    """What a reader's wait adds to the age of what it reads: more where its job begins late, up to a period.
+
+    What it finds then is no older than one period of what comes next.
+    """
+    component = space.components[step.index]
+    responds = counts_responses(space) or component.response_ns is not None
+    if component.offset_ns is None or not responds or not reads_when_jobs_begin(space):
+        return term
+
+    def late(view: View, space: Space = space) -> Fraction:
+        rows = step_rows(space, step, view)
+        waited = next((row.max_ns for row in rows if "sampling" in row.max_method), None)
+        if waited is None or waited == (period := at(component.period_ns, view)):
+            return ZERO
+        found: Fraction = ZERO + picked("min", start_delay_ns(space, step, view), period - waited)
+        return found
+
+    def ends(view: View) -> tuple[Fraction, Fraction]:
+        least, most = (term.ends or (lambda seen: (term.value(seen),) * 2))(view)
+        return least, most + (at(component.period_ns, view) or 0)
+
+    is_scheduled = term.ends is not None or counts_responses(space)
+    return replace(
+        term,
+        value=lambda view: term.value(view) + late(view),
+        ends=ends if is_scheduled else None,
+        may_fall=is_scheduled,
+        phased=None,
+        sampled=term.sampled and replace(term.sampled, kind="oldest input"),
+    )
 
 
 def _exact_term(space: Space, flow: Flow, kind: str) -> Term:
@@ -69,10 +104,12 @@ def _exact_term(space: Space, flow: Flow, kind: str) -> Term:
         least, most = (sum((found[end] for found in ranges), ZERO) for end in (0, 1))
         jobs = sum(2 + _queue_size(space, step, view) for step in flow.steps if step.kind == "component")
         waits = sum(at(space.components[step.index].period_ns, view) or 0 for step in flow.steps if step.since)
+        if kind == "min latency":
+            return ZERO, ZERO + exact_range_ns(alone, flow, view)[0]  # readers that begin late meet more
         low = ZERO if kind == "jitter" else ZERO + least
         return low, ZERO + most + waits + jobs * UNBOUNDED_NS
 
-    waits_for_cores = counts_responses(space) and kind != "min latency"
+    waits_for_cores = counts_responses(space) and (kind != "min latency" or reads_when_jobs_begin(space))
     return Term(flow.name, value, component=name, ends=ends if waits_for_cores else None)
 
 
@@ -95,21 +132,23 @@ def _latency_terms(space: Space, flow: Flow, kind: str) -> Iterator[Term]:
         def ends(view: View, step: Step = step, value: Callable[..., Fraction] = value) -> tuple[Fraction, Fraction]:
             """Response times are no shorter than execution times; each counts for its job and for those queued."""
             least = value(view, step, alone)
+            period = at(space.components[step.index].period_ns, view) or 0  # how far sampling on one clock may move
+            if kind == "min latency":
+                return least - period, least
             most = least + (2 + _queue_size(space, step, view)) * UNBOUNDED_NS
             if not _may_move(space, step, kind):
                 return least, most
-            period = at(space.components[step.index].period_ns, view) or 0  # how far sampling on one clock may move
-            return least - period, most + period
+            return least - period, most + 2 * period
 
-        is_scheduled = step.kind == "component" and counts_responses(space) and kind != "min latency"
-        is_scheduled = is_scheduled and _may_wait(space, step)
-        counts = is_scheduled and not step.only_reads and _counts_waiting(space, step.index)
+        is_scheduled = step.kind == "component" and counts_responses(space) and _may_wait(space, step, kind)
+        counts = is_scheduled and kind != "min latency" and not step.only_reads and _counts_waiting(space, step.index)
         waits = (step.index, Fraction(1)) if counts else None
         yield Term(
             name,
             value,
             ends=ends if is_scheduled else None,
             waits=waits,
+            may_fall=is_scheduled and _may_move(space, step, kind),
             only_waits=waits is not None and not _may_move(space, step, kind) and _counts_waiting_once(space, step),
             phased=None if is_scheduled else _phased(space, step, kind),
             sampled=Sampled(space, step, kind) if step.since and step.kind == "component" else None,
@@ -151,19 +190,20 @@ def _phased(space: Space, step: Step, kind: str) -> Phased | None:
     ):
         return None
 
-    def parts(view: View) -> tuple[Fraction, tuple[tuple[Fraction, Exact, Exact], ...]]:
+    def parts(view: View) -> tuple[Fraction, tuple[Rest, ...]]:
         (least, most), wait = phased_parts(space, step, view)
         base = ZERO + _figure_of(kind, (least, most))
         if wait is None:
             return base, ()
-        soonest, latest, width = wait
+        one = Fraction(1)
         if kind == "min latency":
-            return base, ((Fraction(1), soonest, width),)
+            return base, (Rest(one, wait.least_ns, wait.step_ns, wait.less_ns),)
         if kind == "latency":
-            return base, ((Fraction(1), latest, width),)
-        if (soonest - latest) % width == 0:
+            return base, (Rest(one, wait.most_ns, wait.step_ns),)
+        if not wait.less_ns and (wait.least_ns - wait.most_ns) % wait.step_ns == 0:
             return base, ()
-        return base, ((Fraction(1), latest, width), (Fraction(-1), soonest, width))
+        soonest = Rest(-one, wait.least_ns, wait.step_ns, wait.less_ns)
+        return base, (Rest(one, wait.most_ns, wait.step_ns), soonest)
 
     return Phased(earlier[-1], step.index, parts)
 
@@ -183,9 +223,11 @@ def _counts_waiting(space: Space, number: int) -> bool:
     return space.profile == "dse" and component.response_ns is None and executes and not is_logical
 
 
-def _may_wait(space: Space, step: Step) -> bool:
+def _may_wait(space: Space, step: Step, kind: str) -> bool:
     """Whether what an element of a flow adds may hang on response times: its own, or those before it on its clock."""
     here = space.components[step.index]
+    if kind == "min latency":  # only where a job may read when it begins
+        return _may_move(space, step, kind) and reads_when_jobs_begin(space)
     if space.profile != "dse" or here.callback_ns is not None:
         return True
     if not space.is_last_piece(step.index):

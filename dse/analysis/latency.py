@@ -7,18 +7,21 @@ Minimum and maximum of a flow are sums of contributions. The rules here are thos
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass, replace
 
 from dse.analysis.binding import transmission_ns
-from dse.analysis.clocks import LET, LET_METHOD, METHOD, pair_of, spread_ns, wait_ns
+from dse.analysis.clocks import LET, LET_METHOD, METHOD, Pair, missing_ns, pair_of, spread_ns, wait_ns
 from dse.analysis.osate import Place, place_rows, places_of
 from dse.analysis.priorities import deadline_ns
 from dse.analysis.rates import is_event_triggered, is_periodic
 from dse.analysis.rows import UNBOUNDED_METHOD, Row, computed_ns, first_given, in_flow, is_computed, scheduled_ns
 from dse.analysis.segments import elapsed_ns
+from dse.analysis.terms import picked
 from dse.analysis.views import View
+from dse.space.clocks import AT_RELEASE
 from dse.space.trees import at
 from dse.space.types import Component, Flow, Space, Step
-from dse.units import Exact
+from dse.units import Exact, is_unbounded
 
 
 def flow_rows(space: Space, flow: Flow, view: View) -> tuple[Row, ...]:
@@ -73,17 +76,63 @@ def _callback_rows(space: Space, step: Step, component: Component, view: View) -
     return [Row(component.category, component.name, callback[0], method, worst, worst_method)]
 
 
-def arrival_ns(space: Space, step: Step, view: View) -> tuple[Component, Exact, Exact] | None:
-    """The nearest component before a step that a timer releases, and how long after that data may be there.
+@dataclass(frozen=True, slots=True)
+class Neighbours:
+    """Timers on one clock that follow each other in a flow, the first of them by its number.
 
-    None where a flow has no such component before it.
+    Data are there between `least_ns` and `most_ns` after its release.
+    """
+
+    sender: int
+    pair: Pair
+    least_ns: Exact
+    most_ns: Exact
+
+
+def neighbours(space: Space, step: Step, view: View, *, offsets: bool = True) -> Neighbours | None:
+    """A reader and the nearest component before it that a timer releases; None where clocks say nothing of them.
+
+    With `offsets` both must be known, too.
+    """
+    found = _arrival_ns(space, step, view)
+    if found is None:
+        return None
+    earlier, least, most = found
+    sender, receiver = space.components[earlier.index], space.components[step.index]
+    pair = pair_of(sender, receiver, view, offsets=offsets)
+    if pair is None:
+        return None
+    first = start_delay_ns(space, earlier, view), start_delay_ns(space, step, view)
+    return Neighbours(earlier.index, replace(pair, begins_ns=first), least, most)
+
+
+def start_delay_ns(space: Space, step: Step, view: View) -> Exact:
+    """How long after its release the job of a timer may begin, and read; 0 where it reads at its release.
+
+    A job that begins so late and takes its longest execution time ends within the response time. Latency is counted
+    from the release of the first component of a flow.
+    """
+    component = space.components[step.index]
+    if step.via is None or space.profile != "dse" or at(component.communication, view) in AT_RELEASE:
+        return 0
+    worst, method = _worst_ns(space, component, view)
+    if method not in ("response time", UNBOUNDED_METHOD):
+        return 0
+    execution = at(component.execution_ns, view)
+    own = execution[1] if execution is not None else _best_ns(space, component, view)[0]
+    return worst if is_unbounded(worst) else picked("max", worst - own, 0)
+
+
+def _arrival_ns(space: Space, step: Step, view: View) -> tuple[Step, Exact, Exact] | None:
+    """The nearest element before one whose component a timer releases, and how long after that data may be there.
+
+    None where a flow has no such element before it.
     """
     rows = _callback_rows(space, step, space.components[step.index], view)
     for earlier in reversed(step.since):
         if earlier.kind == "component" and is_periodic(space.components[earlier.index], view):
-            sender = space.components[earlier.index]
             rows.append(_processing_row(space, _in_flow(space, earlier, view), view))
-            return sender, sum(row.min_ns for row in rows), sum(row.max_ns for row in rows)
+            return earlier, sum(row.min_ns for row in rows), sum(row.max_ns for row in rows)
         rows += step_rows(space, earlier, view)
     return None
 
@@ -96,42 +145,53 @@ def run_spread_ns(space: Space, step: Step, view: View) -> Exact | None:
     receiver = space.components[step.index] if step.since else None
     if receiver is None or space.profile != "dse" or not is_periodic(receiver, view):
         return None
-    found = arrival_ns(space, step, view)
-    if found is None or pair_of(found[0], receiver, view) is not None:
+    if neighbours(space, step, view) is not None:
         return None
-    pair = pair_of(found[0], receiver, view, offsets=False)
-    return None if pair is None else spread_ns(pair, *found[1:])
+    found = neighbours(space, step, view, offsets=False)
+    return None if found is None else spread_ns(found.pair, found.least_ns, found.most_ns)
 
 
-def phased_parts(space: Space, step: Step, view: View) -> tuple[tuple[Exact, Exact], tuple[Exact, Exact, Exact] | None]:
+@dataclass(frozen=True, slots=True)
+class Phase:
+    """What offsets say of a wait, with d = offset of the receiver - offset of the sender.
+
+    It is at most (d + `most_ns`) mod `step_ns`, and at least (d + `least_ns`) mod `step_ns` less `less_ns`, and 0.
+    """
+
+    least_ns: Exact
+    most_ns: Exact
+    step_ns: Exact
+    less_ns: Exact
+
+
+def phased_parts(space: Space, step: Step, view: View) -> tuple[tuple[Exact, Exact], Phase | None]:
     """What an element of a flow adds at least and at most without what its offsets say, and what they say.
 
-    That is None for sampling of other clocks; else (least shift, greatest shift, step): the wait is at least
-    (offset of the receiver - offset of the sender + least shift) mod step, and at most that with the greatest shift.
+    That is None for sampling of other clocks.
     """
     component = space.components[step.index]
-    found = arrival_ns(space, step, view)
-    pair = None if found is None else pair_of(found[0], component, view, offsets=False)
+    found = neighbours(space, step, view, offsets=False)
     rows = _callback_rows(space, step, component, view)
     if not step.only_reads:
         rows.append(_processing_row(space, _in_flow(space, step, view), view))
     least, most = sum(row.min_ns for row in rows), sum(row.max_ns for row in rows)
     period = at(component.period_ns, view)
-    if found is None or pair is None:
+    if found is None:
         return (least, most + period), None
+    pair = found.pair
     assert not pair.error_ns, component.name
-    return (least, most + period - pair.step_ns), (-found[1], -found[2], pair.step_ns)
+    phase = Phase(pair.begins_ns[1] - found.least_ns, -found.most_ns, pair.step_ns, missing_ns(pair))
+    return (least, most + period - pair.step_ns), phase
 
 
 def _on_one_clock(space: Space, step: Step, component: Component, view: View) -> Row | None:
     """Sampling of what comes from a timer of the same clock, where both offsets are known."""
     if not step.since or at(component.offset_ns, view) is None:
         return None
-    found = arrival_ns(space, step, view)
-    pair = None if found is None else pair_of(found[0], component, view)
-    if found is None or pair is None:
+    found = neighbours(space, step, view)
+    if found is None:
         return None
-    least, most = wait_ns(pair, *found[1:])
+    least, most = wait_ns(found.pair, found.least_ns, found.most_ns)
     return Row(component.category, component.name, least, METHOD, most, METHOD)
 
 

@@ -66,31 +66,29 @@ def design_remarks(space: Space, view: View) -> Iterator[str]:
                 f"{flow.name} repeats only after more than {MOST_RELEASES:,} releases: its bound stands for its exact "
                 "latency"
             )
-    yield from _early_reads(space, view)
+    yield from _late_reads(space, view)
     yield from _bus_remarks(space, view)
     untimed = [item.name for item in _on_processors(space) if at(item.execution_ns, view) is None]
     yield from _untimed(untimed)
 
 
-def _early_reads(space: Space, view: View) -> Iterator[str]:
-    """Readers whose data may come after their release but before they get the CPU: a job reads at its release."""
+def _late_reads(space: Space, view: View) -> Iterator[str]:
+    """How much of a flow's jitter is there because jobs may read when they begin, and not at their release."""
     rows = {flow.name: flow_rows(space, flow, view) for flow in space.flows}
-    found: dict[str, dict[str, None]] = {}
+    found: dict[str, dict[str, Exact]] = {}
     for item in boundaries(space, view):
         sender, reader = item.offsets_ns
-        waits = [
-            row.max_ns - row.min_ns
-            for row in rows[item.flow]
-            if row.contributor == item.receiver and row.max_method == "response time"
-        ]
+        ends = item.sender, item.receiver
+        waits = [row for row in rows[item.flow] if row.contributor in ends and row.max_method.startswith("response")]
         if sender is not None and reader is not None and waits:
-            before = (reader - sender - item.there_ns[0]) % item.step_ns
-            if before and before + waits[0] >= item.step_ns:
-                found.setdefault(item.flow, {})[f"{item.receiver} (of {item.sender})"] = None
+            less = (reader - sender - item.there_ns[0]) % item.step_ns - item.wait_ns[0]
+            if less > 0:
+                found.setdefault(item.flow, {})[f"{item.receiver} (after {item.sender})"] = less
     for flow, readers in found.items():
         yield (
-            f"{flow}: what comes while {', '.join(readers)} waits for the CPU is for the next job, as jobs read at "
-            "their release; where they read when they begin, minimum and jitter may be a period off (the maximum holds)"
+            f"{flow}: {format_duration(sum(readers.values()))} of its jitter are there because jobs may read when they "
+            f"get the CPU, at {', '.join(readers)}: not where they read at their release (`communication: at_dispatch` "
+            "or `let`)"
         )
 
 

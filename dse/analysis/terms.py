@@ -40,6 +40,8 @@ class Term:
     ends: Callable[[View], tuple[Fraction, Fraction]] | None = None
     waits: tuple[int, Fraction] | None = None
     """A thread, and how often its waiting for others counts at least on top of the lower end, in every design."""
+    may_fall: bool = False
+    """Whether it may be less where some response time is longer: data that come later may wait less for a reader."""
     only_waits: bool = False
     """Whether that is all: the figure is the lower end, and so often the waiting."""
     extreme: Extreme | None = None
@@ -75,23 +77,33 @@ class Sampled:
         return replace(self, factor=self.factor * factor)
 
 
+@dataclass(frozen=True, slots=True)
+class Rest:
+    """`times` * max(0, (d + `shift`) mod `step` - `less`) of a difference d of offsets; all in ns."""
+
+    times: Fraction
+    shift: Exact
+    step: Exact
+    less: Exact = 0
+
+
 @dataclass(frozen=True)
 class Phased:
-    """A summand as base + sum of times * ((offset of `receiver` - offset of `sender` + shift) mod step).
+    """A summand as a base and what is left of the difference of the offsets of `receiver` and `sender`.
 
-    `parts` gives the base and each (times, shift, step), which consult no offset; components go by number.
+    `parts` gives the base and each of these (`Rest`), which consult no offset; components go by number.
     """
 
     sender: int
     receiver: int
-    parts: Callable[[View], tuple[Fraction, tuple[tuple[Fraction, Exact, Exact], ...]]]
+    parts: Callable[[View], tuple[Fraction, tuple[Rest, ...]]]
 
     def scaled(self, factor: Fraction) -> Phased:
         """The summand times a constant."""
 
-        def parts(view: View) -> tuple[Fraction, tuple[tuple[Fraction, Exact, Exact], ...]]:
-            base, waits = self.parts(view)
-            return base * factor, tuple((times * factor, shift, step) for times, shift, step in waits)
+        def parts(view: View) -> tuple[Fraction, tuple[Rest, ...]]:
+            base, rests = self.parts(view)
+            return base * factor, tuple(replace(item, times=item.times * factor) for item in rests)
 
         return Phased(self.sender, self.receiver, parts)
 

@@ -14,6 +14,7 @@ from __future__ import annotations
 import sys
 from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass
+from fractions import Fraction
 
 from ortools.sat.python import cp_model
 
@@ -31,7 +32,7 @@ from dse.encode.rates import RateVariables
 from dse.encode.reasons import Reason, reason_of, reason_of_value
 from dse.encode.schedulability import add_rows
 from dse.encode.waiting import Waiting
-from dse.space.cores import is_scheduled, rules_on_order, tells_cores_apart
+from dse.space.cores import is_scheduled, is_shortest, rules_on_order, tells_cores_apart
 from dse.space.criteria import Metric
 from dse.space.metric_kinds import parts_of
 from dse.space.types import Design, OpenCore, OpenPriority, Space
@@ -146,7 +147,7 @@ class Contention:
             if term.waits is not None and self.waiting is not None:
                 fresh |= self.waiting.refine(term.waits[0], view)
         for term, exact in low if not fresh else ():
-            reason = reason_of_value(self.space, self.places, term.value, View(design), exact)
+            reason = reason_of_value(self.space, self.places, term, View(design), exact)
             held = [self.combined.literal(index) for index in self.combined.conditions(reason)]
             variable = self.model.get_int_var_from_proto_index(term.variable.index)
             self.model.add(variable >= exact).only_enforce_if(held)
@@ -246,16 +247,18 @@ def is_upward(space: Space) -> bool:
     """Whether a longer response time is nowhere an advantage: then it is enough that open terms are not too low."""
     asked = [(item.metric, int(item.operator in ("<=", "<"))) for item in space.requirements]
     asked += [(item.metric, 1 if item.sense == "minimise" else -1) for item in space.objectives]
-    return all(_is_better_shorter(space, metric, sign) for metric, sign in asked)
+    return all(is_better_shorter(space, metric, sign) for metric, sign in asked)
 
 
-def _is_better_shorter(space: Space, metric: Metric, sign: int) -> bool:
-    """Whether response times in a metric that should be low (`sign` 1), high (-1) or equal (0) should be low."""
+def is_better_shorter(space: Space, metric: Metric, sign: int, factor: Fraction | int = 1) -> bool:
+    """Whether open terms of a metric that should be low (`sign` 1), high (-1) or equal (0) are enough if not too low.
+
+    They are where it counts `factor` times in a sum that should be low, and grows there with response times.
+    """
     parts = parts_of(space, metric)
     if parts:
-        signs = [sign if factor.value > 0 else -sign for factor, _ in parts]
-        return all(_is_better_shorter(space, inner, one) for (_, inner), one in zip(parts, signs, strict=True))
-    return sign > 0 or not is_scheduled(space, metric)
+        return all(is_better_shorter(space, inner, sign, factor * item.value) for item, inner in parts)
+    return (sign > 0 and (factor < 0) == is_shortest(metric)) or not is_scheduled(space, metric)
 
 
 def contention_of(board: Board, rates: RateVariables) -> Contention | None:

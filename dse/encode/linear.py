@@ -62,6 +62,8 @@ class OpenTerm:
     """What the variable is at least where no thread waits for another."""
     waits: tuple[int, Fraction] | None = None
     """A thread, and what a nanosecond of its waiting adds at least."""
+    may_fall: bool = False
+    """Whether it may be less where some response time is longer."""
 
 
 class Board:

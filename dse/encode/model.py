@@ -20,7 +20,7 @@ from dse.analysis.limits import Limit
 from dse.analysis.measures import Measure, Term
 from dse.analysis.memo import Watching
 from dse.analysis.views import View
-from dse.encode.contention import Contention, contention_of, is_upward
+from dse.encode.contention import Contention, contention_of, is_better_shorter, is_upward
 from dse.encode.corelimits import CoreLimits, core_limits_of
 from dse.encode.decisions import add_activity, add_decisions, add_validity
 from dse.encode.linear import Board, OpenTerm, placed
@@ -236,7 +236,8 @@ class Demands:
 
     def add_limit(self, limit: Limit) -> cp_model.IntVar:
         """Encode a limit; returns its guard."""
-        if limit.requirement.operator not in ("<=", "<") and _may_wait(limit.measure.terms):
+        metric, sign = limit.requirement.metric, int(limit.requirement.operator in ("<=", "<"))
+        if _may_wait(limit.measure.terms) and not is_better_shorter(self.evaluator.space, metric, sign):
             self.is_upward = False
         return self._guarded(partial(add_limit, self.board, self.rates, limit))
 

@@ -2,12 +2,13 @@
 
 A wait is (o_j - o_i + shift) mod g, for offsets o on a grid: o_j - o_i + shift = g * q + wait, 0 <= wait < g, with
 integers q and wait. Both sides are counted in the greatest common divisor of all offsets, the shift and g, so that
-there are as few values as there are. The same pair, shift and g is one variable, whatever uses it.
+there are as few values as there are. The same pair, shift and g is one variable, whatever uses it. What is left of it
+beyond a time (of readers that may begin late) is one variable more.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from fractions import Fraction
 from math import gcd, lcm
 from typing import Any
@@ -15,7 +16,7 @@ from typing import Any
 from ortools.sat.python import cp_model
 
 from dse.analysis.measures import Measure, Term
-from dse.analysis.terms import Phased
+from dse.analysis.terms import Phased, Rest
 from dse.encode.linear import Board, Form, Given, check_exact
 from dse.space.trees import at, leaves
 from dse.units import Exact
@@ -28,12 +29,12 @@ def phased_form(board: Board, measure: Measure, term: Term, given: Given) -> For
     cases = board.cases(phased.parts, given)
     named = board.named(cases, given)
     form = board.form((literal, _whole(base * scale)) for literal, (base, _) in named)
-    where: dict[tuple[Fraction, Exact, Exact], list[Any]] = {}
-    for literal, (_, waits) in named:
-        for times, shift, step in waits:
-            where.setdefault((times, shift % step, step), []).append(literal)
-    for (times, shift, step), literals in where.items():
-        wait = _wait(board, phased, shift, step)
+    where: dict[Rest, list[Any]] = {}
+    for literal, (_, rests) in named:
+        for rest in rests:
+            where.setdefault(replace(rest, shift=rest.shift % rest.step), []).append(literal)
+    for rest, literals in where.items():
+        times, wait = rest.times, _wait(board, phased, rest)
         if not wait.most:
             continue
         variable = wait.variable if len(literals) == len(named) else _where(board, wait, literals)
@@ -57,13 +58,26 @@ class Wait:
     unit_ns: Fraction
 
 
-def _wait(board: Board, phased: Phased, shift: Exact, step: Exact) -> Wait:
+def _wait(board: Board, phased: Phased, rest: Rest) -> Wait:
     """The wait of a pair, made once."""
-    key = phased.sender, phased.receiver, shift, step
+    key = phased.sender, phased.receiver, rest.shift, rest.step, rest.less
     if key not in board.phases:
-        board.phases[key] = _made(board, phased, shift, step)
+        board.phases[key] = _beyond(board, phased, rest) if rest.less else _made(board, phased, rest.shift, rest.step)
     found: Wait = board.phases[key]
     return found
+
+
+def _beyond(board: Board, phased: Phased, rest: Rest) -> Wait:
+    """max(0, wait - less), in a unit that both have in common."""
+    wait, less = _wait(board, phased, replace(rest, less=0)), Fraction(rest.less)
+    scale = lcm(wait.unit_ns.denominator, less.denominator)
+    unit = Fraction(gcd(int(wait.unit_ns * scale), int(less * scale)), scale)
+    times, count = int(wait.unit_ns / unit), int(less / unit)
+    most = max(0, wait.most * times - count)
+    check_exact(max(wait.most * times, count), "a wait between offsets")
+    variable = board.model.new_int_var(0, most, "")
+    board.model.add_max_equality(variable, [0, times * wait.variable - count])
+    return Wait(variable, most, unit)
 
 
 def _made(board: Board, phased: Phased, shift: Exact, step: Exact) -> Wait:

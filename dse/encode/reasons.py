@@ -21,6 +21,7 @@ from dse.analysis.response_time import Stream, Task, response_time_ns
 from dse.analysis.scheduling import ONLY, counted_ns, subset_responses
 from dse.analysis.tasks import work_ns
 from dse.analysis.views import View
+from dse.encode.linear import OpenTerm
 from dse.encode.places import Places, Thread
 from dse.space.trees import at
 from dse.space.types import Space
@@ -78,8 +79,11 @@ def reason_of(space: Space, places: Places, limit: Limit, view: View) -> Reason:
     return _by_options(case, responses, kept)
 
 
-def reason_of_value(space: Space, places: Places, value: Callable[[View], int], view: View, least: int) -> Reason:
-    """Conditions under which a figure that grows with response times is at least as large as in the design."""
+def reason_of_value(space: Space, places: Places, term: OpenTerm, view: View, least: int) -> Reason:
+    """Conditions under which a figure is at least as large as in the design: all that it hangs on if it may fall."""
+    value = term.value
+    if term.may_fall:
+        return _seen(space, places, value, view, ())
     found: dict[tuple[int, int], list[int]] = {}
     for processor in range(len(space.processors)):
         for number, core in core_of_each(space, processor, view).items():

@@ -202,7 +202,7 @@ def _made_form(board: Board, measure: Measure, term: Term, rounded: Callable[[Fr
     board.model.add(variable >= board.expression(lows))
     board.model.add(variable <= board.expression(highs))
     waits = None if term.waits is None else (term.waits[0], term.waits[1] * measure.scale)
-    value = OpenTerm(variable, lambda view: rounded(term.value(view) * measure.scale), lows, waits)
+    value = OpenTerm(variable, lambda view: rounded(term.value(view) * measure.scale), lows, waits, term.may_fall)
     board.open_terms.append(value)
     return Form(0, {variable.index: 1}, lows.low, highs.high)
 

@@ -7,16 +7,16 @@ does a reservation, for its own threads; what it has not used when its period en
 
 from __future__ import annotations
 
+from collections import deque
 from dataclasses import dataclass, field
 from heapq import heappop, heappush
-from typing import TYPE_CHECKING, ClassVar
+from typing import ClassVar, TypeAlias
 
-from dse.simulation.plan import Gap, Share, Task
+from dse.simulation.plan import Gap, Share, StepKey, Task
 from dse.units import Exact
 
-if TYPE_CHECKING:
-    from dse.simulation.engine import Births
-
+Births: TypeAlias = dict[StepKey, list[Exact]]
+"""For each flow step, when the data were born that are there."""
 HELD = -1
 """The urgency of a job inside its section; that of interrupts is below, that of threads above."""
 PUT_BACK = -1
@@ -33,6 +33,7 @@ class Job:
     births: Births
     holds: Exact = 0
     yields: Exact = 0
+    has_read: bool = False
 
     @property
     def is_interrupt(self) -> bool:
@@ -43,6 +44,15 @@ class Job:
     def is_held(self) -> bool:
         """Whether it is inside its section, not at either end of it."""
         return self.yields < self.left < self.holds
+
+
+class Entry:
+    """The door of an event-triggered task: one job in service, arrivals that wait."""
+
+    def __init__(self) -> None:
+        self.busy = False
+        self.waiting: deque[tuple[Exact, Births]] = deque()
+        self.not_before: Exact = 0
 
 
 @dataclass

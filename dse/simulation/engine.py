@@ -1,9 +1,10 @@
 """The simulation itself: events in integer nanoseconds (in fractions of them where messages take such).
 
 At one instant jobs end and separations run out first, then messages arrive, then timers dispatch: what arrives at the
-very moment of a timer's dispatch is read by it. A timer's job reads the latest value of everything at its dispatch; an
-arrival dispatches an event-triggered thread, or waits in its queue while there is room, or is lost. Output leaves when
-a job ends; under logical execution time at the deadline, or when the job ends where that is later.
+very moment of a timer's dispatch is read by it. A timer's job reads the latest value of everything at its dispatch (in
+a problem that speaks of clocks when it first gets its core, unless its data pass at its dispatch); an arrival
+dispatches an event-triggered thread, or waits in its queue while there is room, or is lost. Output leaves when a job
+ends; under logical execution time at the deadline, or when the job ends where that is later.
 
 *The latency of a datum* runs from the dispatch of the job that produces it in the first component of a flow (from its
 sending where a flow begins with a connection) to the first moment at which the last element of the flow has processed
@@ -16,7 +17,7 @@ counted as lost.
 from __future__ import annotations
 
 import random
-from collections import Counter, deque
+from collections import Counter
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from fractions import Fraction
@@ -24,14 +25,12 @@ from heapq import heappop, heappush
 from math import lcm
 from typing import Literal, TypeAlias
 
-from dse.simulation.core import Core, Job
+from dse.simulation.core import Births, Core, Entry, Job
 from dse.simulation.plan import Gap, Link, Plan, Share, StepKey, Task, TaskKey
 from dse.simulation.readings import Range
 from dse.timelimit import look_at_the_clock
 from dse.units import Exact, whole
 
-Births: TypeAlias = dict[StepKey, list[Exact]]
-"""For each flow step, when the data were born that are there."""
 Execution: TypeAlias = Literal["max", "min", "random"]
 MILLION = 10**6
 
@@ -70,15 +69,6 @@ class Observation:
     events: int = 0
 
 
-class _Entry:
-    """The door of an event-triggered task: one job in service, arrivals that wait."""
-
-    def __init__(self) -> None:
-        self.busy = False
-        self.waiting: deque[tuple[Exact, Births]] = deque()
-        self.not_before: Exact = 0
-
-
 def simulate_once(plan: Plan, setting: Setting) -> Observation:
     """One run of a plan.
 
@@ -103,7 +93,7 @@ class _Run:
         self.heap: list[tuple[Exact, int, int, tuple[object, ...]]] = []
         self.sequence = 0
         self.cores: dict[tuple[int, int], Core] = {}
-        self.entries: dict[TaskKey, _Entry] = {}
+        self.entries: dict[TaskKey, Entry] = {}
         self.free: dict[TaskKey, Exact] = {}
         self.buffers: Births = {}
         self.newest: dict[StepKey, Exact] = {}
@@ -132,7 +122,7 @@ class _Run:
             self._next_refill(share, self._core(share.core), 0)
         handlers = {
             "tick": self._tick, "send": self._send_timer, "end": self._end, "alone": self._complete,
-            "yield": self._yield, "refill": self._refill,
+            "yield": self._yield, "refill": self._refill, "begin": self._read,
             "bus": self._on_bus, "arrive": self._arrive, "wake": self._serve, "publish": self._publish,
         }  # fmt: skip
         while self.heap and self.heap[0][0] <= self.setting.duration_ns:
@@ -185,21 +175,16 @@ class _Run:
         return whole(Fraction(self.rng.randint(int(low * scale), int(high * scale)), scale))
 
     def _release(self, task: Task, release: Exact, births: Births) -> None:
-        """A job begins its life: it reads what is there, and gets a core or waits for one."""
+        """A job begins its life: it gets a core or waits for one, and reads what is there at once, or then."""
         component, part = task.key
         if task.first == component:
             self.begun.setdefault(component, []).append(release)
-        if part == "thread":
-            for key in self.plan.places.get(component, ()):
-                fresh = self.buffers.pop(key, None)
-                if fresh:
-                    births.setdefault(key, []).extend(fresh)
-                    self.newest[key] = max(fresh)
-            self._compare(component)
-            if self.now < self.setting.births_until_ns:
-                for flow in self.plan.starts.get(component, ()):
-                    births[flow, 0] = [self.now]
+        if part == "thread" and self.now < self.setting.births_until_ns:
+            for flow in self.plan.starts.get(component, ()):
+                births[flow, 0] = [self.now]
         job = Job(task, release, self._drawn(task.cost_ns), births)
+        if not task.reads_late or task.core is None:
+            self._read(job)
         if task.core is not None:
             self._place_section(job)
             core = self._core(task.core)
@@ -210,6 +195,19 @@ class _Run:
         start = max(self.now, self.free.get(task.key, 0)) if task.serial else self.now
         self.free[task.key] = start + job.left
         self.at(start + job.left, END, "alone", job)
+
+    def _read(self, job: Job) -> None:
+        """A job reads what is there, once."""
+        component, part = job.task.key
+        is_new, job.has_read = not job.has_read, True
+        if not is_new or part != "thread":
+            return
+        for key in self.plan.places.get(component, ()):
+            fresh = self.buffers.pop(key, None)
+            if fresh:
+                job.births.setdefault(key, []).extend(fresh)
+                self.newest[key] = max(fresh)
+        self._compare(component)
 
     def _compare(self, component: int) -> None:
         """How far apart the births are of what a component holds by each flow, as long as births are followed."""
@@ -252,6 +250,8 @@ class _Run:
         length = core.pick(self.now)
         if length is not None:
             self.at(self.now + length, END, "end", core, core.version)
+            if core.running is not None and not core.running.has_read:  # behind what arrives at this moment
+                self.at(self.now, DISPATCH, "begin", core.running)
         if core.running is not None and core.running.is_held:
             self._hold(core, core.running)
 
@@ -280,8 +280,8 @@ class _Run:
             self._reschedule(core)
 
     def _complete(self, job: Job) -> None:
-        task = job.task
-        release = job.release
+        self._read(job)  # at last: it took no time
+        task, release = job.task, job.release
         if task.first is not None:  # counted from the release of the thread, whose pieces keep their order
             release = self.begun[task.first][self.ended[task.key]]
             self.ended[task.key] += 1
@@ -378,7 +378,7 @@ class _Run:
             for key, born in onward.items():
                 self._store(key, born)
             return
-        entry = self.entries.setdefault(task.key, _Entry())
+        entry = self.entries.setdefault(task.key, Entry())
         for key, born in onward.items() if task.key[1] == "thread" else ():
             self._note(key, born)
         room = link.capacity if link.capacity is not None and task.key[1] == "thread" else task.capacity

@@ -37,7 +37,7 @@ class Task:
     of a `serial` task waits for the one before. `capacity` is how many arrivals may wait. A timer with a `phase` keeps
     it to the others of its clock; output leaves `logical_ns` after the release where that is set. A `queue` is that of
     an executor. Of a piece of a thread with segments `first` is the number of the thread's first one. In a `share` of a
-    core its urgency is that among what else is in there.
+    core its urgency is that among what else is in there. `reads_late`: a job reads when it first gets its core.
     """
 
     key: TaskKey
@@ -55,6 +55,7 @@ class Task:
     queue: Queue | None = None
     first: int | None = None
     share: Share | None = None
+    reads_late: bool = False
 
 
 @dataclass(frozen=True)
@@ -314,6 +315,7 @@ def _tasks(space: Space, figures: Figures, *, contention: bool, endless: bool) -
             key, component.name, cost, period, part.separation_ns, at_core, 2 * urgency + 1, part.executes, capacity,
             section, part.phase, part.logical_ns, _queue(space, figures, key),
             None if component.pieces is None else component.pieces.members[0], share if at_core is not None else None,
+            part.reads_late,
         )  # fmt: skip
     return found
 

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from fractions import Fraction
 from typing import Any, TypeAlias
 
+from dse.space.clocks import AT_RELEASE
 from dse.space.frames import Frame, wire_ns
 from dse.space.hosts import ExecutorKind, Interference
 from dse.space.trees import FROM_BANDWIDTH, PerProcessorType, at
@@ -30,7 +31,7 @@ class ComponentFigures:
     execution time; `executes` tells whether it is an execution time at all, or the latency of a data sheet, which
     occupies nothing. On a core each job takes `switching_ns` more, and for `section_ns` of it nothing preempts it.
     `phase` is set where its timer keeps it, `logical_ns` where data pass so long after its releases and not when a job
-    ends.
+    ends; `reads_late` tells whether a job reads when it first gets its core, and not at its release.
     """
 
     period_ns: Fraction | None
@@ -46,6 +47,7 @@ class ComponentFigures:
     section_ns: int = 0
     phase: Phase | None = None
     logical_ns: int | None = None
+    reads_late: bool = False
 
 
 @dataclass(frozen=True)
@@ -151,6 +153,7 @@ class _Reader:
     def __init__(self, space: Space, design: Design) -> None:
         self.space, self.design = space, design
         self._rates: dict[int, Fraction] = {}
+        self.on_clocks = any(step.since for flow in space.flows for step in flow.steps)
 
     def at(self, tree: Any) -> Any:
         return at(tree, self.design)
@@ -179,6 +182,7 @@ class _Reader:
             section_ns=self.at(item.section_ns) or 0,
             phase=self.phase(item) if timed else None,
             logical_ns=self.logical_ns(item, period) if timed else None,
+            reads_late=timed and self.on_clocks and self.at(item.communication) not in AT_RELEASE,
         )
 
     def phase(self, item: Component) -> Phase | None:

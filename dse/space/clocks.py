@@ -10,11 +10,13 @@ from dse.space.properties import FieldReader, Ledger, Owner, Path
 from dse.space.protocols import BY_INPUTS
 from dse.space.slots import decision_of
 from dse.space.trees import NOT_OFFERED, Tree, graft, leaves
-from dse.space.types import ClockReading, Component, Step
+from dse.space.types import ClockReading, Component, Space, Step
 from dse.spec.model import Spec
 from dse.spec.quantity_fields import OFFSET_WORDS
 from dse.units import format_duration, shown
 
+AT_RELEASE = frozenset({"let", "at_dispatch"})
+"""When data are read at the release of a job, and not when it begins."""
 MOST_OFFSETS = 2_000
 """The most offsets that a grid may offer one thread."""
 
@@ -23,6 +25,12 @@ def speaks_of_clocks(spec: Spec, components: Sequence[Component]) -> bool:
     """Whether a problem says anything of clocks: else each component is taken to run on its own."""
     said = any(item.offset_ns is not None or item.communication is not None for item in components)
     return said or bool(spec.clocks)
+
+
+def reads_when_jobs_begin(space: Space) -> bool:
+    """Whether some timer on a clock may read when its job begins: how late that is says its response time."""
+    timed = [item for item in space.components if item.offset_ns is not None and item.processor is not None]
+    return space.profile == "dse" and any(set(leaves(item.communication)) - AT_RELEASE for item in timed)
 
 
 def grid_in_use(spec: Spec) -> int:
@@ -158,7 +166,7 @@ def _used(ledger: Ledger, name: str, tree: Tree) -> Tree:
 
 
 def read_communication(ledger: Ledger, owner: Owner, protocol: Tree, period: Tree) -> Tree:
-    """When a thread's data pass: leaves ``implicit``, ``let`` or None, where no timer releases it."""
+    """When a thread's data pass: leaves ``implicit``, ``at_dispatch``, ``let`` or None, where no timer releases it."""
     tree = FieldReader(ledger, owner, "communication", "communication", str).read(
         lambda model: getattr(model, "communication", None)
     )

@@ -11,6 +11,7 @@ from dataclasses import replace
 from functools import partial
 from typing import Any
 
+from dse.space.clocks import reads_when_jobs_begin
 from dse.space.criteria import Metric, MultipleTest, PairTest, ResolvedCondition, UsedTest, ValueTest
 from dse.space.metric_kinds import CHAIN_METRICS, FLOW_METRICS, parts_of
 from dse.space.properties import Ledger, Path
@@ -258,9 +259,16 @@ def is_scheduled(space: Space, metric: Metric) -> bool:
     parts = parts_of(space, metric)
     if parts:
         return any(is_scheduled(space, inner) for _, inner in parts)
-    if metric.kind in (*FLOW_METRICS, *CHAIN_METRICS) and not metric.kind.endswith("min latency"):
+    if is_shortest(metric):
+        return space.processing == "response_time" and reads_when_jobs_begin(space)
+    if metric.kind in (*FLOW_METRICS, *CHAIN_METRICS, "oldest input"):
         return space.processing == "response_time"
-    return metric.kind == "response time" or (metric.kind == "oldest input" and space.processing == "response_time")
+    return metric.kind == "response time"
+
+
+def is_shortest(metric: Metric) -> bool:
+    """Whether a metric is the shortest of several times: longer response times never make it longer."""
+    return metric.kind.endswith("min latency") or metric.kind == "newest input"
 
 
 def tells_cores_apart(space: Space) -> bool:

@@ -145,8 +145,8 @@ class Component:
     priority, or the executor's, then orders it in there.
     `section_ns`: the longest part of a job during which no other thread of its core gets the CPU.
     `clock` leaves are `ClockReading`; `offset_ns` is when on it the first release is, None where that is not known;
-    `communication` says when data pass: ``let`` at release and release + deadline, else (``implicit``) at release and
-    when the job ends.
+    `communication` says when data pass: ``let`` at release and release + deadline, ``at_dispatch`` at release and when
+    the job ends, else (``implicit``) when it begins and ends.
     `triggers` are the connections that dispatch it when it is event-triggered; `incoming` all that end in it.
     `stated_period_ns` is the period also where the protocol has none (unless it was to be decided), and `bound` whether
     the thread is bound to its processor or only has figures of it, and `partition` where it runs there, all for OSATE

@@ -40,7 +40,7 @@ from dse.spec.quantity_fields import DataRate, DataSize, Demand, Duration, Offse
 
 Protocol: TypeAlias = Literal["periodic", "aperiodic", "sporadic", "hybrid"]
 ExecutorKind: TypeAlias = Literal["fifo", "callback_group", "wait_set"]
-Communication: TypeAlias = Literal["implicit", "let"]
+Communication: TypeAlias = Literal["implicit", "at_dispatch", "let"]
 Category: TypeAlias = Literal[
     "thread", "device", "abstract", "process", "system", "thread_group", "processor", "virtual_processor", "memory",
     "bus", "virtual_bus", "data", "subprogram", "subprogram_group",

@@ -8,6 +8,7 @@ rows.
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import replace
 from fractions import Fraction
 from functools import lru_cache
 from math import lcm
@@ -29,10 +30,21 @@ Ends = tuple[Any, Any]
 
 def sampled_ns(sampled: Sampled, view: View) -> Fraction:
     """What an element of a flow adds to a metric, in the metric's own unit."""
-    least, most, spread = _parts(sampled.space, sampled.step, sampled.asked(view))
+    space, step, seen = sampled.space, sampled.step, sampled.asked(view)
+    least, most, spread = _parts(space, step, seen)
     figures = {"min latency": least, "latency": most, "jitter": most - least, "run jitter": spread}
+    figures["oldest input"] = _oldest_ns(space, step, seen, most) if sampled.kind == "oldest input" else most
     found: Fraction = Fraction(0) + figures[sampled.kind]
     return found * sampled.factor
+
+
+def _oldest_ns(space: Space, step: Step, view: View, most: Any) -> Any:
+    """What a reader adds to the age of what it reads when it begins: no more than if all had waited for a period."""
+    component = space.components[step.index]
+    if at(component.offset_ns, view) is None or not is_periodic(component, view):
+        return most
+    came = sum(row.max_ns for row in step_rows(space, step, view) if not _is_sampling(component, row, view))
+    return max(most, min(most + _start_ns(space, step, view), came + at(component.period_ns, view)))
 
 
 def own_value(measure: Measure, view: View) -> Fraction:
@@ -56,17 +68,21 @@ def _parts(space: Space, step: Step, view: View) -> tuple[Any, Any, Any]:
         return least, most, most - least
     period = at(component.period_ns, view)
     found = _before(space, step, view)
-    error = None if found is None else _error_ns(found[0], component, view)
-    if found is None or error is None or is_unbounded(found[2]):
+    sender = None if found is None else space.components[found[0].index]
+    error = None if sender is None else _error_ns(sender, component, view)
+    if found is None or sender is None or error is None or is_unbounded(found[2]):
         return least, most + period, most + period - least
-    sender, soonest, latest = found
+    _, soonest, latest = found
     base = at(sender.period_ns, view), period
     offsets = at(sender.offset_ns, view), at(component.offset_ns, view)
     if None in offsets:
         spread = _run_spread(*base, latest - soonest, error)
+        if _start_ns(space, step, view) or _start_ns(space, found[0], view):
+            spread = period  # a job that begins late reads what others of its run miss
         return least, most + period, most - least + spread
     shift = offsets[1] - offsets[0]
-    low = max(0, _wait(*base, shift - soonest + error)[0] - 2 * error)
+    late, missed = _start_ns(space, step, view), _start_ns(space, found[0], view)
+    low = max(0, _wait(*base, shift - soonest + error + late)[0] - 2 * error - late - missed)
     high = min(period, _wait(*base, shift - latest - error)[1] + 2 * error)
     return least + low, most + high, most + high - least - low
 
@@ -75,18 +91,31 @@ def _is_sampling(component: Component, row: Row, view: View) -> bool:
     return is_periodic(component, view) and "sampling" in row.max_method
 
 
-def _before(space: Space, step: Step, view: View) -> tuple[Component, Any, Any] | None:
+def _start_ns(space: Space, step: Step, view: View) -> Any:
+    """How late a timer's job may read: when all that its response time holds beside its own work goes before it."""
+    component = space.components[step.index]
+    is_first = step.via is None  # the clock of a latency starts with it
+    if is_first or at(component.communication, view) in ("let", "at_dispatch"):
+        return 0
+    last = step_rows(space, replace(step, only_reads=False), view)[-1]
+    if "response time" not in last.max_method:
+        return 0
+    work = at(component.execution_ns, view)
+    return max(0, last.max_ns - (last.min_ns if work is None else work[1]))
+
+
+def _before(space: Space, step: Step, view: View) -> tuple[Step, Any, Any] | None:
     """The last timer before an element, and the least and the most time from its release until its data are there."""
     least: Exact = 0
     most: Exact = 0
     for row in _ways(space, step, view):
-        if isinstance(row, Component):
+        if isinstance(row, Step):
             return row, least, most
         least, most = least + row.min_ns, most + row.max_ns
     return None
 
 
-def _ways(space: Space, step: Step, view: View) -> Iterator[Row | Component]:
+def _ways(space: Space, step: Step, view: View) -> Iterator[Row | Step]:
     """The rows from an element back to the timer before it, and that at last."""
     here = step_rows(space, step, view)
     yield from here[: next(number for number, row in enumerate(here) if "sampling" in row.max_method)]
@@ -94,7 +123,7 @@ def _ways(space: Space, step: Step, view: View) -> Iterator[Row | Component]:
         rows = step_rows(space, earlier, view)
         if earlier.kind == "component" and is_periodic(space.components[earlier.index], view):
             yield rows[-1]  # its timer's work
-            yield space.components[earlier.index]
+            yield earlier
             return
         yield from rows
 

@@ -557,7 +557,7 @@ def state_clocks(rng: random.Random, document: dict[str, Any]) -> None:
                 body["deadline"] = f"{rng.randint(1, 30)} ms"
             if choices and rng.random() < 0.3:
                 choices -= 1
-                body["communication"] = rng.sample(["let", "implicit"], 2)
+                body["communication"] = rng.sample(["let", "implicit", "at_dispatch"], 2)
 
 
 def state_overload(rng: random.Random, document: dict[str, Any]) -> None:

@@ -52,7 +52,8 @@ Where the documents leave something open, this is how they are read here:
 23. A timer keeps its phase to those of the same clock: of one processor, or of processors and devices that name one.
     The times from a release of one to those of the next on a flow are all numbers that differ from the difference of
     their offsets by multiples of the greatest common divisor of the periods; data are read at the first release from
-    when they are there. Unknown offsets may be any.
+    when they are there. Unknown offsets may be any. A job that does not read at its release may read as late as its
+    stated response time, less its longest execution time, allows; flows count from the release of their first.
 24. Where flows from timers meet at a timer by different ways, what it reads by one is at most as old as data may be
     when they are read and a period of their first timer, less that of the reader, whose every release reads; at least
     as the way takes. The disparity is the largest difference.

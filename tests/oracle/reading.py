@@ -345,8 +345,21 @@ class Reading:
         stated = self.problem.document["clocks"][clocks[0]] or {}
         return quantities.duration(stated.get("synchronisation_error", "0 ns"))
 
-    def sampling(self, sender: str, name: str, least: Any, most: Any) -> tuple[Any, Any, Any]:
-        """The wait at least and at most, and what it adds to the jitter of one run."""
+    def late_ns(self, name: str) -> int:
+        """How late after its release a job that reads when it begins may read: what its response time has besides."""
+        communicates = self.is_active(name, "communication") and self.get(name, "communication")
+        response = self.get(name, "response_time")
+        if communicates in ("let", "at_dispatch") or response is None:
+            return 0
+        execution = self.get(name, "compute_execution_time")
+        own = self.processing(name)[0] if execution is None else quantities.time_range(execution)[1]
+        return max(0, quantities.time_range(response)[1] - own)
+
+    def sampling(self, sender: str, name: str, least: Any, most: Any, *, is_first: bool) -> tuple[Any, Any, Any]:
+        """The wait at least and at most, and what it adds to the jitter of one run.
+
+        `is_first` tells whether the sender begins the flow, so that time counts from its release.
+        """
         period, error = self.period_ns(name), self.error_ns(sender, name)
         assert period is not None, name
         if error is None:
@@ -354,6 +367,8 @@ class Reading:
         step = gcd(period, self.period_ns(sender) or 0)
         offsets = [self.get(each, "offset") if self.is_active(each, "offset") else None for each in (sender, name)]
         if None in offsets:
+            if self.late_ns(name) or (not is_first and self.late_ns(sender)):
+                return 0, period, period
             ways = ceil((most - least + 2 * error) / Fraction(step)) * step
             return 0, period, min(period, period - step + ways + 2 * error - (most - least))
         shift = quantities.duration(offsets[1]) - quantities.duration(offsets[0])
@@ -362,7 +377,8 @@ class Reading:
             """The first possible time from a release of the one to one of the other."""
             return shift + ceil((time - shift) / Fraction(step)) * step
 
-        soonest = max(least, first_from(least - error) - error) - least
+        late, missed = self.late_ns(name), 0 if is_first else self.late_ns(sender)
+        soonest = max(least, first_from(least - error - late) - error - missed) - least
         latest = min(period, first_from(most + error) + error + period - step - most)
         return soonest, latest, latest - soonest
 
@@ -431,6 +447,8 @@ class Reading:
         while "sampling" not in rows[-1][1]:
             rows.pop()  # what follows when it has read
         least, most = sum(row[2] for row in rows), sum(row[3] for row in rows)
+        if self.is_active(name, "offset") and self.get(name, "offset") not in (None, "unknown"):
+            most += min(self.late_ns(name), (self.period_ns(name) or 0) - rows[-1][3])
         return least, most + self.first_period(flow) - (self.period_ns(name) or 0)
 
     def disparity(self, name: str) -> Any:
@@ -455,7 +473,7 @@ class Reading:
             if at is not None and timer is not None:
                 before = since + found[:at]
                 least, most = sum(row[2] for row in before), sum(row[3] for row in before)
-                *wait, spread = self.sampling(timer, name, least, most)
+                *wait, spread = self.sampling(timer, name, least, most, is_first=timer == path[0])
                 found[at] = (name, "sampling", *wait)
                 run += spread - (wait[1] - wait[0])
             since = since + found if at is None else found[at + 1 :]
