@@ -81,7 +81,7 @@ def _database(path: Path, text: str, form: str) -> Any:
     try:
         found = load_string(text, form if form in ENCODINGS else None, strict=False)
     except (Error, ValueError, KeyError, TypeError, IndexError, AttributeError, RecursionError) as error:
-        raise ProblemError([_syntax_error(path, error)]) from None
+        raise ProblemError([_syntax_error(path, text, error)]) from None
     if form == "dbc":
         _check_statements(path, text)
     if not getattr(found, "messages", None):
@@ -105,11 +105,15 @@ def _check_statements(path: Path, text: str) -> None:
         raise ProblemError(mistakes)
 
 
-def _syntax_error(path: Path, error: Exception) -> Diagnostic:
-    """What cantools found wrong, with the line and column that it names."""
+def _syntax_error(path: Path, text: str, error: Exception) -> Diagnostic:
+    """What cantools found wrong, with the line and column that it names, or the line of the message that it names."""
     words = re.sub(r"\s+", " ", str(error)).strip()[:NAME_LENGTH]
     place = re.search(r"line (\d+), column (\d+)", words)
     line, column = (int(place[1]), max(1, int(place[2]))) if place else (1, 0)
+    named = re.search(r"\bmessage (\w+)", words) if place is None else None
+    there = re.search(rf"\b{named[1]}\b", text) if named else None
+    if there:
+        line = text.count("\n", 0, there.start()) + 1
     return Diagnostic(f"no CAN database: {words or type(error).__name__}", file=str(path), line=line, column=column)
 
 

@@ -109,6 +109,10 @@ def test_can_fd_needs_its_second_rate(tmp_path: Path, capsys: pytest.CaptureFixt
 BAD = {
     "empty": ("", "car.dbc:1: the file is empty: expected a CAN database"),
     "no database": ("hello\nworld\n", "car.dbc:1:1: no CAN database: DBC"),
+    "an identifier too long": (
+        'VERSION ""\nBU_: A\nBO_ 1 Short: 1 A\nBO_ 4000 Long: 8 A\n',
+        'car.dbc:4: no CAN database: DBC: "Standard frame id 0xfa0 is more than 11 bits in message Long."',
+    ),
     "cut off": (DBC[: DBC.index("BO_ 512") + 12], "car.dbc:7: this message is not whole (is the file cut off?)"),
     "cut off in a message": (DBC[: DBC.index("BO_ 512") + 7], "car.dbc:7: this message is not whole (is the"),
     "cut off in a signal": (DBC[: DBC.index("[0|100]") + 4], "car.dbc:8: this signal is not whole (is the file cut"),
