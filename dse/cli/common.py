@@ -28,11 +28,39 @@ PIPED_WIDTH = 160
 """How wide what goes into a file or a pipe is, where COLUMNS does not say."""
 
 
-class ProblemPath(click.Path):
+class ExistingPath(click.Path):
+    """A path that must be there; a misspelt one is answered with the nearest name of its folder."""
+
+    def __init__(self, *, dir_okay: bool = True, allow_dash: bool = False) -> None:
+        super().__init__(exists=True, dir_okay=dir_okay, allow_dash=allow_dash)
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
+        """The path as it is."""
+        try:
+            return super().convert(value, param, ctx)
+        except click.BadParameter as error:
+            near = None if os.path.lexists(value) else _near(Path(value))
+            if near is None:
+                raise
+            self.fail(f"{error.message.rstrip('.')}. (Did you mean {str(near)!r}?)", param, ctx)
+
+
+def _near(path: Path) -> Path | None:
+    """The file of the same folder whose name is the nearest."""
+    from difflib import get_close_matches
+
+    try:
+        there = [found.name for found in path.parent.iterdir()]
+    except (OSError, ValueError):
+        return None
+    return next((path.with_name(found) for found in get_close_matches(path.name, there, 1, 0.75)), None)
+
+
+class ProblemPath(ExistingPath):
     """A problem file, a model, or a folder that holds one."""
 
     def __init__(self) -> None:
-        super().__init__(exists=True, allow_dash=True)
+        super().__init__(allow_dash=True)
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
         """The path as it is."""

@@ -7,6 +7,7 @@ from pathlib import Path
 import click
 
 from dse.cli.common import (
+    ExistingPath,
     all_option,
     check_writable,
     in_time,
@@ -25,14 +26,14 @@ from dse.errors import EXIT_COMPLETE, EXIT_NO
 @click.argument("other", metavar="[B]", required=False)
 @click.option(
     "--problem",
-    type=click.Path(exists=True, dir_okay=False, allow_dash=True),
+    type=ExistingPath(dir_okay=False, allow_dash=True),
     metavar="FILE",
     help="The problem file, if it has moved.",
 )
 @click.option(
     "--measured",
     multiple=True,
-    type=click.Path(exists=True),
+    type=ExistingPath(),
     metavar="PATH",
     help="Measurements (CSV, a trace, a bag) against which a design of the problem file A is held.",
 )

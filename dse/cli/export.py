@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from dse.cli.common import check_writable, in_time, tell_carried, write_text
+from dse.cli.common import ExistingPath, check_writable, in_time, tell_carried, write_text
 from dse.errors import UsageError, about
 
 if TYPE_CHECKING:
@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 FORMATS: tuple[Format, ...] = ("problem", "ros2", "cie", "pinning", "dot", "graphml", "aadl")
 
 
-FILE = click.Path(exists=True, dir_okay=False, allow_dash=True)
+FILE = ExistingPath(dir_okay=False, allow_dash=True)
 
 
 class Alternative(click.ParamType[tuple[str, str]]):
@@ -41,7 +41,7 @@ class Alternative(click.ParamType[tuple[str, str]]):
 @click.option("-o", "--output", default="-", metavar="PATH", help="The file to write; standard output if left out.")
 @click.option(
     "--problem",
-    type=click.Path(exists=True, dir_okay=False, allow_dash=True),
+    type=ExistingPath(dir_okay=False, allow_dash=True),
     metavar="FILE",
     help="The problem file, if it has moved.",
 )

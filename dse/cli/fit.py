@@ -7,7 +7,7 @@ from pathlib import Path
 
 import click
 
-from dse.cli.common import check_writable, in_time, json_option, report_folder
+from dse.cli.common import ExistingPath, check_writable, in_time, json_option, report_folder
 from dse.cli.pages import answer, report_option
 
 
@@ -23,7 +23,7 @@ def _pairs(ctx: click.Context, param: click.Parameter, values: Sequence[str]) ->
 
 
 @click.command("fit")
-@click.argument("files", nargs=-1, required=True, type=click.Path(exists=True, dir_okay=False))
+@click.argument("files", nargs=-1, required=True, type=ExistingPath(dir_okay=False))
 @click.option(
     "--method",
     type=click.Choice(["ols", "envelope", "quantile"]),

@@ -6,7 +6,7 @@ from typing import Any
 
 import click
 
-from dse.cli.common import check_writable, in_time, write_text
+from dse.cli.common import ExistingPath, check_writable, in_time, write_text
 from dse.importers.registry import IMPORTERS
 
 
@@ -21,14 +21,14 @@ def _format_options(command: click.Command) -> click.Command:
 
 
 @click.command("import", epilog="Formats: " + "; ".join(f"{item.name}, {item.what}" for item in IMPORTERS) + ".")
-@click.argument("files", metavar="FILE...", nargs=-1, required=True, type=click.Path(exists=True))
+@click.argument("files", metavar="FILE...", nargs=-1, required=True, type=ExistingPath())
 @click.option(
     "--format", "form", type=click.Choice([item.name for item in IMPORTERS]), help="What FILE is; else by its suffix."
 )
 @click.option(
     "--times",
     multiple=True,
-    type=click.Path(exists=True),
+    type=ExistingPath(),
     metavar="PATH",
     help="Measured execution times for the threads of FILE: CSV as `dse fit` reads them, or a trace.",
 )
@@ -36,7 +36,7 @@ def _format_options(command: click.Command) -> click.Command:
     "--bag",
     "bags",
     multiple=True,
-    type=click.Path(exists=True),
+    type=ExistingPath(),
     metavar="PATH",
     help="A recording of ROS: the sizes of FILE's topics, and the rates of those that come from outside.",
 )

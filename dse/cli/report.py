@@ -8,14 +8,14 @@ from typing import Any
 
 import click
 
-from dse.cli.common import console, in_time, report_folder, tell_carried
+from dse.cli.common import ExistingPath, console, in_time, report_folder, tell_carried
 from dse.cli.question import ranking_options
 from dse.cli.studies import check_study, is_study, read_json, sections_in
 from dse.files.writing import write_files
 
 
 @click.command("report")
-@click.argument("result", type=click.Path(exists=True, dir_okay=False, allow_dash=True))
+@click.argument("result", type=ExistingPath(dir_okay=False, allow_dash=True))
 @click.option(
     "-o",
     "--output",
@@ -27,7 +27,7 @@ from dse.files.writing import write_files
 )
 @click.option(
     "--problem",
-    type=click.Path(exists=True, dir_okay=False, allow_dash=True),
+    type=ExistingPath(dir_okay=False, allow_dash=True),
     metavar="FILE",
     help="The problem file, if it has moved.",
 )
@@ -38,7 +38,7 @@ from dse.files.writing import write_files
     "--study",
     "studies",
     multiple=True,
-    type=click.Path(exists=True, dir_okay=False, allow_dash=True),
+    type=ExistingPath(dir_okay=False, allow_dash=True),
     metavar="JSON",
     help="Also show what `dse sweep --json` or `dse sensitivity --json` wrote, as a section of the report.",
 )

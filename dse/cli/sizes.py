@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 import click
 
-from dse.cli.common import check_writable, in_time, json_option
+from dse.cli.common import ExistingPath, check_writable, in_time, json_option
 from dse.cli.pages import answer, report_option
 
 LENGTH = "expected PATH=NUMBER, such as poses=32 or header.frame_id=8, with at most 12 digits"
@@ -28,7 +28,7 @@ def _lengths(ctx: click.Context, param: click.Parameter, values: Sequence[str]) 
 @click.option(
     "--definitions",
     multiple=True,
-    type=click.Path(exists=True),
+    type=ExistingPath(),
     metavar="PATH",
     help="Definitions (.msg, .srv, .action, .idl), or a folder or workspace of them.",
 )
@@ -36,7 +36,7 @@ def _lengths(ctx: click.Context, param: click.Parameter, values: Sequence[str]) 
     "--bag",
     "bags",
     multiple=True,
-    type=click.Path(exists=True),
+    type=ExistingPath(),
     metavar="PATH",
     help="A bag to measure.",
 )

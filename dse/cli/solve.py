@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from dse.cli.common import (
+    ExistingPath,
     check_writable,
     json_option,
     load_told,
@@ -68,7 +69,7 @@ REPORT_S = 2.0
 )
 @click.option(
     "--resume",
-    type=click.Path(exists=True, dir_okay=False, allow_dash=True),
+    type=ExistingPath(dir_okay=False, allow_dash=True),
     metavar="RESULT",
     help="Go on with the stopped search of a result file; the question is that of the result, robust or not.",
 )

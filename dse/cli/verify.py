@@ -4,16 +4,16 @@ from __future__ import annotations
 
 import click
 
-from dse.cli.common import check_writable, json_option, quiet_option, time_limit_option
+from dse.cli.common import ExistingPath, check_writable, json_option, quiet_option, time_limit_option
 from dse.cli.pages import answer, report_option
 from dse.timelimit import TimeLimit
 
 
 @click.command("verify")
-@click.argument("result", type=click.Path(exists=True, dir_okay=False, allow_dash=True))
+@click.argument("result", type=ExistingPath(dir_okay=False, allow_dash=True))
 @click.option(
     "--problem",
-    type=click.Path(exists=True, dir_okay=False, allow_dash=True),
+    type=ExistingPath(dir_okay=False, allow_dash=True),
     metavar="FILE",
     help="The problem file, where it is no longer where the result says.",
 )

@@ -10,6 +10,7 @@ from typing import Any
 from dse.report.amounts import amount_words
 from dse.report.charts import Spec, whole_spec
 from dse.report.page import Block, Page, Plot, Section, Table, Tone, listing, texts
+from dse.report.plain import scale_of
 from dse.results.display import counted, display_unit
 from dse.results.measured import Input, Kept, MeasuredComparison, Prediction, Seen
 from dse.units import is_unbounded
@@ -74,6 +75,8 @@ def _blocks(found: MeasuredComparison) -> Iterator[Block]:
         yield Table("Requirements with the measured figures", columns, kept, (1, 2, 3, 4), brief=MOST, rest=REST)
     overstepped = [item for item in found.requirements if item.observed_holds is False]
     yield from listing((_overstepped(item, currency) for item in overstepped), "", 1, "wrong")
+    named = (*(item.name for item in found.predictions), *(item.text for item in found.requirements if drifted))
+    yield from texts(scale_of(named))
     yield from listing(found.remarks, "remark", 0)
 
 

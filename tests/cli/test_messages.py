@@ -122,3 +122,14 @@ def test_an_alternative_in_place_of_a_problem_is_told_where_it_goes(
     (tmp_path / "r.json").write_text("{}", encoding="utf-8")
     text = said(["simulate", f"{tmp_path / 'r.json'}#2"], 2, capsys)
     assert f"give the problem file, and --design {tmp_path / 'r.json'}#2" in " ".join(text.split())
+
+
+@pytest.mark.parametrize("command", ["solve", "verify", "fit", "import"])
+def test_a_misspelt_file_is_answered_with_the_nearest_name(
+    command: str, tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "pump.yaml").write_text("", encoding="utf-8")
+    for asked, near in (("pmup.yaml", "pump.yaml"), (str(tmp_path / "pum.yaml"), str(tmp_path / "pump.yaml"))):
+        assert f"does not exist. (Did you mean {near!r}?)" in " ".join(said([command, asked], 2, capsys).split())
+    assert "mean" not in said([command, "other/pump.yaml"], 2, capsys) + said([command, "robot.yaml"], 2, capsys)
