@@ -13,7 +13,7 @@ from dse.api.simulate import simulate
 from dse.results.simulate import Simulation
 from dse.results.solve import decisions_of
 
-SEEDS = range(16)
+SEEDS = range(24)
 
 
 def random_simulation(seed: int, *, contention: bool) -> Simulation | None:
