@@ -379,9 +379,8 @@ def read_named(
         return None
     texts = {index[name]: name for name in known}
     numbers = tuple(texts)
-    if len(numbers) == 1:
-        tree: Tree = numbers[0]
-    else:
+    tree: Tree = numbers[0]
+    if len(numbers) > 1:
         decision = ledger.decide(owner, field_name, what, numbers, lambda number: texts[number])
         tree = Choice(decision, numbers)
         ledger.settle(decision, tree)

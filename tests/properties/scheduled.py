@@ -37,6 +37,8 @@ def with_scheduling(text: str, rng: random.Random) -> str:
         _spread(document, threads, rng)
     if asked != "any" and rng.random() < 0.6:  # the best order is sought of threads alone
         _execute(document, threads, rng)
+    if asked != "any" and rng.random() < 0.4:
+        _reserve(document, threads, rng)
     _charge(document, rng)
     return text_of(document)
 
@@ -114,10 +116,43 @@ def _execute(document: Document, threads: dict[str, dict[str, Any]], rng: random
             for key in ("processor", "core", "process"):
                 body.pop(key, None)
             body["executor"] = name
-            if executors[name]["kind"] != ["callback_group"]:
+            if rng.random() < 0.3 and len(executors) > 1:
+                used |= set(executors)
+                body["executor"] = list(executors)
+            if any(executors[one]["kind"] != ["callback_group"] for one in as_list(body["executor"])):
                 body.pop("priority", None)
+    if any(isinstance(body.get("executor"), list) for body in threads.values()):  # all cores are decisions then
+        for body in threads.values():
+            if body.get("core") == "first_fit":
+                del body["core"]
     if used:
         document["executors"] = {name: body for name, body in executors.items() if name in used}
+
+
+def _reserve(document: Document, threads: dict[str, dict[str, Any]], rng: random.Random) -> None:
+    """A share of a core for some threads, and for an executor."""
+    open_ = {name for body in threads.values() if isinstance(body.get("executor"), list) for name in body["executor"]}
+    homes = [body["processor"] for body in threads.values() if "processor" in body]
+    alone = [body for body in threads.values() if "processor" in body and rng.random() < 0.6]
+    executors = [body for name, body in (document.get("executors") or {}).items() if name not in open_]
+    whole = alone + [body for body in executors if rng.random() < 0.4]
+    if not homes or not whole:
+        return
+    period = rng.choice([2, 4, 5])
+    budgets = [f"{budget} ms" for budget in rng.sample(range(1, period + 1), rng.choice((1, 1, 2)))]
+    share: dict[str, Any] = {"processor": rng.choice(homes), "budget": budgets, "period": f"{period} ms"}
+    if rng.random() < 0.4:
+        share["priority"] = rng.choice(["1", "3"])
+    document["reservations"] = {"share": share}
+    used = {id(body) for body in whole if body in executors}
+    names = {name for name, body in (document.get("executors") or {}).items() if id(body) in used}
+    for body in whole:
+        for key in ("processor", "core", "process"):
+            body.pop(key, None)
+        body["reservation"] = "share"
+    for body in threads.values():
+        if "reservation" in body or names & set(as_list(body.get("executor") or [])):
+            body.pop("non_preemptive", None)
 
 
 def _kinds(rng: random.Random) -> list[str]:

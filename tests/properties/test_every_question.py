@@ -30,7 +30,7 @@ from dse.analysis.validity import canonical
 from dse.analysis.views import View
 from dse.api.problem import Problem, changed, load, loads
 from dse.api.question import Changes
-from dse.errors import DseError, UsageError
+from dse.errors import DseError, TooLargeError, UsageError
 from dse.pareto.answer import Answer, Unfinished
 from dse.pareto.front import Budget
 from dse.pareto.subproblem import Solver
@@ -334,7 +334,7 @@ def held_stopped_or_not(
     """A search that is stopped at random calls and goes on from its file ends like the whole one, which is true."""
     try:
         whole = solved(asked)
-    except UsageError as error:
+    except (TooLargeError, UsageError) as error:
         pytest.skip(f"refused: {error}")
     expected = held_to_exhaustion(whole, asked, seed)
     space = asked.problem.space
