@@ -8,10 +8,12 @@ longest section of less urgent work that has just begun. Its last piece ends wit
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
 from heapq import heapify, heappop, heappush
+from itertools import takewhile
 
+from dse.analysis.executors import WorstJob, executor_worst_job
 from dse.analysis.response_time import Task, densest_releases_ns, most_jobs, worst_job_ns
 from dse.analysis.scheduling import Response
 from dse.units import Exact
@@ -47,11 +49,13 @@ class BusyPeriod:
 def worst_busy_period(core: int, responses: Sequence[Response]) -> BusyPeriod | None:
     """The busy period of the thread of a core that has the least time left to its deadline.
 
-    Of threads without deadlines it is the one that responds last. None where an executor orders all that runs there,
-    where no response time has a bound, and where there are more than `MOST_JOBS` jobs.
+    Of threads without deadlines it is the one that responds last. None where no response time has a bound but those
+    of segments and wait sets, which no run has to reach, and where there are more than `MOST_JOBS` jobs.
     """
     here = [item for item in responses if item.core == core and item.response_ns is not None and item.task.worst_ns]
-    for item in sorted((item for item in here if not item.executor and not item.is_piece), key=_urgency):
+    for item in sorted((item for item in here if item.kind != "wait_set" and not item.is_piece), key=_urgency):
+        if item.kind is not None:
+            return _of_executor(core, item)
         found = worst_job_ns(item.task, item.rivals, item.blocked_ns)
         if found is None:
             continue
@@ -60,6 +64,80 @@ def worst_busy_period(core: int, responses: Sequence[Response]) -> BusyPeriod | 
         pieces = played(item.task, item.rivals, item.blocked_ns, found)
         return BusyPeriod(core, item.name, pieces, found[0], found[1], item.deadline_ns)
     return None
+
+
+def _of_executor(core: int, item: Response) -> BusyPeriod | None:
+    """That of a thread in an executor that runs jobs as they come, or by priority."""
+    assert item.kind is not None
+    found = executor_worst_job(item.kind, item.task, item.fellows, item.rivals, item.blocked_ns)
+    if found is None or sum(delay.jobs for delay in item.delays) > MOST_JOBS:
+        return None
+    pieces = played_in(item, found)
+    return BusyPeriod(core, item.name, pieces, found.release_ns, found.end_ns, item.deadline_ns)
+
+
+def played_in(item: Response, found: WorstJob) -> tuple[Piece, ...]:
+    """Who has the core until the end of the worst job in an executor; no gaps.
+
+    What preempts the executor goes first. Its own jobs run one after the other: as they come, that one last of those
+    that come with it, or the most urgent that waits.
+    """
+    rivals = list(item.rivals)
+    inner = [one.task for one in item.fellows if one.goes_first or item.kind == "fifo"] + [item.task]
+    outside = [
+        (release, level, job, one)
+        for level, one in enumerate(rivals)
+        for job, release in enumerate(_until(one, found.end_ns), 1)
+        if release < found.end_ns
+    ]
+    inside = [
+        (release, level, job, one)
+        for level, one in enumerate(inner)
+        for job, release in enumerate(_until(one, found.until_ns), 1)
+        if one is not item.task or release <= found.release_ns
+    ]
+    begun = max(item.blocked_ns, found.behind_ns)
+    name = SECTION
+    if found.behind_ns > item.blocked_ns:
+        name = next(one.task.name for one in item.fellows if not one.goes_first and one.task.worst_ns == begun)
+    running: tuple[Exact, str, int] | None = (begun, name, 1) if begun else None
+    is_held = begun > found.behind_ns  # a section: nothing preempts it
+    pieces: list[Piece] = []
+    left: dict[int, Exact] = {id(entry): entry[3].worst_ns for entry in outside}
+    now: Exact = 0
+    while now < found.end_ns:
+        urgent = [entry for entry in outside if entry[0] <= now and left[id(entry)]]
+        later = [entry[0] for entry in outside if entry[0] > now]
+        if urgent and not (is_held and running is not None):
+            entry = min(urgent, key=lambda one: (one[1], one[2]))
+            until = min([now + left[id(entry)], *later])
+            left[id(entry)] -= until - now
+            _note(pieces, Piece(entry[3].name, entry[2], now, until))
+        else:
+            if running is None:
+                ready = [one for one in inside if one[0] <= now]
+                order = (lambda one: (one[0], one[1])) if item.kind == "fifo" else (lambda one: (one[1], one[2]))
+                chosen = min(ready, key=order)
+                inside.remove(chosen)
+                running, is_held = (chosen[3].worst_ns, chosen[3].name, chosen[2]), False
+            work, name, job = running
+            until = now + work if is_held else min([now + work, *later])
+            running = (work - (until - now), name, job) if work > until - now else None
+            _note(pieces, Piece(name, job, now, until))
+        now = until
+    return tuple(pieces)
+
+
+def _until(task: Task, end: Exact) -> Iterator[Exact]:
+    """The releases of a task up to a time, that time included."""
+    return takewhile(lambda release: release <= end, densest_releases_ns(task))
+
+
+def _note(pieces: list[Piece], piece: Piece) -> None:
+    """Another piece, or more of the last one."""
+    if pieces and (pieces[-1].name, pieces[-1].job) == (piece.name, piece.job):
+        piece = replace(piece, start_ns=pieces.pop().start_ns)
+    pieces.append(piece)
 
 
 def _urgency(item: Response) -> tuple[bool, Exact]:

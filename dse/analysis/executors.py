@@ -71,10 +71,42 @@ def executor_response_ns(
     """
     if task.worst_ns == 0:
         return 0
+    found = executor_worst_job(kind, task, fellows, higher, blocked_ns)
+    return None if found is None else found.end_ns - found.release_ns
+
+
+@dataclass(frozen=True, slots=True)
+class WorstJob:
+    """The job of an executor that responds last, in a busy period: of its fellows those count that come `until` then.
+
+    Of a callback group something less urgent may have begun, for `behind_ns`.
+    """
+
+    release_ns: Exact
+    end_ns: Exact
+    until_ns: Exact
+    behind_ns: Exact = 0
+
+
+def executor_worst_job(
+    kind: ExecutorKind, task: Task, fellows: Sequence[Fellow], higher: Sequence[Task], blocked_ns: Exact = 0
+) -> WorstJob | None:
+    """The job with the longest response time, which takes some time; see `executor_response_ns`.
+
+    Examples
+    --------
+    The callback comes with the timer and waits for it; from then on nobody may come before it.
+
+    >>> from dse.analysis.response_time import periodic
+    >>> timer, callback = periodic("timer", 1, 10), periodic("callback", 3, 20)
+    >>> executor_worst_job("fifo", callback, [Fellow(timer, False)], [periodic("other", 2, 5)])
+    WorstJob(release_ns=0, end_ns=8, until_ns=0, behind_ns=0)
+    """
     counted = [item.task for item in fellows if item.task.worst_ns and (item.goes_first or kind != "callback_group")]
+    behind: Exact = 0
     if kind == "callback_group":  # a less urgent job may have begun
-        behind = (item.task.worst_ns for item in fellows if not item.goes_first)
-        blocked_ns = max(blocked_ns, max(behind, default=0))
+        behind = max((item.task.worst_ns for item in fellows if not item.goes_first), default=0)
+        blocked_ns = max(blocked_ns, behind)
     outside = [item for item in higher if item.worst_ns]
     used = sum(item.utilisation for item in (task, *counted, *outside))
     if used > 1 or (used == 1 and (blocked_ns or not task.streams or any(map(is_late, (task, *counted, *outside))))):
@@ -82,8 +114,9 @@ def executor_response_ns(
     work = _Work(task, counted, outside, blocked_ns)
     try:
         if kind == "wait_set":
-            return work.busy_ns()
-        return _fifo(work) if kind == "fifo" else _grouped(work)
+            busy = work.busy_ns()
+            return WorstJob(0, busy, busy)
+        return _fifo(work) if kind == "fifo" else _grouped(work, behind)
     except _Endless:
         return None
 
@@ -142,10 +175,10 @@ def jobs_by(task: Task, time_ns: Exact) -> int:
     return jobs if task.separation_ns is None else min(jobs, time_ns // task.separation_ns + 1)
 
 
-def _fifo(work: _Work) -> Exact:
+def _fifo(work: _Work) -> WorstJob:
     inside = (work.task, *work.fellows)
     busy = work.busy_ns()
-    worst: Exact = 0
+    worst = WorstJob(0, 0, 0)
     last: Exact = -1
     for arrival in _until(merge(*map(densest_releases_ns, inside)), busy):
         if arrival == last:
@@ -154,14 +187,15 @@ def _fifo(work: _Work) -> Exact:
         work.step()
         before = work.blocked_ns + sum(jobs_by(item, arrival) * item.worst_ns for item in inside)
         end = work.least(before, lambda window, before=before: before + work.preempting(window))  # type: ignore[misc]
-        worst = max(worst, end - arrival)
+        if end - arrival > worst.end_ns - worst.release_ns:
+            worst = WorstJob(arrival, end, arrival)
     return worst
 
 
-def _grouped(work: _Work) -> Exact:
+def _grouped(work: _Work, behind_ns: Exact) -> WorstJob:
     """Job after job of the busy period of the task and of what goes before it."""
     busy = work.busy_ns()
-    worst: Exact = 0
+    worst = WorstJob(0, 0, 0)
     for number, release in enumerate(_until(densest_releases_ns(work.task), busy)):
         begun = work.blocked_ns + number * work.task.worst_ns
 
@@ -172,7 +206,8 @@ def _grouped(work: _Work) -> Exact:
         start = work.least(begun, waiting)
         fixed = begun + sum(jobs_by(item, start) * item.worst_ns for item in work.fellows) + work.task.worst_ns
         end = work.least(fixed, lambda window, fixed=fixed: fixed + work.preempting(window))  # type: ignore[misc]
-        worst = max(worst, end - release)
+        if end - release > worst.end_ns - worst.release_ns:
+            worst = WorstJob(release, end, start, behind_ns)
     return worst
 
 

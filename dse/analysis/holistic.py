@@ -119,6 +119,25 @@ def respond(task: Task | None, rivals: Sequence[Task | None], blocked_ns: Exact)
     return response_time_ns(task, given, blocked_ns)
 
 
+def around(
+    turns: Sequence[Turn], tasks: Sequence[Task | None], before: Sequence[Task | None], turn: Turn
+) -> tuple[dict[int, Fellow], list[Task]] | None:
+    """What the executor of a task runs beside it, by number, and what preempts that; None where some has no bound."""
+    fellows: dict[int, Fellow] = {}
+    higher = [item for item in before if item is not None]
+    if len(higher) < len(before):
+        return None
+    for position in turn.rivals(turns):
+        found, other = tasks[position], turns[position]
+        if found is None:
+            return None
+        if other.executor == turn.executor:
+            fellows[position] = Fellow(found, other.level <= turn.level)
+        else:
+            higher.append(found)
+    return fellows, higher
+
+
 def _respond_in(
     space: Space,
     turns: Sequence[Turn],
@@ -129,25 +148,14 @@ def _respond_in(
 ) -> Exact | None:
     """The response time of a task in an executor."""
     assert turn.executor is not None
-    task, fellows = None, []
-    higher = [item for item in before if item is not None]
-    if len(higher) < len(before):
+    found, task = around(turns, tasks, before, turn), tasks[turns.index(turn)]
+    if found is None or task is None:
         return None
-    others: dict[int, Task] = {}
-    for position in (*turn.rivals(turns), turns.index(turn)):
-        found, other = tasks[position], turns[position]
-        if found is None:
-            return None
-        if other is turn:
-            task = single(found) if turn.pieces else found
-        elif other.executor == turn.executor:
-            others[other.key[0]] = found
-            fellows.append(Fellow(found, other.level <= turn.level))
-        else:
-            higher.append(found)
-    assert task is not None
+    fellows, higher = list(found[0].values()), found[1]
+    task = single(task) if turn.pieces else task
     kind: ExecutorKind = at(space.executors[turn.executor].kind, view)
     if turn.pieces and kind == "fifo" and not higher:
+        others = {turns[position].key[0]: item.task for position, item in found[0].items()}
         waiting = most_waiting_ns(space, others)
         if waiting is not None:
             return task.worst_ns + turn.blocked_ns + waiting

@@ -9,10 +9,12 @@ together (`dse.analysis.holistic`). Offsets between threads are never used to ad
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from typing import TypeAlias
 
-from dse.analysis.holistic import fixed_point, respond, task_of
+from dse.analysis.executors import Fellow, executor_worst_job, jobs_by
+from dse.analysis.holistic import around, fixed_point, respond, task_of
 from dse.analysis.memo import Recall
 from dse.analysis.overheads import interrupting
 from dse.analysis.priorities import deadline_ns
@@ -22,6 +24,7 @@ from dse.analysis.segments import elapsed_ns
 from dse.analysis.tasks import Part, TaskKey, alone_ns, longest_alone_ns, task_keys, task_name
 from dse.analysis.turns import Schedule, Turn, turns_of, upstream
 from dse.analysis.views import View
+from dse.space.hosts import ExecutorKind
 from dse.space.trees import at
 from dse.space.types import Space
 from dse.units import Exact, Unbounded
@@ -49,9 +52,10 @@ class Response:
     `rank` is 1 more than the number of the core's tasks that always go first, the same for threads of the same stated
     priority; `deadline_ns` is the thread's, else its period, else None; `blocked_ns` how long less urgent tasks may
     keep the core. `worst_ns` is the longest execution time, the task's own worst time has its context switches, too.
-    `executor` is what runs it beside others, else empty; `rivals` are the tasks that go before it, the most urgent
-    first, `delays` the jobs of these before its worst one: nothing where an executor orders it, or it has no bound. Of
-    one that `is_piece` of a thread with segments the response time counts from the release of the thread.
+    `executor` is what runs it beside others, and `reservation` what both are in, else empty; `rivals` are the tasks
+    that go before it, the most urgent first, `delays` the jobs of these and of its `fellows` in the executor, of a
+    `kind`, before its worst one: nothing where it has no bound. Of one that `is_piece` of a thread with segments the
+    response time counts from the release of the thread.
     """
 
     component: int
@@ -67,7 +71,10 @@ class Response:
     executor: str
     delays: tuple[Delay, ...] = ()
     rivals: tuple[Task, ...] = ()
+    fellows: tuple[Fellow, ...] = ()
+    kind: ExecutorKind | None = None
     is_piece: bool = False
+    reservation: str = ""
 
     @property
     def name(self) -> str:
@@ -193,27 +200,61 @@ def _responses(schedule: Schedule, wanted: Sequence[TaskKey]) -> tuple[Response,
         rank, blocked = place[2].rank + 1, blocking_ns(place[2])
         executor = at(component.executor, view)
         name = "" if executor is None else space.executors[executor].name
-        rivals = _rivals(schedule, place, task, known)
+        delays, rivals, fellows, kind = _before(schedule, place, task, known)
         response = known[key]
-        made = Response(*key, place[1] + 1, rank, task or lost, best, response, deadline, blocked, worst, name, *rivals)
-        found.append(replace(made, is_piece=component.pieces is not None))
+        made = Response(*key, place[1] + 1, rank, task or lost, best, response, deadline, blocked, worst, name, delays)
+        is_piece = component.pieces is not None
+        share = "" if component.reservation is None else space.reservations[component.reservation].name
+        beside = {"rivals": rivals, "fellows": fellows, "kind": kind}
+        found.append(replace(made, **beside, is_piece=is_piece, reservation=share))  # type: ignore[arg-type]
     return tuple(found)
 
 
-def _rivals(
+Before: TypeAlias = "tuple[tuple[Delay, ...], tuple[Task, ...], tuple[Fellow, ...], ExecutorKind | None]"
+NOTHING: Before = ((), (), (), None)
+
+
+def _before(
     schedule: Schedule, place: tuple[int, int, Turn], task: Task | None, known: Mapping[TaskKey, Exact | None]
-) -> tuple[tuple[Delay, ...], tuple[Task, ...]]:
-    """The jobs before the worst one of a task, and what they are of; nothing where it has no bound, or an executor."""
+) -> Before:
+    """The jobs before the worst one of a task, and what they are of; nothing where it has no bound."""
     space, view = schedule.space, schedule.view
     processor, core, turn = place
     turns = schedule.cores(processor)[core]
-    if task is None or known[turn.key] is None or turn.executor is not None or not task.worst_ns or turn.pieces:
-        return (), ()
+    if task is None or known[turn.key] is None or not task.worst_ns or turn.pieces:
+        return NOTHING
     tasks = [task_of(space, other.key, known, view) for other in turns]
     first = before_task(space, turns, turn, tasks, interrupting(space, [turn.key[0]], view), view)
+    if turn.executor is not None:
+        beside = around(turns, tasks, first, turn)
+        kind: ExecutorKind = at(space.executors[turn.executor].kind, view)
+        return NOTHING if beside is None else _in_executor(kind, task, *beside, blocking_ns(turn))
     given = [item for item in (*first, *(tasks[position] for position in turn.rivals(turns))) if item is not None]
     found = worst_job_ns(task, given, blocking_ns(turn))
     if found is None:
-        return (), ()
-    jobs = [(item, most_jobs(item, found[1])) for item in given if item.worst_ns]
-    return tuple(Delay(item.name, count, count * item.worst_ns) for item, count in jobs), tuple(given)
+        return NOTHING
+    return _delays((item, most_jobs(item, found[1])) for item in given), tuple(given), (), None
+
+
+def _in_executor(
+    kind: ExecutorKind, task: Task, beside: Mapping[int, Fellow], higher: Sequence[Task], blocked_ns: int
+) -> Before:
+    """The same of a task in an executor: what preempts it, then its fellows, and one of these that had begun."""
+    fellows = tuple(beside.values())
+    found = executor_worst_job(kind, task, fellows, higher, blocked_ns)
+    if found is None:
+        return NOTHING
+    jobs = [(item, most_jobs(item, found.end_ns)) for item in higher]
+    for item in fellows:
+        if kind == "wait_set":
+            jobs.append((item.task, most_jobs(item.task, found.end_ns)))
+        elif kind == "fifo" or item.goes_first:
+            jobs.append((item.task, jobs_by(item.task, found.until_ns)))
+    if found.behind_ns > blocked_ns:
+        begun = (item.task for item in fellows if not item.goes_first and item.task.worst_ns == found.behind_ns)
+        jobs.append((next(begun), 1))
+    return _delays(jobs), tuple(higher), fellows, kind
+
+
+def _delays(jobs: Iterable[tuple[Task, int]]) -> tuple[Delay, ...]:
+    return tuple(Delay(item.name, count, count * item.worst_ns) for item, count in jobs if item.worst_ns)

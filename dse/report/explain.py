@@ -268,7 +268,7 @@ def late_words(late: Late) -> str:
         return f"{late.thread} ends late without a bound {where}: it and what goes before it need more than there is"
     before = [f"{item.jobs} x {item.name} ({_time(item.work_ns)})" for item in late.delays]
     before += [f"{_time(late.blocked_ns)} of less urgent work that has begun"] if late.blocked_ns else []
-    before += [f"what else {late.executor} runs"] if late.executor else []
+    before += [f"what else {late.executor} runs"] if late.executor and not late.delays else []
     before += ["what its segments wait for on cores and accelerators"] if late.has_segments else []
     text = f"{late.thread} ends {_time(late.late_ns)} late {where}: {_time(late.work_ns)} of its own"
     text += f", behind {', '.join(before)}" if before else ""

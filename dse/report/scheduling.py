@@ -87,7 +87,8 @@ def _row(item: Response) -> tuple[str, ...]:
         for stream in item.task.streams
     ]
     response, deadline = item.response_ns, item.deadline_ns
-    named = f"{item.name} ({item.executor})" if item.executor else item.name
+    hosts = ", ".join(host for host in (item.executor, item.reservation) if host)
+    named = f"{item.name} ({hosts})" if hosts else item.name
     switching = item.task.worst_ns - item.worst_ns
     return (
         str(item.core),
@@ -105,7 +106,7 @@ def _row(item: Response) -> tuple[str, ...]:
 
 def _waits_for(item: Response) -> str:
     """Whose jobs go before the worst one, and how many of each."""
-    if item.executor:
+    if item.executor and not item.delays:
         return f"its turn in {item.executor}"
     return ", ".join(f"{delay.jobs} x {delay.name} ({_ms(delay.work_ns)})" for delay in item.delays)
 

@@ -7,16 +7,20 @@ import gzip
 import io
 import random
 import re
-from itertools import pairwise
+from itertools import count, pairwise
 from pathlib import Path
 
 import pytest
 from effort import cases
 from rich.console import Console
+from thread_systems import draw, text_of
 
 import dse
 from dse.analysis.busy_period import SECTION, played, worst_busy_period
+from dse.analysis.evaluate import Evaluator
 from dse.analysis.response_time import Stream, Task, most_jobs, response_time_ns, worst_job_ns
+from dse.analysis.scheduling import processor_responses
+from dse.analysis.views import View
 from dse.cli.main import run
 from dse.report.analyse import analysis_page
 from dse.report.deadlines import WIDEST, deadline_records
@@ -73,6 +77,52 @@ def test_the_busy_period_of_lehoczkys_example() -> None:
         ("a", 152),
         ("b", 156),
     ]
+
+
+EXECUTED = """
+dse: 1
+name: a node behind another thread
+processor_types: {cpu: {}}
+processors: {p: {type: cpu}}
+executors: {node: {kind: KIND, processor: p, priority: 1}}
+threads:
+  timer: {executor: node, period: 10 ms, compute_execution_time: 1 ms}
+  callback: {executor: node, period: 40 ms, compute_execution_time: 3 ms}
+  other: {processor: p, period: 5 ms, compute_execution_time: 2 ms, priority: 2}
+objectives: [minimise price]
+"""
+
+
+@pytest.mark.parametrize(
+    ("kind", "expected"),
+    [
+        ("fifo", [("other", 2), ("callback", 5), ("other", 7), ("timer", 8)]),
+        ("callback_group", [("other", 2), ("callback", 5), ("other", 7), ("timer", 8)]),
+    ],
+)
+def test_the_busy_period_of_an_executor(kind: str, expected: list[tuple[str, int]]) -> None:
+    """The callback came with the timer, or had begun before; what preempts the node runs at 0 and 5 ms."""
+    found = dse.analyse(dse.loads(EXECUTED.replace("KIND", kind)), response_times=True).responses["p"]
+    timer = next(item for item in found if item.name == "timer")
+    assert {item.name: item.jobs for item in timer.delays} == {"other": 2, "callback": 1}
+    busy = worst_busy_period(1, [timer])
+    assert busy is not None and (busy.name, busy.end_ns) == ("timer", 8 * 10**6)
+    assert [(item.name, item.end_ns // 10**6) for item in busy.pieces] == expected
+
+
+@pytest.mark.parametrize("kind", ["grouped", "joined", "reserved"])
+@pytest.mark.parametrize("seed", cases(20))
+def test_what_is_played_ends_with_the_response_time(kind: str, seed: int) -> None:
+    space, rng = dse.loads(text_of(draw(seed, kind=kind))).space, random.Random(seed)
+    evaluator = Evaluator(space)
+    drawn = (tuple(rng.randrange(len(item.options)) for item in space.decisions) for _ in count())
+    design = next(design for design in drawn if not evaluator.invalid(design))
+    for item in processor_responses(space, 0, View(evaluator.evaluate(design).design)):
+        busy = worst_busy_period(item.core, [item])
+        if busy is not None:
+            assert busy.pieces[-1].name == item.name and busy.pieces[0].start_ns == 0
+            assert busy.end_ns - busy.released_ns == item.response_ns and busy.pieces[-1].end_ns == busy.end_ns
+            assert all(one.end_ns == next_one.start_ns for one, next_one in pairwise(busy.pieces))
 
 
 def test_response_times_are_drawn_against_their_deadlines() -> None:

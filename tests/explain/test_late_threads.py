@@ -77,7 +77,7 @@ def test_without_a_bound_and_in_an_executor() -> None:
         {"a": 4 * 10**6, "b": 5 * 10**6}, {"a": "period: 10 ms, deadline: 8 ms", "b": "period: 20 ms"}
     ).replace("processor: p, compute", "executor: node, compute").replace(HEAD, "")
     [late] = found(HEAD + node).values()
-    assert late_words(late) == "a ends 1 ms late on core 1 of p: 4 ms of its own, behind what else node runs"
+    assert late_words(late) == "a ends 1 ms late on core 1 of p: 4 ms of its own, behind 1 x b (5 ms)"
 
 
 def test_lateness_in_json() -> None:

@@ -121,10 +121,10 @@ def _execute(document: Document, threads: dict[str, dict[str, Any]], rng: random
                 body["executor"] = list(executors)
             if any(executors[one]["kind"] != ["callback_group"] for one in as_list(body["executor"])):
                 body.pop("priority", None)
-    if any(isinstance(body.get("executor"), list) for body in threads.values()):  # all cores are decisions then
-        for body in threads.values():
-            if body.get("core") == "first_fit":
-                del body["core"]
+    is_open = any(isinstance(body.get("executor"), list) for body in threads.values())
+    for body in threads.values():
+        if is_open and body.get("core") == "first_fit":  # all cores are decisions then
+            del body["core"]
     if used:
         document["executors"] = {name: body for name, body in executors.items() if name in used}
 

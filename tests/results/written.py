@@ -61,7 +61,8 @@ name: node
 processing: response_time
 processor_types: {cpu: {}}
 processors: {p: {type: cpu}}
-executors: {node: {kind: fifo, processor: p}}
+reservations: {share: {processor: p, budget: 9 ms, period: 10 ms}}
+executors: {node: {kind: fifo, reservation: share}}
 threads:
   timer: {executor: node, period: 10 ms, compute_execution_time: 1 ms}
   other: {executor: node, period: 20 ms, compute_execution_time: 2 ms}

@@ -135,6 +135,7 @@ class ResponseTime(Form):
     thread: Annotated[str, Of("name")] = field("The thread.")
     core: int = field("Its core, from 1.")
     executor: str = field("The executor that runs it beside others, where one does.", default="")
+    reservation: str = field("The reservation that it runs in, where it is in one.", default="")
     rank: int = field("Its rank among the threads of the core, from 1, the most urgent.")
     execution_ns: list[int] = field("Its shortest and its longest execution time.", min_length=2, max_length=2)
     releases: Annotated[list[Releases], Of("task.streams")] = field("What releases it.")
@@ -143,7 +144,7 @@ class ResponseTime(Form):
         "How long a less urgent thread of the core may keep it.", earlier=0
     )
     interference: Annotated[list[Interference], Of("delays")] = field(
-        "What goes before its worst job; empty where an executor orders it, or it has no bound.", earlier=[]
+        "What goes before its worst job; empty where it has no bound, and of segments.", earlier=[]
     )
     response_ns: Figure | None = field("The longest time from release to completion; null where it has no bound.")
     deadline_ns: int | None = field("The deadline that it is compared with; null where there is none.")

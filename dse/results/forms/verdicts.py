@@ -69,7 +69,7 @@ class Late(Form):
     work_ns: Figure = field("What its own jobs take up to then.")
     blocked_ns: Figure = field("What less urgent work takes that has begun before.")
     executor: str = field("The executor or accelerator in which it waits for others; empty where there is none.")
-    delays: list[Delay] = field("What goes before it, the most urgent first; empty where an executor orders it.")
+    delays: list[Delay] = field("What goes before it, the most urgent first; empty without a bound, and of segments.")
     shorter: list[Shorter] = field("Each of these is enough by itself.")
 
 
