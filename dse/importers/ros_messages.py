@@ -76,7 +76,7 @@ class Types:
         UsageError
             when there is no such distribution, or rosbags is not installed.
         """
-        with needed_for("Sizes of ROS messages", "ros"):
+        with needed_for("The size of a ROS message", "ros"):
             from rosbags.interfaces import Nodetype
             from rosbags.typesys import Stores, TypesysError, get_typestore
         names = [store.value for store in Stores if store.name not in ("EMPTY", "LATEST")]

@@ -193,5 +193,6 @@ def test_without_rosbags(monkeypatch: pytest.MonkeyPatch, capsys: pytest.Capture
         monkeypatch.setitem(sys.modules, name, None)
     assert run(["sizes", "std_msgs/String"]) == 2
     assert (
-        "Sizes of ROS messages needs rosbags, the extra `ros`: pip install 'dse-pareto[ros]'" in capsys.readouterr().err
+        "The size of a ROS message needs rosbags, the extra `ros`: pip install 'dse-pareto[ros]'"
+        in capsys.readouterr().err
     )

@@ -91,6 +91,21 @@ def test_a_trace_is_a_problem_with_times_rates_and_topics(tmp_path: Path) -> Non
     assert dse.load(found.text).space.decisions is not None and found.remarks == ()
 
 
+def test_events_of_the_kernel_are_passed_over(tmp_path: Path) -> None:
+    """What `ros2 trace -k` records beside those of ROS 2: their names have no provider, their fields nest."""
+    fields = '{ cpu_id = 0 }, { prev_comm = "ros 2", prev_state = ( "TASK_RUNNING" : container = 0 ), next_prio = 20 }'
+    lines = text().splitlines(keepends=True)
+    kernel = [f"{line.partition(' ros2:')[0]} sched_switch: {fields}\n" for line in lines]
+    mixed = "".join(line for pair in zip(lines, kernel, strict=True) for line in pair)
+    plain = dse.import_file(put(tmp_path, text()))
+    found = dse.import_file(put(tmp_path, mixed))
+    assert [line for line in found.text.splitlines() if "source" not in line] == [
+        line for line in plain.text.splitlines() if "source" not in line
+    ]
+    with pytest.raises(dse.ProblemError, match="the trace has no event ros2:callback_start"):
+        dse.import_file(put(tmp_path, "".join(kernel)))
+
+
 def test_the_module_of_babeltrace_says_the_same(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     class Message(SimpleNamespace):
         pass

@@ -15,7 +15,7 @@ DAY_NS = 86_400 * 10**9
 HOW = "convert it: babeltrace2 TRACE > trace.txt, and import that; or install the module: apt install python3-bt2"
 _LINE = re.compile(
     r"\[(?:(?P<date>\d{4}-\d\d-\d\d )?(?P<h>\d+):(?P<m>\d\d):(?P<s>\d\d)|(?P<seconds>\d+))\.(?P<ns>\d{9})\]"
-    r"(?: \([^)]*\))?(?: \S+)*? (?P<name>[\w.]+:[\w.]+): (?P<rest>\{.*\})"
+    r"(?: \([^)]*\))?(?: \S+)*? (?P<name>[\w.]+(?::[\w.]+)?): (?P<rest>\{.*\})"
 )
 _FIELD = re.compile(r'(\w+) = (?:"((?:[^"\\]|\\.)*)"|(0x[0-9A-Fa-f]+|-?\d+))')
 LONGEST = 100_000
