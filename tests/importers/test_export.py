@@ -268,3 +268,49 @@ def test_cores_that_first_fit_chose_go_along(tmp_path: Path) -> None:
     path.write_text(dse.export(result, 1, "aadl"), encoding="utf-8")
     read = dse.load(path)
     assert [item.core for item in read.space.components if item.section == "threads"] == [1, 2, 1]
+
+
+WIRED = """package w public
+  data m properties Data_Size => 8 Bytes; end m;
+  device d features o : out event data port m; flows f : flow source o; properties Period => 10 ms; end d;
+  thread t features i : in event data port m; flows f : flow sink i; properties Period => 10 ms; end t;
+  process p features i : in event data port m; end p;
+  process implementation p.i subcomponents t : thread t; connections c : port i -> t.i; end p.i;
+  bus b properties Transmission_Time => [Fixed => 1 us .. 2 us; PerByte => 1 us .. 1 us;]; end b;
+  system top end top;
+  system implementation top.i
+    subcomponents d : device d; p : process p.i; b : bus b;
+    connections k : port d.o -> p.i;
+    flows e : end to end flow d.f -> k -> p.t.f;
+    properties Actual_Connection_Binding => (reference (b)) applies to k; STATED
+  end top.i;
+end w;"""
+OF = """dse: 1
+name: o
+of: w.aadl
+threads: {p.t: {queue_size: [1, 2], dispatch_protocol: aperiodic}}
+connections: {d.o: {rate: [12.5 Hz, 40 Hz], latency: [1 ms .. 2 ms, 3 ms]}}
+objectives: [minimise load of b, maximise latency of e]
+"""
+
+
+@pytest.mark.parametrize("word", ["", "SEI::Data_Rate", "SEI::Message_Rate"])
+def test_what_is_decided_of_connections(word: str, tmp_path: Path) -> None:
+    """Rates by the property that the model has, queues at the port, latencies at the declaration; before, refused."""
+    stated = f"{word} => 7.0 perSecond applies to d.o;" if word else ""
+    (tmp_path / "w.aadl").write_text(WIRED.replace("STATED", stated), encoding="utf-8")
+    (tmp_path / "o.yaml").write_text(OF, encoding="utf-8")
+    result = dse.solve(tmp_path / "o.yaml")
+    [point] = result.front
+    assert (point.decisions["d.o.rate"], point.decisions["p.t.queue_size"]) == ("12.5 Hz", "2")
+    text = dse.export(result, 1, "aadl")
+    assert "Queue_Size => 2 applies to p.t.i;" in text
+    rate = (
+        f"{word} => 12.5 perSecond" if word else "Output_Rate => [Value_Range => 12.5 .. 12.5; Rate_Unit => PerSecond;]"
+    )
+    assert f"{rate} applies to d.o;" in text
+    (tmp_path / "chosen.aadl").write_text(text, encoding="utf-8")
+    again = dse.analyse(tmp_path / "chosen.aadl", worst_case="deadline").metrics
+    assert {name: again[name] for name in ("load of b", "latency of e")} == {
+        name: point.metrics[name] for name in ("load of b", "latency of e")
+    }

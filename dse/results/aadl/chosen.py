@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
+from fractions import Fraction
 from typing import Any
 
 from dse.analysis.contention import cores_of
@@ -12,9 +13,9 @@ from dse.errors import UsageError
 from dse.importers.aadl.instance import Instance
 from dse.importers.aadl.model import Model
 from dse.importers.aadl.problem import Writer
-from dse.importers.aadl.syntax import Classifier
+from dse.importers.aadl.syntax import Classifier, Path
 from dse.importers.aadl.wiring import ConnectionInstance
-from dse.results.aadl.words import comment, identifier, times, written_range
+from dse.results.aadl.words import comment, identifier, output_rate, real, times, written_range
 from dse.space.trees import NotOffered, Tree, at
 from dse.space.types import EMPTY, Component, Connection, Design, Space
 from dse.units import Exact, format_duration, format_time_range
@@ -25,7 +26,7 @@ TIMES = (
     ("response_ns", "response_time", "SEI::Response_Time"),
 )
 SAID = ("period", "dispatch_protocol", "compute_execution_time", "response_time", "latency", "deadline", "priority",
-        "offset", "processor", "bus", "queue_size", "data_size", "type")  # fmt: skip
+        "offset", "processor", "bus", "queue_size", "data_size", "rate", "type")  # fmt: skip
 """Fields of decisions that an implementation can set."""
 
 
@@ -173,7 +174,7 @@ class ChosenModel:
         stated = self.model.properties.of(instance, "Period")
         if period is not None and (period != former or self._is_decided(item.name, "period")):
             yield f"Period => {times(format_duration(period), as_range=False)}"
-        elif period is None and former is not None and stated is not None:
+        elif period is None and former is not None and stated is not None and not self._counts_period(item):
             yield "Period => 0 ms"
         for name, key, word in TIMES:
             now, former = pair(name)
@@ -188,6 +189,10 @@ class ChosenModel:
         priority, former = pair("priority")
         if priority is not None and (priority != former or self._is_decided(item.name, "priority")):
             yield f"Priority => {priority}"
+
+    def _counts_period(self, item: Component) -> bool:
+        """Whether the period that an aperiodic component states still counts, as for OSATE."""
+        return self.chosen.space.profile != "dse" and self.chosen.value(item.stated_period_ns) is not None
 
     def _specified(self, item: Component, old: Component, instance: Instance) -> None:
         """The latency of a component is that of its flow specifications."""
@@ -223,9 +228,40 @@ class ChosenModel:
             size, former = self.chosen.value(item.size_bytes), self.base.value(old.size_bytes)
             if size is not None and size != former:
                 self._set(f"Data_Size => {size} Bytes", ".".join([*_names(wire.source), *wire.source_path]))
-            queue, former = self.chosen.value(item.queue_size), self.base.value(old.queue_size)
+            queue, former = self._queue(item, self.chosen), self._queue(old, self.base)
             if queue is not None and queue != former:
                 self._set(f"Queue_Size => {queue}", ".".join([*_names(wire.target), *wire.target_path]))
+            latency, former = self.chosen.value(item.latency_ns), self.base.value(old.latency_ns)
+            if latency is not None and latency != former:
+                self._set(f"Latency => {times(format_time_range(latency))}", self._declared(wire))
+            rate, former = self.chosen.value(item.rate_hz), self.base.value(old.rate_hz)
+            if rate is not None and rate != former and wire.source is not None:
+                self._set(
+                    self._rate(wire.source, wire.source_path, rate), ".".join([*wire.source.path, *wire.source_path])
+                )
+
+    def _queue(self, item: Connection, side: Side) -> Any:
+        """The size of the queue that a connection fills: its own, else that of the component it leads to."""
+        own = side.value(item.queue_size)
+        if own is not None or item.target is None or not item.port.startswith("event"):
+            return own
+        return side.value(side.space.components[item.target].queue_size)
+
+    def _rate(self, source: Instance, path: Path, rate: Fraction) -> str:
+        """Messages in a second, by the property that the model has for them; Output_Rate where it has none."""
+        text = real(rate)
+        if text is None:
+            raise UsageError(f"AADL cannot say that messages come at {rate} Hz: that has no end as a decimal number")
+        for name in ("Data_Rate", "Message_Rate"):
+            if self.model.properties.of_feature(source, path, name, "SEI") is not None:
+                return f"SEI::{name} => {text} perSecond"
+        return str(output_rate(rate))
+
+    @staticmethod
+    def _declared(wire: ConnectionInstance) -> str:
+        """The outermost of the declarations that a connection runs over."""
+        outermost = min(wire.wires, key=lambda one: len(one.context.path))
+        return ".".join([*outermost.context.path, outermost.member.item.name])
 
     def _carried(self, item: Connection, old: Connection, wire: ConnectionInstance, bound: dict[str, str]) -> None:
         now, former = self.chosen.value(item.bus), self.base.value(old.bus)
@@ -235,8 +271,7 @@ class ChosenModel:
         ]
         if names[0] is None or (names[0] == names[1] and not self._is_decided(item.name, "bus")):
             return
-        outermost = min(wire.wires, key=lambda one: len(one.context.path))
-        path = ".".join([*outermost.context.path, outermost.member.item.name])
+        path = self._declared(wire)
         if bound.setdefault(path, names[0]) != names[0]:
             raise UsageError(f"AADL cannot say that {item.name} takes {names[0]}: {path} takes {bound[path]} already")
         value = f"Actual_Connection_Binding => (reference ({self.components[names[0]].title}))"

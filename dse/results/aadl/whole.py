@@ -10,10 +10,20 @@ from dse.results.aadl.decided import Decided
 from dse.results.aadl.flowing import FlowWriter
 from dse.results.aadl.package import Part, package_text, section_lines
 from dse.results.aadl.paths import entered_times
-from dse.results.aadl.words import bandwidth, comment, extra, identifier, quoted, size, times, written_range
+from dse.results.aadl.words import (
+    bandwidth,
+    comment,
+    extra,
+    identifier,
+    output_rate,
+    quoted,
+    size,
+    times,
+    written_range,
+)
 from dse.space.settings import settings_of
 from dse.space.types import Design, Space
-from dse.units import Exact
+from dse.units import Exact, parse_rate_hz
 
 SETTINGS = (
     "name", "offset_grid", "assumptions", "totals", "clocks", "metrics", "requirements", "objectives",
@@ -292,7 +302,10 @@ class WholeModel:
             if latency is not None:
                 del rest["latency"]
             bus = self._carriers(entry)
-            self._connection(own, entry, kind, classifier, waiting)
+            sent = output_rate(parse_rate_hz(str(rest["rate"]))) if "rate" in rest else None
+            if sent is not None:
+                del rest["rate"]
+            self._connection(own, entry, f"{kind}{classifier}", sent, waiting)
             block = [f"Latency => {latency};"] if latency is not None else []
             block += [f"Actual_Connection_Binding => ({bus});"] if bus and not self._is_inside(entry) else []
             block += [self._protocols(rest.pop("protocols"))] if rest.get("protocols") else []
@@ -320,18 +333,19 @@ class WholeModel:
         known = isinstance(queue, int) and queue > 0
         return [f"Queue_Size => {queue};" if known else f'{OURS}::Extra => ("queue_size: {queue}");']
 
-    def _connection(self, own: str, entry: Mapping[str, Any], kind: str, classifier: str, waiting: list[str]) -> None:
-        """The features of both ends, and of the processes around them."""
+    def _connection(self, own: str, entry: Mapping[str, Any], kind: str, sent: str | None, waiting: list[str]) -> None:
+        """The features of both ends, and of the processes around them; `kind` with the classifier."""
+        sending = f" {{{sent};}}" if sent else ""
         receiving = f" {{{' '.join(waiting)}}}" if waiting else ""
-        for key, direction, block in (("from", "out", ""), ("to", "in", receiving)):
+        for key, direction, block in (("from", "out", sending), ("to", "in", receiving)):
             end = self._end(entry.get(key))
-            feature = f"{own}_{direction} : {direction} {kind}{classifier}"
+            feature = f"{own}_{direction} : {direction} {kind}"
             end.features.append(f"{feature}{block};")
             process = self._process_of(end)
             if process is not None and not self._is_inside(entry):
                 process.features.append(f"{feature};")
                 ends = (f"{end.own}.{own}_out", f"{own}_out") if key == "from" else (f"{own}_in", f"{end.own}.{own}_in")
-                word = "feature" if kind == "feature" else "port"
+                word = "feature" if kind.split()[0] == "feature" else "port"
                 process.connections.append(f"{own}_{direction}side : {word} {ends[0]} -> {ends[1]};")
 
     def _process_of(self, part: Part) -> Part | None:

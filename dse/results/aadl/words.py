@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import re
 from collections.abc import Iterable
+from decimal import Decimal
 from fractions import Fraction
 from typing import Any
 
@@ -77,6 +78,22 @@ def _whole(value: Fraction, unit: str) -> str | None:
     in_ps = value * _PS[unit]
     found = [word for word, size in _PS.items() if size <= _PS[unit] and (in_ps / size).denominator == 1]
     return f"{in_ps / _PS[found[-1]]} {found[-1]}" if found else None
+
+
+def output_rate(hertz: Fraction) -> str | None:
+    """Messages in a second as AADL's Output_Rate; None where that has no end as a decimal number.
+
+    >>> output_rate(Fraction(25, 2)), output_rate(Fraction(1, 3))
+    ('Output_Rate => [Value_Range => 12.5 .. 12.5; Rate_Unit => PerSecond;]', None)
+    """
+    text = real(hertz)
+    return text and f"Output_Rate => [Value_Range => {text} .. {text}; Rate_Unit => PerSecond;]"
+
+
+def real(value: Fraction) -> str | None:
+    """An aadlreal; None where it has no end as a decimal number."""
+    text = format((Decimal(value.numerator) / value.denominator).normalize(), "f")
+    return (text if "." in text else f"{text}.0") if Fraction(text) == value else None
 
 
 def written_range(ends: tuple[Exact, Exact]) -> str:
