@@ -91,14 +91,10 @@ def test_every_column_of_a_csv_file_is_documented(name: str) -> None:
     assert [column for column in columns if column not in named] == [word for word in known if word == word.lower()]
 
 
-WAITING = {"dse/space/types.py": 430, "dse/space/slots.py": 405, "dse/simulation/engine.py": 410}
-"""Modules that wait to be split, with the most lines that they may have."""
-
-
 def test_a_module_says_one_thing() -> None:
     """It is split where it has more than 400 lines, and no other of its package has its name."""
     lines = {str(path.relative_to(ROOT)): path.read_text("utf-8").count("\n") for path in (ROOT / "dse").rglob("*.py")}
-    assert {name: count for name, count in lines.items() if count > WAITING.get(name, 400)} == {}
+    assert {name: count for name, count in lines.items() if count > 400} == {}
     named: dict[tuple[str, str], list[str]] = {}
     for name in lines:
         parts = Path(name).parts

@@ -17,8 +17,9 @@ from dse.analysis.latency import neighbours
 from dse.analysis.rates import is_periodic
 from dse.analysis.views import View, tabulate
 from dse.space.clocks import with_past
+from dse.space.steps import Flow, Step
 from dse.space.trees import at
-from dse.space.types import Component, Flow, Space, Step
+from dse.space.types import Component, Space
 from dse.units import Exact, is_unbounded
 
 MOST_CASES = 10_000

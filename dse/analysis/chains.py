@@ -17,8 +17,9 @@ from dse.analysis.clocks import METHOD
 from dse.analysis.latency import flow_rows, neighbours, step_rows
 from dse.analysis.rates import is_periodic
 from dse.analysis.views import View
+from dse.space.steps import Flow, Step
 from dse.space.trees import at
-from dse.space.types import Flow, Space, Step
+from dse.space.types import Space
 from dse.units import Exact, is_unbounded, whole
 
 Ends: TypeAlias = tuple[int, int]

@@ -18,8 +18,9 @@ from dse.analysis.terms import ZERO, Phased, Rest, Sampled, Term, picked
 from dse.analysis.views import View
 from dse.space.clocks import is_always_timed, reads_when_jobs_begin
 from dse.space.criteria import Metric
+from dse.space.steps import Flow, Step
 from dse.space.trees import Choice, at, leaves
-from dse.space.types import Component, Flow, Space, Step
+from dse.space.types import Component, Space
 from dse.units import Exact
 
 EXACT_KINDS = {"exact latency": "latency", "exact min latency": "min latency", "exact jitter": "jitter"}

@@ -19,8 +19,9 @@ from dse.analysis.segments import elapsed_ns
 from dse.analysis.terms import picked
 from dse.analysis.views import View
 from dse.space.clocks import AT_RELEASE
+from dse.space.steps import Flow, Step
 from dse.space.trees import at
-from dse.space.types import Component, Flow, Space, Step
+from dse.space.types import Component, Space
 from dse.units import Exact, is_unbounded
 
 

@@ -15,8 +15,9 @@ from dse.analysis.osate_media import Medium, media, medium_ends, medium_ns
 from dse.analysis.rows import NO_LATENCY, Row
 from dse.analysis.views import View
 from dse.space.hosts import Partition
+from dse.space.steps import Flow, Step
 from dse.space.trees import at
-from dse.space.types import Component, Connection, Flow, Space, Step
+from dse.space.types import Component, Connection, Space
 from dse.units import Exact
 
 

@@ -6,8 +6,9 @@ from collections.abc import Iterator
 
 from dse.analysis.rows import Row, computed_ns, first_given, in_flow, is_computed, scheduled_ns
 from dse.analysis.views import View
+from dse.space.steps import Step
 from dse.space.trees import at
-from dse.space.types import Component, Space, Step
+from dse.space.types import Component, Space
 from dse.units import Exact
 
 EXECUTING = ("thread", "device", "abstract")

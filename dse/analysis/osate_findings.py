@@ -17,8 +17,9 @@ from dse.analysis.osate_components import is_sampling, period_ns
 from dse.analysis.osate_media import media, medium_ns
 from dse.analysis.rows import Row, in_flow
 from dse.analysis.views import View
+from dse.space.steps import Flow
 from dse.space.trees import at
-from dse.space.types import Component, Flow, Space
+from dse.space.types import Component, Space
 from dse.units import Exact, format_duration
 
 CURRENT = "osate-2.19"

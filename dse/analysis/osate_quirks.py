@@ -22,8 +22,9 @@ from dse.analysis.osate_components import EXECUTING, OLD, is_sampling
 from dse.analysis.osate_media import media
 from dse.analysis.rows import in_flow
 from dse.analysis.views import View
+from dse.space.steps import Flow
 from dse.space.trees import at
-from dse.space.types import Flow, Space
+from dse.space.types import Space
 from dse.units import Exact, format_duration
 
 

@@ -27,8 +27,9 @@ from dse.analysis.views import View, tabulate
 from dse.space.criteria import Metric
 from dse.space.frames import frame_at
 from dse.space.metrics import busy_obstacle
+from dse.space.steps import Flow, Step
 from dse.space.trees import FROM_BANDWIDTH, at, leaves
-from dse.space.types import EMPTY, Bus, Component, Connection, Flow, Space, Step
+from dse.space.types import EMPTY, Bus, Component, Connection, Space
 from dse.units import Exact, format_bandwidth, format_duration, format_ratio, format_size
 
 MANY_CASES = 10_000

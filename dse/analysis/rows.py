@@ -8,8 +8,9 @@ from dataclasses import dataclass, replace
 from dse.analysis.scheduling import UNBOUNDED_NS, bounded_response_ns
 from dse.analysis.tasks import Part
 from dse.analysis.views import View
+from dse.space.steps import Step
 from dse.space.trees import at
-from dse.space.types import Component, Space, Step
+from dse.space.types import Component, Space
 from dse.units import Exact
 
 NO_LATENCY = {"dse": "no latency", "osate-2.2": "no latency", "osate-2.19": "no sampling/queuing latency"}

@@ -12,7 +12,8 @@ from typing import Any, Literal, TypeAlias, cast
 from dse.analysis.rates import RateKey, rate_hz
 from dse.analysis.views import View
 from dse.space.criteria import Metric
-from dse.space.types import Space, Step
+from dse.space.steps import Step
+from dse.space.types import Space
 from dse.units import Exact, is_unbounded
 
 PPM = 10**6

@@ -13,8 +13,9 @@ from dse.analysis.resources import reachable_buses
 from dse.analysis.views import View
 from dse.space.buses import wrapping
 from dse.space.frames import Frame
+from dse.space.steps import Flow
 from dse.space.trees import FROM_BANDWIDTH, PerProcessorType, Tree, leaves
-from dse.space.types import Flow, Space
+from dse.space.types import Space
 
 TIME_SCALE_LIMIT = 1000
 """The finest unit of times, which are counted in ps at the finest: sums of hours of them are exact for the solver."""

@@ -26,12 +26,14 @@ from dse.errors import UsageError
 from dse.results.analyse import FlowTable
 from dse.results.simulate import DisparityObservation, Extreme, FlowObservation, Simulation, TaskObservation
 from dse.results.solve import decisions_of
-from dse.simulation.engine import Execution, Setting, simulate_once
+from dse.simulation.engine import simulate_once
+from dse.simulation.observing import Execution, Setting
 from dse.simulation.plan import Plan, build_plan
 from dse.simulation.search import Record, histogram, random_offsets, search_flow
 from dse.space.metrics import all_disparities
+from dse.space.steps import Flow
 from dse.space.trees import at
-from dse.space.types import Design, Flow, Space
+from dse.space.types import Design, Space
 from dse.timelimit import OutOfTime, TimeLimit, until
 from dse.units import Exact, Rounding, UnitError, format_duration, parse_duration_ns, whole
 

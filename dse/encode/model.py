@@ -74,8 +74,7 @@ class EncodedSpace:
     core_limits: CoreLimits | None = None
     shared: Sequence[int] = ()
     """Decisions on which many summands hang, most first: sums have a form for each of their options."""
-    regions: Sequence[RegionSwitch] = ()
-    """One of them is on: with these a question can be about several regions of the objective space."""
+    regions: Sequence[RegionSwitch] = ()  # of which one is on: for questions about several regions
     weigh: Callable[[Design], tuple[int, ...] | None] = lambda _: None
     """The objectives of a design as the analysis has them, in steps; None where it refuses the design."""
     attained: Sequence[int] = ()  # literals that say which of several sums is the greatest (or the least)

@@ -23,8 +23,9 @@ from dse.results.analyse import Analysis, FlowTable, Usage
 from dse.results.solve import decisions_of
 from dse.space.frames import frame_at
 from dse.space.metrics import busy_obstacle
+from dse.space.steps import Flow
 from dse.space.trees import at
-from dse.space.types import EMPTY, Design, Flow, Slot, Space
+from dse.space.types import EMPTY, Design, Slot, Space
 
 
 def analyse_design(evaluator: Evaluator, design: Design, *, response_times: bool = False) -> Analysis:

@@ -18,55 +18,18 @@ from __future__ import annotations
 
 import random
 from collections import Counter
-from collections.abc import Mapping
-from dataclasses import dataclass, field
 from fractions import Fraction
 from heapq import heappop, heappush
 from math import lcm
-from typing import Literal, TypeAlias
 
 from dse.simulation.core import Births, Core, Entry, Job
+from dse.simulation.observing import Observation, Setting
 from dse.simulation.plan import Gap, Link, Plan, Share, StepKey, Task, TaskKey
 from dse.simulation.readings import Range
 from dse.timelimit import look_at_the_clock
 from dse.units import Exact, whole
 
-Execution: TypeAlias = Literal["max", "min", "random"]
 MILLION = 10**6
-
-
-@dataclass(frozen=True)
-class Setting:
-    """One run: offsets in ns and drifts in ppm by name (0 where missing), how execution times are drawn, and how long.
-
-    `births_until_ns`: later data are not followed.
-    """
-
-    duration_ns: int
-    births_until_ns: int
-    offsets_ns: Mapping[str, Exact] = field(default_factory=dict)
-    drift_ppm: Mapping[str, int] = field(default_factory=dict)
-    execution: Execution = "random"
-    bus_contention: bool = False
-    seed: int = 0
-
-
-@dataclass
-class Observation:
-    """What a run showed: latencies by flow, response times by task (most), what was lost where.
-
-    `disparities` has the largest difference of age of what a component reads by two flows, by its number.
-    `latest` and `earliest` hold for each flow step the datum that took longest (shortest) to get there: its age and
-    the time.
-    """
-
-    latencies: list[Counter[Exact]]
-    responses: dict[str, Exact] = field(default_factory=dict)
-    lost: Counter[str] = field(default_factory=Counter)
-    latest: dict[StepKey, tuple[Exact, Exact]] = field(default_factory=dict)
-    earliest: dict[StepKey, tuple[Exact, Exact]] = field(default_factory=dict)
-    disparities: dict[int, Exact] = field(default_factory=dict)
-    events: int = 0
 
 
 def simulate_once(plan: Plan, setting: Setting) -> Observation:

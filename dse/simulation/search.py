@@ -14,9 +14,10 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from typing import Any
 
-from dse.simulation.engine import Execution, Observation, Setting, simulate_once
+from dse.simulation.engine import simulate_once
+from dse.simulation.observing import Execution, Observation, Setting
 from dse.simulation.plan import Plan
-from dse.space.types import Flow
+from dse.space.steps import Flow
 from dse.units import Exact
 
 

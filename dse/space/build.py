@@ -8,6 +8,7 @@ from typing import Any
 
 from dse.errors import Diagnostic, ProblemError, in_order
 from dse.space.activation import check_activation, with_triggers
+from dse.space.bus_slots import build_buses, check_bus_types
 from dse.space.clocks import check_clocks, grid_in_use
 from dse.space.components import (
     build_component,
@@ -23,7 +24,7 @@ from dse.space.properties import Ledger, Path, closest
 from dse.space.questions import with_questions
 from dse.space.segments import with_pieces
 from dse.space.settings import default_deadlines
-from dse.space.slots import build_buses, build_processor, check_bus_types, check_overheads
+from dse.space.slots import build_processor, check_overheads
 from dse.space.types import Space
 from dse.spec import ros2
 from dse.spec.load import LoadedSpec, UnreadableError

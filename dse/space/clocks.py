@@ -9,8 +9,9 @@ from typing import Any
 from dse.space.properties import FieldReader, Ledger, Owner, Path
 from dse.space.protocols import BY_INPUTS
 from dse.space.slots import decision_of
+from dse.space.steps import Step
 from dse.space.trees import NOT_OFFERED, Tree, graft, leaves
-from dse.space.types import ClockReading, Component, Space, Step
+from dse.space.types import ClockReading, Component, Space
 from dse.spec.model import Spec
 from dse.spec.quantity_fields import OFFSET_WORDS
 from dse.units import format_duration, shown

@@ -6,6 +6,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
+from dse.space.bus_slots import read_further, read_protocols
 from dse.space.buses import counted
 from dse.space.clocks import clock_of, read_communication, read_offset
 from dse.space.cores import check_core, cores_named
@@ -15,7 +16,7 @@ from dse.space.priorities import read_priority
 from dse.space.properties import FieldReader, Ledger, Owner, Path, by_machine, closest
 from dse.space.protocols import PROTOCOLS
 from dse.space.segments import ends_by_name, inner_connections
-from dse.space.slots import decision_of, groups_of, known_types, read_figures, read_further, read_named, read_protocols
+from dse.space.slots import decision_of, groups_of, known_types, read_figures, read_named
 from dse.space.trees import Choice, PerProcessorType, Tree, graft, leaves
 from dse.space.types import EMPTY, UNKNOWN_TYPE, Bus, Component, Connection, Processor
 from dse.spec.model import Spec

@@ -9,8 +9,9 @@ from dse.space.buses import carriers
 from dse.space.clocks import speaks_of_clocks, with_past
 from dse.space.frames import Frame, is_framed
 from dse.space.properties import Ledger, Path
+from dse.space.steps import Flow, Step, StepFigures
 from dse.space.trees import FROM_BANDWIDTH, PerProcessorType, Tree, leaves
-from dse.space.types import Component, Connection, Flow, Space, Step, StepFigures
+from dse.space.types import Component, Connection, Space
 from dse.spec.model import PathElement, Spec
 from dse.units import shown
 

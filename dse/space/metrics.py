@@ -18,8 +18,9 @@ from dse.space.clocks import is_always_timed
 from dse.space.criteria import Derived, Metric
 from dse.space.metric_kinds import BUILT_IN, KINDS, SYSTEM_METRICS, metric_dimension, total_unit
 from dse.space.properties import closest
+from dse.space.steps import Flow
 from dse.space.trees import leaves
-from dse.space.types import EMPTY, UNKNOWN_TYPE, Component, Flow, Space
+from dse.space.types import EMPTY, UNKNOWN_TYPE, Component, Space
 from dse.spec.expressions import DerivedExpr, ExtremeRef, MetricExpr, MetricRef
 from dse.spec.grammar import parse_derived
 from dse.spec.scan import unquoted

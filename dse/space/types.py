@@ -15,8 +15,8 @@ from typing import Any, Literal, TypeAlias
 
 from dse.space.criteria import Derived, Objective, Requirement, Rule
 from dse.space.hosts import Executor, Partition, Pieces, Reservation
+from dse.space.steps import Flow
 from dse.space.trees import DesignView, Tree, at, leaves
-from dse.units import Exact
 
 EMPTY = "none"
 UNKNOWN_TYPE = "?\n"
@@ -231,43 +231,6 @@ class Connection:
     def sender(self) -> int | None:
         """The component at whose rate messages leave; None where it states one, or comes from outside."""
         return None if self.states_rate else self.source
-
-
-@dataclass(frozen=True)
-class StepFigures:
-    """Time ranges in ns that a component has in one flow; those of execution and response where it is not periodic."""
-
-    latency_ns: tuple[Exact, Exact] | None = None
-    execution_ns: tuple[Exact, Exact] | None = None
-    response_ns: tuple[Exact, Exact] | None = None
-
-
-@dataclass(frozen=True)
-class Step:
-    """One element of a flow: a component reached over connection `via` (None for the first), or a connection.
-
-    Where a problem speaks of clocks `since` are the elements before it, which may share its clock. One that
-    `only_reads` counts until it reads: what it does with that does not. `unlinked` is an element of a flow that is
-    part of another one: there OSATE has lost the connection that leads to it.
-    """
-
-    kind: Literal["component", "connection"]
-    index: int
-    via: int | None = None
-    sender: int | None = None
-    since: tuple[Step, ...] = ()
-    figures: StepFigures | None = None
-    only_reads: bool = False
-    unlinked: bool = False
-
-
-@dataclass(frozen=True)
-class Flow:
-    """An end-to-end flow; `required_ns` is AADL's stated latency range, if any."""
-
-    name: str
-    steps: tuple[Step, ...]
-    required_ns: tuple[Exact, Exact] | None
 
 
 @dataclass(frozen=True)

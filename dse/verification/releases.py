@@ -19,8 +19,9 @@ from dse.analysis.rates import is_periodic
 from dse.analysis.rows import Row
 from dse.analysis.terms import Measure, Sampled, Term
 from dse.analysis.views import View
+from dse.space.steps import Step
 from dse.space.trees import at
-from dse.space.types import Component, Space, Step
+from dse.space.types import Component, Space
 from dse.units import Exact, is_unbounded
 
 MOST_RELEASES = 2_000

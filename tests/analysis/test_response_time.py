@@ -19,7 +19,8 @@ from dse.analysis.views import View
 from dse.encode import sums
 from dse.errors import ProblemError
 from dse.pareto.front import Budget, search_front
-from dse.simulation.engine import Setting, simulate_once
+from dse.simulation.engine import simulate_once
+from dse.simulation.observing import Setting
 from dse.simulation.plan import build_plan
 from dse.space.questions import read_requirements
 from dse.space.types import INACTIVE, Space

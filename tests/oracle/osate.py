@@ -12,8 +12,9 @@ from typing import Any
 
 from dse.space.frames import Frame, wire_ns
 from dse.space.hosts import Partition
+from dse.space.steps import Flow, Step
 from dse.space.trees import FROM_BANDWIDTH, Choice, PerProcessorType
-from dse.space.types import Component, Connection, Design, Flow, Space, Step
+from dse.space.types import Component, Connection, Design, Space
 
 Times = tuple[Fraction, Fraction]
 NOTHING: Times = (Fraction(0), Fraction(0))

@@ -16,7 +16,8 @@ from dse.analysis.scheduling import processor_responses
 from dse.analysis.views import View
 from dse.api.problem import loads
 from dse.report.contention import bound_words, overhead_words
-from dse.simulation.engine import Setting, simulate_once
+from dse.simulation.engine import simulate_once
+from dse.simulation.observing import Setting
 from dse.simulation.plan import build_plan
 
 MS = 10**6

@@ -18,7 +18,8 @@ from dse.api.export import export
 from dse.api.problem import loads
 from dse.errors import UsageError
 from dse.pareto.front import Budget, search_front
-from dse.simulation.engine import Setting, simulate_once
+from dse.simulation.engine import simulate_once
+from dse.simulation.observing import Setting
 from dse.simulation.plan import build_plan
 from dse.space.types import Design, Space
 

@@ -52,7 +52,8 @@ def test_best_and_worst_are_found_to_the_nanosecond() -> None:
 
 
 def test_the_extremes_can_be_shown_again() -> None:
-    from dse.simulation.engine import Setting, simulate_once
+    from dse.simulation.engine import simulate_once
+    from dse.simulation.observing import Setting
     from dse.simulation.plan import build_plan
 
     result = run_text(CHAIN, contention=False)
