@@ -203,7 +203,7 @@ def _joined(table: Table, row: tuple[str, ...], first: tuple[str, ...]) -> str:
     Of many it is what differs from the first row, where that is shorter.
     """
     assert table.wide is not None
-    if table.headings[table.wide :] == (DECISIONS,):
+    if _last_heading(table) != DECISIONS or table.headings[table.wide :] == (DECISIONS,):
         return row[table.wide]
     pairs = list(zip(table.headings, row, strict=True))[table.wide :]
     text = _pairs(pairs)
@@ -219,9 +219,16 @@ def _pairs(pairs: Iterable[tuple[str, str]]) -> str:
     return ", ".join(f"{name.removesuffix('.type')} {value}" for name, value in pairs if value not in ("", NOTHING))
 
 
+def _last_heading(table: Table) -> str:
+    """What is told in one cell: the decisions of alternatives, which have numbers; else a column of its own name."""
+    is_alternatives = all(row[table.label].removeprefix("#").isdecimal() for row in table.rows)
+    return DECISIONS if is_alternatives or len(table.headings) != (table.wide or 0) + 1 else table.headings[-1]
+
+
 def _name(table: Table, row: tuple[str, ...]) -> str:
-    """By what a row is called."""
-    return f"#{row[table.label].removeprefix('#')}"
+    """By what a row is called: alternatives by their number."""
+    name = row[table.label].removeprefix("#")
+    return f"#{name}" if name.isdecimal() else name
 
 
 def _figures(table: Table, row: tuple[str, ...]) -> str:
@@ -257,7 +264,7 @@ def _grid(
             max_width=least if is_tight else None,
         )
     if told is not None:
-        grid.add_column(DECISIONS, overflow="fold")
+        grid.add_column(plain(_last_heading(table)), overflow="fold")
     if table.bars:
         grid.add_column("")
     signs = ASCII if is_ascii(console) else {}

@@ -213,3 +213,18 @@ def test_what_robustness_costs_is_told_in_brief() -> None:
         in told
     )
     assert any(isinstance(block, Table) and len(block.rows) == 5 for block in whole)
+
+
+def test_a_column_that_is_told_beside_a_table_keeps_its_name() -> None:
+    """The verdict of a simulated flow is no decision, and a flow has no number; alternatives have both."""
+    flows = Table("", ("flow", "data", "verdict"), (("brake", "10", "within"),), wide=2, told=0)
+    fronts = Table("", ("rank", "#", "computer.type"), (("1", "7", "large"),), wide=2, label=1)
+    said = {}
+    for name, table in (("flows", flows), ("fronts", fronts)):
+        for width in (160, 12):
+            out = io.StringIO()
+            print_page(Console(file=out, width=width), Page("", "", (Section("one", "One", (table,)),)))
+            said[name, width] = " ".join(out.getvalue().split())
+    assert "verdict" in said["flows", 160] and said["flows", 160].endswith("brake 10 within")
+    assert "decisions" in said["fronts", 160] and said["fronts", 160].endswith("computer large")
+    assert said["flows", 12].startswith("brake: ") and "#7: " in said["fronts", 12]
