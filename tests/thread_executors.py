@@ -94,8 +94,6 @@ def in_executor(
         busy += 1
         if busy > MOST_MS:
             return LATE
-    if kind == "wait_set":
-        return busy
     if kind == "fifo":
         return max(settled(blocked + came(inside, at)) - at for at in range(busy))
     return _after_all_starts(number, figures, blocked, (fellows, others, first, busy, supply), came, settled)
@@ -104,19 +102,23 @@ def in_executor(
 def _after_all_starts(
     number: int, figures: Any, blocked: int, given: Any, came: Callable[..., int], settled: Callable[[int], int]
 ) -> int:
-    """Job after job: what comes until its start goes before it, what comes later waits."""
+    """Job after job: what comes until its start goes before it, what comes later waits.
+
+    Where something has begun before, however little, all starts are that little sooner: what comes then waits.
+    """
     period, jitter, cost = figures[:3]
     fellows, others, first, busy, supply = given
-    worst, jobs = 0, 0
+    worst, jobs, sooner = 0, 0, int(blocked > 0)
     while not jobs or jobs * period[number] - jitter[number] < busy:
         start = blocked + jobs * cost[number]
         while True:
-            taken = sum(((start + late) // every + 1) * work for work, every, late in first)
-            done = blocked + jobs * cost[number] + came(fellows, start) + came(others, start) + taken
-            if supplied(supply, start) >= done and supplied(supply, start + 1) > supplied(supply, start):
+            at = start - sooner
+            taken = sum(((at + late) // every + 1) * work for work, every, late in first)
+            done = blocked + jobs * cost[number] + came(fellows, at) + came(others, at) + taken
+            if supplied(supply, start) >= done and (sooner or supplied(supply, start + 1) > supplied(supply, start)):
                 break
             start += 1
-        end = settled(blocked + (jobs + 1) * cost[number] + came(fellows, start))
+        end = settled(blocked + (jobs + 1) * cost[number] + came(fellows, at))
         worst = max(worst, end - max(0, jobs * period[number] - jitter[number]))
         jobs += 1
     return worst

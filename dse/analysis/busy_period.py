@@ -94,7 +94,7 @@ def played_in(item: Response, found: WorstJob) -> tuple[Piece, ...]:
         (release, level, job, one)
         for level, one in enumerate(inner)
         for job, release in enumerate(_until(one, found.until_ns), 1)
-        if one is not item.task or release <= found.release_ns
+        if (release <= found.release_ns if one is item.task else job <= found.jobs(one))
     ]
     begun = max(item.blocked_ns, found.behind_ns)
     name = SECTION

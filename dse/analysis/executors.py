@@ -13,8 +13,9 @@ No job of an executor preempts another of it; what goes before the OS thread on 
   as R. J. Bril, J. J. Lukkien and W. F. J. Verhaegh, Real-Time Systems 42, 2009, require).
 * ``wait_set``: ROS 2's single-threaded executor takes what waits at its polling points, timers first, and runs it all
   before it looks again (D. Casini, T. Blass, I. Luetkebohle and B. B. Brandenburg, "Response-time analysis of ROS 2
-  processing chains under reservation-based scheduling", ECRTS 2019). It is never idle while a job waits, so that no
-  response is longer than a busy period of the whole executor: a safe bound, whatever the order.
+  processing chains under reservation-based scheduling", ECRTS 2019). It is never idle while a job waits, and runs the
+  jobs of one callback as they come: until one starts, all that comes of others may go before it, as theirs of polled
+  callbacks. That is a safe bound, whatever the order.
 
 (docs/semantics.md, section 4.6)
 """
@@ -79,13 +80,19 @@ def executor_response_ns(
 class WorstJob:
     """The job of an executor that responds last, in a busy period: of its fellows those count that come `until` then.
 
-    Of a callback group something less urgent may have begun, for `behind_ns`.
+    Of a callback group something less urgent may have begun, for `behind_ns`. Where that or other less urgent work
+    keeps the core at first it begins a moment before, and so does the job: what comes at its very start `comes_late`.
     """
 
     release_ns: Exact
     end_ns: Exact
     until_ns: Exact
     behind_ns: Exact = 0
+    comes_late: bool = False
+
+    def jobs(self, task: Task) -> int:
+        """How many jobs of a fellow go before it."""
+        return (most_jobs if self.comes_late else jobs_by)(task, self.until_ns)
 
 
 def executor_worst_job(
@@ -100,7 +107,7 @@ def executor_worst_job(
     >>> from dse.analysis.response_time import periodic
     >>> timer, callback = periodic("timer", 1, 10), periodic("callback", 3, 20)
     >>> executor_worst_job("fifo", callback, [Fellow(timer, False)], [periodic("other", 2, 5)])
-    WorstJob(release_ns=0, end_ns=8, until_ns=0, behind_ns=0)
+    WorstJob(release_ns=0, end_ns=8, until_ns=0, behind_ns=0, comes_late=False)
     """
     counted = [item.task for item in fellows if item.task.worst_ns and (item.goes_first or kind != "callback_group")]
     behind: Exact = 0
@@ -113,9 +120,6 @@ def executor_worst_job(
         return None
     work = _Work(task, counted, outside, blocked_ns)
     try:
-        if kind == "wait_set":
-            busy = work.busy_ns()
-            return WorstJob(0, busy, busy)
         return _fifo(work) if kind == "fifo" else _grouped(work, behind)
     except _Endless:
         return None
@@ -196,18 +200,19 @@ def _grouped(work: _Work, behind_ns: Exact) -> WorstJob:
     """Job after job of the busy period of the task and of what goes before it."""
     busy = work.busy_ns()
     worst = WorstJob(0, 0, 0)
+    came = most_jobs if work.blocked_ns else jobs_by  # it has begun before the busy period, however little
     for number, release in enumerate(_until(densest_releases_ns(work.task), busy)):
         begun = work.blocked_ns + number * work.task.worst_ns
 
         def waiting(time: Exact, begun: Exact = begun) -> Exact:
             urgent = (*work.fellows, *work.outside)
-            return begun + sum(jobs_by(item, time) * item.worst_ns for item in urgent)
+            return begun + sum(came(item, time) * item.worst_ns for item in urgent)
 
         start = work.least(begun, waiting)
-        fixed = begun + sum(jobs_by(item, start) * item.worst_ns for item in work.fellows) + work.task.worst_ns
+        fixed = begun + sum(came(item, start) * item.worst_ns for item in work.fellows) + work.task.worst_ns
         end = work.least(fixed, lambda window, fixed=fixed: fixed + work.preempting(window))  # type: ignore[misc]
         if end - release > worst.end_ns - worst.release_ns:
-            worst = WorstJob(release, end, start, behind_ns)
+            worst = WorstJob(release, end, start, behind_ns, work.blocked_ns > 0)
     return worst
 
 

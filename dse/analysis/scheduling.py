@@ -13,7 +13,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import TypeAlias
 
-from dse.analysis.executors import Fellow, executor_worst_job, jobs_by
+from dse.analysis.executors import Fellow, executor_worst_job
 from dse.analysis.holistic import around, fixed_point, respond, task_of
 from dse.analysis.memo import Recall
 from dse.analysis.overheads import interrupting
@@ -246,10 +246,8 @@ def _in_executor(
         return NOTHING
     jobs = [(item, most_jobs(item, found.end_ns)) for item in higher]
     for item in fellows:
-        if kind == "wait_set":
-            jobs.append((item.task, most_jobs(item.task, found.end_ns)))
-        elif kind == "fifo" or item.goes_first:
-            jobs.append((item.task, jobs_by(item.task, found.until_ns)))
+        if kind != "callback_group" or item.goes_first:
+            jobs.append((item.task, found.jobs(item.task)))
     if found.behind_ns > blocked_ns:
         begun = (item.task for item in fellows if not item.goes_first and item.task.worst_ns == found.behind_ns)
         jobs.append((next(begun), 1))
