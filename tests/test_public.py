@@ -195,3 +195,17 @@ def test_a_commands_job_is_done_with_what_dse_exports(
     elif name == "new":
         theirs = theirs.partition("\n")[2]  # which schema an editor is to use
     assert mine == theirs
+
+
+def test_decisions_and_limits_may_be_named_in_mappings() -> None:
+    """As the decisions of a point are: fixed, they leave that point alone."""
+    problem = dse.load(PUMP)
+    point = dse.solve(problem, max_jitter="20 ms").front[0]
+    found = dse.solve(problem, max_jitter={"sensor_to_valve": "20 ms"}, fix=point.decisions)
+    assert [item.objectives for item in found.front] == [point.objectives]
+    assert (
+        problem.ask(fix=DESIGN).space.fixed == problem.ask(fix=[f"{key} = {DESIGN[key]}" for key in DESIGN]).space.fixed
+    )
+    for asked in ({"fix": {"control.period": 10}}, {"require": {"price": "900 EUR"}}, {"max_price": 900}):
+        with pytest.raises(dse.UsageError, match=f"{next(iter(asked))}: expected "):
+            problem.ask(**asked)  # type: ignore[arg-type]

@@ -64,6 +64,13 @@ class Limit:
     processor: tuple[Space, int] | None = None
     is_elsewhere: bool = False
 
+    @property
+    def on_cores(self) -> tuple[Space, int, Room] | None:
+        """A space, a processor of it, and what each of its cores may carry; None where no core is limited."""
+        if self.processor is None or self.each is None:
+            return None
+        return *self.processor, Room(self.each / PPM, self.requirement.operator == "<")
+
 
 @dataclass(frozen=True)
 class Comparison:
@@ -217,7 +224,7 @@ def comparisons(limit: Limit, view: View) -> Iterator[Comparison]:
     """Everything that a requirement compares in a design: the sum, then each thread and the fullest core."""
     loads = {} if limit.each is None else thread_values(limit, view)
     yield from sum_comparisons(limit, view, loads)
-    if limit.processor is not None and limit.each is not None:
+    if limit.on_cores is not None:
         yield core_comparison(limit, loads, view)
 
 
@@ -234,12 +241,11 @@ def sum_comparisons(limit: Limit, view: View, loads: Mapping[str, Fraction] | No
 
 def core_comparison(limit: Limit, loads: Mapping[str, Fraction], view: View) -> Comparison:
     """The load of the fullest core; where no partition keeps the limit, as first-fit leaves it."""
-    assert limit.processor is not None and limit.each is not None
-    space, processor = limit.processor
-    used = on_processor(space, processor, loads, view)
-    found = spread(space, processor, used, view, Room(limit.each / PPM, limit.requirement.operator == "<"))
+    assert limit.on_cores is not None
+    space, processor, room = limit.on_cores
+    found = spread(space, processor, on_processor(space, processor, loads, view), view, room)
     value = ZERO if found.status == "undecided" else found.loads[found.fullest - 1] * PPM
-    return Comparison(value, limit.each, core=found.fullest, spread=found)
+    return Comparison(value, room.share * PPM, core=found.fullest, spread=found)
 
 
 def keeps_cores(limit: Limit, view: View) -> bool:

@@ -12,7 +12,6 @@ from typing import TypeAlias
 
 from dse.analysis.audsley import Latest, best_options, limits_of, with_best_order
 from dse.analysis.limits import HOLDS, Limit, build_limit, judge
-from dse.analysis.measures import PPM
 from dse.analysis.partition import Room
 from dse.analysis.placement import core_of_each
 from dse.analysis.scheduling import counted_ns, subset_responses
@@ -131,9 +130,8 @@ def _rooms(beside: Sequence[Limit]) -> dict[int, Room]:
     """What limits on cores leave of each core of a processor."""
     found: dict[int, Room] = {}
     for limit in beside:
-        if limit.processor is not None and limit.each is not None:
-            room = Room(limit.each / PPM, limit.requirement.operator == "<")
-            _, processor = limit.processor
+        if limit.on_cores is not None:
+            _, processor, room = limit.on_cores
             found[processor] = min(found.get(processor, room), room, key=lambda item: (item.share, not item.is_strict))
     return found
 

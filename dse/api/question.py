@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, fields, replace
 from typing import Any, TypeAlias, TypedDict
 
@@ -12,31 +12,34 @@ from dse.space.settings import SETTINGS
 
 Texts: TypeAlias = str | Sequence[str]
 """One text, or several."""
+Named: TypeAlias = Texts | Mapping[str, str]
+"""The same, or the text of each name."""
 
 
 class Question(TypedDict, total=False):
     """What a caller adds to the question of a problem file.
 
     ``max_METRIC`` limits a metric, as text with a unit: ``"20 ms"`` for every flow, processor or bus, ``"my_flow=20
-    ms"`` for one. ``require`` holds requirements and rules in the words of the problem file, ``minimise`` and
-    ``maximise`` metrics, which replace the objectives of the file, ``objectives`` the same with their sense and in
-    their order (``"minimise price"``), ``fix`` decisions such as ``"gnss_provider.period = 20 ms"``. The others are
-    settings, which replace those of the file.
+    ms"`` or ``{"my_flow": "20 ms"}`` for one. ``require`` holds requirements and rules in the words of the problem
+    file, ``minimise`` and ``maximise`` metrics, which replace the objectives of the file, ``objectives`` the same with
+    their sense and in their order (``"minimise price"``), ``fix`` decisions such as
+    ``"gnss_provider.period = 20 ms"`` or ``{"gnss_provider.period": "20 ms"}``, as the decisions of a point are. The
+    others are settings, which replace those of the file.
     """
 
-    max_jitter: Texts
-    max_latency: Texts
-    max_utilisation: Texts
-    max_load: Texts
-    max_busy: Texts
-    max_price: Texts
-    max_power: Texts
-    max_changes: Texts
+    max_jitter: Named
+    max_latency: Named
+    max_utilisation: Named
+    max_load: Named
+    max_busy: Named
+    max_price: Named
+    max_power: Named
+    max_changes: Named
     require: Texts
     minimise: Texts
     maximise: Texts
     objectives: Texts
-    fix: Texts
+    fix: Named
     profile: str | None
     worst_case: str | None
     system: str | None
@@ -112,24 +115,30 @@ def changes_of(question: Mapping[str, Any]) -> Changes:
     --------
     >>> changes_of({"max_jitter": "20 ms"}).limits
     (('jitter', '20 ms'),)
+    >>> changes_of({"max_jitter": {"main": "20 ms"}, "fix": {"filter.period": "10 ms"}}).fix
+    ("'filter.period' = 10 ms",)
     """
     known = (*Question.__annotations__,)
     for name in question:
         if name not in known:
             raise UsageError(f"a question has no {name!r}: there are {', '.join(known)}")
-    limits = tuple((metric, text) for metric in LIMITED for text in _texts(question, f"max_{metric}"))
+    limits = tuple((metric, text) for metric in LIMITED for text in _texts(question, f"max_{metric}", "{}={}"))
     objectives = (
         *_texts(question, "objectives"),
         *(f"minimise {text}" for text in _texts(question, "minimise")),
         *(f"maximise {text}" for text in _texts(question, "maximise")),
     )
     settings: dict[str, Any] = {item.name: question.get(item.name) for item in fields(Changes) if item.name in SETTINGS}
-    return Changes(limits, _texts(question, "require"), objectives, _texts(question, "fix"), **settings)
+    return Changes(limits, _texts(question, "require"), objectives, _texts(question, "fix", "'{}' = {}"), **settings)
 
 
-def _texts(question: Mapping[str, Any], name: str) -> tuple[str, ...]:
-    given = question.get(name) or ()
-    texts = (given,) if isinstance(given, str) else tuple(given)
-    if not all(isinstance(text, str) for text in texts):
-        raise UsageError(f'{name}: expected text with a unit, or several, such as "20 ms"; got {given!r}')
-    return texts
+def _texts(question: Mapping[str, Any], name: str, named: str = "") -> tuple[str, ...]:
+    """One text or several; the text of each name is written as `named` says."""
+    given: Any = question.get(name) or ()
+    is_mapping = isinstance(given, Mapping)
+    several = given.values() if is_mapping else given
+    parts = tuple(several) if isinstance(several, Iterable) and not isinstance(several, str) else (given,)
+    if not all(isinstance(text, str) for text in parts) or (is_mapping and not named):
+        words = "name and text with a unit" if is_mapping and named else "text with a unit, or several"
+        raise UsageError(f'{name}: expected {words}, such as "20 ms"; got {given!r}')
+    return tuple(named.format(*item) for item in given.items()) if is_mapping else parts

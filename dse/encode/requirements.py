@@ -12,6 +12,7 @@ from dse.encode.corelimits import CoreLimit
 from dse.encode.linear import Board, Form, Given, ceil_int, floor_int, placed
 from dse.encode.rates import RateVariables
 from dse.encode.sums import Branch, measure_branches
+from dse.space.interchangeable import interchangeable_cores
 from dse.space.trees import leaves
 
 
@@ -113,16 +114,13 @@ def _may_fill_cores(board: Board, limit: Limit, branch: Branch, bounds: Form) ->
     space, processor = limit.processor
     if max([1, *leaves(space.processors[processor].cores)]) < 2:
         return False
-    anywhere = {
-        item.component
-        for item in space.open_cores
-        if set(range(1, max(leaves(space.processors[processor].cores)) + 1)) <= set(item.decision.values)
-    }
     each = limit.each * limit.measure.scale
     if branch.form.high + len(limit.measure.terms) <= each:
         return False  # all of them fit on one core
-    here = [number for number, item in enumerate(space.components) if processor in set(leaves(item.processor))]
-    if any(space.components[number].core is not None or number not in anywhere for number in here):
+    here = [item for item in space.components if processor in set(leaves(item.processor))]
+    if any(item.core is not None for item in here) or any(item.others for item in space.open_cores):
+        return True
+    if len(interchangeable_cores(space, processor)) > 1:
         return True
     cores = bounds.low // each if each else 0
     return branch.form.high + len(limit.measure.terms) > each * (cores + 1) / 2

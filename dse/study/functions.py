@@ -184,7 +184,7 @@ class DesignFunction:
             if only not in (None, number):
                 continue
             limit = build_limit(space, requirement, counted=False)
-            if limit.processor is not None and limit.each is not None:
+            if limit.on_cores is not None:
                 item = core_comparison(limit, thread_values(limit, view), view)
                 assert item.spread is not None
                 found[number] = (Fraction(item.value), Fraction(item.bound), core_words(item.spread))
