@@ -120,13 +120,15 @@ def _compute(found: Sized, named: Named, stated: Messages, main: Path) -> None:
         try:
             found.sizes[name] = _size(types, item, stated)
         except _WrongError as error:
-            found.mistakes.append(Mistake(("connections", name, *error.path), error.message, error.hint))
+            found.mistakes += [Mistake(("connections", name, *path), *said) for path, *said in error.mistakes]
 
 
 class _WrongError(Exception):
-    def __init__(self, path: tuple[PathPart, ...], message: str, hint: str = "") -> None:
-        super().__init__(message)
-        self.path, self.message, self.hint = path, message, hint
+    """What is wrong with a connection: for each mistake its path in there, a message and a hint."""
+
+    def __init__(self, *mistakes: tuple[tuple[PathPart, ...], str, str]) -> None:
+        super().__init__(*(message for _, message, _ in mistakes))
+        self.mistakes = mistakes
 
 
 def _size(types: Types, item: Connection, stated: Messages) -> int:
@@ -134,25 +136,26 @@ def _size(types: Types, item: Connection, stated: Messages) -> int:
         name = types.full_name(item.message or "")
         places = list(types.places(name))
     except UsageError as error:
-        raise _WrongError(("message",), str(error)) from None
+        raise _WrongError((("message",), str(error), "")) from None
     except ProblemError as error:
-        raise _WrongError(("message",), error.diagnostics[0].message) from None
+        raise _WrongError((("message",), error.diagnostics[0].message, "")) from None
     if stated.size == "rule":
         if item.lengths:
-            raise _WrongError(("lengths",), "they do not count where `messages` states `size: rule`")
+            raise _WrongError((("lengths",), "they do not count where `messages` states `size: rule`", ""))
         return types.rule(name)
-    for path in item.lengths:
-        if path not in places:
-            has = f"it has {', '.join(places)}" if places else "it has none"
-            raise _WrongError(("lengths", path), f"nothing of {item.message} at that path has a length", has)
+    unknown = [path for path in item.lengths if path not in places]
+    if unknown:
+        has = f"it has {', '.join(places)}" if places else "it has none"
+        text = f"nothing of {item.message} at that path has a length"
+        raise _WrongError(*((("lengths", path), text, has) for path in unknown))
     try:
         if missing := types.unstated(name, item.lengths):
             example = "{" + ", ".join(f"{path}: 8" for path in missing) + "}"
             text = f"the size of {item.message} depends on the length of {', '.join(missing)}"
-            raise _WrongError(("message",), text, f"state it, such as `lengths: {example}`")
+            raise _WrongError((("message",), text, f"state it, such as `lengths: {example}`"))
         size = types.size(name, item.lengths, largest=True)
     except LengthError as error:
-        raise _WrongError(("lengths", error.path), error.reason) from None
+        raise _WrongError((("lengths", error.path), error.reason, "")) from None
     assert size is not None
     return size
 

@@ -95,6 +95,12 @@ def test_mistakes_are_told_with_their_place(name: str, tmp_path: Path) -> None:
     assert finding.line in (3, 12)
 
 
+def test_every_length_that_is_none_is_told_at_once(tmp_path: Path) -> None:
+    with pytest.raises(dse.ProblemError) as raised:
+        dse.load(put(tmp_path, PROBLEM.replace("{poses: 32, header.frame_id: 0}", "{pose: 32, frame_id: 0}")))
+    assert [item.path.rpartition(".")[2] for item in raised.value.diagnostics] == ["pose", "frame_id"]
+
+
 def test_definitions_that_contain_themselves_and_bounds_that_are_broken(tmp_path: Path) -> None:
     (tmp_path / "own").mkdir()
     (tmp_path / "own" / "Ring.msg").write_text("own/Ring[] next\n", encoding="utf-8")
