@@ -66,11 +66,21 @@ def _line(value: Any) -> str:
     return _text(value, "text", MAX_LINE)
 
 
-def _name(value: Any) -> str:
-    name = _text(value, "a name", MAX_NAME)
-    if name == "none":
-        raise field_error('the name "none" is reserved', 'for a slot that may stay empty write "optional: true"')
+def _named(hint: str) -> Callable[[Any], str]:
+    """Reads a name; what to do where somebody writes that there is none."""
+
+    def name(value: Any) -> str:
+        found = _text(value, "a name", MAX_NAME)
+        if found == "none":
+            raise field_error('the name "none" is reserved', hint)
+        return found
+
     return name
+
+
+_name = _named("choose another: it is the type of a slot that stays empty")
+_slot_type = _named('for a slot that may stay empty write "optional: true"')
+_reference = _named("leave the key out where there is none")
 
 
 def _carrier(value: Any) -> str:
@@ -98,6 +108,10 @@ _NAME_SCHEMA = WithJsonSchema(
     }
 )
 Name: TypeAlias = Annotated[str, PlainValidator(_name), _NAME_SCHEMA]
+SlotType: TypeAlias = Annotated[str, PlainValidator(_slot_type), _NAME_SCHEMA]
+"""The type of a slot, which may stay empty."""
+Reference: TypeAlias = Annotated[str, PlainValidator(_reference), _NAME_SCHEMA]
+"""The name of something else in the file."""
 Carrier: TypeAlias = Annotated[str, PlainValidator(_carrier), _NAME_SCHEMA]
 """The name of a bus that a connection may take."""
 

@@ -20,7 +20,9 @@ from dse.spec.fields import (
     Options,
     Priority,
     QueueSize,
+    Reference,
     Setting,
+    SlotType,
     SomeItems,
     Version,
     Weight,
@@ -76,16 +78,16 @@ class ThreadType(DeviceType):
 class Device(DeviceType):
     """A device of the architecture."""
 
-    type: Options[Name] | None = None
-    clock: Name | None = None
-    partition: Name | None = None
+    type: Options[Reference] | None = None
+    clock: Reference | None = None
+    partition: Reference | None = None
 
 
 class Segment(Model):
     """A piece of a thread's work: on the thread's own processor, or while the thread waits on an accelerator."""
 
     compute_execution_time: TimeRanges
-    processor: Name | None = None
+    processor: Reference | None = None
     source: Line | None = None
 
 
@@ -95,16 +97,16 @@ class Thread(ThreadType):
     `figures_of` names a processor as `processor` does, without binding the thread to it for OSATE.
     """
 
-    type: Options[Name] | None = None
-    processor: Options[Name] | None = None
-    figures_of: Options[Name] | None = None
-    partition: Name | None = None
-    process: Options[Name] | None = None
+    type: Options[Reference] | None = None
+    processor: Options[Reference] | None = None
+    figures_of: Options[Reference] | None = None
+    partition: Reference | None = None
+    process: Options[Reference] | None = None
     priority: Options[Priority] | None = None
     core: Options[Core] | None = None
-    executor: Options[Name] | None = None
-    reservation: Name | None = None
-    dispatch_trigger: Items[Name] | None = None
+    executor: Options[Reference] | None = None
+    reservation: Reference | None = None
+    dispatch_trigger: Items[Reference] | None = None
     segments: SomeItems[Segment] | None = None
 
 
@@ -135,17 +137,17 @@ class Executor(Model):
     """An OS thread that runs the jobs of several threads of the architecture (callbacks), which wait for each other."""
 
     kind: Options[ExecutorKind]
-    processor: Options[Name] | None = None
+    processor: Options[Reference] | None = None
     priority: Options[QueueSize] | None = None
     core: Options[Core] | None = None
-    reservation: Name | None = None
+    reservation: Reference | None = None
     source: Line | None = None
 
 
 class Reservation(Model):
     """A share of a core: its threads get at least `budget` of each `period` (ns), and at most that."""
 
-    processor: Options[Name]
+    processor: Options[Reference]
     budget: Options[Period]
     period: Options[Period]
     priority: Options[QueueSize] | None = None
@@ -156,7 +158,7 @@ class Reservation(Model):
 class Slot(Model):
     """What a type fills; `overload` lifts the limits that are implied."""
 
-    type: Options[Name]
+    type: Options[SlotType]
     optional: bool = False
     overload: Literal["allowed"] | None = None
     source: Line | None = None
@@ -165,14 +167,14 @@ class Slot(Model):
 class Processor(Slot):
     """A processor slot."""
 
-    clock: Name | None = None
+    clock: Reference | None = None
 
 
 class Bus(Slot):
     """A bus slot; `bus` is what carries a virtual bus, `further_buses` carry it as well, all at once."""
 
-    bus: Options[Name] | None = None
-    further_buses: Items[Name] = ()
+    bus: Options[Reference] | None = None
+    further_buses: Items[Reference] = ()
     budget: DataRate | None = None
 
 
@@ -188,15 +190,15 @@ class Messages(Model):
 class Connection(Model):
     """A connection; sizes in bytes, rates exact fractions of Hz and B/s."""
 
-    from_: Name | None = Field(default=None, alias="from")
-    to: Name | None = None
-    from_port: Name | None = None
+    from_: Reference | None = Field(default=None, alias="from")
+    to: Reference | None = None
+    from_port: Reference | None = None
     data_size: Options[DataSize] | None = None
     message: Line | None = None
     lengths: dict[Name, Length] = {}
     bus: Options[Carrier] | None = None
-    further_buses: Items[Name] = ()
-    protocols: Items[Name] = ()
+    further_buses: Items[Reference] = ()
+    protocols: Items[Reference] = ()
     rate: Options[Rate] | None = None
     data_rate: Options[DataRate] | None = None
     budget: DataRate | None = None
@@ -214,7 +216,7 @@ class PathElement(Model):
     that it is entered by, and count for events where the component is not periodic.
     """
 
-    element: Name
+    element: Reference
     latency: TimeRange | None = None
     compute_execution_time: TimeRange | None = None
     response_time: TimeRange | None = None
