@@ -240,7 +240,9 @@ def changed_number(text: str, rng: random.Random, others: Sequence[str]) -> str:
 
 def changed_sense(text: str, rng: random.Random, others: Sequence[str]) -> str:
     """What may still be read: another number with its unit, a list of numbers, another name, an operator."""
-    kind = rng.randrange(4)
+    kind = rng.randrange(5)
+    if kind == 4:
+        return changed_timeliness(text, rng)
     if kind < 2:
         found = list(re.finditer(r"(?<![\w.])(\d+(?:\.\d+)?)( ?[A-Za-zµ%]+(?:/s)?)?(?![\w.])", text))
         number, unit = (rng.choice(found).groups() if found else ("1", " ms"))[:2]
@@ -262,6 +264,30 @@ def changed_sense(text: str, rng: random.Random, others: Sequence[str]) -> str:
         return changed_number(text, rng, others)
     at = rng.choice(places)
     return text[:at] + new + (unit or "") + text[at + len(old) :]
+
+
+def changed_timeliness(text: str, rng: random.Random) -> str:
+    """A deadline, a priority, a core or a section for whatever executes, or what the file says of all deadlines."""
+    found = list(re.finditer(r"([ \t]*)compute_execution_time:", text))
+    if not found or rng.random() < 0.3:
+        said = rng.choice(("deadlines: all", "deadlines: none", "deadlines: stated", "processing: response_time"))
+        key = said.split(":")[0]
+        return re.sub(rf"(?m)^{key}:.*$", said, text) if f"\n{key}:" in text else f"{text.rstrip()}\n{said}\n"
+    place = rng.choice(found)
+    times = (f"{rng.randrange(1, 40)}{rng.choice(('', '.3', '00'))} {rng.choice(('ms', 'us'))}" for _ in range(2))
+    one, two = times
+    said = rng.choice(
+        (
+            f"deadline: {one}",
+            f"deadline: [{one}, {two}]",
+            f"priority: {rng.choice((0, 1, 3, '[1, 3]', 'any', 'deadline_monotonic'))}",
+            "core: [1, 2]",
+            f"non_preemptive: {one}",
+        )
+    )
+    is_block = text[: place.start()].endswith("\n")
+    begin = f"{place[1]}{said}\n" if is_block else f" {said},"
+    return text[: place.start()] + begin + text[place.start() :]
 
 
 def changed_lines(text: str, rng: random.Random, others: Sequence[str]) -> str:
