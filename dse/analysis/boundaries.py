@@ -204,9 +204,8 @@ def _gain(space: Space, step: Step, view: View) -> tuple[Exact, str] | None:
     receiver = space.components[step.index]
     if not is_periodic(receiver, view):
         return None
-    for earlier in reversed(step.since):
-        sender = space.components[earlier.index]
-        if earlier.kind == "component" and is_periodic(sender, view):
+    for sender in (space.components[item.index] for item in reversed(step.since) if item.kind == "component"):
+        if is_periodic(sender, view):
             if sender.processor is None or at(sender.processor, view) != at(receiver.processor, view):
                 return None
             return common_step(at(sender.period_ns, view), at(receiver.period_ns, view)), sender.name

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from fractions import Fraction
-from math import lcm
+from math import gcd, lcm
 
 from dse.analysis.binding import (
     bit_times_ns,
@@ -16,6 +16,7 @@ from dse.analysis.binding import (
     message_bytes,
     own_core,
 )
+from dse.analysis.memo import Recall
 from dse.analysis.rates import RateKey, source_rates_hz
 from dse.analysis.terms import ZERO, Term, product_term
 from dse.analysis.views import View
@@ -83,8 +84,9 @@ def load_terms(space: Space, bus: int) -> tuple[Term, ...]:
     With frames it is that of the wire: the most bits of a message / 8 * rate (docs/semantics.md, section 5.3).
     """
     terms = []
+    reach = all_reachable_buses(space)
     for number, connection in enumerate(space.connections):
-        if bus not in reachable_buses(space, connection):
+        if bus not in reach[number]:
             continue
         terms.append(_load_term(space, bus, number, connection))
     return tuple(terms)
@@ -93,6 +95,18 @@ def load_terms(space: Space, bus: int) -> tuple[Term, ...]:
 def reachable_buses(space: Space, connection: Connection) -> frozenset[int]:
     """Every bus that may carry the connection, directly or under a virtual bus."""
     return carriers(space.buses, connection)
+
+
+_REACH: Recall[tuple[frozenset[int], ...]] = Recall()
+
+
+def all_reachable_buses(space: Space) -> tuple[frozenset[int], ...]:
+    """The same of every connection, by its number; each bus asks for all."""
+
+    def found(space: Space, _: object, __: View) -> tuple[frozenset[int], ...]:
+        return tuple(reachable_buses(space, item) for item in space.connections)
+
+    return _REACH.recall(space, "buses", View(()), found)
 
 
 def _load_term(space: Space, bus: int, number: int, connection: Connection) -> Term:
@@ -150,7 +164,7 @@ def busy_terms(space: Space, bus: int) -> tuple[Term, ...]:
 
     See docs/semantics.md, section 5.2.
     """
-    reached = (number for number, item in enumerate(space.connections) if bus in reachable_buses(space, item))
+    reached = (number for number, buses in enumerate(all_reachable_buses(space)) if bus in buses)
     return tuple(_busy_term(space, bus, number) for number in reached)
 
 
@@ -241,6 +255,10 @@ def _scale(space: Space, terms: Sequence[Term], coefficients: Callable[[Term], s
     scale = 1
     for term in terms:
         assert term.rate is not None
-        factors = coefficients(term)
-        scale = lcm(scale, *((factor * rate).denominator for factor in factors for rate in sources[term.rate]))
+        factors = {factor.as_integer_ratio() for factor in coefficients(term)}
+        rates = [rate.as_integer_ratio() for rate in sources[term.rate]]
+        for above, below in factors:
+            for over, under in rates:  # the denominator of the product; fractions would take five times as long
+                whole = below * under
+                scale = lcm(scale, whole // gcd(above * over, whole))
     return scale

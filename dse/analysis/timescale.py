@@ -6,6 +6,7 @@ from collections.abc import Iterable, Iterator
 from dataclasses import replace
 from fractions import Fraction
 from math import lcm
+from typing import TypeAlias
 
 from dse.analysis.binding import bit_times_ns, byte_times_ns
 from dse.analysis.memo import Recall
@@ -15,7 +16,7 @@ from dse.space.buses import wrapping
 from dse.space.frames import Frame
 from dse.space.steps import Flow
 from dse.space.trees import FROM_BANDWIDTH, PerProcessorType, Tree, leaves
-from dse.space.types import Space
+from dse.space.types import Component, Connection, Space
 
 TIME_SCALE_LIMIT = 1000
 """The finest unit of times, which are counted in ps at the finest: sums of hours of them are exact for the solver."""
@@ -56,26 +57,43 @@ def _time_scale(space: Space, components: Iterable[int], connections: Iterable[i
     Times of the file are whole but for what messages and their bytes take. Where inputs are uncertain, a space has all
     kinds of figures (`dse.study.functions`).
     """
-    found = 1
-    for component in (space.components[number] for number in components):
-        times = (
-            component.period_ns, component.execution_ns, component.callback_ns, component.latency_ns,
-            component.deadline_ns, component.response_ns, component.stated_period_ns, component.offset_ns,
-        )  # fmt: skip
-        errors = [leaf.error_ns for leaf in leaves(component.clock) if leaf is not None]
-        found = lcm(found, *(Fraction(error).denominator for error in errors))
-        found = lcm(found, _denominator(*times) * _denominator(component.queue_size))
-    for connection in (space.connections[number] for number in connections):
-        anywhere = replace(connection, bus=connection.stated_bus)
-        carried = reachable_buses(space, connection) | reachable_buses(space, anywhere)
-        carried |= wrapping(space.buses, connection.protocols, carried)
-        buses = [space.buses[number] for number in carried]
-        times = (connection.latency_ns, *(tree for bus in buses for tree in (bus.fixed_ns, bus.latency_ns)))
-        sizes = set(_numbers(connection.size_bytes, *(bus.overhead_bytes for bus in buses)))
-        each = set(_numbers(*(bus.per_byte_ns for bus in buses))).union(*map(byte_times_ns, buses))
-        found = lcm(found, _denominator(*times), *((one * size).denominator for one in each for size in sizes))
-        found = lcm(found, *(unit.denominator for bus in buses for unit in bit_times_ns(bus)))
-    return found
+    of_components, of_connections = _PARTS.recall(space, "times", View(()), _part_scales)
+    parts = (*(of_components[number] for number in components), *(of_connections[number] for number in connections))
+    return lcm(1, *parts)
+
+
+Parts: TypeAlias = tuple[tuple[int, ...], tuple[int, ...]]
+_PARTS: Recall[Parts] = Recall()
+
+
+def _part_scales(space: Space, _: object, __: View) -> Parts:
+    """The denominators of the times of each component and of each connection; many flows ask for each."""
+    return (
+        tuple(_component_scale(component) for component in space.components),
+        tuple(_connection_scale(space, connection) for connection in space.connections),
+    )
+
+
+def _component_scale(component: Component) -> int:
+    times = (
+        component.period_ns, component.execution_ns, component.callback_ns, component.latency_ns,
+        component.deadline_ns, component.response_ns, component.stated_period_ns, component.offset_ns,
+    )  # fmt: skip
+    errors = [leaf.error_ns for leaf in leaves(component.clock) if leaf is not None]
+    found = lcm(1, *(Fraction(error).denominator for error in errors))
+    return lcm(found, _denominator(*times) * _denominator(component.queue_size))
+
+
+def _connection_scale(space: Space, connection: Connection) -> int:
+    anywhere = replace(connection, bus=connection.stated_bus)
+    carried = reachable_buses(space, connection) | reachable_buses(space, anywhere)
+    carried |= wrapping(space.buses, connection.protocols, carried)
+    buses = [space.buses[number] for number in carried]
+    times = (connection.latency_ns, *(tree for bus in buses for tree in (bus.fixed_ns, bus.latency_ns)))
+    sizes = set(_numbers(connection.size_bytes, *(bus.overhead_bytes for bus in buses)))
+    each = set(_numbers(*(bus.per_byte_ns for bus in buses))).union(*map(byte_times_ns, buses))
+    found = lcm(_denominator(*times), *((one * size).denominator for one in each for size in sizes))
+    return lcm(found, *(unit.denominator for bus in buses for unit in bit_times_ns(bus)))
 
 
 def _denominator(*trees: Tree) -> int:

@@ -13,7 +13,7 @@ from typing import Any
 
 from dse.analysis.binding import bus_figure, bus_stack
 from dse.analysis.limits import HOLDS
-from dse.analysis.measures import reachable_buses
+from dse.analysis.resources import all_reachable_buses
 from dse.analysis.views import View, is_met
 from dse.space.buses import counted, wrapping
 from dse.space.criteria import Atom, MultipleTest, PairTest, ResolvedCondition, Rule, UsedTest, ValueTest
@@ -121,8 +121,9 @@ def slot_users(space: Space) -> Iterator[tuple[Slot, list[tuple[str, Callable[[V
     for number, slot in enumerate(space.processors):
         threads = [item for item in space.components if number in set(leaves(item.processor))]
         yield slot, [(item.name, _runs_on(item.processor, number)) for item in threads]
+    reach = all_reachable_buses(space)
     for number, bus in enumerate(space.buses):
-        wires = [item for item in space.connections if number in reachable_buses(space, item)]
+        wires = [item for item, buses in zip(space.connections, reach, strict=True) if number in buses]
         yield bus, [(item.name, _is_carried(space, item, number)) for item in wires]
 
 

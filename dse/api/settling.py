@@ -13,14 +13,26 @@ from dse.space.types import Space
 def settled(space: Space, made: Sequence[int]) -> list[int]:
     """The options of a design (-1: open), with those decisions made of which the rules leave one option.
 
-    A rule is looked at where it asks for one open decision only; what it settles may settle others in turn.
+    A rule is looked at where it asks for one open decision only; what it settles may settle others in turn. Each is
+    looked at for the first open decision that it asks for: with any other made, it would still ask for that one.
     """
     design = list(made)
     waiting = [index for index, option in enumerate(design) if option < 0] if space.rules else []
-    rules = [rule for rule in space.rules if _asks(rule, {})]
+    rules = [rule for rule in space.rules if _asks(rule, {}) is not None]
     while True:
         known = {index: option for index, option in enumerate(design) if option >= 0}
-        found = {index: options[0] for index in waiting if len(options := _left(space, rules, known, index)) == 1}
+        asking: dict[int, list[Rule]] = {}
+        for rule in rules:
+            first = _asks(rule, known)
+            if first is not None:
+                asking.setdefault(first, []).append(rule)
+            elif is_broken(rule, PartialView(known)):
+                return design  # whatever else is chosen
+        found = {
+            index: options[0]
+            for index in waiting
+            if len(options := _left(space, asking.get(index, ()), known, index)) == 1
+        }
         if not found:
             return design
         for index, option in found.items():
@@ -28,13 +40,13 @@ def settled(space: Space, made: Sequence[int]) -> list[int]:
         waiting = [index for index in waiting if index not in found]
 
 
-def _asks(rule: Rule, known: dict[int, int]) -> bool:
-    """Whether a rule asks for a decision that is not known."""
+def _asks(rule: Rule, known: dict[int, int]) -> int | None:
+    """The first decision that a rule asks for and that is not known; None where it needs no more."""
     try:
         is_broken(rule, PartialView(known))
-    except Undecided:
-        return True
-    return False
+    except Undecided as asked:
+        return asked.decision
+    return None
 
 
 def _left(space: Space, rules: Sequence[Rule], known: dict[int, int], index: int) -> list[int]:

@@ -118,7 +118,8 @@ class Reasoner:
         design = self.result.baseline
         if design is None:
             return None
-        evaluator = Evaluator(replace(self.result.space, fixed={}))
+        space = self.result.space
+        evaluator = Evaluator(replace(space, fixed={})) if space.fixed else self.evaluator
         evaluation = evaluator.evaluate(design)
         if evaluation.breaches:
             return None

@@ -22,9 +22,12 @@ def build_flows(
     """Every flow of the problem, connected."""
     result = []
     clocked = speaks_of_clocks(spec, components)
+    by_name = {item.stated_as: number for number, item in enumerate(components)}
+    wires = {item.name: number for number, item in enumerate(connections) if not item.is_inner}
+    paths = {other: item.path for other, item in spec.flows.items()}
     for name, given in spec.flows.items():
-        paths = {other: item.path for other, item in spec.flows.items()}
-        steps = _Tracer(ledger, ("flows", name, "path"), components, connections, paths).trace(given.path, (name,))
+        tracer = _Tracer(ledger, ("flows", name, "path"), components, connections, by_name, wires, paths)
+        steps = tracer.trace(given.path, (name,))
         if clocked:
             steps = with_past(steps)
         required = (given.latency.min_ns, given.latency.max_ns) if given.latency else None
@@ -40,6 +43,8 @@ class _Tracer:
     path: Path
     components: Sequence[Component]
     connections: Sequence[Connection]
+    by_name: Mapping[str, int]
+    wires: Mapping[str, int]
     flows: Mapping[str, Sequence[str | PathElement]]
     steps: list[Step] = field(default_factory=list)
     previous: int | None = None
@@ -53,8 +58,7 @@ class _Tracer:
 
         `within` are the flows that it is part of, itself among them; mistakes are told at `around` where it is part.
         """
-        by_name = {item.stated_as: number for number, item in enumerate(self.components)}
-        wires = {item.name: number for number, item in enumerate(self.connections) if not item.is_inner}
+        by_name, wires = self.by_name, self.wires
         for position, given in enumerate(elements):
             where: Path = around or (*self.path, position)
             element, figures = (given, None) if isinstance(given, str) else (given.element, _figures(given))

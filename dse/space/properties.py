@@ -47,6 +47,7 @@ class Ledger:
 
     loaded: LoadedSpec
     decisions: list[Decision] = field(default_factory=list)
+    decision_numbers: dict[str, int] = field(default_factory=dict)
     references: dict[str, Reference] = field(default_factory=dict)
     diagnostics: dict[Diagnostic, None] = field(default_factory=dict)  # each once; there may be very many
     failures: int = 0
@@ -151,6 +152,7 @@ class Ledger:
         options = tuple(write(value) for value in values)
         name = f"{component}.{field_name}"
         self.decisions.append(Decision(name, component, field_name, kind, options, values))
+        self.decision_numbers.setdefault(name, len(self.decisions) - 1)
         return len(self.decisions) - 1
 
     def settle(self, decision: int | None, home: Tree) -> None:

@@ -165,10 +165,7 @@ def check_overheads(ledger: Ledger, spec: Spec) -> None:
 
 def decision_of(ledger: Ledger, name: str) -> int | None:
     """The index of the decision called `name`, or None where there is nothing to decide."""
-    for number, decision in enumerate(ledger.decisions):
-        if decision.name == name:
-            return number
-    return None
+    return ledger.decision_numbers.get(name)
 
 
 def read_named(

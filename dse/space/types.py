@@ -11,6 +11,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from fractions import Fraction
+from functools import cached_property
 from typing import Any, Literal, TypeAlias
 
 from dse.space.criteria import Derived, Objective, Requirement, Rule
@@ -383,7 +384,11 @@ class Space:
 
     def decision_index(self, name: str) -> int | None:
         """The index of the decision called `name`, or None."""
+        return self._decision_numbers.get(name)
+
+    @cached_property
+    def _decision_numbers(self) -> Mapping[str, int]:
+        found: dict[str, int] = {}
         for index, decision in enumerate(self.decisions):
-            if decision.name == name:
-                return index
-        return None
+            found.setdefault(decision.name, index)
+        return found

@@ -6,9 +6,10 @@ take it otherwise (``A and B requires C``, ``not A requires B``, ``A implies B i
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterator
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from difflib import get_close_matches
+from functools import lru_cache
 from typing import Literal
 
 from dse.errors import Suggestion
@@ -19,6 +20,15 @@ from dse.units import shown
 MAX_DEPTH = 50
 _CONNECTIVES = ("and", "or", "implies", "requires", "then")
 _KEYWORDS = (*_CONNECTIVES, "not", "if", "in", "is")
+
+
+@lru_cache(maxsize=2)
+def _by_initial(names: frozenset[str], bare: frozenset[str]) -> Mapping[str, Sequence[str]]:
+    """All names by their first letter, the longest first; every rule of a file has the same."""
+    found: dict[str, list[str]] = {}
+    for name in sorted(names | bare, key=lambda known: (-len(known), known)):
+        found.setdefault(name[:1], []).append(name)
+    return found
 
 
 class RuleParser:
@@ -33,9 +43,7 @@ class RuleParser:
         self._scanner = Scanner(text)
         self._bracketed: list[Condition] = []
         self._implied: list[Condition] = []
-        self._by_initial: dict[str, list[str]] = {}
-        for name in sorted(self.names | self.bare, key=lambda known: (-len(known), known)):
-            self._by_initial.setdefault(name[:1], []).append(name)
+        self._by_initial = _by_initial(self.names, self.bare)
 
     def rule(self) -> RuleExpr:
         """Parse the whole text."""

@@ -175,3 +175,22 @@ def test_the_jitter_of_jobs_that_read_when_they_begin_is_remarked() -> None:
         other["threads"]["t1"] |= change
         assert not [text for text in dse.analyse(other, {}).warnings if said in text]
     assert not [text for text in dse.analyse(data | {"processing": "execution_time"}, {}).warnings if said in text]
+
+
+def test_what_flows_would_gain_is_said_where_there_are_more_connections_than_components() -> None:
+    """The number of a connection was taken for that of a component."""
+    wires = "\n".join(f"  w{number}: {{from: a, to: b}}" for number in range(9))
+    text = f"""
+dse: 1
+name: wired
+processor_types: {{cpu: {{}}}}
+processors: {{p: {{type: cpu}}}}
+threads:
+  a: {{processor: p, period: 5 ms, compute_execution_time: 1 ms}}
+  b: {{processor: p, period: 10 ms, compute_execution_time: 1 ms}}
+connections:
+{wires}
+flows: {{f: {{path: [a, w8, b]}}}}
+objectives: [minimise latency of f]
+"""
+    assert any("5 ms" in remark and "clock" in remark for remark in dse.check(dse.loads(text)).remarks)
