@@ -33,6 +33,7 @@ def state_deadlines(rng: random.Random, document: dict[str, Any]) -> None:
     values = _attained(document)
     for name in (name for name in threads if values.get(name) and rng.random() < 0.6):
         _give_deadline(rng, threads[name], values[name])
+    _settle_cores(rng, document)
     document["deadlines"] = rng.choice(["stated", "stated", "stated", "all", "none"])
     if document["deadlines"] == "stated" and rng.random() < 0.5:
         del document["deadlines"]
@@ -58,11 +59,20 @@ def _give_deadline(rng: random.Random, body: dict[str, Any], values: list[int]) 
 
 def _settle_cores(rng: random.Random, document: dict[str, Any], few: int = FEW) -> None:
     """Threads have one core, one after the other, until there are few designs; all of them where none are few."""
-    open_ = [name for name in document["threads"] if len(Problem(document).cores(name)) > 1]
-    while open_ and sum(1 for _ in islice(designs(Problem({**document, "deadlines": "all"})), few + 1)) > few:
-        name = open_.pop(rng.randrange(len(open_)))
-        stated = as_list(document["threads"][name].get("core"))
-        document["threads"][name]["core"] = rng.choice(stated or ["1", "1", "2"])
+    threads = document["threads"]
+    open_ = [(name, "core") for name in threads if len(Problem(document).cores(name)) > 1]
+    listed = [
+        (name, key) for key in ("priority", "deadline") for name in threads if len(as_list(threads[name].get(key))) > 1
+    ]
+    while (open_ or listed) and _are_more(document, few):
+        name, key = open_.pop(rng.randrange(len(open_))) if open_ else listed.pop()
+        stated = as_list(threads[name].get(key))
+        threads[name][key] = rng.choice(stated or ["1", "1", "2"])
+
+
+def _are_more(document: dict[str, Any], few: int) -> bool:
+    """Whether there are more designs than these."""
+    return sum(1 for _ in islice(designs(Problem({**document, "deadlines": "all"})), few + 1)) > few
 
 
 def _attained(document: dict[str, Any]) -> dict[str, list[int]]:
