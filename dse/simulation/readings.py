@@ -225,7 +225,9 @@ class _Reader:
         rate, data_rate, size = (self.at(tree) for tree in (item.rate_hz, item.data_rate, item.size_bytes))
         if rate is not None:
             return Fraction(rate)
-        return Fraction(data_rate) / size if data_rate is not None and size else None
+        if data_rate is None:
+            return None
+        return Fraction(data_rate) / size if size else Fraction(0)  # of messages without a size nothing is known
 
     def connection(self, item: Connection) -> ConnectionFigures:
         first = None if self.is_local(item) else self.at(item.bus)

@@ -158,6 +158,8 @@ def _model(path: str, model: Any, kinds: Mapping[str, Kind], make: Make) -> Any:
     for name, kind in kinds.items():
         if name == "cores" and isinstance(model.cores, Mapping):
             continue  # which core is of which group is no figure
+        if name == "budget" and isinstance(model.budget, Fraction):
+            continue  # of a bus or a connection: it is compared with figures, none follows from it
         if name in stated and getattr(model, name) is not None:
             update[name] = _field(f"{path}.{name}", getattr(model, name), kind, make)
     if "totals" in stated and getattr(model, "totals", None):
