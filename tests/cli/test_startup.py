@@ -11,9 +11,10 @@ import pytest
 INMARK = str(Path(__file__).parents[2] / "problems" / "inmark.yaml")
 SOLVER = ("ortools", "pandas", "numpy")
 RESULTS = ("dse.results.forms", "dse.results.solve")
+ROOMS = ("dse.simulation", "dse.verification", "dse.study", "dse.fitting", "dse.importers.aadl", "dse.report.document")
 NEVER = {
     "--help": (*SOLVER, "networkx", "pydantic", "yaml", "rich", "dse.spec", "dse.space", "dse.analysis"),
-    "check": (*SOLVER, "networkx", "dse.encode", "dse.pareto", *RESULTS, "dse.generator"),
+    "check": (*SOLVER, "networkx", "jinja2", "dse.encode", "dse.pareto", *RESULTS, "dse.generator", *ROOMS),
     "new": (*SOLVER, "networkx", "rich", "dse.space", "dse.generator"),
     "solve": ("networkx", "scipy", "matplotlib", "dse.generator", "dse.study"),
     "analyse": (*SOLVER, "networkx", "dse.encode", "dse.pareto"),
