@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from fractions import Fraction
@@ -108,6 +109,13 @@ def _overview(analysis: Analysis) -> Iterator[Block]:
     missed = [item.name for found in analysis.responses.values() for item in found if item.meets_deadline is False]
     yield from texts(f"Missed deadlines: {', '.join(missed)}." if missed else "", tone="wrong")
     yield from listing(analysis.warnings, "warning", 0, brief=1)
+    found = [finding for flow in analysis.flows for finding in flow.findings]
+    found += [finding for usage in analysis.buses if usage.budget is not None for finding in usage.budget.findings]
+    severities = sorted(Counter(finding.severity for finding in found).items())
+    if severities:
+        counts = " and ".join(count_words(count, word) for word, count in severities)
+        words = f"OSATE's findings: {counts}"
+        yield Text(f"{words}, with the flows and buses below.", brief=f"{words} (--all).")
 
 
 def _flows(analysis: Analysis) -> Iterator[Table]:

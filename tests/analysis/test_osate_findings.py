@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+import re
 from typing import Any
 
 import pytest
 
 import dse
+from dse.report.analyse import analysis_page
+from dse.report.page import Text
 from dse.results.analyse import Analysis, FlowTable
 from tests.small import MS
 
@@ -168,3 +171,21 @@ def test_what_the_rules_do_not_look_at_is_told() -> None:
     wired = WIRE.replace("{fixed: 1 ms}, period: PERIOD", "from bandwidth, bandwidth: 1 Mbit/s, latency: 1 ms")
     remarks = dse.check(dse.loads(HEAD + wired + TWO.replace("BUS", ON_W) + "flows: {f: {path: [a, b]}}")).remarks
     assert any("on w messages take the `latency` of the bus" in item for item in remarks), remarks
+
+
+def test_the_screen_says_how_many_findings_there_are_and_how_to_see_them() -> None:
+    """Before, only those who asked for everything learned that OSATE reports errors."""
+    text = (
+        HEAD
+        + """
+devices: {a: {period: 10 ms, compute_execution_time: 1 ms}, b: {period: 5 ms, compute_execution_time: 1 ms}}
+connections: {c: {from: a, to: b, port: data}}
+flows: {f: {path: [a, b], latency: 5 ms .. 6 ms}}
+"""
+    )
+    found = dse.analyse(dse.loads(text))
+    count = len(found.flows[0].findings)
+    assert count
+    [section] = [item for item in analysis_page(found).sections if item.name == "overview"]
+    [said] = [item for item in section.blocks if isinstance(item, Text) and "OSATE" in item.text]
+    assert said.brief.endswith("(--all).") and sum(map(int, re.findall(r"\d+", said.brief))) == count
