@@ -11,7 +11,7 @@ from .contended import PEERS, WAYS
 from .run import Save, Say, measure, spread
 
 OURS = "ours"
-LEAST_S = 20.0
+LEAST_S = 12.0
 """A peer has at least so much processor time."""
 TIMES = 12
 """And so many times what ours took: one that has not ended then is slower than any bar asks."""
