@@ -61,9 +61,7 @@ class _Case:
 def reason_of(space: Space, places: Places, limit: Limit, view: View) -> Reason:
     """Conditions that together make the thread of a limit late; all of them hold in the design."""
     case = _Case(space, places, limit, view)
-    groups = _groups(case)
-    if groups is None:
-        return _by_options(case, lambda watching: limit.measure.value(watching), ())
+    groups = _groups(space, places, view)
     own = next((group for group in groups if case.number in group[1]), None)
     if own is not None:
         found = _without_jitter(case, own)
@@ -84,18 +82,15 @@ def reason_of_value(space: Space, places: Places, term: OpenTerm, view: View, le
     value = term.value
     if term.may_fall:
         return _seen(space, places, value, view, ())
-    found: dict[tuple[int, int], list[int]] = {}
-    for processor in range(len(space.processors)):
-        for number, core in core_of_each(space, processor, view).items():
-            if processor not in places.threads[number].cores:  # first-fit: who shares its core follows from everything
-                return _seen(space, places, value, view, ())
-            found.setdefault((processor, core), []).append(number)
-    groups = [(processor, tuple(numbers)) for (processor, _), numbers in found.items()]
+    groups = _groups(space, places, view)
 
     def with_only(given: Sequence[tuple[int, tuple[int, ...]]], part: View) -> int:
         part.memo[ONLY] = [threads for _, threads in given]
         return value(part)
 
+    is_known = all(_is_known(places, processor, number) for processor, numbers in groups for number in numbers)
+    if not is_known and with_only(groups, View(view.design)) < least:
+        return _seen(space, places, value, view, ())
     for group in list(groups):
         fewer = [item for item in groups if item != group]
         if with_only(fewer, View(view.design)) >= least:
@@ -139,17 +134,23 @@ def _seen(
     return _named(space, places, noting.seen, view, groups)
 
 
-def _groups(case: _Case) -> list[tuple[int, tuple[int, ...]]] | None:
-    """Who shares a core in the design; None where that follows from everything (first-fit)."""
-    found: dict[tuple[int, int], list[int]] = {}
-    for processor in range(len(case.space.processors)):
-        for number, core in core_of_each(case.space, processor, case.view).items():
-            thread = case.places.threads[number]
-            if processor in thread.cores:
-                found.setdefault((processor, core), []).append(number)
-            elif number == case.number:
-                return None
-    return [(processor, tuple(numbers)) for (processor, _), numbers in found.items()]
+def _groups(space: Space, places: Places, view: View) -> list[tuple[int, tuple[int, ...]]]:
+    """Who shares a core in the design.
+
+    With whom a thread shares one by first-fit follows from everything: it is alone here, with what goes where it goes.
+    """
+    found: dict[tuple[int, bool, int], list[int]] = {}
+    for processor in range(len(space.processors)):
+        for number, core in core_of_each(space, processor, view).items():
+            is_known = _is_known(places, processor, number)
+            place = core if is_known else space.unit(number)
+            found.setdefault((processor, is_known, place), []).append(number)
+    return [(processor, tuple(numbers)) for (processor, *_), numbers in found.items()]
+
+
+def _is_known(places: Places, processor: int, number: int) -> bool:
+    """Whether the cores of a processor that a thread may have are decisions, or stated."""
+    return processor in places.threads[number].cores
 
 
 def _least_groups(
@@ -222,7 +223,8 @@ def _named(
     conditions = tuple(
         (places.chosen(decision, option),) for decision, option in asked.items() if decision not in numbered
     )
-    return Reason(conditions, tuple(groups), tuple(above))
+    together = [group for group in groups if all(_is_known(places, group[0], number) for number in group[1])]
+    return Reason(conditions, tuple(together), tuple(above))
 
 
 # --- without jitter ------------------------------------------------------------------------------------------------

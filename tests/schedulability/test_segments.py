@@ -16,6 +16,8 @@ from dse.analysis.scheduling import all_responses
 from dse.analysis.views import View
 from dse.api.export import export
 from dse.api.problem import loads
+from dse.encode.contention import Contention
+from dse.encode.reasons import Reason
 from dse.errors import UsageError
 from dse.pareto.front import Budget, search_front
 from dse.simulation.engine import simulate_once
@@ -145,3 +147,40 @@ def test_the_times_of_segments_have_margins() -> None:
     longer = {place: item.last for place, item in above.items() if place.startswith("[") and item is not None}
     assert {place[:3] for place in longer} == {"[0]", "[1]", "[2]"}
     assert longer["[1].compute_execution_time"] == 18 * MS
+
+
+WAITS_ONLY_FOR_THE_ACCELERATOR = """
+dse: 1
+name: late whatever its core
+deadlines: none
+processor_types:
+  cpu: {cores: 4, price: 30 EUR}
+  gpu: {serves: fifo, price: 5 EUR}
+processors: {p: {type: cpu}, g: {type: gpu}}
+threads:
+  a: {processor: p, core: any, period: 6 ms, compute_execution_time: 3 ms}
+  b: {processor: p, core: any, period: 20 ms, compute_execution_time: 1 ms}
+  c: {processor: p, core: any, period: 30 ms, compute_execution_time: 1 ms}
+  long: {processor: p, core: 1, period: 40 ms, segments: [{compute_execution_time: 1 ms},
+    {processor: g, compute_execution_time: 8 ms}, {compute_execution_time: 1 ms}]}
+  short: {processor: p, core: first_fit, period: 20 ms, segments: [{compute_execution_time: 1 ms},
+    {processor: g, compute_execution_time: 1 ms}, {compute_execution_time: 1 ms}]}
+requirements: [response time of short <= 10 ms]
+objectives: [minimise utilisation of p]
+"""
+
+
+def test_what_is_late_on_any_core_is_refuted_at_once(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A thread placed by first-fit waits for another on the accelerator: where the others run does not matter."""
+    learnt: list[Reason] = []
+    forbid = Contention._forbid
+
+    def noted(self: Contention, late: Any, reason: Reason) -> None:
+        learnt.append(reason)
+        forbid(self, late, reason)
+
+    monkeypatch.setattr(Contention, "_forbid", noted)
+    search = search_front(Evaluator(loads(WAITS_ONLY_FOR_THE_ACCELERATOR).space), Budget())
+    assert search.is_complete
+    assert not search.points
+    assert len(learnt) < 4
