@@ -98,13 +98,11 @@ def contended(*, quick: bool, seed: int) -> list[Case]:
 
     if quick:
         return [drawn("automotive", 6), drawn("robot", 10), full(6, 2, 0.8)]
-    middle = [drawn(family, 30) for family in FAMILIES]
     return [
-        *(drawn(family, 16) for family in FAMILIES),
-        *middle,
+        *(drawn(family, 16) for family in ("robot", "two-computers")),
         full(16, 2, 0.65),
+        *(drawn(family, 30) for family in FAMILIES),
         full(24, 3, 0.65),
-        full(24, 3, 0.8),
     ]
 
 
