@@ -151,6 +151,7 @@ def _latency_terms(space: Space, flow: Flow, kind: str) -> Iterator[Term]:
             waits=waits,
             may_fall=is_scheduled and _may_move(space, step, kind),
             only_waits=waits is not None and not _may_move(space, step, kind) and _counts_waiting_once(space, step),
+            grows=is_scheduled and not step.only_reads and not step.since and _ends_in_pieces(space, step),
             phased=None if is_scheduled else _phased(space, step, kind),
             sampled=Sampled(space, step, kind) if step.since and step.kind == "component" else None,
         )
@@ -238,7 +239,7 @@ def _may_wait(space: Space, step: Step, kind: str) -> bool:
         asked.append(earlier)
         if is_always_timed(earlier):
             break
-    return any(set(leaves(item.communication)) != {LET} for item in asked)
+    return any(item.processor is not None and set(leaves(item.communication)) != {LET} for item in asked)
 
 
 def _may_move(space: Space, step: Step, kind: str) -> bool:
@@ -254,6 +255,14 @@ def _counts_waiting_once(space: Space, step: Step) -> bool:
         sizes.append(space.connections[step.via].queue_size)
     is_hybrid = "hybrid" in set(leaves(component.protocol)) and component.callback_ns is not None
     return not is_hybrid and all(leaf is None for size in sizes for leaf in leaves(size))
+
+
+def _ends_in_pieces(space: Space, step: Step) -> bool:
+    """Whether the longest processing of an element is when the last piece of a thread ends."""
+    component = space.components[step.index]
+    is_logical = LET in set(leaves(component.communication))
+    stated = component.response_ns is not None or component.callback_ns is not None or is_logical
+    return space.profile == "dse" and component.pieces is not None and not stated and _counts_waiting_once(space, step)
 
 
 def _figure_of(kind: str, range_ns: tuple[int | Fraction, int | Fraction]) -> int | Fraction:

@@ -141,9 +141,8 @@ def _response_term(space: Space, number: int) -> Term:
         least = ZERO + elapsed_ns(space, number, view)[1]
         return least, least + UNBOUNDED_NS
 
-    return Term(
-        name, value, component=name, ends=ends, waits=(number, Fraction(1)) if executes else None, only_waits=executes
-    )
+    waits = (number, Fraction(1)) if executes else None
+    return Term(name, value, component=name, ends=ends, waits=waits, only_waits=executes, grows=True)
 
 
 def _figure_trees(space: Space, metric: Metric) -> Iterator[tuple[Slot | Component, Tree]]:

@@ -45,6 +45,8 @@ class Term:
     """Whether it may be less where some response time is longer: data that come later may wait less for a reader."""
     only_waits: bool = False
     """Whether that is all: the figure is the lower end, and so often the waiting."""
+    grows: bool = False
+    """Whether it is never less where some response time is longer; what `waits` is so, too."""
     extreme: Extreme | None = None
     phased: Phased | None = None
     sampled: Sampled | None = None
@@ -210,6 +212,7 @@ def scaled_term(term: Term, factor: Fraction) -> Term:
         coefficient=scaled,
         ends=scaled_ends if ends is not None else None,
         waits=(term.waits[0], term.waits[1] * factor) if term.waits is not None and factor > 0 else None,
+        grows=term.grows and factor > 0,
         phased=term.phased.scaled(factor) if term.phased is not None else None,
         sampled=term.sampled.scaled(factor) if term.sampled is not None else None,
     )

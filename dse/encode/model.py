@@ -298,7 +298,7 @@ def _may_wait(terms: Sequence[Term]) -> bool:
 
 def _may_fall(terms: Sequence[Term]) -> bool:
     """Whether a sum may be less where some response time is longer."""
-    return any(term.ends is not None and term.waits is None for term in _every_term(terms))
+    return any(term.ends is not None and term.waits is None and not term.grows for term in _every_term(terms))
 
 
 def _too_large(error: OverflowError) -> TooLargeError:

@@ -16,7 +16,9 @@ from dse.analysis.scheduling import all_responses
 from dse.analysis.views import View
 from dse.api.export import export
 from dse.api.problem import loads
+from dse.encode import sums
 from dse.encode.contention import Contention
+from dse.encode.model import EncodedSpace
 from dse.encode.reasons import Reason
 from dse.errors import UsageError
 from dse.pareto.front import Budget, search_front
@@ -184,3 +186,20 @@ def test_what_is_late_on_any_core_is_refuted_at_once(monkeypatch: pytest.MonkeyP
     assert search.is_complete
     assert not search.points
     assert len(learnt) < 4
+
+
+def test_how_far_segments_must_move_is_learnt_for_many_designs_at_once(monkeypatch: pytest.MonkeyPatch) -> None:
+    """No figure of a response time is made exact for one combination of options at a time."""
+    monkeypatch.setattr(sums, "SCHEDULE_CASE_LIMIT", 1)
+    made = []
+    sharpen = EncodedSpace.sharpen
+
+    def noted(self: EncodedSpace, design: Design, value: Any) -> bool:
+        made.append(design)
+        return sharpen(self, design, value)
+
+    monkeypatch.setattr(EncodedSpace, "sharpen", noted)
+    found = dse.explain(WAITS_ONLY_FOR_THE_ACCELERATOR)
+    assert (found.status, found.complete, made) == ("infeasible", True, [])
+    [moved] = found.relaxations
+    assert moved.closest == 11 * MS  # its own pieces, and that of the other on the accelerator
