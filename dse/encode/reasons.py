@@ -137,13 +137,13 @@ def _seen(
 def _groups(space: Space, places: Places, view: View) -> list[tuple[int, tuple[int, ...]]]:
     """Who shares a core in the design.
 
-    With whom a thread shares one by first-fit follows from everything: it is alone here, with what goes where it goes.
+    With whom a thread shares one by first-fit follows from everything: it is alone here.
     """
     found: dict[tuple[int, bool, int], list[int]] = {}
     for processor in range(len(space.processors)):
         for number, core in core_of_each(space, processor, view).items():
             is_known = _is_known(places, processor, number)
-            place = core if is_known else space.unit(number)
+            place = core if is_known else number
             found.setdefault((processor, is_known, place), []).append(number)
     return [(processor, tuple(numbers)) for (processor, *_), numbers in found.items()]
 
