@@ -209,3 +209,14 @@ def test_decisions_and_limits_may_be_named_in_mappings() -> None:
     for asked in ({"fix": {"control.period": 10}}, {"require": {"price": "900 EUR"}}, {"max_price": 900}):
         with pytest.raises(dse.UsageError, match=f"{next(iter(asked))}: expected "):
             problem.ask(**asked)  # type: ignore[arg-type]
+
+
+def test_every_answer_is_one_line_in_a_terminal() -> None:
+    problem = dse.load(PUMP)
+    result = dse.solve(problem)
+    analysis = dse.analyse(problem, DESIGN)
+    answers = [result, analysis, dse.check(problem), dse.explain(problem, max_jitter="5 ms"), dse.verify(result)]
+    answers += [dse.simulate(problem, DESIGN, runs=1), dse.compare(result, result)]
+    assert repr(analysis) == "<Analysis of 'Pump'>"
+    assert [repr(answer) for answer in answers if "Pump" not in repr(answer)] == ["<Verification: verified>"]
+    assert [repr(answer) for answer in answers if len(repr(answer)) > 100] == []

@@ -34,7 +34,7 @@ MOST_NAMES = 10
 """The most decisions that one remark names."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Description(Answer):
     """The space of a problem: open decisions with their options, its size, and remarks.
 

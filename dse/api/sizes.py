@@ -12,7 +12,7 @@ from dse.importers.ros_messages import DEFAULT, LONGEST, MessageSize, Types, mes
 from dse.results.answer import DataAnswer
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Sizes(DataAnswer):
     """Sizes of message types and of the messages of bags.
 

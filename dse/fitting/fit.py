@@ -90,7 +90,7 @@ class Execution:
         return " on ".join(part for part in (self.name, self.platform) if part)
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Fit(Answer):
     """Everything that measurements give, by transport and platform or by thread and platform.
 

@@ -98,7 +98,7 @@ class Usage:
         return {"unit": "ppm", "shares": self.busy, "total": self.busy_total}
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Analysis(Answer):
     """Everything that can be said of one design; `breaches` says why it is not valid, then the tables are empty.
 

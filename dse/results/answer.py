@@ -48,6 +48,14 @@ class Answer:
         (name,) = get_args(cls.form().model_fields["format"].annotation)
         return str(name)
 
+    def __repr__(self) -> str:
+        """One line: what it is an answer about, and its status where it has one."""
+        problem = getattr(self, "problem", None)
+        named = problem.get("name") if isinstance(problem, Mapping) else getattr(problem, "name", None)
+        named = named or getattr(getattr(self, "space", None), "name", None) or ", ".join(getattr(self, "names", ()))
+        status = getattr(self, "status", None)
+        return f"<{type(self).__name__}{f' of {named!r}' if named else ''}{f': {status}' if status else ''}>"
+
     def to_dict(self) -> dict[str, Any]:
         """The answer in its form, as plain data: exact figures, fractions as text where they are no integers."""
         from dse.results.forms.writing import written

@@ -52,7 +52,7 @@ class Line:
         return None
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class DesignComparison(Answer):
     """Two designs: their decisions, metrics, and how each meets the requirements that its problem states.
 
@@ -87,7 +87,7 @@ class PointComparison:
     dominated_by: tuple[int, ...]
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class ResultComparison(Answer):
     """Two results with the same objectives: what was asked and found, and each point against the other front.
 

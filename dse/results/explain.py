@@ -115,7 +115,7 @@ class Offer:
     design: Decisions
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Explanation(Answer):
     """The outcome of `dse.explain`.
 

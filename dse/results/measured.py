@@ -134,7 +134,7 @@ class Kept:
         return self.values[1], self.slacks[1], self.holds[1]
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class MeasuredComparison(Answer):
     """One design against measurements: metrics, figures of the file, and requirements with the measured figures.
 

@@ -30,7 +30,7 @@ class Failure:
     inputs: Mapping[str, Fraction]
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class RobustResult(Answer):
     """`robust` has the designs whose requirements hold for all stated values, proved complete.
 

@@ -143,7 +143,7 @@ class UncertainResult:
     unbounded: tuple[str, ...] = ()
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class SensitivityResult(DataAnswer):
     """The sensitivity of one design.
 

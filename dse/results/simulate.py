@@ -145,7 +145,7 @@ class DisparityObservation:
         return seen is not None and not self.excuse and seen > self.bound_ns + self.allowance_ns
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Simulation(Answer):
     """A simulation of one design. `lost` counts data by where and why; `notes` is what a reader must know.
 

@@ -94,7 +94,7 @@ class ScaledObjective:
     worst: Fraction
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class SweepResult(DataAnswer):
     """Everything that a sweep found, in the order of the values, the last axis fastest.
 

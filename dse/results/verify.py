@@ -20,7 +20,7 @@ class Finding:
         return f"{self.place}: {self.text}"
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Verification(DataAnswer):
     """The outcome of `dse.verify`.
 
