@@ -25,8 +25,8 @@ Where the documents leave something open, this is how they are read here:
     of all of them includes the overheads of the whole stack.
 11. A stated data_rate is the load as it stands: overheads are not added to it. With a data_size the connection
     delivers data_rate / data_size messages, without one it delivers at the rate of its sender.
-12. Data rates keep whole bits per second, rounded up; sizes whole bytes, rounded up; both parts of a transmission
-    time, and a flow's stated latency, are exact.
+12. Data rates are exact; sizes are whole bytes, rounded up; both parts of a transmission time, and a flow's stated
+    latency, are exact.
 13. A component that nothing triggers, and a boundary without a rate, have rate 0.
 14. A design with any cycle of event-triggered components is invalid, also when a sporadic one or a source is in it. A
     connection that states its rate breaks the cycle; so does a periodic or hybrid component.

@@ -167,8 +167,8 @@ def bandwidth(text: str) -> Fraction:
 
 @cache
 def data_rate(text: str) -> Fraction:
-    """Bytes per second of a demand: whole bits per second, rounded up."""
-    return Fraction(ceil(exact(text, DATA_RATE) * NS_PER_S * 8), 8)
+    """Bytes per second of a demand, exact."""
+    return exact(text, DATA_RATE) * NS_PER_S
 
 
 @cache

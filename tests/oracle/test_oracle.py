@@ -415,6 +415,12 @@ def test_maximised_objectives_and_equal_vectors() -> None:
     assert {vector: len(same) for vector, same in found.items()} == {(-3_550,): 4}
 
 
+def test_a_data_rate_is_exact() -> None:
+    """It was rounded up to whole bits per second, and differed from the product for 1234.7 B/s."""
+    figures = only(STACK.replace("1001 bit/s", "1234.7 B/s"))
+    assert figures["load"]["wire"] - figures["load"]["net"] == Fraction(12347, 10)
+
+
 def test_dominance_is_exact() -> None:
     tiny = Fraction(1, 10**30)
     vectors: set[tuple[Fraction, ...]] = {
