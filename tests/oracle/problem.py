@@ -106,10 +106,21 @@ class Problem:
         waiting = {"response time"}
         if self.counts_responses:
             waiting |= {"latency", "jitter", "run jitter", "reaction time", "data age", "disparity"}
+            if any(map(self._may_read_late, self.sections["threads"])):
+                waiting.add("min latency")
             if any("latency" in body for body in self.sections["flows"].values()):
                 return True
         asked = [item.metric for item in self.requirements] + [item.metric for item in self.objectives]
         return any(name in waiting for metric in asked for name in self._kinds(metric))
+
+    def _may_read_late(self, thread: str) -> bool:
+        """Whether a thread keeps its phase on a clock, and may read when its job begins."""
+        types: list[Any] = self.types(thread) or [None]
+        has_offset = "processor" in self.component(thread) and any(
+            self.stated(thread, "offset", kind) for kind in types
+        )
+        ways = {way for kind in types for way in as_list(self.stated(thread, "communication", kind) or "implicit")}
+        return has_offset and "implicit" in ways
 
     def _kinds(self, metric: grammar.Metric | grammar.Extreme) -> Iterator[str]:
         """The kinds of metrics that a metric is made of."""

@@ -345,15 +345,16 @@ class Reading:
         stated = self.problem.document["clocks"][clocks[0]] or {}
         return quantities.duration(stated.get("synchronisation_error", "0 ns"))
 
-    def late_ns(self, name: str) -> int:
+    def late_ns(self, name: str) -> Any:
         """How late after its release a job that reads when it begins may read: what its response time has besides."""
         communicates = self.is_active(name, "communication") and self.get(name, "communication")
-        response = self.get(name, "response_time")
-        if communicates in ("let", "at_dispatch") or response is None:
+        stated, execution = self.get(name, "response_time"), self.get(name, "compute_execution_time")
+        counted = self.problem.counts_responses and self.processor_of(name) is not None and execution is not None
+        if communicates in ("let", "at_dispatch") or (stated is None and not counted):
             return 0
-        execution = self.get(name, "compute_execution_time")
-        own = self.processing(name)[0] if execution is None else quantities.time_range(execution)[1]
-        return max(0, quantities.time_range(response)[1] - own)
+        best, response = self.processing(name)
+        own = best if execution is None else quantities.time_range(execution)[1]
+        return max(0, response - own)
 
     def sampling(self, sender: str, name: str, least: Any, most: Any, *, is_first: bool) -> tuple[Any, Any, Any]:
         """The wait at least and at most, and what it adds to the jitter of one run.
