@@ -124,11 +124,15 @@ def drawn(rng: random.Random) -> dict[str, Any]:
     return data
 
 
-@pytest.mark.parametrize("seed", cases(14, 3_000))
-def test_fronts_equal_exhaustion(seed: int, monkeypatch: pytest.MonkeyPatch) -> None:
+LOST = json.loads((Path(__file__).parent / "falling_terms.json").read_text(encoding="utf-8"))
+"""A problem whose front lacked designs where what waits less for longer response times was taken to wait more."""
+
+
+@pytest.mark.parametrize("data", [*LOST, *(drawn(random.Random(f"late {seed}")) for seed in cases(10, 3_000))])
+def test_fronts_equal_exhaustion(data: dict[str, Any], monkeypatch: pytest.MonkeyPatch) -> None:
     """With response times learnt, too: data that come later wait less, so that terms may fall where these grow."""
     monkeypatch.setattr(sums, "SCHEDULE_CASE_LIMIT", 1)
-    evaluator = Evaluator(dse.load(drawn(random.Random(f"late {seed}"))).space)
+    evaluator = Evaluator(dse.load(data).space)
     found = search_front(evaluator)
     assert found.is_complete
     feasible = {item.objectives for item in evaluated(evaluator).values() if item.is_feasible}
