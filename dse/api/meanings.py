@@ -8,7 +8,9 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from fractions import Fraction
 
+from dse.analysis.rows import counts_responses
 from dse.api.problem import Problem
+from dse.space.clocks import AT_RELEASE
 from dse.space.cores import OWNERS
 from dse.space.trees import leaves
 from dse.space.types import Space
@@ -28,6 +30,8 @@ def changed_meanings(problem: Problem) -> Iterator[str]:
     yield from _defaults(space)
     yield from _open_cores(problem)
     yield from _deadlines(space)
+    yield from _late_reads(space)
+    yield from _wait_sets(space)
 
 
 def _named(names: Sequence[str]) -> str:
@@ -115,3 +119,25 @@ def _deadlines(space: Space) -> Iterator[str]:
             "every design meets the deadlines that are stated (each design only told of them before; "
             f"`deadlines: none` asks for none): {_named(names)}"
         )
+
+
+def _late_reads(space: Space) -> Iterator[str]:
+    """Timers on clocks whose jobs may begin late, and read then: minima were those of reading at the release."""
+    timed = [item for item in space.components if item.offset_ns is not None and item.processor is not None]
+    names = [
+        item.name
+        for item in timed
+        if set(leaves(item.communication)) - AT_RELEASE and (counts_responses(space) or item.response_ns is not None)
+    ]
+    if names and space.profile == "dse":
+        yield (
+            "jobs of timers that share a clock may read when they begin, which lowers minimum latencies "
+            f"(at their release before: `communication: at_dispatch`): {_named(names)}"
+        )
+
+
+def _wait_sets(space: Space) -> Iterator[str]:
+    """Executors whose bounds became tighter."""
+    names = [item.name for item in space.executors if "wait_set" in leaves(item.kind)]
+    if names:
+        yield f"response times in a wait set have a tighter bound than before: {_named(names)}"

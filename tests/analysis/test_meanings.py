@@ -31,6 +31,10 @@ DEADLINES = (
     "every design meets the deadlines that are stated (each design only told of them before; `deadlines: none` asks "
     "for none): "
 )
+BEGIN = (
+    "jobs of timers that share a clock may read when they begin, which lowers minimum latencies "
+    "(at their release before: `communication: at_dispatch`): "
+)
 FIXED = "x.transmission_time.fixed is no decision where the chosen type does not state it: it counts as 0 ns"
 
 
@@ -57,6 +61,9 @@ def remarks(text: str, word: str) -> list[str]:
          [f"{CORES} (`core: first_fit` puts them as before): a, b"]),
         (("priority: 3}", "priority: 3, core: first_fit}\ndeadlines: all"), CORES, []),
         (("priority: 3}", "priority: 3, deadline: 5 ms}"), "deadlines", [f"{DEADLINES}a"]),
+        (("priority: 3}", "priority: 3, offset: 1 ms, response_time: 4 ms}"), "begin", [f"{BEGIN}a"]),
+        (("priority: 3}", "priority: 3, offset: 1 ms, response_time: 4 ms, communication: at_dispatch}"), "begin", []),
+        (("priority: 3}", "priority: 3, offset: 1 ms}"), "begin", []),
     ],
 )  # fmt: skip
 def test_what_counts_otherwise_is_told(edit: tuple[str, str], word: str, said: list[str]) -> None:
