@@ -361,7 +361,7 @@ class Document:
                 continue
             designs = []
             for sibling in others.designs:
-                changes = changes_words(changes_between(self.space, point.design, sibling.design))
+                changes = changes_words(changes_between(self.space, point.design, sibling.design, like_before=True))
                 figures = f"{figures_words(self.result, sibling.objectives)}; " if others.within else ""
                 designs.append((sibling.id, f"{figures}{changes}{dominated_words(sibling, self.result)}."))
             parts.append(OthersPart(others_words(others), tuple(designs)))

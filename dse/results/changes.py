@@ -45,11 +45,14 @@ class Delta:
         return self.before - self.after if self.sense == "minimise" else self.after - self.before
 
 
-def changes_between(space: Space, before: Design, after: Design) -> tuple[Change, ...]:
+def changes_between(space: Space, before: Design, after: Design, *, like_before: bool = False) -> tuple[Change, ...]:
     """The open decisions in which two canonical designs differ, in the order of the problem.
 
-    Equal cores of `before` are numbered as in `after`: a change of numbers alone is none.
+    Equal cores of `before` are numbered as in `after`, or the other way round with `like_before`: a change of numbers
+    alone is none. The design that a text is about keeps its numbers, for they are shown beside it.
     """
+    if like_before:
+        return tuple(_changes(space, before, numbered_like(space, after, before)))
     return tuple(_changes(space, numbered_like(space, before, after), after))
 
 

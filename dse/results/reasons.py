@@ -177,9 +177,9 @@ class Reasoner:
                 return number, min((pair for pair in times if pair[0] >= least_ns), default=None)
         return -1, None
 
-    def against(self, point: Point, other: Point) -> Comparison:
-        """What `point` changes and what it gains or gives up against `other`."""
-        changes = changes_between(self.result.space, other.design, point.design)
+    def against(self, point: Point, other: Point, *, like_other: bool = False) -> Comparison:
+        """What `point` changes and what it gains or gives up against `other`; cores have the numbers of one of them."""
+        changes = changes_between(self.result.space, other.design, point.design, like_before=like_other)
         return Comparison(other.id, changes, deltas(self.result.objectives, other.objectives, point.objectives))
 
     def _against_baseline(self, point: Point) -> Comparison | None:
@@ -192,7 +192,7 @@ class Reasoner:
         """The points that `point` stands for, with what they change, gain and give up against it."""
         for other in self.result.front:
             if self.result.variants.get(other.id) == point.id:
-                yield replace(self.against(other, point), with_=other.id)
+                yield replace(self.against(other, point, like_other=True), with_=other.id)
 
     def above(self, position: int) -> Point | None:
         """The point ranked before this one; variants are passed over by what is none itself."""
@@ -224,7 +224,7 @@ class Reasoner:
             _, best = min(
                 (self._loss(position, other), other) for other in better if self._losses[other][axis] == nearest
             )
-            step = self.against(front[best], point)
+            step = self.against(front[best], point, like_other=True)
             yield Improvement(info.name, front[best].id, step.deltas, step.changes)
 
     def _loss(self, position: int, other: int) -> Fraction:

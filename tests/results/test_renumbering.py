@@ -17,6 +17,7 @@ from dse.report.terminal import print_page
 from dse.results.changes import changes_between
 from dse.results.compare import compare_designs
 from dse.results.design_tables import analyse_design
+from dse.results.reasons import Reasoner
 from dse.results.renumbering import numbered_like
 from dse.space.types import Design, Space
 
@@ -92,6 +93,34 @@ def test_only_who_shares_a_core_counts() -> None:
             assert changes_between(space, other, base) == ()
     [change] = changes_between(space, base, placed(space, a=3, b=3, c=3, e=1, d=2))
     assert (change.name, change.before, change.after) == ("c.core", "2", "3")
+
+
+SHARED = """
+dse: 1
+name: who shares with whom
+deadlines: all
+processor_types: {cheap: {cores: 2, price: 10 EUR, power: 2 W}, frugal: {cores: 2, price: 20 EUR, power: 1 W}}
+processors: {main: {type: [cheap, frugal]}}
+threads:
+  a: {processor: main, period: 10 ms, compute_execution_time: 4 ms}
+  b: {processor: main, period: 10 ms, compute_execution_time: {cheap: 8 ms, frugal: 4 ms}}
+  c: {processor: main, period: 10 ms, compute_execution_time: {cheap: 4 ms, frugal: 8 ms}}
+objectives: [minimise price, minimise power]
+"""
+
+
+def test_a_point_keeps_the_numbers_of_its_cores_in_all_that_is_said_of_it() -> None:
+    result = dse.solve(dse.loads(SHARED))
+    reasoner, better = Reasoner(result), 0
+    for position, point in enumerate(result.front):
+        reasons = reasoner.reasons(position)
+        for said in [item.changes for item in reasons.improvements]:
+            better += bool(said)
+            assert {item.name: point.decisions[item.name] for item in said} == {item.name: item.before for item in said}
+        assert reasons.neighbour is not None
+        now = {item.name: item.after for item in reasons.neighbour.changes}
+        assert now == {name: point.decisions[name] for name in now}
+    assert better == 2
 
 
 @pytest.mark.parametrize(
