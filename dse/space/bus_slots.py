@@ -103,9 +103,14 @@ def read_further(ledger: Ledger, spec: Spec, path: Path, given: Any, index: Mapp
     names = given.further_buses if given is not None else ()
     if names and not given.bus:
         ledger.error((*path, "further_buses"), "`further_buses` carry what `bus` carries: name that too")
+    own = given.bus if given is not None else ()
+    own = (own,) if isinstance(own, str) else tuple(own or ())
     found = []
     for position, name in enumerate(names):
-        if name not in index:
+        if name in own or name in names[:position]:
+            message = f"{shown(name)} carries it already: `further_buses` are others, each named once"
+            ledger.error((*path, "further_buses", position), message)
+        elif name not in index:
             ledger.unknown((*path, "further_buses", position), "bus", name, index)
         elif name in spec.buses and spec.buses[name].optional:
             message = f"{shown(name)} may stay empty: of several buses at once each must be there"

@@ -129,7 +129,9 @@ def carried(section: str, line: str, problem: dict[str, Any], rng: random.Random
     if section == "connections" and protocols and rng.random() < 0.3:
         words += [f"protocols: [{', '.join(rng.sample(protocols, rng.randint(1, len(protocols))))}]"]
     if section == "connections" and "bus: " in line and buses and rng.random() < 0.4:
-        words += [f"further_buses: [{rng.choice(buses)}]"]
+        own = re.search(r"\bbus: (\[[^\]]*\]|\w+)", line)
+        others = [name for name in buses if own is None or name not in re.findall(r"\w+", own[1])]
+        words += [f"further_buses: [{rng.choice(others)}]"] if others else []
     return words
 
 
