@@ -390,3 +390,25 @@ def test_offsets_and_latencies_that_do_not_count_are_told(tmp_path: Path) -> Non
     found = read_foreign(written(tmp_path, free))
     assert "offset" not in found.document["threads"]["p.w"]
     assert any("Dispatch_Offset of p.w, which is bound to no processor" in str(item) for item in found.remarks)
+
+
+def test_standard_properties_that_nothing_looks_at_are_told_once_each(tmp_path: Path) -> None:
+    more = """SEI::MIPSBudget => 10.0 MIPS applies to p; SEI::MIPSBudget => 5.0 MIPS applies to p.w;
+      SEI::MIPSCapacity => 20.0 MIPS applies to cpu; SEI::RAMBudget => 1.0 MByte applies to p;
+      Scheduling_Protocol => (EDF) applies to cpu; Dispatch_Jitter => 1 ms applies to p.w;
+      SEI::Price => 3.0 applies to p;"""
+    told = read_foreign(written(tmp_path, model(more)), None, {}).remarks
+    first = min(item.line for item in told)
+    assert [(item.message, item.line - first) for item in told] == [
+        ("SEI::MIPSBudget is not looked at (at 2 places, first here)", 0),
+        ("SEI::MIPSCapacity at most scales execution times: no budget is compared with it", 1),
+        ("SEI::RAMBudget is not looked at", 1),
+        ("Scheduling_Protocol other than fixed priorities is not looked at", 2),
+        ("Dispatch_Jitter is not looked at", 2),
+    ]
+    assert all(item.severity == "warning" and item.column for item in told)
+
+
+def test_fixed_priorities_are_no_remark(tmp_path: Path) -> None:
+    more = "Scheduling_Protocol => (POSIX_1003_HIGHEST_PRIORITY_FIRST_PROTOCOL) applies to cpu;"
+    assert not read_foreign(written(tmp_path, model(more)), None, {}).remarks

@@ -18,6 +18,7 @@ from dse.importers.aadl.alternatives import (
 from dse.importers.aadl.model import Model, read_model
 from dse.importers.aadl.problem import Writer
 from dse.importers.aadl.tokens import finding
+from dse.importers.aadl.unread import tell
 from dse.importers.registry import CHOICES, Imported, Key, Place
 
 
@@ -44,6 +45,7 @@ def read(path: Path, options: Mapping[str, Any]) -> Imported:
     document = writer.document() if not chosen else _alternatives(model, chosen, writer.places, path, options)
     if model.library.findings:
         raise ProblemError(sorted(model.library.findings, key=lambda item: (item.file, item.line, item.column)))
+    tell(model)
     remarks = sorted(model.library.remarks, key=lambda item: (item.file, item.line, item.column))
     return Imported(document, tuple(remarks), writer.places)
 
