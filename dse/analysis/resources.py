@@ -72,10 +72,11 @@ def _put_with(space: Space, number: int) -> str:
 
 
 def _core(space: Space, processor: int, number: int, view: View) -> int:
-    """The core of a thread that runs on a processor, stated or chosen (see `dse.space.metrics.core_metrics`)."""
-    found = own_core(space, number, view, max(1, at(space.processors[processor].cores, view)))
-    assert found is not None, "a thread has no core"
-    return found
+    """The core of a thread that runs on a processor, stated or chosen (see `dse.space.metrics.core_metrics`).
+
+    Where a study gives a processor of one core another, threads of a design that chose none stay on the first.
+    """
+    return own_core(space, number, view, max(1, at(space.processors[processor].cores, view))) or 1
 
 
 def load_terms(space: Space, bus: int) -> tuple[Term, ...]:

@@ -113,6 +113,8 @@ def _fix_in_place(draft: Draft, space: Space, decision: Decision, design: Design
     node = draft.find(path)
     if decision.field in ("core", "priority") and not isinstance(node, yaml.SequenceNode):
         return _pin(draft, path, _chosen(space, decision, design))
+    if decision.field == "executor" and _leaves_one_empty(space, decision, design):
+        return False
     places = [path] if isinstance(node, yaml.SequenceNode) else []
     if isinstance(node, yaml.MappingNode):
         places = [[*path, key.value] for key, value in node.value if isinstance(value, yaml.SequenceNode)]
@@ -129,6 +131,15 @@ def _fix_in_place(draft: Draft, space: Space, decision: Decision, design: Design
         else:
             return False
     return True
+
+
+def _leaves_one_empty(space: Space, decision: Decision, design: Design) -> bool:
+    """Whether no thread of the design runs in some executor of the decision: fixed, no thread might at all."""
+    view = View(design)
+    used = {
+        space.executors[item].name for item in (at(one.executor, view) for one in space.components) if item is not None
+    }
+    return not used.issuperset(decision.options)
 
 
 def _would_count(space: Space, decision: Decision, design: Design) -> bool:

@@ -163,3 +163,13 @@ rules: ["b.executor == left implies c.executor == right"]
     evaluator = Evaluator(loads(text).space)
     search = search_front(evaluator, Budget(workers=2))
     assert search.is_complete and set(search.points) == set(brute_front(evaluator))
+
+
+def test_a_design_that_leaves_an_executor_empty_is_exported() -> None:
+    """Fixed where it stands, the thread would leave an executor that no thread might run in, which is refused."""
+    text = GROUPS.format(kind="fifo", more=", core: 1", inner="", other="", cores=1)
+    alone = text.replace("timer: {executor: node", "timer: {executor: [second, node]")
+    result = dse.solve(loads(alone), fix=["timer.executor = node", "callback.executor = node"])
+    exported = dse.export(result, 1)
+    [back] = dse.solve(loads(exported)).front
+    assert (back.decisions["timer.executor"], back.decisions["callback.executor"]) == ("node", "node")

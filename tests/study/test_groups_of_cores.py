@@ -62,3 +62,21 @@ def fewest(text: str, *texts: str) -> Fraction:
     function = DesignFunction(inputs, chosen_design(inputs.problem.space, texts))
     [cores] = inputs.matching("processor_types.cpu.cores")
     return domain(function, cores)[0]
+
+
+def test_a_processor_of_one_core_may_get_another_where_a_limit_names_a_core() -> None:
+    """What has chosen no core, for there was one, stays on it."""
+    found = dse.sensitivity(
+        {
+            "dse": 1,
+            "name": "one core or two",
+            "processor_types": {"one": {"cores": 1, "price": "3 EUR"}, "two": {"cores": 2, "price": "4 EUR"}},
+            "processors": {"p": {"type": ["one", "two"]}},
+            "threads": {"a": {"period": "10 ms", "compute_execution_time": "1 ms", "processor": "p"}},
+            "objectives": ["minimise price"],
+            "requirements": ["utilisation of core 1 of p <= 60 %"],
+        },
+        {"p.type": "one"},
+    )
+    [cores] = [item for item in found.margins if item.path == "processor_types.one.cores"]
+    assert (cores.below, cores.above) == (None, None)
