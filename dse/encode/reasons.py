@@ -202,7 +202,10 @@ def _named(
     view: View,
     groups: Sequence[tuple[int, tuple[int, ...]]],
 ) -> Reason:
-    """These options; of priorities that are numbers only who goes first in the groups, unless levels are few."""
+    """These options; of priorities that are numbers only who goes first in the groups, unless levels are few.
+
+    Beside an executor or a reservation, whose place is not that of its threads, the numbers themselves count.
+    """
     above: list[tuple[int, int]] = []
     numbered: set[int] = set()
     for processor, threads in groups:
@@ -213,6 +216,11 @@ def _named(
             and (decision := space.decision_index(f"{space.components[number].name}.priority")) is not None
         }
         if not decided or space.processors[processor].priority_levels is not None:
+            continue
+        if any(
+            item.executor is not None or item.reservation is not None
+            for item in map(space.components.__getitem__, threads)
+        ):
             continue
         numbered |= set(decided.values())
         for first, second in permutations(threads, 2):

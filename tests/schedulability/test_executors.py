@@ -173,3 +173,27 @@ def test_a_design_that_leaves_an_executor_empty_is_exported() -> None:
     exported = dse.export(result, 1)
     [back] = dse.solve(loads(exported)).front
     assert (back.decisions["timer.executor"], back.decisions["callback.executor"]) == ("node", "node")
+
+
+@pytest.mark.parametrize("home", ["executor: node", "reservation: node"])
+def test_a_number_beside_an_executor_or_a_reservation_is_part_of_a_reason(home: str) -> None:
+    """A thread is late where another goes first, not wherever they share a core."""
+    text = f"""
+dse: 1
+name: numbers
+deadlines: none
+processor_types: {{cpu: {{cores: 1}}}}
+processors: {{p: {{type: cpu}}}}
+executors: {{node: {{kind: callback_group, processor: p, priority: 2}}}}
+threads:
+  first: {{period: 20 ms, compute_execution_time: 1 ms, processor: p, priority: [3, 1]}}
+  late: {{period: 40 ms, compute_execution_time: 5 ms, {home}}}
+objectives: [minimise price]
+requirements: [response time of late <= 5500 us]
+"""
+    if home.startswith("reservation"):
+        text = text.replace("executors", "reservations").replace(
+            "kind: callback_group", "budget: 5 ms, period: 5500 us"
+        )
+    [point] = dse.solve(loads(text)).front
+    assert point.decisions == {"first.priority": "1"}
