@@ -186,7 +186,7 @@ processor_types: {{cpu: {{cores: 1}}}}
 processors: {{p: {{type: cpu}}}}
 executors: {{node: {{kind: callback_group, processor: p, priority: 2}}}}
 threads:
-  first: {{period: 20 ms, compute_execution_time: 1 ms, processor: p, priority: [3, 1]}}
+  first: {{period: 20 ms, compute_execution_time: 1 ms, processor: p, priority: [1, 3]}}
   late: {{period: 40 ms, compute_execution_time: 5 ms, {home}}}
 objectives: [minimise price]
 requirements: [response time of late <= 5500 us]
@@ -195,5 +195,6 @@ requirements: [response time of late <= 5500 us]
         text = text.replace("executors", "reservations").replace(
             "kind: callback_group", "budget: 5 ms, period: 5500 us"
         )
+        text = text.replace("late <= 5500 us", "late <= 6 ms")
     [point] = dse.solve(loads(text)).front
     assert point.decisions == {"first.priority": "1"}
