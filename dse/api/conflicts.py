@@ -109,7 +109,7 @@ class _Court:
         for position, item in enumerate(stated):
             meant = (item["text"], self._place(item["origin"]))
             found = [demand for demand in self.demands if (demand.text, self._place(demand.origin)) == meant]
-            found = [demand for demand in found if demand not in members] or found
+            found = [demand for demand in found if not _among(demand, members)] or found
             if not found:
                 self.bench.find(f"{place}[{position}]", f"nothing in the question says {item['text']!r}")
                 return None
