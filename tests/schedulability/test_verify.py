@@ -142,16 +142,16 @@ def test_what_first_fit_puts_together_is_not_spread(method: Literal["model", "ex
 
 def test_a_requirement_that_is_stated_twice_on_a_line_is_given_up_twice() -> None:
     """One for all threads beside the same of one thread: two demands, although they are equal."""
-    found = dse.solve(
-        {
-            "dse": 1,
-            "name": "twice",
-            "processor_types": {"cpu": {"cores": 1}},
-            "processors": {"p": {"type": "cpu"}},
-            "threads": {"t": {"period": "20 ms", "compute_execution_time": "2 ms", "processor": "p"}},
-            "objectives": ["minimise price"],
-            "requirements": ["response time of t <= 1 ms", "response time <= 1 ms"],
-        }
-    )
-    assert len(found.give_up) == 2
+    found = dse.solve("""
+dse: 1
+name: twice
+processor_types: {cpu: {cores: 1}}
+processors: {p: {type: cpu}}
+threads:
+  t: {period: 20 ms, compute_execution_time: 2 ms, processor: p}
+  u: {period: 20 ms, compute_execution_time: 2 ms, processor: p}
+objectives: [minimise price]
+requirements: [response time of t <= 1 ms, response time <= 1 ms]
+""")
+    assert len(found.give_up) == 3
     assert not dse.verify(found, method="exhaustion").findings
