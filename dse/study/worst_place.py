@@ -174,7 +174,9 @@ class Box:
         if jumps:
             names = self._behind(program, [side for item in jumps for side in item[:2]])
             raise NotProvedError(
-                f"a figure moves in steps within the stated ranges, of which nothing can be proved (with {names})"
+                f"a figure moves in steps within the stated ranges, of which nothing can be proved (with {names}), "
+                "as response times may: state one value, or leave response times out "
+                "(deadlines: none, processing: execution_time)"
             )
         if len(self.uncertain) > MOST_FREE:
             raise NotProvedError(f"too many uncertain inputs ({len(self.uncertain)}) around a comparison")
