@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import copy
+import json
 import random
 from typing import Any
 
@@ -126,7 +127,11 @@ def test_explanations_say_what_the_designs_just_miss() -> None:
     data = chain("0 ms", "0 ms", "5 ms")
     data["threads"]["t1"]["offset"] = ["0 ms", "1 ms"]
     data["requirements"] = ["latency of chain <= 10 ms"]
-    [page] = explanation_page(dse.explain(data)).sections
+    found = dse.explain(data)
+    [page] = explanation_page(found).sections
+    [relaxation] = json.loads(found.to_json())["relaxations"]
+    [better] = [item["better"] for item in relaxation["boundaries"] if item["receiver"] == "t1"]
+    assert better == {"offset_ns": 3_500_000, "saves_ns": 20_000_000, "costs_ns": {}}
     said = [item.text for block in page.blocks if isinstance(block, Listing) for item in block.items]
     assert any(
         text.startswith("on one clock, chain: t1 meets some data of t0 and misses others")

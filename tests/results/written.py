@@ -153,6 +153,7 @@ COMMANDS = (
         "explain shared.yaml --require 'response time of b <= 3 ms' --fix p.type=big --fix a.core=1 --fix b.core=1 "
         "--json why.json"
     ),
+    "explain missed.yaml --max-latency f=5ms --json missing.json",
     "explain shared.yaml --max-latency 10ms --offer 'b.period += 10 ms' --json offer.json",
     "sweep pump.yaml --vary 'jitter of sensor_to_valve=1ms..40ms' --no-store --json breaks.json",
     (

@@ -10,6 +10,7 @@ from typing import Annotated, Literal
 from pydantic import Field, RootModel
 
 from dse.results.forms.base import Decisions, Figure, Form, Include, Number, Of, Unit, Values, field
+from dse.results.forms.design import Boundary
 from dse.results.forms.result import Question
 
 
@@ -95,6 +96,10 @@ class Relaxation(Demand):
         "Every demand of the question that the example breaks."
     )
     late: Annotated[list[Late], Of("example.late")] = field("The threads that end too late in the example.", earlier=[])
+    boundaries: Annotated[list[Boundary], Of("example.boundaries")] = field(
+        "The readers on the clock of the timer before them, along the flows whose limits the example breaks.",
+        earlier=[],
+    )
 
 
 class GiveUp(Form):
@@ -106,6 +111,10 @@ class GiveUp(Form):
         "Every demand of the question that the example breaks."
     )
     late: Annotated[list[Late], Of("example.late")] = field("The threads that end too late in the example.", earlier=[])
+    boundaries: Annotated[list[Boundary], Of("example.boundaries")] = field(
+        "The readers on the clock of the timer before them, along the flows whose limits the example breaks.",
+        earlier=[],
+    )
 
 
 class Offer(Form):
