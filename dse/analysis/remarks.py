@@ -16,6 +16,7 @@ from dse.analysis.binding import bus_stack, carrying_ns, message_bytes
 from dse.analysis.boundaries import boundaries, clock_gains
 from dse.analysis.chains import MOST_RELEASES, repeats_too_late
 from dse.analysis.clocks import METHOD
+from dse.analysis.known_sizes import outside_sizes, outside_words, possibly_outside
 from dse.analysis.latency import element_rows, elements_of, flow_rows
 from dse.analysis.measures import build_measure, reachable_buses
 from dse.analysis.osate import Place
@@ -69,6 +70,7 @@ def design_remarks(space: Space, view: View) -> Iterator[str]:
             )
     yield from _late_reads(space, view)
     yield from _bus_remarks(space, view)
+    yield from outside_words(dict.fromkeys(outside_sizes(space, view)))
     untimed = [item.name for item in _on_processors(space) if at(item.execution_ns, view) is None]
     yield from _untimed(untimed)
 
@@ -136,6 +138,7 @@ def problem_remarks(space: Space) -> Iterator[str]:
     """The same of every bus that a design may have, and of every flow."""
     yield from _untimed([item.name for item in _on_processors(space) if None in leaves(item.execution_ns)])
     yield from _of_other_rules(space)
+    yield from outside_words(possibly_outside(space, MANY_CASES))
     alone = replace(space, processing="execution_time")  # a response time is never below an execution time
     for flow in space.flows:
         found: dict[str, None] = {}

@@ -8,7 +8,7 @@ from typing import Any
 
 from dse.fitting.fit import Execution, Fit, Transport, executions_by_name
 from dse.spec.writing import block_text
-from dse.units import TimeRange, format_duration, format_time_range
+from dse.units import TimeRange, format_duration, format_size_range, format_time_range
 from dse.units.parse import whole
 
 HEAD = "# Figures from measurements; the greatest of what was measured is no bound of what can happen.\n"
@@ -93,6 +93,7 @@ def _bus_types(fit: Fit) -> dict[str, Any]:
         parts = {
             "fixed": format_time_range(TimeRange(*map(whole, item.fixed_ns))),
             "per_byte": format_time_range(TimeRange(*map(whole, item.per_byte_ns))),
+            "sizes": format_size_range(item.sizes_bytes),
         }
         entry = found.setdefault(item.transport, {})
         if item.platform:

@@ -37,7 +37,7 @@ from dse.fitting.measurements import Group, Measurements, Summary, read_measurem
 from dse.results.answer import Answer, With
 from dse.units import format_duration
 from dse.units.parse import round_to_int
-from dse.units.table import Rounding
+from dse.units.table import Rounding, SizeRange
 
 DIGITS = 4
 """Figures are rounded outwards to so many digits: minima down, maxima up."""
@@ -72,6 +72,17 @@ class Transport:
     def where(self) -> str:
         """What was measured, and on what."""
         return " on ".join(part for part in (self.transport, self.platform) if part)
+
+    @property
+    def sizes_bytes(self) -> SizeRange:
+        """The sizes that the figures hold for: what was measured and used, up to where a remark says to stay.
+
+        Nor are they for what was left out between, so that they end below it.
+        """
+        used = [item.size_bytes or 0 for item in self.summaries]
+        limits = [remark.limit_bytes for remark in self.remarks if remark.limit_bytes is not None]
+        first = min((size for size in self.left_out if size > min(used)), default=max(used) + 1)
+        return SizeRange(min(used), min([max(size for size in used if size < first), *limits]))
 
 
 @dataclass(frozen=True)

@@ -11,7 +11,15 @@ from dse.report.insisting import insisting_section
 from dse.report.page import Block, Page, Section, labelled, texts
 from dse.report.plain import basis_words
 from dse.report.solve import TOP, further_blocks
-from dse.report.words import SAME, exclusion_words, figures_words, rounding_words, short_name, unused_words
+from dse.report.words import (
+    SAME,
+    exclusion_words,
+    extrapolated_words,
+    figures_words,
+    rounding_words,
+    short_name,
+    unused_words,
+)
 from dse.results.display import counted
 from dse.results.points import Point
 from dse.results.solve import Result
@@ -175,7 +183,8 @@ def _notes(document: Document, more: Sequence[str], top: int | None) -> Iterator
         said = [text for text in more if not text.startswith("First by")]
         yield from (f"{text} {waiting}".rstrip() if text == contention else text for text in said)
         yield "" if contention in said else waiting
-    yield from filter(None, (unused_words(result), rounding_words(result), exclusion_words(result.space)))
+    told = (unused_words(result), extrapolated_words(result), rounding_words(result), exclusion_words(result.space))
+    yield from filter(None, told)
     size = count_words(search.space_size, "design")
     spent = f"{count_words(search.solver_calls, 'solver call')}, {search.wall_s:.2f} s"
     yield f"{spent}, at most {size}; every point recomputed without the solver."

@@ -40,6 +40,7 @@ from dse.report.words import (
     changes_words,
     dominated_words,
     exclusion_words,
+    extrapolated_words,
     figures_words,
     others_words,
     proof_words,
@@ -279,7 +280,13 @@ class Document:
         """What the model does not see."""
         asks = asks_for_responses(self.space)
         counted = f"{overhead_words(self.space)} {bound_words(self.space)}".rstrip() if asks else ""
-        said = (bus_words(self.space), scale_words(self.space), counted, unused_words(self.result))
+        said = (
+            bus_words(self.space),
+            scale_words(self.space),
+            counted,
+            unused_words(self.result),
+            extrapolated_words(self.result),
+        )
         found = filter(None, (*said, exclusion_words(self.space)))
         return (REDUCED, processing_words(self.result.problem.effective), *found, *GAPS)
 

@@ -10,7 +10,7 @@ from dse.report.document import Alternative, Document, OthersPart
 from dse.report.insisting import insisting_section
 from dse.report.page import Block, Page, Section, Text, labelled, listing, texts
 from dse.report.plain import basis_words, scale_words
-from dse.report.words import REDUCED, exclusion_words, hidden_words, rounding_words, unused_words
+from dse.report.words import REDUCED, exclusion_words, extrapolated_words, hidden_words, rounding_words, unused_words
 from dse.results.points import Point
 from dse.results.solve import Result
 from dse.units.text import count_words
@@ -46,7 +46,8 @@ def _lead(result: Result) -> str:
 def _summary(document: Document) -> Section:
     """What was found and proved; why there is no design, where there is none."""
     proof, *more = document.summary
-    said = (unused_words(document.result), rounding_words(document.result), exclusion_words(document.space))
+    found = document.result
+    said = (unused_words(found), extrapolated_words(found), rounding_words(found), exclusion_words(document.space))
     blocks = [*texts(proof, tone="strong"), *document.conflicts, *texts(*more)]
     blocks += texts(*said) if not document.conflicts else []
     return Section("summary", "Decision summary", tuple(blocks))

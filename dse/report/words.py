@@ -6,6 +6,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 
+from dse.analysis.known_sizes import Outside, outside_sizes, outside_words
+from dse.analysis.views import View
 from dse.report.amounts import deltas_words, difference_words, listed, margin_words, rate_words
 from dse.report.contention import contended_words, cores_origin, placed_words
 from dse.report.timeline import boundary_words
@@ -341,6 +343,19 @@ def rounding_words(result: Result) -> str:
 def exclusion_words(space: Space) -> str:
     """Which combinations of options are no designs though nothing in the file forbids them; "" without any."""
     return " ".join(f"{_capital(text)}." for text in exclusions(space))
+
+
+def extrapolated_words(result: Result) -> str:
+    """Which designs send messages of sizes that the transmission times are not stated for; "" where none does."""
+    found: dict[Outside, None] = {}
+    ids = []
+    for point in result.front:
+        outside = tuple(outside_sizes(result.space, View(point.design)))
+        found |= dict.fromkeys(outside)
+        ids += [f"#{point.id}"] if outside else []
+    more = [f"{len(ids) - MOST_VARIANTS} more"] if len(ids) > MOST_VARIANTS else []
+    where = listed([*ids[:MOST_VARIANTS], *more]) if len(ids) < len(result.front) else "every design"
+    return " ".join(f"In {where} {text}." for text in outside_words(found))
 
 
 def unused_words(result: Result) -> str:

@@ -10,11 +10,11 @@ from dse.space.buses import carrying
 from dse.space.frames import FLEXRAY_MOST, LEAST_MTU, MOST_MTU, frame_of
 from dse.space.properties import FieldReader, Ledger, Owner, Path, per_processor_type, stated, type_choice
 from dse.space.slots import UNKNOWN, decision_of, known_types, read_figures, read_named, read_slot
-from dse.space.trees import FROM_BANDWIDTH, Tree, graft, leaves
+from dse.space.trees import FROM_BANDWIDTH, PerProcessorType, Tree, graft, leaves
 from dse.space.types import EMPTY, Bus
 from dse.spec.frames import CanFdFrame, EthernetFrame, FlexrayFrame, FrameModel
 from dse.spec.hardware import FROM_BANDWIDTH as IN_WORDS
-from dse.spec.hardware import BusType
+from dse.spec.hardware import BusType, TransmissionTime
 from dse.spec.model import Spec
 from dse.units import (
     format_bandwidth,
@@ -95,7 +95,17 @@ def _bus(ledger: Ledger, spec: Spec, name: str, index: Mapping[str, int]) -> Bus
         protocols=type_choice(
             decision, [read_protocols(ledger, spec, ("bus_types", key), model, index) for key, model in owner.types]
         ),
+        sizes_bytes=type_choice(decision, [_sizes(model) for _, model in owner.types]),
     )
+
+
+def _sizes(model: BusType) -> Tree:
+    """Which sizes the transmission time of a type holds for."""
+    times = model.transmission_time
+    if isinstance(times, Mapping):
+        found = {key: item.sizes for key, item in times.items()}
+        return PerProcessorType(found) if any(found.values()) else None
+    return times.sizes if isinstance(times, TransmissionTime) else None
 
 
 def read_further(ledger: Ledger, spec: Spec, path: Path, given: Any, index: Mapping[str, int]) -> tuple[int, ...]:

@@ -104,6 +104,8 @@ class Bus(Slot):
     time; `overload` tells whether the bus may be used beyond its bandwidth and its time. `period_ns` is the interval at
     which it carries messages, leaves of `protocols` what wraps them without being bound, both for OSATE alone.
     `further` buses carry it as well as `carrier`, all at once. `budget` is AADL's, in B/s, which only verdicts look at.
+    Leaves of `sizes_bytes` are the sizes of messages that the transmission time holds for: a `SizeRange`, None where
+    nobody says, or `PerProcessorType`.
     """
 
     virtual: bool
@@ -121,6 +123,7 @@ class Bus(Slot):
     protocols: Tree = ()
     broadcast: Tree = False
     budget: Fraction | None = None
+    sizes_bytes: Tree = None
 
 
 @dataclass(frozen=True)

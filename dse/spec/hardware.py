@@ -17,6 +17,7 @@ from dse.spec.quantity_fields import (
     Money,
     Period,
     Power,
+    SizeRange,
     TimeRange,
     Total,
     Transmission,
@@ -90,10 +91,14 @@ FROM_BANDWIDTH = "from bandwidth"
 
 
 class TransmissionTime(Model):
-    """AADL's Transmission_Time: `fixed` per message and `per_byte`, each a time range in ns, exact."""
+    """AADL's Transmission_Time: `fixed` per message and `per_byte`, each a time range in ns, exact.
+
+    `sizes` are those of messages, with protocol overheads, for which both hold, as where they were measured.
+    """
 
     fixed: Options[Transmission] = (INSTANTLY,)
     per_byte: Options[Transmission] = (INSTANTLY,)
+    sizes: SizeRange | None = None
 
 
 def _from_bandwidth(value: Any) -> str:
@@ -113,7 +118,7 @@ FromBandwidth: TypeAlias = Annotated[
 def _which_transmission(value: Any) -> str:
     if isinstance(value, str):
         return IN_WORDS
-    if isinstance(value, dict) and value and not set(value) & {"fixed", "per_byte"}:
+    if isinstance(value, dict) and value and not set(value) & set(TransmissionTime.model_fields):
         return BY_PROCESSOR_TYPE
     return ONE
 

@@ -81,10 +81,12 @@ def _demand_ns(text: str) -> int:
     return units.parse_duration_ns(text, Rounding.UP)
 
 
-_RANGE = (
-    rf"^\s*({_NUMBER}\s*{_unit_pattern(units.TIME_RANGE)}"
-    rf"|{_NUMBER}\s*{_unit_pattern(units.TIME_RANGE)}?\s*\.\.\s*{_NUMBER}\s*{_unit_pattern(units.TIME_RANGE)})\s*$"
-)
+def _range_pattern(kind: Kind) -> str:
+    unit = _unit_pattern(kind)
+    return rf"^\s*({_NUMBER}\s*{unit}|{_NUMBER}\s*{unit}?\s*\.\.\s*{_NUMBER}\s*{unit})\s*$"
+
+
+_RANGE = _range_pattern(units.TIME_RANGE)
 
 
 TOTAL = Kind("a figure", "90 g", units.DIMENSIONLESS)
@@ -157,6 +159,14 @@ DataSize: TypeAlias = Annotated[
     _reader(units.SIZE, units.parse_size_bytes),
     _writer(units.format_size),
     _describe_quantity(units.SIZE, "2 KB", "64 KiB"),
+]
+
+
+SizeRange: TypeAlias = Annotated[
+    units.SizeRange,
+    _reader(units.SIZE_RANGE, units.parse_size_range_bytes),
+    _writer(units.format_size_range),
+    _describe_quantity(units.SIZE_RANGE, "64 B .. 1500 B", pattern=_range_pattern(units.SIZE_RANGE)),
 ]
 
 

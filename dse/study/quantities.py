@@ -215,7 +215,7 @@ def _transmission_parents(path: str) -> list[str]:
 
 
 def _transmission(path: str, place: Place, times: Mapping[str, Any]) -> Iterator[tuple[str, Place, Kind, Any]]:
-    if set(times) & set(PARTS):
+    if set(times) & {*PARTS, "sizes"}:
         for part in PARTS:
             if part in times:
                 yield f"{path}.{part}", (*place, part), TRANSMISSION, times[part]

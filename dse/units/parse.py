@@ -19,6 +19,7 @@ from dse.units.table import (
     RATE_OF_DATA,
     RATIO,
     SIZE,
+    SIZE_RANGE,
     TIME_RANGE,
     TRANSMISSION,
     UNITS,
@@ -28,6 +29,7 @@ from dse.units.table import (
     Quantity,
     Rounded,
     Rounding,
+    SizeRange,
     TimeRange,
     Total,
     UnitError,
@@ -174,7 +176,7 @@ def parse_time_range_ns(text: str) -> TimeRange:
     >>> parse_time_range_ns("1 .. 3 ms")
     TimeRange(min_ns=1000000, max_ns=3000000)
     """
-    least, greatest = _time_range_ns(TIME_RANGE, text)
+    least, greatest = _range(TIME_RANGE, text, NS_PER_S)
     found = TimeRange(floor(least), ceil(greatest))
     note = f"{shown(text)} counts as {format_time_range(found)}"
     ends = zip(found, (least, greatest), strict=True)
@@ -187,7 +189,7 @@ def parse_transmission_ns(text: str) -> TimeRange:
     >>> parse_transmission_ns("100 ps .. 1 ns")
     TimeRange(min_ns=Fraction(1, 10), max_ns=1)
     """
-    least, greatest = _time_range_ns(TRANSMISSION, text)
+    least, greatest = _range(TRANSMISSION, text, NS_PER_S)
     return TimeRange(whole(least), whole(greatest))
 
 
@@ -211,11 +213,11 @@ def range_ends(text: str) -> tuple[str, str] | None:
     return (low if parse_quantity(low).unit or not unit else f"{low} {unit}"), high
 
 
-def _time_range_ns(kind: Kind, text: str) -> tuple[Fraction, Fraction]:
-    """Both ends, exact."""
+def _range(kind: Kind, text: str, scale: int = 1) -> tuple[Fraction, Fraction]:
+    """Both ends, exact, times `scale`; they are equal where there is one figure."""
     low, separator, high = (part.strip() for part in text.partition(".."))
     if not separator:
-        value = _read(kind, text).value * NS_PER_S
+        value = _read(kind, text).value * scale
         return value, value
     if "..." in text or ".." in high or not low or not high:
         _refuse(kind, text)
@@ -224,12 +226,24 @@ def _time_range_ns(kind: Kind, text: str) -> tuple[Fraction, Fraction]:
     least = _read(kind, f"{low} {greatest.unit}" if number else low)
     if least.value > greatest.value:
         _refuse(kind, text, "the minimum is above the maximum")
-    return least.value * NS_PER_S, greatest.value * NS_PER_S
+    return least.value * scale, greatest.value * scale
 
 
 def parse_size_bytes(text: str) -> int:
     """A data size in bytes, rounded up."""
     return _round(SIZE, text, _read(SIZE, text).value, Rounding.UP, "bytes", format_size)
+
+
+def parse_size_range_bytes(text: str) -> SizeRange:
+    """``MIN .. MAX`` or one data size, in whole bytes.
+
+    >>> parse_size_range_bytes("100 B .. 3 KB")
+    SizeRange(min_bytes=100, max_bytes=3000)
+    """
+    ends = _range(SIZE_RANGE, text)
+    if any(end.denominator != 1 for end in ends):
+        _refuse(SIZE_RANGE, text, "both ends must be whole numbers of bytes")
+    return SizeRange(*map(int, ends))
 
 
 def parse_bandwidth_bps(text: str) -> int:

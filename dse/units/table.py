@@ -95,6 +95,13 @@ class TimeRange(NamedTuple):
     max_ns: Exact
 
 
+class SizeRange(NamedTuple):
+    """Least and greatest data size, in bytes."""
+
+    min_bytes: int
+    max_bytes: int
+
+
 class Money(NamedTuple):
     """An amount in cents of its currency."""
 
@@ -176,6 +183,7 @@ TIME_RANGE = Kind("a time range", "243 us .. 1.3 ms", TIME)
 TRANSMISSION = Kind("a time range", "87 ns .. 95.5 ns", TIME)
 """What a message or a byte of it takes: bytes are many, so that these times are kept exactly, however fine."""
 SIZE = Kind("a data size", "30 B", DATA)
+SIZE_RANGE = Kind("a range of data sizes", "1 B .. 3 KB", DATA)
 BANDWIDTH = Kind("a bandwidth", "125 kbit/s", DATA_RATE)
 RATE_OF_DATA = Kind("a data rate", "11520 B/s", DATA_RATE)
 RATE = Kind("a rate", "20 Hz", FREQUENCY)

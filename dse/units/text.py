@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from fractions import Fraction
 
-from dse.units.table import UNITS, Exact, Money, TimeRange, Total
+from dse.units.table import UNITS, Exact, Money, SizeRange, TimeRange, Total
 
 MAX_PLACES = 20
 
@@ -57,6 +57,12 @@ def format_size(size_bytes: int) -> str:
         if size_bytes and size_bytes % scale == 0:
             return f"{size_bytes // scale} {unit}"
     return f"{size_bytes} B"
+
+
+def format_size_range(value: SizeRange) -> str:
+    """A range of data sizes: ``100 B .. 3 KB``, or one size when both are equal."""
+    low, high = value
+    return format_size(low) if low == high else f"{format_size(low)} .. {format_size(high)}"
 
 
 def format_bandwidth(bandwidth_bps: int) -> str:

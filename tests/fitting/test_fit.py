@@ -50,14 +50,19 @@ def test_sizes_whose_spread_jumps_are_found_named_and_offered_as_a_limit(tmp_pat
     [remark] = [remark for remark in item.remarks if remark.kind == "spread"]
     assert remark.limit_bytes == 2876 and "from 3436 to 7356 B" in remark.text
     assert "assumptions: [" in dse.fit(file).to_yaml() and "messages of at most 2876 B" in dse.fit(file).to_yaml()
+    assert item.sizes_bytes == (76, 2876) and 'sizes: "76 B .. 2876 B"' in dse.fit(file).to_yaml()
     without = dse.fit(file, without=["3 KB .. 7.5 KB"])
+    assert without.transports[0].sizes_bytes == (76, 2876)
     assert "spread" not in kinds(without)
     assert without.transports[0].left_out == tuple(range(3436, 7357, 560))
     assert dse.fit(file, sizes="0 B .. 2876 B").transports[0].high_fit.rms_ns < item.high_fit.rms_ns / 4
 
 
 def test_an_even_spread_is_no_anomaly(tmp_path: Path) -> None:
-    assert "spread" not in kinds(dse.fit(sweep(tmp_path / "even.csv", range(0))))
+    even = dse.fit(sweep(tmp_path / "even.csv", range(0)))
+    assert "spread" not in kinds(even) and even.transports[0].sizes_bytes == (76, 13516)
+    ends = dse.fit(tmp_path / "even.csv", without=["0 B .. 1 KB", "9 KB .. 90 KB"])
+    assert ends.transports[0].sizes_bytes == (1196, 8476)
     assert "spread" not in kinds(dse.fit(GOLDEN / "table_5_3.csv"))
     rows = [f"{size},{size},{3 * size},{size // 9}" for size in range(100, 2000, 100)]
     growing = tmp_path / "growing.csv"

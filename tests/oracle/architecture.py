@@ -153,6 +153,9 @@ class Architecture:
             times["fixed"] = self.time_ranges("catalogue_alternatives", 50, 1200)
         if self.chance(0.2):
             del times[self.rng.choice(["fixed", "per_byte"])]
+        apart = random.Random(repr(self.rng.getstate()[1][2]))  # drawn apart from all else
+        if apart.random() < 0.2:  # what they hold for is remarked, and changes no figure
+            times["sizes"] = apart.choice(["1 B .. 64 B", "1 kB", "0 B .. 1 MB"])
         return times
 
     def _add_bus_types(self) -> None:

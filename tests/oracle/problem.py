@@ -353,7 +353,7 @@ def looked_up(body: Mapping[str, Any], field: str) -> Any:
         return "frame"
     if not part or raw is None or raw in FOLLOWS:
         return raw
-    if raw.keys() <= {"fixed", "per_byte"}:
+    if raw.keys() <= {"fixed", "per_byte", "sizes"}:
         return raw.get(part, Unstated("0 ns"))
     return {key: entry.get(part, "0 ns") for key, entry in raw.items()}
 

@@ -47,8 +47,8 @@ processor_types:
       interrupts: {i: {compute_execution_time: 1 us, period: 1 ms, source: s}},
       throttling: {budget: 950 ms, period: 1 s, source: s}}
 bus_types:
-  b: {bandwidth: 1 Mbit/s, transmission_time: {fixed: 1 us, per_byte: 1 ns}, latency: 1 ms, overhead: 1 B,
-      protocols: [v], broadcast: true,
+  b: {bandwidth: 1 Mbit/s, transmission_time: {fixed: 1 us, per_byte: 1 ns, sizes: 1 B .. 1 KB}, latency: 1 ms,
+      overhead: 1 B, protocols: [v], broadcast: true,
       virtual: false, exclusive: true, period: 1 ms, price: 1 EUR, power: 1 W, totals: {mass: 1 g},
       source: s}
   v: {virtual: true, transmission_time: from bandwidth, bandwidth: 1 Mbit/s}
@@ -148,7 +148,7 @@ def places() -> list[tuple[str, ...]]:
     for section in CLASSES:
         for name, entry in data[section].items():
             found += [(section, name, field) for field in entry]
-    return [*found, *(("bus_types", "b", "transmission_time", part) for part in ("fixed", "per_byte"))]
+    return [*found, *(("bus_types", "b", "transmission_time", part) for part in ("fixed", "per_byte", "sizes"))]
 
 
 def taken(data: dict[str, Any], folder: Path) -> bool:

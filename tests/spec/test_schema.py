@@ -32,6 +32,8 @@ BEYOND_SCHEMA = {
     "period_absurd_exponent",
     "option_given_twice",
     "range_reversed",
+    "sizes_in_fractions",
+    "sizes_reversed",
     "bandwidth_zero",
 }
 

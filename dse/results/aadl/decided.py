@@ -13,10 +13,12 @@ from dse.analysis.views import View
 from dse.errors import UsageError
 from dse.space.trees import Choice, NotOffered, at
 from dse.space.types import EMPTY, Design, Space
+from dse.spec.hardware import TransmissionTime
 
 TYPED = {"processors": "processor_types", "buses": "bus_types", "devices": "device_types", "threads": "thread_types"}
 LISTS = ("dispatch_trigger", "path", "interrupts", "further_buses", "protocols")
 """Fields whose list is no choice."""
+PARTS = frozenset(TransmissionTime.model_fields)
 USERS = ("devices", "threads", "executors", "reservations")
 LEFT_OPEN = ("priority", "core", "offset")
 """Fields that a problem may leave to the search without a list."""
@@ -85,7 +87,7 @@ class Decided:
     def value(self, section: str, name: str, key: str, value: Any) -> Any:
         """A field's value in the design; None where the design has no use for it."""
         if key == "transmission_time" and isinstance(value, dict):
-            parts = self._of_machine(section, name, value) if not set(value) & {"fixed", "per_byte"} else value
+            parts = self._of_machine(section, name, value) if not set(value) & PARTS else value
             return {part: self._one(f"{name}.{key}.{part}", text) for part, text in (parts or {}).items()} or None
         if key == "totals" and isinstance(value, dict):
             return {total: self._one(f"{name}.totals.{total}", text) for total, text in value.items()}

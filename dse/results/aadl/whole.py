@@ -165,7 +165,8 @@ class WholeModel:
             if all(parts.values()):
                 record = f"[Fixed => {parts['fixed']}; PerByte => {parts['per_byte']};]"
                 properties.append(f"Transmission_Time => {record};")
-                del rest["transmission_time"]
+                if "sizes" not in transmission:  # AADL has no word for these: all of it stands there once more
+                    del rest["transmission_time"]
         period = times(rest["period"], as_range=False) if "period" in rest and "bus" in category else None
         if period is not None:
             properties.append(f"Period => {period};")

@@ -61,6 +61,7 @@ class FittedTransport(Form):
     platform: str = field("The processor type; empty where the files do not say it.")
     fixed_ns: list[Figure] = field("Least and greatest fixed time, rounded outwards, as the catalogue has them.")
     per_byte_ns: list[Figure] = field("Least and greatest time per byte, likewise.")
+    sizes_bytes: list[int] = field("From and to which size of messages they hold, as the catalogue has it.")
     low: FittedLine = field("The line of the least times.")
     high: FittedLine = field("The line of the greatest times.")
     sizes: Annotated[list[Measured], Of("summaries")] = field("What was fitted, by size.")
