@@ -16,12 +16,17 @@ from dse.analysis.packing import placed
 from dse.analysis.partition import Spread
 from dse.analysis.placement import placement
 from dse.analysis.rows import counts_responses
+from dse.analysis.turns import Turn
+from dse.analysis.turns import cores_of as turns_on
 from dse.analysis.unbounded import unbounded_in
 from dse.analysis.validity import Rulebook
 from dse.analysis.views import View
 from dse.space.cores import is_scheduled, with_open_cores
 from dse.space.trees import at, leaves
 from dse.space.types import EMPTY, Component, Design, Space
+
+SHARED = 256
+"""So many plans of a processor are shared by the designs in which it has the same threads at the same rates."""
 
 
 @dataclass(frozen=True)
@@ -67,6 +72,7 @@ class ContentionReferee:
         """
         self.space, self.of_fronts = counted, of_fronts
         self._limits = self._limits_of(counted)
+        self._turns: Recall[list[list[Turn]]] = Recall(SHARED)
 
     def judge(self, design: Design) -> Judged:
         """What a valid design keeps and breaks, in the order of the requirements.
@@ -97,6 +103,8 @@ class ContentionReferee:
 
     def _misses(self, space: Space, limits: Sequence[Limit], design: Design) -> tuple[Miss, ...]:
         view = View(design)  # one for all: response times are found together, once for a view
+        for number in range(len(space.processors)):
+            view.memo["turns", number] = self._turns.recall(space, number, view, turns_on)
         verdicts = [judge(limit, view) for limit in limits]
         return tuple(
             Miss(verdict, unbounded_in(space, verdict.requirement.metric, view))

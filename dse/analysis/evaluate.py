@@ -9,13 +9,17 @@ from functools import cached_property
 from dse.analysis.flow_terms import flow_figure_ns
 from dse.analysis.limits import Limit, Verdict, build_limit, judge
 from dse.analysis.measures import Measure, all_metrics, build_measure
+from dse.analysis.memo import Recall
 from dse.analysis.rates import active_circle, rate_hz
+from dse.analysis.rows import counts_responses
 from dse.analysis.validity import Rulebook, canonical
 from dse.analysis.views import CyclicActivation, View
 from dse.space.trees import NotOffered
 from dse.space.types import Design, Space
 
 REMEMBERED = 4096
+SHARED = 256
+"""So many values of a figure are shared by the designs that agree in what it looks at."""
 
 
 @dataclass(frozen=True)
@@ -55,6 +59,9 @@ class Evaluator:
             else tuple(build_measure(space, item.metric) for item in space.objectives)
         )
         self.limits: tuple[Limit, ...] = (*(build_limit(space, item) for item in space.requirements), *further)
+        self._verdicts: Recall[Verdict] = Recall(SHARED)
+        self._integers: Recall[int] = Recall(SHARED)
+        self._shares = not counts_responses(space)  # which consult nearly all of a design, and are found together
         self._known: dict[Design, Evaluation] = {}
         self._figures: dict[Design, dict[str, int]] = {}
 
@@ -87,7 +94,7 @@ class Evaluator:
             return Evaluation(design, (), tuple(found), ())
         view = View(design)
         objectives = tuple(measure.integer(view) for measure in self.objectives)
-        verdicts = tuple(judge(limit, view) for limit in self.limits)
+        verdicts = tuple(self._verdict(number, view) for number in range(len(self.limits)))
         return Evaluation(canonical(self.space, design), objectives, (), verdicts)
 
     def invalid(self, design: Design) -> list[str]:
@@ -112,7 +119,7 @@ class Evaluator:
         found = self._figures.get(design)
         if found is None:
             view = View(design)
-            found = {measure.metric.name: self._integer(measure, view) for measure in self.metrics}
+            found = {item.metric.name: self._metric(number, view) for number, item in enumerate(self.metrics)}
             if len(self._figures) >= REMEMBERED:
                 self._figures.clear()
             self._figures[design] = found
@@ -122,6 +129,18 @@ class Evaluator:
         """Find, and remember, whatever is asked about a design later: where figures are slow, while there is time."""
         if not self.evaluate(design).breaches:
             self.metric_values(design)
+
+    def _verdict(self, number: int, view: View) -> Verdict:
+        if not self._shares:
+            return judge(self.limits[number], view)
+        return self._verdicts.recall(self.space, number, view, lambda _, at, seen: judge(self.limits[at], seen))
+
+    def _metric(self, number: int, view: View) -> int:
+        if not self._shares:
+            return self._integer(self.metrics[number], view)
+        return self._integers.recall(
+            self.space, number, view, lambda _, at, seen: self._integer(self.metrics[at], seen)
+        )
 
     def _integer(self, measure: Measure, view: View) -> int:
         figure_ns = None if measure.rounded else flow_figure_ns(self.space, measure.metric, view)

@@ -303,12 +303,17 @@ def _element_range_ns(space: Space, element: Step | Place, view: View) -> tuple[
     key = ("element", element, space.processing)
     found: tuple[Exact, Exact] | None = view.memo.get(key)
     if found is None:
-        if counts_responses(space):  # which consult whatever shares a processor
+        if counts_responses(space) and not _is_delivery(element):  # which consult whatever shares a processor
             found = _rows_range_ns(space, element, view)
         else:
             found = _RANGES.recall(space, element, view, _rows_range_ns)
         view.memo[key] = found
     return found
+
+
+def _is_delivery(element: Step | Place) -> bool:
+    """Whether an element is a connection, which waits for no processor."""
+    return isinstance(element, Step) and element.kind == "connection"
 
 
 def _rows_range_ns(space: Space, element: Step | Place, view: View) -> tuple[Exact, Exact]:

@@ -11,6 +11,8 @@ from dse.space.types import Space
 
 T = TypeVar("T")
 KEPT_SPACES = 8
+TRIED = 32
+"""After so many values it shows whether a formula is asked for the same ones again."""
 
 
 DEMANDS = frozenset(("requirements", "rules", "objectives", "references", "baseline", "fixed", "assumptions"))
@@ -66,17 +68,35 @@ class _Node(Generic[T]):
         self.value: T | None = None
 
 
-class Recall(Generic[T]):
-    """Remembers a formula's values, for the last few spaces; designs that agree where it looks share one."""
+class _Tree(Generic[T]):
+    """What is remembered of one formula: `values` were found, and `recalled` times one was there already."""
+
+    __slots__ = ("recalled", "root", "values")
 
     def __init__(self) -> None:
-        self._trees: dict[int, tuple[Space, dict[Any, _Node[T]]]] = {}
+        self.root: _Node[T] = _Node()
+        self.values = self.recalled = 0
+
+
+class Recall(Generic[T]):
+    """Remembers a formula's values, for the last few spaces; designs that agree where it looks share one.
+
+    With `most` no more than these values of a formula are kept at a time, and a formula that is hardly ever asked for
+    the same value again is left to itself.
+    """
+
+    def __init__(self, most: int | None = None) -> None:
+        self.most = most
+        self._trees: dict[int, tuple[Space, dict[Any, _Tree[T]]]] = {}
 
     def recall(self, space: Space, key: Any, view: View, formula: Callable[[Space, Any, View], T]) -> T:
         """``formula(space, key, view)``, from memory where it has been asked before."""
         if id(space) not in self._trees:
             self._admit(space)
-        node = self._trees[id(space)][1].setdefault(key, _Node())
+        tree = self._trees[id(space)][1].setdefault(key, _Tree())
+        if self.most is not None and tree.values >= TRIED and tree.recalled < tree.values:
+            return formula(space, key, view)
+        node = tree.root
         while node.decision is not None:
             branch = node.branches.get(view[node.decision])
             if branch is None:
@@ -85,8 +105,12 @@ class Recall(Generic[T]):
         if node.value is None:
             watching = Watching(view)
             value = formula(space, key, watching)
-            self._plant(self._trees[id(space)][1][key], watching.asked, value)
+            if self.most is not None and tree.values and not tree.values % self.most:
+                tree.root = _Node()
+            self._plant(tree.root, watching.asked, value)
+            tree.values += 1
             return value
+        tree.recalled += 1
         return node.value
 
     def _admit(self, space: Space) -> None:

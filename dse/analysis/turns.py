@@ -66,13 +66,13 @@ class Schedule:
 
     def __init__(self, space: Space, view: View) -> None:
         self.space, self.view = space, view
-        self._planned: dict[int, list[list[Turn]]] = {}
 
     def cores(self, processor: int) -> list[list[Turn]]:
-        """The tasks of each core, by priority."""
-        if processor not in self._planned:
-            self._planned[processor] = cores_of(self.space, processor, self.view)
-        return self._planned[processor]
+        """The tasks of each core, by priority; kept with the view."""
+        found: list[list[Turn]] | None = self.view.memo.get(("turns", processor))
+        if found is None:
+            found = self.view.memo["turns", processor] = cores_of(self.space, processor, self.view)
+        return found
 
     def place(self, key: TaskKey) -> tuple[int, int, Turn] | None:
         """Processor, core and turn of a task; None where it runs on none."""

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from fractions import Fraction
 
+from dse.analysis.flow_terms import flow_figure_ns
 from dse.analysis.latency import flow_rows
 from dse.analysis.measures import display_unit
 from dse.analysis.rates import NS_PER_S
@@ -26,6 +27,9 @@ def unbounded_in(space: Space, metric: Metric, view: View) -> tuple[str, ...]:
         inner = (item for _, item in _terms(space, metric))
         return tuple(dict.fromkeys(name for item in inner for name in unbounded_in(space, item, view)))
     if metric.kind in ("latency", "jitter"):
+        figure_ns = flow_figure_ns(space, metric, view)
+        if figure_ns is not None and figure_ns < UNBOUNDED_NS:
+            return ()
         rows = flow_rows(space, space.flows[metric.index or 0], view)
         return tuple(dict.fromkeys(row.contributor for row in rows if row.max_method == UNBOUNDED_METHOD))
     if metric.kind == "response time":

@@ -29,13 +29,15 @@ from ortools.sat.python import cp_model
 
 from dse.analysis.limits import Limit, keeps_cores, thread_loads
 from dse.analysis.measures import Term
-from dse.analysis.memo import Watching
-from dse.analysis.views import View, tabulate
+from dse.analysis.memo import Recall, Watching
+from dse.analysis.views import Case, View, tabulate
 from dse.encode.linear import Board, floor_int
 from dse.space.interchangeable import interchangeable_cores
 from dse.space.trees import Choice, at, leaves
 from dse.space.types import Design, Space
 
+SHARED = 256
+"""So many verdicts on a processor are shared by the designs that agree in what it carries."""
 MOST_CASES = 2_000
 """A thread whose use depends on more combinations of options has no rows."""
 
@@ -54,11 +56,15 @@ class CoreLimits:
     def __init__(self, space: Space, model: cp_model.CpModel, literals: Literals, limits: Sequence[CoreLimit]) -> None:
         self.space, self.model, self.literals, self.limits = space, model, literals, limits
         self.known: set[int] = set()
+        self.tables: dict[tuple[int, str], list[Case[int]] | None] = {}
+        """What each thread uses, by limit and name, as its options are; with every copy."""
+        self._kept: Recall[bool] = Recall(SHARED)
 
     def copy(self, model: cp_model.CpModel) -> CoreLimits:
         """The same for a copy of the model."""
         other = CoreLimits(self.space, model, self.literals, self.limits)
         other.known = set(self.known)
+        other.tables, other._kept = self.tables, self._kept
         return other
 
     def settled(self, design: Design, is_true: Callable[[cp_model.IntVar], bool]) -> bool:
@@ -67,15 +73,18 @@ class CoreLimits:
         for number, item in enumerate(self.limits):
             if item.guard is not None and not is_true(self._literal(item.guard)):
                 continue
-            if keeps_cores(item.limit, view):
+            if self._kept.recall(self.space, number, view, self._keeps):
                 continue
             learnt = True
             if number not in self.known:
                 self.known.add(number)
-                _Rows(self, item).add()
+                _Rows(self, number, item).add()
             else:
                 self._forbid(item, design)
         return not learnt
+
+    def _keeps(self, _: Space, number: int, view: View) -> bool:
+        return keeps_cores(self.limits[number].limit, view)
 
     def _forbid(self, item: CoreLimit, design: Design) -> None:
         """Not the options that the referee looked at, all together."""
@@ -108,8 +117,9 @@ class Literals:
 class _Rows:
     """The rows of one limit."""
 
-    def __init__(self, owner: CoreLimits, item: CoreLimit) -> None:
+    def __init__(self, owner: CoreLimits, number: int, item: CoreLimit) -> None:
         assert item.limit.processor is not None and item.limit.each is not None
+        self.number = number
         self.owner, self.model, self.literals = owner, owner.model, owner.literals
         self.space, self.processor = item.limit.processor
         self.limit, self.guard = item.limit, item.guard
@@ -142,7 +152,10 @@ class _Rows:
                 return 0
             return floor(sum((term.value(view) for term in terms), Fraction(0)) * self.scale)
 
-        cases = tabulate(self.space, use, MOST_CASES)
+        tables, key = self.owner.tables, (self.number, self.space.components[number].name)
+        if key not in tables:
+            tables[key] = tabulate(self.space, use, MOST_CASES)
+        cases = tables[key]
         most = max((case.value for case in cases or ()), default=0)
         if cases is None or not most:
             return []
