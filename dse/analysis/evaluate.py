@@ -133,14 +133,13 @@ class Evaluator:
     def _verdict(self, number: int, view: View) -> Verdict:
         if not self._shares:
             return judge(self.limits[number], view)
-        return self._verdicts.recall(self.space, number, view, lambda _, at, seen: judge(self.limits[at], seen))
+        return self._verdicts.recall(self.space, number, view, lambda _, key, seen: judge(self.limits[key], seen))
 
     def _metric(self, number: int, view: View) -> int:
+        measure = self.metrics[number]
         if not self._shares:
-            return self._integer(self.metrics[number], view)
-        return self._integers.recall(
-            self.space, number, view, lambda _, at, seen: self._integer(self.metrics[at], seen)
-        )
+            return self._integer(measure, view)
+        return self._integers.recall(self.space, number, view, lambda *asked: self._integer(measure, asked[2]))
 
     def _integer(self, measure: Measure, view: View) -> int:
         figure_ns = None if measure.rounded else flow_figure_ns(self.space, measure.metric, view)
