@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 
 import click
 
-from dse.cli.common import ExistingPath, check_writable, in_time, json_option, report_folder
+from dse.cli.common import ExistingPath, all_option, check_writable, console, in_time, json_option, report_folder
 from dse.cli.pages import answer, report_option
+
+REST = "-o FILE writes the catalogue, with every remark, for problem files to include; --all prints it."
 
 
 def _pairs(ctx: click.Context, param: click.Parameter, values: Sequence[str]) -> dict[str, str]:
@@ -49,6 +52,7 @@ def _pairs(ctx: click.Context, param: click.Parameter, values: Sequence[str]) ->
 )
 @click.option("-o", "--output", metavar="PATH", help="Write the catalogue, a file that problem files include.")
 @click.option("--figures", "figures", metavar="DIR", help="Write the plots into this folder, as SVG and PNG.")
+@all_option
 @report_option
 @json_option
 @in_time
@@ -66,6 +70,7 @@ def command(
     extremes: int | None,
     output: str | None,
     figures: str | None,
+    every: bool,
     report: str | None,
     json_path: str | None,
 ) -> int:
@@ -100,12 +105,18 @@ def command(
     samples = _samples_path(output) if to_file and has_samples else None
     text = found.to_yaml(samples.name if samples is not None else None)
     from dse.report.fit import fit_page
+    from dse.report.page import Section, texts
+    from dse.report.terminal import SCREEN, page_height
+    from dse.report.writing import page_text
 
     page = fit_page(found)
     beside = None if samples is None else str(samples)
-    tables = (beside, lambda: samples_table(found)), (output, lambda: text), (json_path, found.to_json)
-    answer(page, *tables, report=report)
-    if output is None and json_path != "-":
+    report_text = report, lambda: page_text(page, report or "")
+    tables = (beside, lambda: samples_table(found)), (output, lambda: text), (json_path, found.to_json), report_text
+    is_below = output is None and (every or page_height(console(), page) + text.count("\n") < SCREEN)
+    rest = Section("rest", "", () if is_below or output is not None else tuple(texts(REST)))
+    answer(replace(page, sections=(*page.sections, rest)), *tables, every=every)
+    if is_below and json_path != "-":
         click.echo(f"\n{text}", nl=False)
     if figures is not None:
         from dse.files.writing import write_files

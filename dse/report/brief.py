@@ -41,17 +41,28 @@ REASONS = 2
 def fitting_page(
     document: Document, top: int | None, fits: Callable[[Page], bool], further: Sequence[Section] = ()
 ) -> Page:
-    """The same with as many alternatives as fit on a screen, where nobody says how many: two to `SCREEN`."""
+    """The same with as many alternatives as fit on a screen, where nobody says how many: two to `SCREEN`.
+
+    Where not even two do, with what is told beside them, there is less of why the first is, then that one alone.
+    """
     most = min(SCREEN, len(document.result.leaders))
-    for shown in range(most, 2, -1) if top == TOP else ():
-        page = brief_page(document, top, shown, further)
+    sizes = [(shown, REASONS) for shown in range(most, min(most, 2) - 1, -1)]
+    sizes += [(sizes[-1][0], 1), (min(most, 1), 1)]
+    for shown, reasons in sizes[:-1] if top == TOP else ():
+        page = brief_page(document, top, shown, further, reasons=reasons)
         if fits(page):
             return page
-    return brief_page(document, top, min(most, 2), further)
+    shown, reasons = sizes[-1] if top == TOP else (SCREEN, REASONS)
+    return brief_page(document, top, shown, further, reasons=reasons)
 
 
 def brief_page(
-    document: Document, top: int | None = TOP, screen: int = SCREEN, further: Sequence[Section] = ()
+    document: Document,
+    top: int | None = TOP,
+    screen: int = SCREEN,
+    further: Sequence[Section] = (),
+    *,
+    reasons: int = REASONS,
 ) -> Page:
     """The proof, the table of the alternatives that differ, near-identical ones in a line each, and the choice.
 
@@ -64,7 +75,7 @@ def brief_page(
     if result.front:
         shown = result.front if top is None else result.leaders[: screen if top == TOP else top]
         blocks += [*_table(document, shown), *texts(*_neighbours(document, shown), _common(document))]
-        blocks += _choice(document)
+        blocks += _choice(document, reasons)
         for point in shown:
             blocks += further_blocks(point, document.others_of(point))
     else:
@@ -158,12 +169,12 @@ def _common(document: Document) -> str:
     return f"{', '.join(every[:told])} and {len(every) - told} more (--explain)."
 
 
-def _choice(document: Document) -> Iterator[Block]:
+def _choice(document: Document, most: int) -> Iterator[Block]:
     """What to look at first, and why, in three lines or so."""
     result = document.result
     first = result.front[0]
     reasons = document.alternative(first).sentences
-    wanted = [item for item in reasons if item.label.startswith(("Stands out", "Against"))][:REASONS]
+    wanted = [item for item in reasons if item.label.startswith(("Stands out", "Against"))][:most]
     same = [item for item in reasons if item.label == SAME]
     wanted += same[:1]
     ranked = "nearest to the best of everything" if result.ranking == "ideal" else f"first by {result.ranking_words}"

@@ -8,7 +8,6 @@ from pathlib import Path
 
 from dse.fitting.extremes import Tail
 from dse.fitting.fit import Execution, Fit, Transport
-from dse.fitting.judging import Remark
 from dse.report.fitplots import execution_plot, transport_plots
 from dse.report.page import Block, Page, Section, Table, listing, texts
 from dse.units import TimeRange, format_time_range
@@ -20,6 +19,21 @@ METHODS = {
     "envelope": "the closest lines that nothing measured lies beyond (least sum of distances at the measured sizes)",
     "quantile": "quantile lines",
 }
+GRAVITY = (
+    "spread",
+    "saturated",
+    "poor fit",
+    "bend",
+    "left out",
+    "single sample",
+    "few sizes",
+    "resolution",
+    "negative part",
+    "crossing",
+    "outside",
+    "half round trip",
+)
+"""The kinds of remarks but of sample maxima, which one sentence tells: what weighs more comes first."""
 MOST_UNUSED = 8
 """More columns that were not used are counted."""
 
@@ -50,9 +64,9 @@ def _transports(fit: Fit) -> Iterator[Block]:
         how += " of " + " and ".join(f"{float(share) * 100:g} %" for share in fit.quantiles)
     yield from texts(f"Transmission times: {how}{', half of round trips' if fit.is_round_trip else ''}")
     headings = ("transport", "platform", "fixed", "per byte", "sizes", "R2 low", "R2 high", "beyond", "most beyond")
-    yield Table("", headings, tuple(map(_transport_row, fit.transports)), tuple(range(2, len(headings))))
+    yield _table(headings, map(_transport_row, fit.transports))
+    yield from _remarks(fit.transports)
     for item in fit.transports:
-        yield from _remarks(item.where, item.remarks)
         yield from _tails((f"{item.where}, {size} B", tail) for size, tail in item.tails)
     yield from chain.from_iterable(map(transport_plots, fit.transports))
 
@@ -76,9 +90,9 @@ def _share(value: float | None) -> str:
 
 def _executions(found: tuple[Execution, ...]) -> Iterator[Block]:
     headings = ("thread type", "platform", "least .. greatest", "mean", "deviation", "samples")
-    yield Table("", headings, tuple(map(_execution_row, found)), tuple(range(2, len(headings))))
+    yield _table(headings, map(_execution_row, found))
+    yield from _remarks(found)
     for item in found:
-        yield from _remarks(item.where, item.remarks)
         yield from _tails((item.where, tail) for tail in item.tails)
     yield execution_plot(found)
 
@@ -94,8 +108,22 @@ def _execution_row(item: Execution) -> tuple[str, ...]:
     )
 
 
-def _remarks(where: str, remarks: Iterable[Remark]) -> list[Block]:
-    return listing(f"{where}: {remark.text}." for remark in remarks if remark.kind != "sample maximum")
+def _table(headings: tuple[str, ...], rows: Iterable[tuple[str, ...]]) -> Table:
+    """A row for each of what was fitted; a terminal leaves rows out where they are more than it has room for."""
+    every = tuple(rows)
+    rest = "{} more: --all"
+    return Table("", headings, every, tuple(range(2, len(headings))), brief=len(every), rest=rest)
+
+
+def _remarks(found: Iterable[Transport | Execution]) -> list[Block]:
+    """Every remark once, with all that it is about, the gravest first: the last are left out where there is no room."""
+    about: dict[tuple[int, str], list[str]] = {}
+    for item in found:
+        for remark in item.remarks:
+            if remark.kind != "sample maximum":
+                about.setdefault((GRAVITY.index(remark.kind), remark.text), []).append(item.where)
+    said = [f"{', '.join(where)}: {text}." for (_, text), where in sorted(about.items(), key=lambda one: one[0][0])]
+    return listing(said, brief=len(said))
 
 
 def _tails(found: Iterable[tuple[str, Tail]]) -> list[Block]:

@@ -36,8 +36,6 @@ LONGEST = 100
 PAGE = "--report PAGE.html is a page."
 SCREEN = 39
 """Lines of a screen of 40 without that of the prompt."""
-LEAST_ROWS = 2
-"""No table is cut to fewer rows to make room on the screen."""
 
 
 def print_page(console: Console, page: Page, *, every: bool = False, lines: int | None = None) -> None:
@@ -99,10 +97,10 @@ def _smaller(block: Block) -> Block | None:
     """The same with a row less; None where nothing is left to give up."""
     if not isinstance(block, Listing | Table) or block.brief is None:
         return None
-    every, least = (block.items, 1) if isinstance(block, Listing) else (block.rows, LEAST_ROWS)
+    every = block.items if isinstance(block, Listing) else block.rows
     shown = len(_first(every, block.brief))
     less = shown - (2 if shown == len(every) else 1)  # one more than `brief` is shown rather than told of
-    return replace(block, brief=less) if less >= least else None
+    return replace(block, brief=less) if less >= 1 else None
 
 
 def print_block(console: Console, block: Block, *, every: bool = False) -> None:

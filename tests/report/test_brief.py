@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import io
 from functools import partial
+from itertools import product
 from pathlib import Path
 from shutil import copytree
 
@@ -87,6 +88,46 @@ def test_every_answer_about_a_middle_system_is_on_one_screen(
         assert any("--all" in line for line in lines)
         assert run([name, *MIDDLE[name], "--all"]) in (0, 4)
         assert len(capsys.readouterr().out.splitlines()) > len(lines)
+
+
+def test_the_price_of_insisting_is_on_one_screen(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """With wide cells and a long comparison, which gives way."""
+    monkeypatch.setenv("COLUMNS", str(COLUMNS))
+    assert run(["solve", str(example_path("move_base")), "--insist", "--workers", "1"]) == 0
+    lines = capsys.readouterr().out.splitlines()
+    assert len(lines) < LINES and max(map(len, lines)) <= COLUMNS
+    assert any(line.startswith("  insisting on") for line in lines)
+    assert run(["solve", str(example_path("move_base")), "--insist", "--workers", "1", "--top", "8"]) == 0
+    assert len(capsys.readouterr().out.splitlines()) > LINES
+
+
+def test_a_fit_is_on_one_screen_and_tells_the_gravest_first(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Four transports with a dozen remarks each; what is said of all is said once, and the rest is in the catalogue."""
+    monkeypatch.setenv("COLUMNS", str(COLUMNS))
+    rows = [
+        f"{size},{platform},{name},{700 + size * at % 7000},"
+        f"{9400 + size * at % 9001 + (99000 if 3000 < size < 7500 else 0)}"
+        for at, (platform, name) in enumerate(product(("small", "large"), ("ipc", "udp")), 3)
+        for size in range(76, 14021, 560)
+    ]
+    path = tmp_path / "m.csv"
+    path.write_text("\n".join(["size_bytes,platform,transport,min_us,max_us", *rows]), encoding="utf-8")
+    assert run(["fit", str(path), "--round-trip"]) == 0
+    lines = capsys.readouterr().out.splitlines()
+    assert len(lines) < LINES and max(map(len, lines)) <= COLUMNS
+    told = [line for line in lines if " on small" in line]
+    assert "ipc on small, udp on small, ipc on large, udp on large: the samples lie much further" in told[0]
+    assert any("more (--all)" in line for line in lines) and lines[-1].startswith("-o FILE writes the catalogue")
+    assert run(["fit", str(path), "--round-trip", "--all"]) == 0
+    every = capsys.readouterr().out
+    assert "bus_types:" in every and every.count("are halves of round trips") == 1 + 4  # the catalogue says it of each
+    few = tmp_path / "few.csv"
+    few.write_text("size_bytes,min_us,max_us\n0,10,20\n10,20,30\n20,30,40\n", encoding="utf-8")
+    assert run(["fit", str(few)]) == 0 and "bus_types:" in capsys.readouterr().out
 
 
 def test_near_identical_ones_are_one_line_that_can_be_opened(robot: dse.Result) -> None:
@@ -192,9 +233,9 @@ def test_so_many_alternatives_as_fit(robot: dse.Result) -> None:
     def fits(lines: int, page: Page) -> bool:
         return page_height(console, page) <= lines
 
-    pages = [fitting_page(Document(robot), TOP, partial(fits, lines)) for lines in (39, 25)]
+    pages = [fitting_page(Document(robot), TOP, partial(fits, lines)) for lines in (39, 33, 25)]
     shown = [len(next(block for block in page.sections[0].blocks if isinstance(block, Table)).rows) for page in pages]
-    assert shown == [4, 2]
+    assert shown == [4, 2, 1]
 
 
 def test_what_robustness_costs_is_told_in_brief() -> None:
