@@ -49,27 +49,51 @@ HOLDS: dict[str, Callable[[Fraction, Fraction], bool]] = {
 
 
 @dataclass(frozen=True)
+class EachCore:
+    """An upper limit on each core of a processor of a space: at most `most`, in ppm of the core, or less than that."""
+
+    space: Space
+    processor: int
+    most: Fraction
+    is_strict: bool
+
+    @property
+    def room(self) -> Room:
+        """What a core may carry, as a share of it."""
+        return Room(self.most / PPM, self.is_strict)
+
+
+@dataclass(frozen=True)
 class Limit:
     """A requirement ready to evaluate: the sum of `measure` against `bound`, both in the measure's unit.
 
-    `each` is the limit that every single term of the measure must keep too (a thread cannot use more than one core),
-    and every core of `processor`, a space's and its number; or None. `is_elsewhere`: its figures are not those of the
-    space that it limits, but of one with other inputs.
+    `cores` is what it asks of every core of a processor beside the sum, and so of each thread alone, which cannot use
+    more than one; or None. `is_elsewhere`: its figures are not those of the space that it limits, but of one with other
+    inputs.
     """
 
     requirement: Requirement
     measure: Measure
     bound: Callable[[View], Fraction]
-    each: Fraction | None = None
-    processor: tuple[Space, int] | None = None
+    cores: EachCore | None = None
     is_elsewhere: bool = False
 
     @property
-    def on_cores(self) -> tuple[Space, int, Room] | None:
-        """A space, a processor of it, and what each of its cores may carry; None where no core is limited."""
-        if self.processor is None or self.each is None:
-            return None
-        return *self.processor, Room(self.each / PPM, self.requirement.operator == "<")
+    def alone(self) -> dict[str, list[Term]]:
+        """The terms of each thread that must keep the limit of one core alone; none where no core is limited."""
+        return {} if self.cores is None else thread_loads(self.measure.terms)
+
+    @property
+    def together(self) -> list[list[Term]]:
+        """The terms of threads that are stated to run on one core, which keep its limit together, core by core."""
+        if self.cores is None:
+            return []
+        stated = {item.name: item.core for item in self.cores.space.components if isinstance(item.core, int)}
+        groups: dict[int, list[list[Term]]] = {}
+        for name, terms in self.alone.items():
+            if name in stated:
+                groups.setdefault(stated[name], []).append(terms)
+        return [[term for terms in group for term in terms] for group in groups.values() if len(group) > 1]
 
 
 @dataclass(frozen=True)
@@ -141,8 +165,7 @@ def build_limit(space: Space, requirement: Requirement, *, counted: bool = True,
             requirement,
             measure,
             lambda view: per_core * (at(slot.cores, view) or 1),
-            per_core if upper else None,
-            (space, number) if upper else None,
+            EachCore(space, number, per_core, requirement.operator == "<") if upper else None,
         )
     if metric.kind == "load" and requirement.is_share:
         bus, share = space.buses[metric.index or 0], quantity.value / 8
@@ -207,9 +230,8 @@ def excess(space: Space, limit: Limit) -> Measure:
 
 
 def thread_values(limit: Limit, view: View) -> dict[str, Fraction]:
-    """What each thread uses in a design, in the measure's unit."""
-    grouped = thread_loads(limit.measure.terms)
-    return {name: exact_sum(term.value(view) for term in terms) for name, terms in grouped.items()}
+    """What each thread that must keep the limit of one core uses in a design, in the measure's unit."""
+    return {name: exact_sum(term.value(view) for term in terms) for name, terms in limit.alone.items()}
 
 
 def thread_loads(terms: tuple[Term, ...]) -> dict[str, list[Term]]:
@@ -222,35 +244,36 @@ def thread_loads(terms: tuple[Term, ...]) -> dict[str, list[Term]]:
 
 def comparisons(limit: Limit, view: View) -> Iterator[Comparison]:
     """Everything that a requirement compares in a design: the sum, then each thread and the fullest core."""
-    loads = {} if limit.each is None else thread_values(limit, view)
+    loads = thread_values(limit, view)
     yield from sum_comparisons(limit, view, loads)
-    if limit.on_cores is not None:
-        yield core_comparison(limit, loads, view)
+    if limit.cores is not None:
+        yield core_comparison(limit.cores, loads, view)
 
 
 def sum_comparisons(limit: Limit, view: View, loads: Mapping[str, Fraction] | None = None) -> Iterator[Comparison]:
     """The sum, then each thread; `loads` are what `thread_values` finds, where that is known."""
-    if limit.each is None:
+    if limit.cores is None:
         yield Comparison(limit.measure.value(view), limit.bound(view))
         return
     loads = thread_values(limit, view) if loads is None else loads
     yield Comparison(exact_sum(loads.values()), limit.bound(view))
     for name, load in loads.items():
-        yield Comparison(load, limit.each, thread=name)
+        yield Comparison(load, limit.cores.most, thread=name)
 
 
-def core_comparison(limit: Limit, loads: Mapping[str, Fraction], view: View) -> Comparison:
+def core_comparison(cores: EachCore, loads: Mapping[str, Fraction], view: View) -> Comparison:
     """The load of the fullest core; where no partition keeps the limit, as first-fit leaves it."""
-    assert limit.on_cores is not None
-    space, processor, room = limit.on_cores
-    found = spread(space, processor, on_processor(space, processor, loads, view), view, room)
+    used = on_processor(cores.space, cores.processor, loads, view)
+    found = spread(cores.space, cores.processor, used, view, cores.room)
     value = ZERO if found.status == "undecided" else found.loads[found.fullest - 1] * PPM
-    return Comparison(value, room.share * PPM, core=found.fullest, spread=found)
+    return Comparison(value, cores.most, core=found.fullest, spread=found)
 
 
 def keeps_cores(limit: Limit, view: View) -> bool:
     """Whether every core keeps a limit: some partition does, or nothing was found against it."""
-    found = core_comparison(limit, thread_values(limit, view), view)
+    if limit.cores is None:
+        return True
+    found = core_comparison(limit.cores, thread_values(limit, view), view)
     return HOLDS[limit.requirement.operator](found.value, found.bound)
 
 
@@ -268,21 +291,18 @@ def needed_share(limit: Limit, view: View, *, of_total: bool = False) -> tuple[F
 
     With `of_total` the sum alone counts.
     """
-    loads = {} if limit.each is None else thread_values(limit, view)
+    loads = thread_values(limit, view)
     whole, *threads = sum_comparisons(limit, view, loads)
     needed, who = whole.value / whole.bound, ""
-    if of_total or limit.each is None:
+    if of_total or limit.cores is None:
         return needed, who
     for item in threads:
         if item.value / item.bound > needed:
             needed, who = item.value / item.bound, item.thread
-    if limit.processor is not None:
-        space, processor = limit.processor
-        even = even_spread(space, processor, on_processor(space, processor, loads, view), view)
-        peak = even.loads[even.fullest - 1] * PPM / limit.each
-        if peak > needed:
-            return peak, core_words(even)
-    return needed, who
+    space, processor = limit.cores.space, limit.cores.processor
+    even = even_spread(space, processor, on_processor(space, processor, loads, view), view)
+    peak = even.loads[even.fullest - 1] * PPM / limit.cores.most
+    return (peak, core_words(even)) if peak > needed else (needed, who)
 
 
 def core_words(found: Spread) -> str:

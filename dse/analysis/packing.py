@@ -130,8 +130,8 @@ def _rooms(beside: Sequence[Limit]) -> dict[int, Room]:
     """What limits on cores leave of each core of a processor."""
     found: dict[int, Room] = {}
     for limit in beside:
-        if limit.on_cores is not None:
-            _, processor, room = limit.on_cores
+        if limit.cores is not None:
+            processor, room = limit.cores.processor, limit.cores.room
             found[processor] = min(found.get(processor, room), room, key=lambda item: (item.share, not item.is_strict))
     return found
 

@@ -225,7 +225,7 @@ def _limit(space: Space, member: Requirement, operator: Operator, shown: Fractio
     moved = replace(member, operator=operator)
     if member.is_share:
         found = build_limit(space, replace(moved, limit=replace(member.limit, value=shown / PPM)))
-        return replace(found, each=None) if member.operator == "==" else found
+        return replace(found, cores=None) if member.operator == "==" else found
     limit = build_limit(space, moved)
     if member.metric.key == "deadline":
         return replace(limit, bound=lambda view: limit.bound(view) + shown)

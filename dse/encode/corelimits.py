@@ -27,11 +27,11 @@ from typing import Any
 
 from ortools.sat.python import cp_model
 
-from dse.analysis.limits import Limit, keeps_cores, thread_loads
+from dse.analysis.limits import Limit, keeps_cores
 from dse.analysis.measures import Term
 from dse.analysis.memo import Recall, Watching
 from dse.analysis.views import Case, View, tabulate
-from dse.encode.linear import Board, floor_int
+from dse.encode.linear import Board, greatest
 from dse.space.interchangeable import interchangeable_cores
 from dse.space.trees import Choice, at, leaves
 from dse.space.types import Design, Space
@@ -118,10 +118,10 @@ class _Rows:
     """The rows of one limit."""
 
     def __init__(self, owner: CoreLimits, number: int, item: CoreLimit) -> None:
-        assert item.limit.processor is not None and item.limit.each is not None
-        self.number = number
+        assert item.limit.cores is not None
+        self.cores, self.number = item.limit.cores, number
         self.owner, self.model, self.literals = owner, owner.model, owner.literals
-        self.space, self.processor = item.limit.processor
+        self.space, self.processor = self.cores.space, self.cores.processor
         self.limit, self.guard = item.limit, item.guard
         self.count = max([1, *leaves(self.space.processors[self.processor].cores)])
         self.scale = item.limit.measure.scale
@@ -132,12 +132,10 @@ class _Rows:
 
     def add(self) -> None:
         """Every core's sum is within the limit; a thread with too many cases is left out, which loses no design."""
-        assert self.limit.each is not None
-        most = self.limit.each * self.scale
-        room = -floor(-most) - 1 if self.limit.requirement.operator == "<" else floor_int(most)
+        room = greatest(strict=self.cores.is_strict)(self.cores.most * self.scale)
         columns: list[list[Any]] = [[] for _ in range(self.count)]
         numbers = {item.name: number for number, item in enumerate(self.space.components)}
-        for name, terms in thread_loads(self.limit.measure.terms).items():
+        for name, terms in self.limit.alone.items():
             for core, share in enumerate(self._shares(numbers[name], terms)):
                 columns[core].append(share)
         held = [] if self.guard is None else [self.owner._literal(self.guard)]

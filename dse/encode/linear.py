@@ -255,6 +255,11 @@ def floor_int(value: Fraction) -> int:
     return value.numerator // value.denominator
 
 
+def greatest(*, strict: bool) -> Callable[[Fraction], int]:
+    """The greatest integer that keeps an upper bound, or is below it."""
+    return (lambda bound: ceil_int(bound) - 1) if strict else floor_int
+
+
 def ceil_int(value: Fraction) -> int:
     """The least integer not below `value`."""
     return -(-value.numerator // value.denominator)

@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Callable
 from fractions import Fraction
 
-from dse.analysis.limits import Limit, thread_loads
+from dse.analysis.limits import Limit
 from dse.analysis.measures import Term
 from dse.encode.contention import Deadline, is_deadline
 from dse.encode.corelimits import CoreLimit
-from dse.encode.linear import Board, Form, Given, ceil_int, floor_int, placed
+from dse.encode.linear import Board, Form, Given, ceil_int, floor_int, greatest, placed
 from dse.encode.rates import RateVariables
 from dse.encode.sums import Branch, measure_branches
 from dse.space.interchangeable import interchangeable_cores
@@ -24,7 +24,7 @@ def add_limit(board: Board, rates: RateVariables, limit: Limit) -> None:
         return
     try:
         if operator in ("<=", "<", "=="):
-            inwards = _most(strict=operator == "<")
+            inwards = greatest(strict=operator == "<")
             is_tight = False
             for branch in measure_branches(board, rates, measure, below=True):
                 bounds = _bounds(board, limit, branch.given, inwards)
@@ -35,16 +35,9 @@ def add_limit(board: Board, rates: RateVariables, limit: Limit) -> None:
         if operator in (">=", ">", "=="):
             for branch in measure_branches(board, rates, measure):
                 _add_lower(board, branch, _bounds(board, limit, branch.given, _least(strict=operator == ">")))
-        if limit.each is not None:
-            _add_each(board, rates, limit, _most(strict=operator == "<"))
-            _add_stated_cores(board, rates, limit, _most(strict=operator == "<"))
+        _add_cores(board, rates, limit)
     except OverflowError as error:
         raise placed(limit.requirement, error) from error
-
-
-def _most(*, strict: bool) -> Callable[[Fraction], int]:
-    """The greatest integer that keeps an upper bound."""
-    return (lambda bound: ceil_int(bound) - 1) if strict else floor_int
 
 
 def _least(*, strict: bool) -> Callable[[Fraction], int]:
@@ -69,12 +62,13 @@ def _add_lower(board: Board, branch: Branch, bounds: Form) -> None:
         board.demand(board.expression(branch.form) >= 0, branch.chosen)
 
 
-def _add_each(board: Board, rates: RateVariables, limit: Limit, inwards: Callable[[Fraction], int]) -> None:
-    """Each thread alone uses at most its share of one core."""
-    assert limit.each is not None
+def _add_cores(board: Board, rates: RateVariables, limit: Limit) -> None:
+    """Each thread alone uses at most its share of one core, and so do threads together that are stated to share it."""
+    if limit.cores is None:
+        return
     measure = limit.measure
-    most = inwards(limit.each * measure.scale)
-    for terms in thread_loads(measure.terms).values():
+    most = greatest(strict=limit.cores.is_strict)(limit.cores.most * measure.scale)
+    for terms in (*limit.alone.values(), *limit.together):
         if len(terms) == 1 and _forbid_products(
             board, rates, terms[0], Fraction(most + measure.rounded, measure.scale)
         ):
@@ -84,24 +78,6 @@ def _add_each(board: Board, rates: RateVariables, limit: Limit, inwards: Callabl
                 board.demand(board.expression(branch.form) <= most, branch.chosen)
 
 
-def _add_stated_cores(board: Board, rates: RateVariables, limit: Limit, inwards: Callable[[Fraction], int]) -> None:
-    """The threads that are stated to run on a core use at most that core."""
-    if limit.processor is None or limit.each is None:
-        return
-    most = inwards(limit.each * limit.measure.scale)
-    stated = {item.name: item.core for item in limit.processor[0].components if isinstance(item.core, int)}
-    together: dict[int, list[list[Term]]] = {}
-    for name, terms in thread_loads(limit.measure.terms).items():
-        if name in stated:
-            together.setdefault(stated[name], []).append(terms)
-    for groups in together.values():
-        if len(groups) > 1:
-            listed = tuple(term for terms in groups for term in terms)
-            for branch in measure_branches(board, rates, limit.measure, listed, below=True):
-                if branch.form.high > most:
-                    board.demand(board.expression(branch.form) <= most, branch.chosen)
-
-
 def _may_fill_cores(board: Board, limit: Limit, branch: Branch, bounds: Form) -> bool:
     """Whether threads that keep the sum and their own limits may not fit on the cores of a processor.
 
@@ -109,12 +85,12 @@ def _may_fill_cores(board: Board, limit: Limit, branch: Branch, bounds: Form) ->
     and others, "Utilization bounds for EDF scheduling on real-time multiprocessor systems", Real-Time Systems 28,
     2004); where cores are stated, listed or decided anything may happen.
     """
-    if limit.processor is None or limit.each is None:
+    if limit.cores is None:
         return False
-    space, processor = limit.processor
+    space, processor = limit.cores.space, limit.cores.processor
     if max([1, *leaves(space.processors[processor].cores)]) < 2:
         return False
-    each = limit.each * limit.measure.scale
+    each = limit.cores.most * limit.measure.scale
     if branch.form.high + len(limit.measure.terms) <= each:
         return False  # all of them fit on one core
     here = [item for item in space.components if processor in set(leaves(item.processor))]

@@ -59,7 +59,7 @@ def closest_limit(oracle: Oracle, kept: frozenset[int], requirement: Requirement
 
 def _total(space: Space, requirement: Requirement) -> Limit:
     """The limit of the sum alone, without that of one core for each thread (which ``==`` does not ask for)."""
-    return replace(build_limit(space, requirement, is_asked=False), each=None)
+    return replace(build_limit(space, requirement, is_asked=False), cores=None)
 
 
 def _latest(oracle: Oracle, kept: frozenset[int], requirement: Requirement) -> Closest | None:

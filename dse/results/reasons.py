@@ -250,12 +250,12 @@ def margins_of(limit: Limit, view: View) -> list[Margin]:
         return []
     bound = limit.bound(view)
     found = [Margin(requirement, limit.measure.value(view), bound, unit, capacity=_capacity(requirement, bound))]
-    if limit.each is not None and limit.each != bound:
+    if limit.cores is not None and limit.cores.most != bound:
         alone = [item for item in comparisons(limit, view) if item.thread or (item.spread and not item.spread.is_open)]
         fullest = max(alone, key=lambda item: (item.value, item.core), default=None)
         if fullest is not None:
             who = fullest.thread or f"core {fullest.core}"
-            found.append(Margin(requirement, fullest.value, limit.each, unit, who))
+            found.append(Margin(requirement, fullest.value, limit.cores.most, unit, who))
     return found
 
 

@@ -116,7 +116,7 @@ class DesignFunction:
             tuple(item.shown for item in space.requirements),
             tuple(item.operator for item in space.requirements),
             tuple(bounds),
-            frozenset(number for number, limit in enumerate(evaluator.limits) if self.cores and limit.processor),
+            frozenset(number for number, limit in enumerate(evaluator.limits) if self.cores and limit.cores),
         )
         return outputs, results, list(guards)
 
@@ -184,8 +184,8 @@ class DesignFunction:
             if only not in (None, number):
                 continue
             limit = build_limit(space, requirement, counted=False)
-            if limit.on_cores is not None:
-                item = core_comparison(limit, thread_values(limit, view), view)
+            if limit.cores is not None:
+                item = core_comparison(limit.cores, thread_values(limit, view), view)
                 assert item.spread is not None
                 found[number] = (Fraction(item.value), Fraction(item.bound), core_words(item.spread))
         return found

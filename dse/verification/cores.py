@@ -12,7 +12,7 @@ import numpy as np
 import numpy.typing as npt
 from ortools.sat.python import cp_model
 
-from dse.analysis.limits import Limit, keeps_cores, thread_loads
+from dse.analysis.limits import Limit, keeps_cores
 from dse.analysis.measures import Term
 from dse.analysis.views import View
 from dse.space.trees import at
@@ -69,22 +69,19 @@ def core_table(
     exact_below, coarse
         sums stay below the first for an exact table; else shares are rounded down to one of so many parts.
     """
-    assert limit.processor is not None and limit.each is not None
-    (space, processor), name = limit.processor, limit.requirement.text
+    assert limit.cores is not None
+    space, processor, each, name = limit.cores.space, limit.cores.processor, limit.cores.most, limit.requirement.text
     most = max([1, *leaves_of(space.processors[processor].cores)])
     if most < 2:
         return None
     numbers = {item.name: number for number, item in enumerate(space.components)}
-    listed = {
-        numbers[thread]: [term(item) for item in terms] for thread, terms in thread_loads(limit.measure.terms).items()
-    }
+    listed = {numbers[thread]: [term(item) for item in terms] for thread, terms in limit.alone.items()}
     everything = [part for parts in listed.values() for part in parts]
-    scale = lcm(limit.each.denominator, *(leaf.denominator for part in everything for leaf in leaves(part)))
+    scale = lcm(each.denominator, *(leaf.denominator for part in everything for leaf in leaves(part)))
     biggest = sum(max((leaf for leaf in leaves(part)), default=0) for part in everything)
     exact = biggest * scale < exact_below
     scale = scale if exact else coarse
-    strict = limit.requirement.operator == "<"
-    room = ceil(limit.each * scale) - 1 if strict else floor(limit.each * scale)
+    room = ceil(each * scale) - 1 if limit.cores.is_strict else floor(each * scale)
 
     def counted(part: Diagram) -> Diagram:
         return mapped(part, lambda leaf: 0 if leaf is NO_DESIGN else floor(leaf * scale))

@@ -10,7 +10,7 @@ from math import ceil, floor, lcm
 from typing import Any
 
 from dse.analysis.evaluate import Evaluator
-from dse.analysis.limits import Limit, thread_loads
+from dse.analysis.limits import Limit
 from dse.analysis.measures import Term
 from dse.analysis.priorities import number_of, order_ns
 from dse.analysis.rates import NS_PER_S, rate_hz
@@ -250,11 +250,10 @@ class _Builder:
             found.append(self.bound(name, parts, self.make.mapped(bound, as_fraction), 1, strict=operator == "<"))
         if operator in (">=", ">", "=="):
             found.append(self.bound(name, parts, self.make.mapped(bound, as_fraction), -1, strict=operator == ">"))
-        if limit.each is not None:
-            for thread, terms in thread_loads(limit.measure.terms).items():
-                alone = self.figures(terms, name)
-                found.append(self.bound(f"{name}: {thread}", alone, limit.each, 1, strict=operator == "<"))
-        if limit.each is not None and limit.processor is not None:
+        if limit.cores is not None:
+            for thread, terms in limit.alone.items():
+                alone, most = self.figures(terms, name), limit.cores.most
+                found.append(self.bound(f"{name}: {thread}", alone, most, 1, strict=limit.cores.is_strict))
             table = core_table(
                 limit, partial(self.term, owner=name), self.make.diagram, self.make.mapped, EXACT, COARSE
             )

@@ -18,7 +18,7 @@ import numpy as np
 import numpy.typing as npt
 
 from dse.analysis.evaluate import Evaluator
-from dse.analysis.limits import Limit, keeps_cores, thread_loads
+from dse.analysis.limits import Limit, keeps_cores
 from dse.analysis.measures import Measure, Term
 from dse.analysis.rates import rate_hz
 from dse.analysis.validity import is_broken
@@ -157,7 +157,7 @@ class VectorisedEvaluator:
         self.space = evaluator.space
         self.objectives = tuple(_objective(self.space, measure) for measure in evaluator.objectives)
         self.limits = tuple(bound for limit in evaluator.limits for bound in _bounds(self.space, limit))
-        self.spread = tuple(limit for limit in evaluator.limits if limit.processor is not None)
+        self.spread = tuple(limit for limit in evaluator.limits if limit.cores is not None)
         self._holds = tuple(_validity(evaluator))
         self._covers = tuple(_covers(evaluator))
 
@@ -266,9 +266,8 @@ def _objective(space: Space, measure: Measure) -> Sum:
 def _bounds(space: Space, limit: Limit) -> Iterable[Bound]:
     operator = limit.requirement.operator
     yield _bound(space, limit.measure.terms, limit.bound, operator)
-    if limit.each is not None:
-        for terms in thread_loads(limit.measure.terms).values():
-            yield _bound(space, terms, lambda view: limit.each, operator)
+    for terms in limit.alone.values():
+        yield _bound(space, terms, lambda view: limit.cores and limit.cores.most, operator)
 
 
 def _bound(space: Space, terms: Sequence[Term], bound: Callable[[View], Any], operator: str) -> Bound:
