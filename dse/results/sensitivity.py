@@ -16,7 +16,7 @@ from dse.results.display import exact
 if TYPE_CHECKING:
     import pandas
 
-    from dse.results.forms import studies as forms
+    from dse.results.forms import margins as forms
 
 
 @dataclass(frozen=True)
@@ -160,7 +160,7 @@ class SensitivityResult(DataAnswer):
     ((), 'utilisation of computer <= 30 %')
     """
 
-    FORM = "studies.SensitivityForm"
+    FORM = "margins.SensitivityForm"
 
     problem: Mapping[str, Any]
     decisions: Mapping[str, str]

@@ -20,7 +20,8 @@ from dse.analysis.evaluate import Evaluator
 from dse.analysis.limits import MANY_CASES, build_limit, needed_share
 from dse.analysis.measures import PPM, SCALE_LIMIT, Measure, Term, build_measure, display_unit
 from dse.analysis.views import View, tabulate
-from dse.results.display import exact
+from dse.results.forms.studies import FoundBreaks
+from dse.results.forms.writing import written
 from dse.space.cores import with_open_cores
 from dse.space.criteria import Objective
 from dse.space.metric_kinds import metric_dimension
@@ -61,20 +62,21 @@ def break_points(space: Space, axis: LimitAxis, seed: int) -> dict[str, Any]:
     jury = Jury(question.space, None if question.is_share else axis.metric)
     figures = Figures(Evaluator(question.space), jury)
     status = "incomplete" if not proved else "complete" if stretches else "infeasible"
-    return {
+    found = {
         "kind": "breaks",
         "status": status,
         "definition": DEFINITION,
         "metric": axis.name,
         "operator": axis.operator,
         "unit": question.unit,
-        "from": exact(question.ends[0]),
-        "to": exact(question.ends[1]),
+        "from": question.ends[0],
+        "to": question.ends[1],
         "exact": not question.rounded,
         "objectives": objective_infos(figures.evaluator),
         "units": figures.units,
         **_described(question, figures, stretches),
     }
+    return written(FoundBreaks, found)
 
 
 def _described(question: _Question, figures: Figures, stretches: list[Stretch]) -> dict[str, Any]:
@@ -89,18 +91,18 @@ def _described(question: _Question, figures: Figures, stretches: list[Stretch]) 
         until = stretches[position + 1].value if position + 1 < len(stretches) else loose
         shown.append(
             {
-                "from": exact(_within(stretch.value, tight, question.sign)),
-                "to": exact(until),
+                "from": _within(stretch.value, tight, question.sign),
+                "to": until,
                 "front": [{"id": numbers[design]} for design in designs],
             }
         )
     needed = stretches[0].value if stretches else None
     first = needed is not None and (needed - tight) * question.sign > 0
     return {
-        "infeasible_until": exact(needed) if first and needed is not None else None,
+        "infeasible_until": needed if first else None,
         "stretches": shown,
         "alternatives": [
-            {"id": number, "limited": exact(question.needed(design)), **figures.alternative(design)}
+            {"id": number, "limited": question.needed(design), **figures.alternative(design)}
             for design, number in numbers.items()
         ],
     }

@@ -4,13 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from fractions import Fraction
 from typing import Any
 
 from dse.analysis.evaluate import Evaluator
 from dse.analysis.views import View
 from dse.errors import UsageError
 from dse.pareto.front import Budget, FrontSearch, search_front
-from dse.results.display import exact
+from dse.results.forms.studies import FoundFront
+from dse.results.forms.writing import written
 from dse.results.solve import decisions_of
 from dse.space.types import Design, Space
 from dse.study.contention import Jury
@@ -35,11 +37,11 @@ class Figures:
         measures = (*self.evaluator.metrics, *self.evaluator.objectives)
         return {measure.metric.name: measure.unit for measure in measures}
 
-    def metrics(self, design: Design) -> dict[str, int | str | None]:
-        """Every metric of a design: an integer, or a fraction as text; None where it is unbounded."""
+    def metrics(self, design: Design) -> dict[str, Fraction]:
+        """Every metric of a design, in its base unit."""
         view = View(design)
         measures = (*self.evaluator.metrics, *self.evaluator.objectives)
-        return {measure.metric.name: exact(measure.value(view)) for measure in measures}
+        return {measure.metric.name: measure.value(view) for measure in measures}
 
     def alternative(self, design: Design) -> dict[str, Any]:
         """A design as data: its decisions and metrics, and what it keeps with contention where that is left out.
@@ -87,13 +89,14 @@ def front_outcome(space: Space, seed: int) -> dict[str, Any]:
     search = search_space(evaluator, seed)
     figures = Figures(evaluator, Jury(space))
     status = "incomplete" if not search.is_complete else "complete" if search.points else "infeasible"
-    return {
+    found = {
         "kind": "front",
         "status": status,
         "objectives": objective_infos(evaluator),
         "units": figures.units,
         "front": [figures.alternative(design) for _, design in sorted(search.points.items())],
     }
+    return written(FoundFront, found)
 
 
 def objective_infos(evaluator: Evaluator) -> list[dict[str, str]]:

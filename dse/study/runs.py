@@ -13,6 +13,8 @@ from typing import Any
 from dse.api.problem import changed, loads
 from dse.api.question import Changes
 from dse.errors import DseError, ProblemError
+from dse.results.forms.studies import Failure
+from dse.results.forms.writing import written
 from dse.space.types import Space
 from dse.study.axes import LimitAxis, limited, read_limit_axis
 from dse.study.breaks import break_points
@@ -73,7 +75,7 @@ def solve_payload(payload: str, semantics: str) -> str:
         when the limit of time in force ends it.
     """
     if semantics != semantics_version():
-        return _text({"kind": "error", "status": OTHER_VERSION, "message": f"this machine has {semantics_version()}"})
+        return _failure(OTHER_VERSION, f"this machine has {semantics_version()}")
     content = json.loads(payload)
     try:
         space = effective_space(content)
@@ -89,9 +91,9 @@ def solve_payload(payload: str, semantics: str) -> str:
         messages = [
             f"{item.path}: {item.message}" + (f" ({item.hint})" if item.hint else "") for item in error.diagnostics
         ]
-        return _text({"kind": "error", "status": "invalid", "message": "; ".join(messages)})
+        return _failure("invalid", "; ".join(messages))
     except DseError as error:
-        return _text({"kind": "error", "status": "invalid", "message": str(error)})
+        return _failure("invalid", str(error))
 
 
 def effective_space(content: Mapping[str, Any]) -> Space:
@@ -116,6 +118,10 @@ def _finished(outcome: Mapping[str, Any]) -> str:
     if outcome["status"] == "incomplete":
         look_at_the_clock()
     return _text(outcome)
+
+
+def _failure(status: str, message: str) -> str:
+    return _text(written(Failure, {"kind": "error", "status": status, "message": message}))
 
 
 def _text(outcome: Mapping[str, Any]) -> str:

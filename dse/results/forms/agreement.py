@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from typing import Any
 
 from dse.results.forms.registry import Mistake, mistakes_in, mistakes_in_part
-from dse.results.forms.studies import AnyRun
+from dse.results.forms.studies import Found
 
 Data = Mapping[str, Any]
 
@@ -25,9 +25,9 @@ def check_whole(name: str, data: object) -> Iterator[Mistake]:
         yield from AGREEMENTS[name](data)
 
 
-def mistakes_in_run(data: Data) -> Iterator[Mistake]:
-    """What is wrong with a run of a sweep, taken by itself."""
-    found = list(mistakes_in_part(AnyRun, "sweep", data))
+def mistakes_in_outcome(data: Data) -> Iterator[Mistake]:
+    """What is wrong with what a run of a sweep has found, taken by itself."""
+    found = list(mistakes_in_part(Found, "sweep", data))
     yield from found
     if not found and data["kind"] in ("front", "breaks"):
         yield from (Mistake(item.place.removeprefix("."), item.text) for item in _run(data, ""))
@@ -113,14 +113,15 @@ def _run(run: Data, place: str) -> Iterator[Mistake]:
         yield Mistake(f"{place}.status", f"{run['status']} does not fit what was found")
     for at, item in enumerate(run[key]):
         yield from _same(item["metrics"], list(run["units"]), f"{place}.{key}[{at}].metrics")
-    if run["change"] is not None:
+    if run.get("change") is not None:
         yield from _same(run["change"]["best"], names, f"{place}.change.best")
     if run["kind"] == "breaks":
         ids = [item["id"] for item in run["alternatives"]]
         if len(set(ids)) < len(ids):
             yield Mistake(f"{place}.alternatives", "two have the same id")
         for at, stretch in enumerate(run["stretches"]):
-            if not {stretch["best"], *(entry["id"] for entry in stretch["front"])} <= set(ids):
+            best = [stretch["best"]] if "best" in stretch else []
+            if not {*best, *(entry["id"] for entry in stretch["front"])} <= set(ids):
                 yield Mistake(f"{place}.stretches[{at}]", "names a design that is not among the alternatives")
         if not set(ids) <= {entry["id"] for stretch in run["stretches"] for entry in stretch["front"]}:
             yield Mistake(f"{place}.alternatives", "has a design that no stretch names")

@@ -13,9 +13,10 @@ from pydantic_core import ErrorDetails
 from dse.errors import UsageError
 from dse.results.forms.design import AnalysisForm, CheckForm, SimulationForm
 from dse.results.forms.fit import FitForm
+from dse.results.forms.margins import SensitivityForm
 from dse.results.forms.result import ResultForm
 from dse.results.forms.sizes import SizesForm
-from dse.results.forms.studies import SensitivityForm, SweepForm
+from dse.results.forms.studies import SweepForm
 from dse.results.forms.verdicts import ComparisonForm, ExplanationForm, VerificationForm
 from dse.spec.fields import describe
 from dse.spec.schema import json_schema, schema_head, simplified
