@@ -24,6 +24,7 @@ from dse.report.contention import (
 from dse.report.deadlines import deadline_plot
 from dse.report.page import MINUS, NOTHING, Block, Page, Plot, Section, Table, Text, few, listing, texts
 from dse.report.plain import basis_words, scale_words
+from dse.report.resources import resource_blocks
 from dse.report.scheduling import busy_timelines, response_tables
 from dse.report.timeline import boundary_blocks
 from dse.report.words import EMPTY_SLOT, GAPS, OTHER_TYPE, REDUCED
@@ -111,11 +112,12 @@ def _overview(analysis: Analysis) -> Iterator[Block]:
     yield from listing(analysis.warnings, "warning", 0, brief=1)
     found = [finding for flow in analysis.flows for finding in flow.findings]
     found += [finding for usage in analysis.buses if usage.budget is not None for finding in usage.budget.findings]
+    found += [finding for use in analysis.resources for finding in use.findings]
     severities = sorted(Counter(finding.severity for finding in found).items())
     if severities:
         counts = " and ".join(count_words(count, word) for word, count in severities)
         words = f"OSATE's findings: {counts}"
-        yield Text(f"{words}, with the flows and buses below.", brief=f"{words} (--all).")
+        yield Text(f"{words}, with the flows, buses and budgets below.", brief=f"{words} (--all).")
 
 
 def _flows(analysis: Analysis) -> Iterator[Table]:
@@ -207,6 +209,7 @@ def _usage(analysis: Analysis) -> Iterator[Block]:
     yield from usage_tables(analysis)
     budgets = [usage.budget for usage in analysis.buses if usage.budget is not None]
     yield from listing([f"{item.severity}: {item.text}" for found in budgets for item in found.findings], "OSATE", 0)
+    yield from resource_blocks(analysis)
     yield from busy_timelines(analysis.responses)
     if analysis.responses:
         counted = overhead_words(analysis.space, analysis.design), bound_words(analysis.space, analysis.design)

@@ -11,6 +11,7 @@ from dse.analysis.boundaries import Boundary
 from dse.analysis.limits import Verdict
 from dse.analysis.osate_findings import Finding
 from dse.analysis.osate_load import Budget
+from dse.analysis.osate_resources import ResourceUse
 from dse.analysis.overheads import stated_overheads
 from dse.analysis.rows import Row
 from dse.analysis.scheduling import Response
@@ -126,6 +127,8 @@ class Analysis(Answer):
     breaches: tuple[str, ...] = ()
     responses: Mapping[str, tuple[Response, ...]] = field(default_factory=dict)
     """By processor, where response times were asked for."""
+    resources: tuple[ResourceUse, ...] = ()
+    """OSATE's resource budgets, under its current rules and where anything is stated."""
     boundaries: tuple[Boundary, ...] = ()
     """Every reader on the clock of the timer before it, flow by flow."""
     contended: Contended | None = None

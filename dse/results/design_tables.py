@@ -14,6 +14,7 @@ from dse.analysis.measures import loaded_buses
 from dse.analysis.osate_findings import CURRENT, flow_findings, specified_rows
 from dse.analysis.osate_load import bus_budget
 from dse.analysis.osate_quirks import quirks
+from dse.analysis.osate_resources import resource_uses
 from dse.analysis.remarks import design_remarks
 from dse.analysis.resources import busy_terms, load_terms, payload_terms, utilisation_terms
 from dse.analysis.scheduling import Response, processor_responses
@@ -58,6 +59,7 @@ def analyse_design(evaluator: Evaluator, design: Design, *, response_times: bool
         verdicts=evaluation.verdicts,
         warnings=(*_warnings(space, flows, processors, buses), *design_remarks(space, view), *quirks(space, view)),
         boundaries=boundaries(space, view),
+        resources=resource_uses(space, view) if space.profile == CURRENT else (),
         responses=_responses(space, view) if response_times or _is_scheduled(space) else {},
     )
 

@@ -8,6 +8,7 @@ from typing import Any
 
 from dse.errors import Diagnostic, ProblemError, in_order
 from dse.space.activation import check_activation, with_triggers
+from dse.space.budgets import build_resources
 from dse.space.bus_slots import build_buses, check_bus_types
 from dse.space.clocks import check_clocks, grid_in_use
 from dse.space.components import (
@@ -96,6 +97,7 @@ def build_space(loaded: LoadedSpec) -> Space:
         executors=executors,
         reservations=reservations,
         offset_grid_ns=grid_in_use(spec),
+        resources=build_resources(ledger, spec, [item.stated_as for item in components], list(spec.processors)),
     )
     check_activation(ledger, space)
     check_flow_sizes(ledger, space)

@@ -16,6 +16,7 @@ from typing import Any, Literal, TypeAlias
 
 from dse.space.criteria import Derived, Objective, Requirement, Rule
 from dse.space.hosts import Executor, Partition, Pieces, Reservation
+from dse.space.resources import Resources
 from dse.space.steps import Flow
 from dse.space.trees import DesignView, Tree, at, leaves
 
@@ -320,6 +321,8 @@ class Space:
     reservations: tuple[Reservation, ...] = ()
     offset_grid_ns: int = 0
     """The grid on which some offsets are chosen; 0 where none is chosen on one."""
+    resources: Resources = field(default_factory=Resources)
+    """OSATE's resource budgets, which only verdicts look at."""
     overload: str = "forbidden"
     """Whether cores and buses may be used beyond all of them: ``forbidden`` or ``allowed`` (`dse.space.implied`)."""
 

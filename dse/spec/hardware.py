@@ -18,6 +18,7 @@ from dse.spec.quantity_fields import (
     Period,
     Power,
     SizeRange,
+    Speed,
     TimeRange,
     Total,
     Transmission,
@@ -81,6 +82,7 @@ class ProcessorType(Priced):
     throttling: Throttling | None = None
     priority_levels: Options[Count] | None = None
     serves: Service | None = None
+    speed: Speed | None = None
 
 
 INSTANTLY = units.TimeRange(0, 0)

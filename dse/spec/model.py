@@ -38,7 +38,20 @@ from dse.spec.hardware import ONE, BusType, Demands, Model, Priced, ProcessorTyp
 from dse.spec.hardware import Interrupt as Interrupt
 from dse.spec.hardware import Throttling as Throttling
 from dse.spec.hardware import TransmissionTime as TransmissionTime
-from dse.spec.quantity_fields import DataRate, DataSize, Demand, Duration, Offset, Period, Rate, TimeRange, Transmission
+from dse.spec.quantity_fields import (
+    DataRate,
+    DataSize,
+    Demand,
+    Duration,
+    Offset,
+    Period,
+    Rate,
+    TimeRange,
+    Transmission,
+)
+from dse.spec.resources import Memory as Memory
+from dse.spec.resources import Partition as Partition
+from dse.spec.resources import ResourceBudget as ResourceBudget
 
 Protocol: TypeAlias = Literal["periodic", "aperiodic", "sporadic", "hybrid"]
 ExecutorKind: TypeAlias = Literal["fifo", "callback_group", "wait_set"]
@@ -117,19 +130,6 @@ class Clock(Model):
     """
 
     synchronisation_error: Demand = 0
-    source: Line | None = None
-
-
-class Partition(Model):
-    """A partition of a processor in time (ARINC 653; AADL's virtual processor), for the OSATE profiles; times in ns.
-
-    It has a window of `duration` from `offset` on in each `period` (the major frame; without one the duration); without
-    a duration no window is known.
-    """
-
-    period: Period | None = None
-    offset: Duration = 0
-    duration: Duration | None = None
     source: Line | None = None
 
 
@@ -334,6 +334,8 @@ class Catalogue(Model):
     totals: dict[Name, Line] = {}
     clocks: dict[Name, Clock] = {}
     partitions: dict[Name, Partition] = {}
+    memories: dict[Name, Memory] = {}
+    budgets: dict[Name, ResourceBudget] = {}
     processors: dict[Name, Processor] = {}
     buses: dict[Name, Bus] = {}
     devices: dict[Name, Device] = {}

@@ -47,7 +47,7 @@ SECTIONS = (
     "partitions", "flows",
 )  # fmt: skip
 """The sections with figures, in the order in which studies go through them."""
-NOT_VARIED = (("bus_types", "period"),)
+NOT_VARIED = (("bus_types", "period"), ("processor_types", "speed"), ("partitions", "speed"))
 """Figures that studies do not vary: OSATE's profiles alone look at them."""
 
 

@@ -188,6 +188,24 @@ DataRate: TypeAlias = Annotated[
 ]
 
 
+Speed: TypeAlias = Annotated[
+    Fraction,
+    units.PROCESSOR_SPEED,
+    _reader(units.PROCESSOR_SPEED, units.parse_speed_mips),
+    _writer(units.format_speed),
+    _describe_quantity(units.PROCESSOR_SPEED, "1.2 GIPS"),
+]
+
+
+Instructions: TypeAlias = Annotated[
+    Fraction,
+    units.INSTRUCTIONS,
+    _reader(units.INSTRUCTIONS, units.parse_instructions),
+    _writer(units.format_instructions),
+    _describe_quantity(units.INSTRUCTIONS, "2 MIPD"),
+]
+
+
 Rate: TypeAlias = Annotated[
     Fraction,
     units.RATE,

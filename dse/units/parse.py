@@ -12,9 +12,11 @@ from dse.units.table import (
     BANDWIDTH,
     DIMENSIONLESS,
     DURATION,
+    INSTRUCTIONS,
     PERIOD,
     POWER_DRAW,
     PRICE,
+    PROCESSOR_SPEED,
     RATE,
     RATE_OF_DATA,
     RATIO,
@@ -72,8 +74,9 @@ def parse_quantity(text: str) -> Quantity:
 
     Examples
     --------
-    >>> parse_quantity("1.5 ms")
-    Quantity(value=Fraction(3, 2000), dimension=Dimension(time=1, length=0, data=0, money=0, power=0), unit='ms')
+    >>> found = parse_quantity("1.5 ms")
+    >>> found.value, found.dimension, found.unit
+    (Fraction(3, 2000), Dimension(time=1, length=0, data=0, money=0, power=0, work=0), 'ms')
     """
     found = _NUMBER.match(text.strip())
     if found is None:
@@ -263,6 +266,16 @@ def parse_data_rate(text: str) -> Fraction:
 def parse_rate_hz(text: str) -> Fraction:
     """A rate in Hz, exact, above 0."""
     return _read(RATE, text, positive=True).value
+
+
+def parse_speed_mips(text: str) -> Fraction:
+    """The speed of a processor in million instructions a second, exact, at least 0."""
+    return _read(PROCESSOR_SPEED, text).value / 10**6
+
+
+def parse_instructions(text: str) -> Fraction:
+    """A number of instructions, exact, at least 0."""
+    return _read(INSTRUCTIONS, text).value
 
 
 def parse_money(text: str) -> Money:

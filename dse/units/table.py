@@ -27,6 +27,7 @@ class Dimension(NamedTuple):
     data: int = 0
     money: int = 0
     power: int = 0
+    work: int = 0
 
     def times(self, other: Dimension) -> Dimension:
         """Dimension of a product."""
@@ -43,9 +44,11 @@ LENGTH = Dimension(length=1)
 DATA = Dimension(data=1)
 MONEY = Dimension(money=1)
 POWER = Dimension(power=1)
+WORK = Dimension(work=1)
 FREQUENCY = DIMENSIONLESS.over(TIME)
 DATA_RATE = DATA.over(TIME)
 SPEED = LENGTH.over(TIME)
+PROCESSING = WORK.over(TIME)
 
 
 class Rounding(Enum):
@@ -60,8 +63,8 @@ class Rounding(Enum):
 class Quantity:
     """A number with its unit.
 
-    `value` is in coherent units (s, m, B, ct, W); when `dimension` is None the unit is not in the table and `value` is
-    as written. `unit` is as written, "" for a plain number.
+    `value` is in coherent units (s, m, B, ct, W, instructions); when `dimension` is None the unit is not in the
+    table and `value` is as written. `unit` is as written, "" for a plain number.
     """
 
     value: Fraction
@@ -140,6 +143,8 @@ UNITS: dict[str, tuple[Fraction, Dimension]] = {
     **_scaled(DIMENSIONLESS, {"%": Fraction(1, 100), "ppm": _MICRO}),
     **_scaled(LENGTH, {"nm": _NANO, "um": _MICRO, "mm": _MILLI, "cm": Fraction(1, 100), "m": 1, "km": 1000}),
     **_scaled(SPEED, {"mm/s": _MILLI, "cm/s": Fraction(1, 100), "m/s": 1, "km/h": Fraction(1000, 3600)}),
+    **_scaled(WORK, {"IPD": 1, "KIPD": 10**3, "MIPD": 10**6, "GIPD": 10**9}),
+    **_scaled(PROCESSING, {"KIPS": 10**3, "MIPS": 10**6, "GIPS": 10**9}),
 }
 SPELLINGS = {
     "µs": "us", "μs": "us", "µm": "um", "μm": "um", "µW": "uW", "μW": "uW", "kB": "KB", "kB/s": "KB/s",
@@ -189,6 +194,8 @@ RATE_OF_DATA = Kind("a data rate", "11520 B/s", DATA_RATE)
 RATE = Kind("a rate", "20 Hz", FREQUENCY)
 PRICE = Kind("a price", "150 EUR", MONEY)
 POWER_DRAW = Kind("a power", "5 W", POWER)
+PROCESSOR_SPEED = Kind("a processor speed", "100 MIPS", PROCESSING)
+INSTRUCTIONS = Kind("a number of instructions", "250 KIPD", WORK)
 RATIO = Kind("a ratio", "70 %", DIMENSIONLESS)
 
 

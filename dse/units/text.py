@@ -75,6 +75,16 @@ def format_data_rate(data_rate: Fraction) -> str:
     return _format(data_rate, "GB/s", "MB/s", "KB/s", "B/s")
 
 
+def format_speed(speed_mips: Fraction) -> str:
+    """The speed of a processor given in million instructions a second: ``1.2 MIPS``."""
+    return _format(speed_mips * 1000, "GIPS", "MIPS", "KIPS")
+
+
+def format_instructions(count: Fraction) -> str:
+    """A number of instructions for each dispatch: ``250 KIPD``."""
+    return _format(count, "GIPD", "MIPD", "KIPD", "IPD")
+
+
 def format_rate(rate_hz: Fraction) -> str:
     """A rate given in Hz: ``20 Hz``, ``50/3 Hz``."""
     return _format(rate_hz, "MHz", "kHz", "Hz")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from fractions import Fraction
 from pathlib import Path
 from typing import Any
 
@@ -393,20 +394,49 @@ def test_offsets_and_latencies_that_do_not_count_are_told(tmp_path: Path) -> Non
 
 
 def test_standard_properties_that_nothing_looks_at_are_told_once_each(tmp_path: Path) -> None:
-    more = """SEI::MIPSBudget => 10.0 MIPS applies to p; SEI::MIPSBudget => 5.0 MIPS applies to p.w;
-      SEI::MIPSCapacity => 20.0 MIPS applies to cpu; SEI::RAMBudget => 1.0 MByte applies to p;
+    more = """SEI::RAMActual => 1.0 KByte applies to p; SEI::RAMActual => 5.0 KByte applies to p.w;
       Scheduling_Protocol => (EDF) applies to cpu; Dispatch_Jitter => 1 ms applies to p.w;
       SEI::Price => 3.0 applies to p;"""
     told = read_foreign(written(tmp_path, model(more)), None, {}).remarks
     first = min(item.line for item in told)
     assert [(item.message, item.line - first) for item in told] == [
-        ("SEI::MIPSBudget is not looked at (at 2 places, first here)", 0),
-        ("SEI::MIPSCapacity at most scales execution times: no budget is compared with it", 1),
-        ("SEI::RAMBudget is not looked at", 1),
-        ("Scheduling_Protocol other than fixed priorities is not looked at", 2),
-        ("Dispatch_Jitter is not looked at", 2),
+        ("SEI::RAMActual is not looked at (at 2 places, first here)", 0),
+        ("Scheduling_Protocol other than fixed priorities is not looked at", 1),
+        ("Dispatch_Jitter is not looked at", 1),
     ]
     assert all(item.severity == "warning" and item.column for item in told)
+
+
+def test_budgets_of_processors_and_memories(tmp_path: Path) -> None:
+    """The thread needs 3 ms of 10 ms on a processor of 20 MIPS: 6 MIPS, and 1.5 MIPS in instructions."""
+    more = """SEI::MIPSBudget => 10.0 MIPS applies to p; SEI::MIPSCapacity => 20.0 MIPS applies to cpu;
+      SEI::RAMBudget => 1.0 KByte applies to p; Actual_Memory_Binding => (reference (mem)) applies to p;
+      Stack_Size => 700 Bytes applies to p.w; Source_Heap_Size => 100 Bytes applies to p.w;
+      Code_Size => 2 KByte applies to p.w; SEI::RAMCapacity => 640 Bytes applies to mem; %s"""
+    text = model("\n" + more % "").replace("b : bus wire;", "b : bus wire; mem : memory;")
+    found = read_foreign(written(tmp_path, text))
+    place = "m.aadl"
+    stated = {name: {key: item for key, item in entry.items() if key != "source"}
+              for name, entry in found.document["budgets"].items()}  # fmt: skip
+    assert stated == {
+        "p": {"processor": "cpu", "speed": "10 MIPS", "ram": "1000 B", "memory": "mem"},
+        "p.w": {"within": "p", "ram_used": "800 B", "rom_used": "2000 B", "memory": "mem"},
+    }
+    assert found.document["memories"]["mem"]["ram"] == "640 B"
+    assert place in found.document["budgets"]["p"]["source"]
+    assert not [item for item in found.remarks if "MIPS" in item.message]
+
+    def uses(path: Path) -> dict[tuple[str, str], tuple[object, ...]]:
+        return {(use.name, use.resource): (use.total, use.capacity) for use in dse.analyse(path).resources}
+
+    assert uses(written(tmp_path, text)) == {
+        ("cpu", "speed"): (6, 20), ("system", "speed"): (6, 20), ("mem", "RAM"): (800, 640),
+        ("system", "RAM"): (800, 640),
+    }  # fmt: skip
+    counted = text.replace(
+        "SEI::RAMBudget", "SEI::InstructionsPerDispatch => 0.0 KIPD .. 15.0 KIPD applies to p.w;\n SEI::RAMBudget"
+    )
+    assert uses(written(tmp_path, counted, "n"))["cpu", "speed"] == (Fraction(3, 2), 20)
 
 
 def test_fixed_priorities_are_no_remark(tmp_path: Path) -> None:

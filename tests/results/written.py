@@ -88,6 +88,10 @@ name: osate
 profile: osate-2.19
 bus_types: {w: {transmission_time: {fixed: 1 ms}, latency: 1 ms}}
 buses: {b: {type: w, budget: 1 KB/s}}
+processor_types: {pc: {speed: 1 MIPS}}
+processors: {p: {type: pc}}
+threads: {work: {processor: p, period: 10 ms, compute_execution_time: 1 ms}}
+budgets: {work: {speed: 50 KIPS}}
 devices: {s: {period: 10 ms}, t: {}}
 connections: {c: {from: s, to: t, data_size: 8 B, bus: b}}
 flows: {f: {path: [s, t], latency: 0 ms .. 1 us}}

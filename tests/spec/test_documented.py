@@ -42,7 +42,8 @@ bus_queuing: not_counted
 cost_of_change: {p: {type: 2}}
 totals: {mass: g}
 processor_types:
-  c: {cores: 2, priority_levels: 2, serves: fifo, price: 1 EUR, power: 1 W, totals: {mass: 1 kg}, source: s,
+  c: {cores: 2, priority_levels: 2, serves: fifo, speed: 1 MIPS, price: 1 EUR, power: 1 W, totals: {mass: 1 kg},
+      source: s,
       context_switch: 1 us,
       interrupts: {i: {compute_execution_time: 1 us, period: 1 ms, source: s}},
       throttling: {budget: 950 ms, period: 1 s, source: s}}
@@ -63,7 +64,11 @@ thread_types:
       power: 1 W, totals: {mass: 1 g}, source: s, offset: 1 ms, communication: let,
       non_preemptive: 1 us}
 clocks: {k: {synchronisation_error: 1 us, source: s}}
-partitions: {o: {period: 1 ms, offset: 1 us, duration: 1 us, source: s}}
+partitions: {o: {period: 1 ms, offset: 1 us, duration: 1 us, speed: 1 MIPS, source: s}}
+memories: {mm: {size: 1 B, ram: 1 B, rom: 1 B, source: s}}
+budgets:
+  bu: {speed: 1 MIPS, processor: p, partition: o, memory: mm}
+  f: {within: bu, instructions: 1 IPD, ram: 1 B, rom: 1 B, ram_used: 1 B, rom_used: 1 B, source: s}
 processors: {p: {type: c, optional: true, overload: allowed, clock: k, source: s}}
 buses: {x: {type: b, optional: true, overload: allowed, source: s}, y: {type: v, bus: x, further_buses: [z]},
         z: {type: b, budget: 1 B/s}}
@@ -101,7 +106,7 @@ CLASSES = {
     "processor_types": "ProcessorType", "bus_types": "BusType", "device_types": "DeviceType",
     "thread_types": "ThreadType", "clocks": "Clock", "processors": "Processor", "buses": "Bus", "devices": "Device",
     "threads": "Thread", "executors": "Executor", "reservations": "Reservation", "connections": "Connection",
-    "flows": "Flow", "uncertainty": "Uncertainty",
+    "flows": "Flow", "uncertainty": "Uncertainty", "memories": "Memory", "budgets": "ResourceBudget",
 }  # fmt: skip
 LISTS = {
     "path",
@@ -186,6 +191,7 @@ def test_a_list_is_taken_where_the_document_says(place: tuple[str, ...], tmp_pat
     is_text = not isinstance(part[last], list) and last in ("source", "description", "column", "unit", "name")
     part[last] = part[last] if isinstance(part[last], list) else [part[last]]
     offers = not is_text and not (
+        place[0] in ("budgets", "memories") or
         (last in without and (last != "latency" or place[0] == "flows") and place[0] + last != "reservationsbudget")
         or (len(place) == 1 and last not in LISTS)
         or (place[0] == "uncertainty" and last not in LISTS)
@@ -217,6 +223,8 @@ PARAGRAPHS = {
     "Flow": "**flows**: ",
     "Uncertainty": "## Uncertainty",
     "Spec": "## Top level",
+    "Memory": "**memories**: ",
+    "ResourceBudget": "**budgets**: ",
 }
 ENDS = {
     "Uncertainty": "\n## ",

@@ -42,6 +42,8 @@ messages: {distribution: ros2_humble}
 clocks: {robot: {synchronisation_error: 10 us}}
 priorities: rate_monotonic
 partitions: {flight: {period: 20 ms, offset: 5 ms, duration: 10 ms}}
+memories: {main: {ram: 1 MB}}
+budgets: {lot: {speed: 40 MIPS, processor: computer}, nav: {within: lot, instructions: 250 KIPD, ram: 64 KB}}
 totals: {mass: g}
 processor_types:
   RT101: {cores: [4, 8], price: 150 EUR, power: 5 W, totals: {mass: [90 g, 95.5 g]}, source: Table 5.1}

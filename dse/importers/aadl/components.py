@@ -46,7 +46,7 @@ class ComponentWriter:
         self.places = places
         self.choices = choices
         self.hardware = hardware
-        self.partitions = PartitionWriter(model, places)
+        self.partitions = PartitionWriter(model, places, hardware)
         self._latencies: dict[Instance, str] = {}
         self._runs_on: dict[Instance, Instance] = {}
 

@@ -11,6 +11,7 @@ from dse.importers.aadl.figures import (
     Span,
     data_rate,
     is_true,
+    number_text,
     power_text,
     size_of,
     speed_mips,
@@ -31,6 +32,10 @@ MEDIA = (*CARRIERS, "processor", "virtual processor", "device", "memory", "syste
 """What a connection may be bound to: OSATE counts the transmission time and latency of each."""
 PERIODIC = ("bus", "virtual bus", "virtual processor", "device", "system", "process", "abstract")
 """The media whose Period samples."""
+SPEEDS = (("MIPSCapacity", "SEI"), ("Processor_Capacity", ""))
+"""What says how fast a processor is, the first first."""
+OF_PARTITIONS = (*SPEEDS, ("MIPSBudget", "SEI"))
+"""What says how much of one a virtual processor has."""
 
 
 class Sheet:
@@ -110,12 +115,21 @@ class HardwareWriter:
 
     def speed(self, component: Instance) -> Any:
         """The speed of a processor in MIPS, or None."""
-        for name, group in (("MIPSCapacity", "SEI"), ("Processor_Capacity", "")):
+        return self.stated_speed(component, *SPEEDS)[1]
+
+    def stated_speed(self, component: Instance, *names: tuple[str, str]) -> tuple[Found | None, Any]:
+        """The first of these properties that gives a speed, and that in MIPS."""
+        for name, group in names:
             found = self.model.properties.of(component, name, group)
             value = self.model.read(found, speed_mips, name)
             if value:
-                return value
-        return None
+                return found, value
+        return None, None
+
+    def put_speed(self, sheet: Sheet, component: Instance, *names: tuple[str, str]) -> None:
+        """``speed``, by the first of these properties."""
+        found, value = self.stated_speed(component, *names)
+        sheet.put("speed", found, f"{number_text(value)} MIPS" if value else None)
 
     def standing(self, flat: Flat) -> Instance:
         """A component of a classifier that stands by itself: for what the classifier alone says."""
@@ -242,6 +256,7 @@ class HardwareWriter:
         sheet = Sheet(self.model, self.places, ("processor_types", name))
         self.priced(sheet, component)
         sheet.read("cores", self.model.properties.of(component, "Cores", OURS), whole, "Cores")
+        self.put_speed(sheet, component, *SPEEDS)
         sheet.extra(self.model.properties.of(component, "Extra", OURS))
         return sheet.result()
 

@@ -6,7 +6,7 @@ from fractions import Fraction
 from typing import Any
 
 from dse.importers.aadl.figures import Span, number_text, time_range
-from dse.importers.aadl.hardware import Sheet
+from dse.importers.aadl.hardware import OF_PARTITIONS, HardwareWriter, Sheet
 from dse.importers.aadl.instance import Instance
 from dse.importers.aadl.lookup import Found
 from dse.importers.aadl.model import Model
@@ -20,8 +20,9 @@ MODULES = ("processor", "abstract")
 class PartitionWriter:
     """Writes the section ``partitions``: the virtual processors that something is bound to."""
 
-    def __init__(self, model: Model, places: dict[Key, Place]) -> None:
+    def __init__(self, model: Model, places: dict[Key, Place], hardware: HardwareWriter) -> None:
         self.model = model
+        self.hardware = hardware
         self.places = places
         self.entries: dict[str, dict[str, Any]] = {}
 
@@ -55,6 +56,7 @@ class PartitionWriter:
             sheet.put("duration", found, _positive(None if span is None else span.high))
         else:
             self._scheduled(sheet, partition, schedule, windows)
+        self.hardware.put_speed(sheet, partition, *OF_PARTITIONS)
         return sheet.result()
 
     def _module(self, partition: Instance) -> Instance | None:

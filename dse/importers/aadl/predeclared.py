@@ -43,6 +43,7 @@ _SETS = {
     ),
     "sei": (
         "bandwidthcapacity", "bandwidthbudget", "mipscapacity", "mipsbudget", "response_time", "data_rate",
+        "romactual", "ramactual",
         "message_rate", "broadcast_protocol", "instructionsperdispatch", "partition_latency", "is_partition",
         "reference_cycle_time", "ramcapacity", "rambudget", "romcapacity", "rombudget", "powercapacity", "powerbudget",
         "powersupply", "price", "netweight", "grossweight", "weightlimit", "safetycriticality", "securitylevel",

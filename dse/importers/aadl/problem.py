@@ -10,6 +10,7 @@ from collections.abc import Iterable, Mapping
 from pathlib import Path as FilePath
 from typing import Any
 
+from dse.importers.aadl.budgets import BudgetWriter
 from dse.importers.aadl.circles import NO_DATA, broken_circles
 from dse.importers.aadl.components import ComponentWriter
 from dse.importers.aadl.connecting import ConnectionWriter
@@ -60,12 +61,13 @@ class Writer:
         by_name = {item.name: item for item in self.model.flows}
         flows = dict(self._flow(item, by_name) for item in self.model.flows)
         requirements = self.hardware.budgets()
+        resources = BudgetWriter(self.model, self.places, self.components).sections(used)
         for name in list(broken_circles({**sections, "connections": wires})):
             wires[name]["data_rate"] = NO_DATA
             message = f"{name} closes a circle of components without a Period: it counts as sending nothing"
             self.model.library.remark(message, self.places["connections", name])
         found |= {name: entries for name, entries in self.hardware.sections().items() if entries}
-        found |= {name: entries for name, entries in sections.items() if entries}
+        found |= {name: entries for name, entries in (*sections.items(), *resources.items()) if entries}
         found |= {name: entries for name, entries in (("connections", wires), ("flows", flows)) if entries}
         settings = Sheet(self.model, self.places, ())
         settings.extra(self.model.properties.of(root, "Extra", OURS))

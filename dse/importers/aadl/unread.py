@@ -15,14 +15,12 @@ FIXED_PRIORITIES = frozenset(
 )  # fmt: skip
 """What `Scheduling_Protocol` may say without a word: threads go by priorities, or partitions by their windows."""
 UNREAD = (
-    ("SEI", "MIPSBudget"), ("SEI", "MIPSCapacity"), ("SEI", "InstructionsPerDispatch"), ("SEI", "RAMBudget"),
-    ("SEI", "RAMCapacity"), ("SEI", "ROMBudget"), ("SEI", "ROMCapacity"), ("", "Dispatch_Jitter"), ("", "Clock_Jitter"),
+    ("SEI", "RAMActual"), ("SEI", "ROMActual"), ("", "Dispatch_Jitter"), ("", "Clock_Jitter"),
     ("", "First_Dispatch_Time"), ("", "Not_Collocated"), ("", "Collocated"), ("", "Input_Rate"), ("", "Urgency"),
 )  # fmt: skip
 SCHEDULING = "Scheduling_Protocol"
 SAID = {
     SCHEDULING: "other than fixed priorities is not looked at",
-    "SEI::MIPSCapacity": "at most scales execution times: no budget is compared with it",
 }
 
 

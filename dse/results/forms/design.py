@@ -87,6 +87,28 @@ class BusUse(Use):
     budget: Budget | None = field("Under `osate-2.19`, where budgets are stated: those of the bus.", default=None)
 
 
+class BudgetUse(Form):
+    """What an entry of `budgets` needs of a resource."""
+
+    name: str = field("The thread, device or subsystem.")
+    used: Figure = field("What it needs, or its budget where it says of nothing that it needs it.")
+    budget: Figure | None = field("What it is to use at most; null without a budget.")
+    slack_ppm: Figure | None = field("What is left of the budget, as a share of it; null without one.")
+
+
+class ResourceUse(Form):
+    """OSATE's resource budgets: of a processor, a partition, a memory, or of the whole system."""
+
+    name: str = field("The processor, partition or memory; `system` for all together.")
+    resource: Literal["speed", "memory", "RAM", "ROM"] = field("What is compared.")
+    unit: Unit = field("What the figures count: `MIPS` or `B`.")
+    capacity: Figure | None = field("What there is of it; null where that is not stated.")
+    total: Figure = field("What is needed together.")
+    slack_ppm: Figure | None = field("What is left of the capacity, as a share of it; null without one.")
+    users: list[BudgetUse] = field("The outermost that are bound to it; of the system everything with a budget.")
+    findings: list[FlowFinding] = field("OSATE's errors and warnings.")
+
+
 class Metric(Form):
     """A metric of a design."""
 
@@ -196,6 +218,10 @@ class AnalysisForm(Settings):
     flows: dict[str, Flow] = field("The contributors to the latency of each flow.")
     processors: dict[str, ProcessorUse] = field("The utilisation of each processor.")
     buses: dict[str, BusUse] = field("The load of each bus.")
+    resources: list[ResourceUse] = field(
+        "Under `osate-2.19`, where any is stated: the resource budgets of processors, partitions, memories and of all.",
+        default=[],
+    )
     metrics: dict[str, Metric] = field("Every metric.")
     requirements: Annotated[list[Verdict], Of("verdicts")] = field("How it meets each requirement.")
     contention: Annotated[Contention, Of("contended")] = field(
