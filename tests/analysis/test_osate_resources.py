@@ -92,3 +92,15 @@ def test_other_profiles_look_at_no_budget(tmp_path: Path) -> None:
     assert dse.analyse(dse.loads(text), {"cpu.type": "pc", "filter.processor": "cpu"}).resources == ()
     plain = dse.loads("dse: 1\nname: n\nprofile: osate-2.19\nthreads: {a: {period: 1 ms}}\n")
     assert dse.analyse(plain).resources == ()
+
+
+def test_budgets_go_through_aadl(tmp_path: Path) -> None:
+    """The speed of a processor as MIPSCapacity, the rest in our property set."""
+    (tmp_path / "p.yaml").write_text(TEXT, encoding="utf-8")
+    fix = ["cpu.type = fast", "filter.processor = spare"]
+    result = dse.solve(tmp_path / "p.yaml", minimise="price", fix=fix)
+    text = dse.export(result, 1, "aadl")
+    assert "SEI::MIPSCapacity => 3.0 MIPS;" in text
+    (tmp_path / "x.aadl").write_text(text, encoding="utf-8")
+    expected = dse.analyse(tmp_path / "p.yaml", {"cpu.type": "fast", "filter.processor": "spare"}).resources
+    assert dse.analyse(tmp_path / "x.aadl").resources == expected

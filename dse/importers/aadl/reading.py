@@ -54,16 +54,23 @@ def _alternatives(
     model: Model, chosen: Sequence[Subsystem], places: dict[Key, Place], path: Path, options: Mapping[str, Any]
 ) -> dict[str, Any]:
     """The document that leaves implementations of subsystems open."""
+    budgets: list[Any] = []
 
     def document(taken: Mapping[str, str]) -> dict[str, Any]:
         writer = Writer(with_implementations(model, chosen, taken, path, options), path, options)
         found = writer.document()
+        budgets.append(found.pop("budgets", None))
         places.update({key: place for key, place in writer.places.items() if key not in places})
         return found
 
     try:
         if reason := conflict(chosen):
             raise DifferError(reason)
-        return merged(chosen, document, places)
+        found = merged(chosen, document, places)
     except DifferError as error:
         raise ProblemError([finding(str(error), chosen[0].component.place)]) from None
+    if all(item == budgets[0] for item in budgets):
+        return found if budgets[0] is None else {**found, "budgets": budgets[0]}
+    message = f"budgets of processors and memories differ with the type of {chosen[0].name}: not looked at"
+    model.library.remark(message, chosen[0].component.place)
+    return found

@@ -18,6 +18,7 @@ from dse.results.aadl.words import (
     output_rate,
     quoted,
     size,
+    speed,
     times,
     written_range,
 )
@@ -68,7 +69,7 @@ class WholeModel:
         self._write_flows()
         settings = {key: self.document[key] for key in SETTINGS if self.document.get(key) not in (None, [], {})}
         settings |= settings_of(self.decided.space)
-        for key in ("executors", "reservations", "partitions"):
+        for key in ("executors", "reservations", "partitions", "memories", "budgets"):
             entries = self.decided.section(key)
             settings |= {key: entries} if entries else {}
         dropped = list(left_out)
@@ -152,6 +153,7 @@ class WholeModel:
         rest.pop("source", None)
         for key, word, reader in (
             ("bandwidth", "SEI::BandWidthCapacity", bandwidth),
+            ("speed", "SEI::MIPSCapacity", speed),
             ("latency", "Latency", times),
             ("overhead", "Data_Size", size),
         ):

@@ -10,7 +10,16 @@ from fractions import Fraction
 from typing import Any
 
 from dse.spec.writing import yaml_text
-from dse.units import Exact, TimeRange, UnitError, format_time_range, parse_bandwidth_bps, parse_size_bytes
+from dse.units import (
+    Exact,
+    TimeRange,
+    UnitError,
+    format_number,
+    format_time_range,
+    parse_bandwidth_bps,
+    parse_size_bytes,
+    parse_speed_mips,
+)
 
 _QUANTITY = re.compile(r"(\d+(?:\.\d+)?)\s*([A-Za-zµμ]+)")
 _TIMES = {"ps": "ps", "ns": "ns", "us": "us", "µs": "us", "μs": "us", "ms": "ms", "s": "sec", "min": "min", "h": "hr"}
@@ -115,6 +124,15 @@ def bandwidth(text: Any) -> str | None:
         return f"{parse_bandwidth_bps(str(text))}.0 bitsps"  # an aadlreal: OSATE takes no whole number
     except (UnitError, ValueError, TypeError):
         return None
+
+
+def speed(text: Any) -> str | None:
+    """The speed of a processor in MIPS."""
+    try:
+        number = format_number(parse_speed_mips(str(text)))
+    except (UnitError, ValueError, TypeError):
+        return None
+    return None if "/" in number else f"{number}{'' if '.' in number else '.0'} MIPS"
 
 
 def extra(fields: Iterable[tuple[str, Any]]) -> str | None:
