@@ -97,16 +97,23 @@ class Diagrams:
 
     def mapped(self, diagram: Diagram, change: Callable[[Any], Any]) -> Diagram:
         """The diagram with its leaves changed."""
-        seen: dict[int, Any] = {}
+        return changed(diagram, change, self.node)
 
-        def walk(item: Diagram) -> Diagram:
-            if not isinstance(item, Node):
-                return change(item)
-            if id(item) not in seen:
-                seen[id(item)] = self.node(item.decision, tuple(walk(branch) for branch in item.branches))
-            return seen[id(item)]
 
-        return walk(diagram)
+def changed(
+    diagram: Diagram, change: Callable[[Any], Any], node: Callable[[int, tuple[Any, ...]], Diagram] = Node
+) -> Diagram:
+    """A diagram with its leaves changed; `node` makes its nodes."""
+    seen: dict[int, Any] = {}
+
+    def walk(item: Diagram) -> Diagram:
+        if not isinstance(item, Node):
+            return change(item)
+        if id(item) not in seen:
+            seen[id(item)] = node(item.decision, tuple(walk(branch) for branch in item.branches))
+        return seen[id(item)]
+
+    return walk(diagram)
 
 
 def scope(diagram: Diagram) -> frozenset[int]:

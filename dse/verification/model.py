@@ -6,12 +6,9 @@ solved with other settings: no presolve, another seed, another search.
 
 from __future__ import annotations
 
-import threading
-import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import partial
-from itertools import count
 from math import ceil
 from typing import Any, Literal
 
@@ -22,18 +19,15 @@ from dse.analysis.limits import Limit, judge, keeps_cores
 from dse.analysis.views import View
 from dse.space.types import INACTIVE, Design
 from dse.timelimit import OutOfTime, look_at_the_clock
+from dse.verification import calls
 from dse.verification.contention import Lesson, full_lesson, lessons_of, on_other_cores, waiting_lesson
 from dse.verification.cores import add_cores
-from dse.verification.diagrams import Diagram, Node, TooLarge, leaves
+from dse.verification.diagrams import Node, TooLarge, leaves
+from dse.verification.lookups import Lookups
+from dse.verification.reduced import ReducedRegion, Reduction
 from dse.verification.sums import Sum
 from dse.verification.tables import EXACT, Tables
 from dse.verification.waiting import Waiting
-
-FIRST_LIMIT = 30.0
-"""Deterministic time (about as many seconds) of the first attempt at a question."""
-SEED = 982_451_653
-MOST_STOPS = 500
-"""So often a call is told to stop, each 10 ms."""
 
 
 @dataclass(frozen=True)
@@ -60,28 +54,29 @@ class SecondModel:
         self.deadline = deadline
         self.calls = 0
         self.model = cp_model.CpModel()
-        self._looked_up: dict[int, Any] = {}
         self.chosen = [
             self.model.new_int_var_from_domain(cp_model.Domain.from_values(list(allowed)), "")
             for allowed in tables.allowed
         ]
+        self.lookups = Lookups(self.model, self.chosen)
+        self._reduction: Reduction | None = None
         for _, diagram in tables.conditions:
-            self.model.add(self._value(diagram) == 1)
+            self.model.add(self.lookups.value(diagram) == 1)
         self.waiting: Waiting | None = None
         if tables.waits is not None:
-            self.waiting = Waiting(tables.space, self.model, tables.waits, self._value)
+            self.waiting = Waiting(tables.space, self.model, tables.waits, self.lookups.value)
         for bound in tables.bounds:
             if bound.sum.high > 0:
                 self.model.add(self._total(bound.sum) <= 0)
         for table in tables.cores:
-            add_cores(self.model, table, self._value)
+            add_cores(self.model, table, self.lookups.value)
         self.objectives = []
         for total, divisor in tables.objectives:
             variable = self.model.new_int_var(-(-total.low // divisor), total.high // divisor, "")
             self.model.add(self._total(total) == divisor * variable)
             self.objectives.append(variable)
         self.option = [self._canonical(index) for index in range(len(self.chosen))]
-        self.places = {number: self._placed(diagram) for number, diagram in tables.places.items()}
+        self.places = {number: self.lookups.variable(diagram) for number, diagram in tables.places.items()}
         moves = bool(tables.late) and tables.waits is None
         self.free_cores = {item.index for item in tables.space.open_cores} if moves else set[int]()
         self.free_cores |= {item.index for item in tables.space.open_priorities}  # whichever will do
@@ -90,7 +85,7 @@ class SecondModel:
 
     def _total(self, total: Sum) -> Any:
         """A sum as an expression; each of the sums of an extreme has a variable of its own."""
-        found: Any = sum(self._value(part) for part in total.parts)
+        found: Any = sum(self.lookups.value(part) for part in total.parts)
         for number, times in total.waits:
             assert self.waiting is not None
             found = found + times * self.waiting.variables[number]
@@ -108,31 +103,13 @@ class SecondModel:
             found = found + target
         return found
 
-    def _value(self, diagram: Diagram) -> Any:
-        """The leaf that the chosen options lead to."""
-        if not isinstance(diagram, Node):
-            return int(diagram)
-        if id(diagram) not in self._looked_up:
-            look_at_the_clock()
-            branches = [self._value(branch) for branch in diagram.branches]
-            ends = [int(item) for item in leaves(diagram)]
-            target = self.model.new_int_var(min(ends), max(ends), "")
-            self.model.add_element(self.chosen[diagram.decision], branches, target)
-            self._looked_up[id(diagram)] = target
-        return self._looked_up[id(diagram)]
-
-    def _placed(self, diagram: Diagram) -> Any:
-        """The number of a thread's core, as a variable."""
-        value = self._value(diagram)
-        return self.model.new_constant(value) if isinstance(value, int) else value
-
     def _canonical(self, index: int) -> Any:
         """The option as the canonical design has it: -1 where the decision is not used."""
         met = self.tables.met[index]
         if met is None:
             return self.chosen[index]
         shown = self.model.new_int_var(INACTIVE, max(self.tables.allowed[index]), "")
-        self.model.add_element(self._value(met), [INACTIVE, self.chosen[index]], shown)
+        self.model.add_element(self.lookups.value(met), [INACTIVE, self.chosen[index]], shown)
         return shown
 
     def in_region(
@@ -161,7 +138,7 @@ class SecondModel:
                 domain = cp_model.Domain.from_values([INACTIVE, option])
                 model.add_linear_expression_in_domain(self._in(model, self.option[decision]), domain)
 
-        return self._ask(ask)
+        return self._ask(ask, self._reduced(below, from_on))
 
     def earlier_design(self, vector: Sequence[int], design: Design) -> Reply:
         """A design with these objectives that comes before `design` in the order of the file."""
@@ -205,7 +182,7 @@ class SecondModel:
     def _in(model: cp_model.CpModel, variable: Any) -> Any:
         return model.get_int_var_from_proto_index(variable.index)
 
-    def _ask(self, ask: Callable[[cp_model.CpModel], None]) -> Reply:
+    def _ask(self, ask: Callable[[cp_model.CpModel], None], is_refuted: Callable[[float], bool] | None = None) -> Reply:
         """Solve; a design that only the coarse bounds admit is left out and the question asked again.
 
         Of one with threads that are late, or wait longer than thought, the model learns why.
@@ -222,7 +199,8 @@ class SecondModel:
             ask(model)
             for values in left_out:
                 self._leave_out(model, values)
-            status, solver = self._solve(model)
+            self.calls += 1
+            status, solver = calls.ask(model, self.deadline, is_refuted)
             if status == cp_model.INFEASIBLE:
                 return Reply("none")
             if solver is None:
@@ -313,65 +291,16 @@ class SecondModel:
             others.append(other)
         model.add_bool_or(others)
 
-    def _solve(self, model: cp_model.CpModel) -> tuple[Any, cp_model.CpSolver | None]:
-        """An answer of the solver, in attempts with limits that double and other seeds; unknown at the deadline only.
+    def _reduced(self, below: Sequence[int | None], from_on: Sequence[int | None] | None) -> Callable[[float], bool]:
+        """Whether a region is refuted by so much work on a smaller question, which is made when it is first asked."""
+        region: ReducedRegion | None = None
 
-        A run of bad luck ends at its limit, which counts steps and not seconds.
-        """
-        self.calls += 1
-        for attempt in count():
-            solver = other_solver()
-            solver.parameters.random_seed = SEED + attempt
-            solver.parameters.max_deterministic_time = FIRST_LIMIT * 2**attempt
-            if self.deadline is not None:
-                left = self.deadline - time.monotonic()
-                if left <= 0:
-                    break
-                solver.parameters.max_time_in_seconds = left
-            status = _in_a_thread(solver, model, self.deadline)
-            assert status != cp_model.MODEL_INVALID, "the model is invalid"
-            if status in (cp_model.OPTIMAL, cp_model.FEASIBLE):
-                return status, solver
-            if status == cp_model.INFEASIBLE:
-                return status, None
-        return cp_model.UNKNOWN, None
+        def is_refuted(limit: float) -> bool:
+            nonlocal region
+            if region is None:
+                if self._reduction is None:
+                    self._reduction = Reduction(self.tables)
+                region = self._reduction.region(below, from_on)
+            return region.is_refuted(limit, self.deadline)
 
-
-def other_solver() -> cp_model.CpSolver:
-    """A solver with settings of its own, without the steps of OR-tools 9.15 that are wrong (decision record 9)."""
-    solver = cp_model.CpSolver()
-    parameters: Any = solver.parameters
-    parameters.num_workers = 1
-    parameters.random_seed = SEED
-    parameters.catch_sigint_signal = False
-    parameters.cp_model_presolve = False
-    parameters.auto_detect_greater_than_at_least_one_of = False
-    parameters.linearization_level = 1
-    parameters.search_branching = cp_model.PORTFOLIO_WITH_QUICK_RESTART_SEARCH
-    return solver
-
-
-def _in_a_thread(solver: cp_model.CpSolver, model: cp_model.CpModel, deadline: float | None) -> Any:
-    """Solve while this thread waits in short steps: Ctrl-C ends it, and the deadline if its own clock does not."""
-    found: list[Any] = []
-    done = threading.Event()
-
-    def work() -> None:
-        try:
-            found.append(solver.solve(model))
-        finally:
-            done.set()
-
-    thread = threading.Thread(target=work, daemon=True)
-    try:
-        thread.start()
-        while not done.wait(0.2):
-            if deadline is not None and time.monotonic() > deadline:
-                solver.stop_search()
-    except KeyboardInterrupt:
-        for _ in range(MOST_STOPS):
-            solver.stop_search()  # again, for a call that was about to begin
-            if done.wait(0.01):
-                break
-        raise
-    return found[0]
+        return is_refuted

@@ -1,0 +1,108 @@
+"""Calls of the solver in the second proof: settings other than those of the search, in turns with limits that double.
+
+No settings are the best for all questions: what one pair of them proves in half a second another does not in half a
+minute (decision record 22). So several take turns, each for a while that is counted in steps, not in seconds.
+"""
+
+from __future__ import annotations
+
+import threading
+import time
+from collections.abc import Callable
+from itertools import count
+from typing import Any, TypeAlias
+
+from ortools.sat.python import cp_model
+
+FIRST_LIMIT = 0.3
+"""Deterministic time of the first attempts at a question; a second of work is one to three units."""
+SECONDS_A_UNIT = 20.0
+"""An attempt takes so many seconds for a unit of its limit at most: some steps of the solver hardly count."""
+SEED = 982_451_653
+MOST_STOPS = 500
+"""So often a call is told to stop, each 10 ms."""
+WAYS = (
+    (cp_model.AUTOMATIC_SEARCH, 0),
+    (cp_model.AUTOMATIC_SEARCH, 1),
+    (cp_model.PORTFOLIO_WITH_QUICK_RESTART_SEARCH, 0),
+    (cp_model.AUTOMATIC_SEARCH, 2),
+)
+"""How a solver branches, with how much linear relaxation."""
+
+Outcome: TypeAlias = tuple[Any, cp_model.CpSolver | None]
+"""A status, and the solver that has values for it."""
+
+
+def ask(model: cp_model.CpModel, deadline: float | None, is_refuted: Callable[[float], bool] | None = None) -> Outcome:
+    """An answer of the solver; unknown at the deadline only.
+
+    Before each attempt `is_refuted` is asked with that attempt's limit whether it can show that there is no solution.
+    """
+    for attempt in count():
+        limit = FIRST_LIMIT * 2 ** (attempt // len(WAYS))
+        if is_refuted is not None and is_refuted(limit):
+            return cp_model.INFEASIBLE, None
+        status, solver = attempted(model, deadline, limit, attempt)
+        if status != cp_model.UNKNOWN or _is_over(deadline):
+            return status, solver
+    raise AssertionError("attempts have no end")
+
+
+def attempted(model: cp_model.CpModel, deadline: float | None, limit: float, attempt: int = 0) -> Outcome:
+    """One attempt at a model, with settings and a seed of its own, for so much deterministic time; may be unknown."""
+    if _is_over(deadline):
+        return cp_model.UNKNOWN, None
+    branching, linearization = WAYS[attempt % len(WAYS)]
+    solver = other_solver()
+    parameters: Any = solver.parameters
+    parameters.search_branching = branching
+    parameters.linearization_level = linearization
+    parameters.random_seed = SEED + attempt
+    parameters.max_deterministic_time = limit
+    seconds = 1.0 + SECONDS_A_UNIT * limit
+    parameters.max_time_in_seconds = seconds if deadline is None else min(seconds, deadline - time.monotonic())
+    status = _in_a_thread(solver, model, deadline)
+    assert status != cp_model.MODEL_INVALID, "the model is invalid"
+    return status, solver if status in (cp_model.OPTIMAL, cp_model.FEASIBLE) else None
+
+
+def other_solver() -> cp_model.CpSolver:
+    """A solver with settings of its own, without the steps of OR-tools 9.15 that are wrong (decision record 9)."""
+    solver = cp_model.CpSolver()
+    parameters: Any = solver.parameters
+    parameters.num_workers = 1
+    parameters.random_seed = SEED
+    parameters.catch_sigint_signal = False
+    parameters.cp_model_presolve = False
+    parameters.auto_detect_greater_than_at_least_one_of = False
+    return solver
+
+
+def _is_over(deadline: float | None) -> bool:
+    return deadline is not None and time.monotonic() >= deadline
+
+
+def _in_a_thread(solver: cp_model.CpSolver, model: cp_model.CpModel, deadline: float | None) -> Any:
+    """Solve while this thread waits in short steps: Ctrl-C ends it, and the deadline if its own clock does not."""
+    found: list[Any] = []
+    done = threading.Event()
+
+    def work() -> None:
+        try:
+            found.append(solver.solve(model))
+        finally:
+            done.set()
+
+    thread = threading.Thread(target=work, daemon=True)
+    try:
+        thread.start()
+        while not done.wait(0.2):
+            if _is_over(deadline):
+                solver.stop_search()
+    except KeyboardInterrupt:
+        for _ in range(MOST_STOPS):
+            solver.stop_search()  # again, for a call that was about to begin
+            if done.wait(0.01):
+                break
+        raise
+    return found[0]

@@ -1,0 +1,38 @@
+"""Diagrams in a solver's model: an element constraint for each node."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+from ortools.sat.python import cp_model
+
+from dse.timelimit import look_at_the_clock
+from dse.verification.diagrams import Diagram, Node, leaves
+
+
+class Lookups:
+    """The leaves that decisions lead to; `chosen[d]` is the variable for the position of decision d's option."""
+
+    def __init__(self, model: cp_model.CpModel, chosen: Sequence[Any]) -> None:
+        self.model = model
+        self.chosen = chosen
+        self._known: dict[int, tuple[Node, Any]] = {}
+
+    def value(self, diagram: Diagram) -> Any:
+        """The leaf that the chosen options lead to: a variable, or a number where there is one leaf only."""
+        if not isinstance(diagram, Node):
+            return int(diagram)
+        if id(diagram) not in self._known:
+            look_at_the_clock()
+            branches = [self.value(branch) for branch in diagram.branches]
+            ends = [int(item) for item in leaves(diagram)]
+            target = self.model.new_int_var(min(ends), max(ends), "")
+            self.model.add_element(self.chosen[diagram.decision], branches, target)
+            self._known[id(diagram)] = diagram, target  # with the node, so that its id stays its own
+        return self._known[id(diagram)][1]
+
+    def variable(self, diagram: Diagram) -> Any:
+        """The same, always as a variable."""
+        found = self.value(diagram)
+        return self.model.new_constant(found) if isinstance(found, int) else found

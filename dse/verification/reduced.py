@@ -1,0 +1,263 @@
+"""Regions refuted on a smaller question: without cores and deadlines, without what cannot be and what is never better.
+
+Every requirement that a sum of diagrams holds is a row, sum <= bound; so are conditions, and the bounds of a region. An
+option that breaks a row by itself, the other decisions at their best for that row, is no option. Of two options of
+which one is nowhere larger, in no row and whatever else is chosen, the other is left out: a design with it stays one
+when it is exchanged. Response times, limits of single cores and waiting are not looked at; so what is refuted here is
+refuted, while a solution says nothing.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+from ortools.sat.python import cp_model
+
+from dse.timelimit import look_at_the_clock
+from dse.verification.calls import attempted
+from dse.verification.diagrams import Diagram, Node, changed, leaves, scope
+from dse.verification.lookups import Lookups
+from dse.verification.sums import Sum
+from dse.verification.tables import Tables
+
+
+@dataclass(frozen=True)
+class Row:
+    """The sum of `parts`, diagrams of integers, is at most `most`."""
+
+    parts: tuple[Diagram, ...]
+    most: int
+
+    @cached_property
+    def open(self) -> dict[int, list[int]]:
+        """For each decision that is looked at the positions of the parts that do."""
+        found: dict[int, list[int]] = {}
+        for at, part in enumerate(self.parts):
+            for decision in scope(part):
+                found.setdefault(decision, []).append(at)
+        return found
+
+    @cached_property
+    def highs(self) -> list[int]:
+        """The most that each part may be."""
+        return [max((int(leaf) for leaf in leaves(part)), default=0) for part in self.parts]
+
+
+class Reduction:
+    """What every design has in common: rows, and for each decision the positions of options that they leave."""
+
+    def __init__(self, tables: Tables) -> None:
+        self.tables = tables
+        self.rows = [Row((_negated(diagram),), 0) for _, diagram in tables.conditions]
+        for bound in tables.bounds:
+            self.rows += rows_of(bound.sum, 0)
+        self.left = [list(range(len(options))) for options in tables.allowed]
+        self.is_empty = not narrow(self.rows, self.left, self.rows)
+
+    def region(self, below: Sequence[int | None], from_on: Sequence[int | None] | None) -> ReducedRegion:
+        """The smaller question of a region: objectives below `below` and not below `from_on` (None: no bound)."""
+        more = []
+        for (total, divisor), bound in zip(self.tables.objectives, below, strict=True):
+            if bound is not None:
+                more += rows_of(total, (bound - 1) * divisor)
+        for (total, divisor), bound in zip(self.tables.objectives, from_on or (), strict=False):
+            if bound is not None and not total.extremes and not total.waits:
+                more.append(Row(tuple(_times(part, -1) for part in total.parts), -bound * divisor))
+        left = [list(options) for options in self.left]
+        is_empty = self.is_empty or not narrow([*self.rows, *more], left, more)
+        return ReducedRegion([*self.rows, *more], left, is_empty)
+
+
+class ReducedRegion:
+    """A smaller question, to be asked again with more time until it is answered."""
+
+    def __init__(self, rows: Sequence[Row], left: list[list[int]], is_empty: bool) -> None:
+        self.rows, self.left, self.is_empty = rows, left, is_empty
+        self._attempts = 0
+        self._model: cp_model.CpModel | None = None
+        self._has_solution = False
+
+    def is_refuted(self, limit: float, deadline: float | None) -> bool:
+        """Whether it can be shown, with so much deterministic time, that there is no solution."""
+        if self.is_empty or self._has_solution:
+            return self.is_empty
+        if self._model is None:
+            leave_out_dominated(self.rows, self.left)
+            self._model = _model(self.rows, self.left)
+        status, solver = attempted(self._model, deadline, limit, self._attempts)
+        self._attempts += 1
+        self._has_solution = solver is not None
+        self.is_empty = status == cp_model.INFEASIBLE
+        return self.is_empty
+
+
+def rows_of(total: Sum, most: int) -> list[Row]:
+    """Rows that hold wherever a sum is at most `most`: of a greatest value one more for each that it may be."""
+    if any(times < 0 for _, times in total.waits):
+        return []
+    low = sum(pick.low for pick in total.extremes)
+    found = [Row(total.parts, most - low)]
+    for pick in total.extremes:
+        for item in pick.sums if pick.greatest else ():
+            if all(times >= 0 for _, times in item.waits):
+                least_inside = sum(inner.low for inner in item.extremes)
+                found.append(Row((*total.parts, *item.parts), most - low + pick.low - least_inside))
+    return found
+
+
+def narrow(rows: Sequence[Row], left: list[list[int]], fresh: Sequence[Row]) -> bool:
+    """Leave out what breaks a row by itself, `fresh` ones first; whether each decision has an option left."""
+    using: dict[int, list[Row]] = {}
+    for row in rows:
+        for decision in row.open:
+            using.setdefault(decision, []).append(row)
+    waiting = {id(row): row for row in fresh}
+    while waiting:
+        look_at_the_clock()
+        row = waiting.pop(next(iter(waiting)))
+        lows = [least(part, left) for part in row.parts]
+        room = row.most - sum(lows)
+        if room < 0:
+            return False
+        for decision, parts in row.open.items():
+            if sum(row.highs[at] - lows[at] for at in parts) <= room:
+                continue  # nothing of it can break the row
+            kept = [
+                option
+                for option in left[decision]
+                if sum(least(row.parts[at], left, {decision: option}) - lows[at] for at in parts) <= room
+            ]
+            if len(kept) < len(left[decision]):
+                left[decision] = kept
+                if not kept:
+                    return False
+                waiting |= {id(other): other for other in using[decision]}
+    return True
+
+
+def least(diagram: Diagram, left: Sequence[Sequence[int]], given: dict[int, int] | None = None) -> int:
+    """The least leaf that the options that are left lead to, where some decisions are given."""
+    known: dict[int, int] = {}
+
+    def walk(item: Diagram) -> int:
+        if not isinstance(item, Node):
+            return int(item)
+        if id(item) not in known:
+            taken = left[item.decision]
+            if given and item.decision in given:
+                taken = [given[item.decision]]
+            known[id(item)] = min(walk(item.branches[option]) for option in taken)
+        return known[id(item)]
+
+    return walk(diagram)
+
+
+def leave_out_dominated(rows: Sequence[Row], left: list[list[int]]) -> None:
+    """Leave out each option for which there is another that is nowhere larger."""
+    using: dict[int, list[Row]] = {}
+    for row in rows:
+        for decision in row.open:
+            using.setdefault(decision, []).append(row)
+    for decision, here in using.items():
+        look_at_the_clock()
+        for option in list(left[decision]):
+            others = (other for other in left[decision] if other != option)
+            if any(all(_is_no_larger(row, decision, other, option, left) for row in here) for other in others):
+                left[decision].remove(option)
+
+
+def _is_no_larger(row: Row, decision: int, one: int, other: int, left: Sequence[Sequence[int]]) -> bool:
+    """Whether a row's sum is no larger with `one` option of a decision than with another, whatever else is chosen."""
+    difference = 0
+    for at in row.open[decision]:
+        first, second = (_at(row.parts[at], decision, option) for option in (one, other))
+        if isinstance(first, Node) or isinstance(second, Node):
+            if not _is_below(first, second, decision, (one, other), left):
+                return False
+        else:
+            difference += int(first) - int(second)
+    return difference <= 0
+
+
+def _at(diagram: Diagram, decision: int, option: int) -> Diagram:
+    """What follows at the top of a diagram where a decision has an option."""
+    while isinstance(diagram, Node) and diagram.decision == decision:
+        diagram = diagram.branches[option]
+    return diagram
+
+
+def _is_below(
+    one: Diagram, other: Diagram, decision: int, options: tuple[int, int], left: Sequence[Sequence[int]]
+) -> bool:
+    """Whether a diagram with one option is nowhere above another with the other option."""
+    known: set[tuple[int, int]] = set()  # pairs of nodes that were found to be so
+
+    def walk(one: Diagram, other: Diagram) -> bool:
+        one, other = _at(one, decision, options[0]), _at(other, decision, options[1])
+        if not isinstance(one, Node) and not isinstance(other, Node):
+            return int(one) <= int(other)
+        pair = (id(one), id(other))
+        if pair not in known:
+            split = one.decision if isinstance(one, Node) else other.decision
+            if not all(walk(_at(one, split, option), _at(other, split, option)) for option in left[split]):
+                return False
+            known.add(pair)
+        return True
+
+    return walk(one, other)
+
+
+def _model(rows: Sequence[Row], left: Sequence[Sequence[int]]) -> cp_model.CpModel:
+    """The rows with what is left: what one decision adds to a row is one figure."""
+    model = cp_model.CpModel()
+    small: dict[tuple[Any, ...], Diagram] = {}
+    chosen = [model.new_int_var(0, max(0, len(options) - 1), "") for options in left]
+    lookups = Lookups(model, chosen)
+    for row in rows:
+        look_at_the_clock()
+        alone: dict[int, list[int]] = {}
+        total: Any = 0
+        for part in (_restricted(item, left, small) for item in row.parts):
+            if not isinstance(part, Node):
+                total += int(part)
+            elif any(isinstance(branch, Node) for branch in part.branches):
+                total += lookups.value(part)
+            else:
+                known = alone.get(part.decision, [0] * len(part.branches))
+                alone[part.decision] = [value + int(more) for value, more in zip(known, part.branches, strict=True)]
+        for decision, values in alone.items():
+            total += lookups.value(_node(decision, values, small))
+        if not isinstance(total, int):  # else it holds, as `narrow` has left it
+            model.add(total <= row.most)
+    return model
+
+
+def _node(decision: int, branches: Sequence[Diagram], known: dict[tuple[Any, ...], Diagram]) -> Diagram:
+    """The node with these branches, the same one for the same branches; or their common value."""
+    key = (decision, *(("node", id(item)) if isinstance(item, Node) else item for item in branches))
+    if len(set(key[1:])) == 1:
+        return branches[0]
+    return known.setdefault(key, Node(decision, tuple(branches)))
+
+
+def _restricted(diagram: Diagram, left: Sequence[Sequence[int]], known: dict[tuple[Any, ...], Diagram]) -> Diagram:
+    """A diagram with the branches of the options that are left."""
+    if not isinstance(diagram, Node):
+        return int(diagram)
+    key = ("of", id(diagram))
+    if key not in known:
+        branches = [_restricted(diagram.branches[option], left, known) for option in left[diagram.decision]]
+        known[key] = _node(diagram.decision, branches, known)
+    return known[key]
+
+
+def _negated(diagram: Diagram) -> Diagram:
+    """0 where a condition is true, 1 elsewhere."""
+    return changed(diagram, lambda leaf: int(not leaf))
+
+
+def _times(diagram: Diagram, factor: int) -> Diagram:
+    return changed(diagram, lambda leaf: factor * int(leaf))

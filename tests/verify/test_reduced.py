@@ -1,0 +1,58 @@
+"""Regions that the second proof refutes on a smaller question hold no design."""
+
+from __future__ import annotations
+
+import random
+from pathlib import Path
+
+import pytest
+from effort import cases
+
+from dse.analysis.evaluate import Evaluator
+from dse.errors import DseError
+from dse.verification.diagrams import Node, TooLarge
+from dse.verification.exhaustion import TooMany, exhaust
+from dse.verification.reduced import Reduction, Row, leave_out_dominated, narrow
+from dse.verification.tables import build_tables
+from tests.properties.test_every_question import question
+
+FEW = 1_000
+
+
+@pytest.mark.parametrize("scheduled", [False, True])
+@pytest.mark.parametrize("seed", cases(10, first=500))
+def test_what_is_refuted_holds_no_design(seed: int, scheduled: bool, tmp_path: Path) -> None:
+    """Where bounds admit exactly the designs and no core is limited, what holds none is refuted, too."""
+    asked = question(seed, tmp_path, scheduled=scheduled)
+    if asked is None:
+        return
+    try:
+        tables = build_tables(Evaluator(asked.problem.space))
+        vectors = exhaust(tables, FEW).vectors
+    except (DseError, TooLarge, TooMany):
+        return
+    rng = random.Random(seed)
+    reduction = Reduction(tables)
+    for _ in range(4):
+        if len(vectors):
+            below = [int(value) + rng.choice((0, 1)) for value in vectors[rng.randrange(len(vectors))]]
+        else:
+            below = [total.high // divisor + 1 for total, divisor in tables.objectives]
+        from_on = [bound - rng.randint(1, 3) for bound in below] if tables.bounds_are_exact else None
+        has_one = (vectors < below).all(axis=1) & (True if from_on is None else (vectors >= from_on).all(axis=1))
+        is_refuted = reduction.region(below, from_on).is_refuted(50.0, None)
+        assert not (is_refuted and has_one.any()), (below, from_on)
+        if tables.is_exact and not tables.cores and from_on is None:
+            assert is_refuted != has_one.any()
+
+
+def test_what_breaks_a_row_goes_and_so_does_what_is_never_better() -> None:
+    """Options 3, 5 and 9 in a sum with 2 or 4 at most 9; in another row the dearer options save nothing."""
+    first, second = Node(0, (3, 5, 9)), Node(1, (4, 2))
+    rows = [Row((first, second), 9), Row((Node(0, (1, 1, 0)), Node(1, (0, 5))), 100)]
+    left = [[0, 1, 2], [0, 1]]
+    assert narrow(rows, left, rows)
+    assert left == [[0, 1], [0, 1]]
+    leave_out_dominated(rows, left)
+    assert left == [[0], [0, 1]]  # 4 and 0 against 2 and 5: neither is better
+    assert not narrow([*rows, Row((second, first), 4)], left, [Row((second, first), 4)])
