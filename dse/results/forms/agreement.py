@@ -59,13 +59,13 @@ def _result(data: Data) -> Iterator[Mistake]:
 
 
 def _front(points: Sequence[Data], place: str, names: Sequence[str]) -> Iterator[Mistake]:
-    """Each point has its objectives, which no other has."""
-    seen: dict[tuple[int, ...], int] = {}
+    """Each point has its objectives, which no other has; what is null stands for different sums without a bound."""
+    seen: dict[tuple[int | None, ...], int] = {}
     for at, point in enumerate(points):
         wrong = list(_same(point["objectives"], names, f"{place}[{at}].objectives"))
         yield from wrong
         vector = tuple(point["objectives"].values() if wrong else (point["objectives"][name] for name in names))
-        if seen.setdefault(vector, at) != at:
+        if None not in vector and seen.setdefault(vector, at) != at:
             yield Mistake(f"{place}[{at}].objectives", f"are those of {place}[{seen[vector]}]")
 
 
