@@ -403,6 +403,7 @@ def test_standard_properties_that_nothing_looks_at_are_told_once_each(tmp_path: 
         ("SEI::RAMActual is not looked at (at 2 places, first here)", 0),
         ("Scheduling_Protocol other than fixed priorities is not looked at", 1),
         ("Dispatch_Jitter is not looked at", 1),
+        ("SEI::Price is not looked at", 2),
     ]
     assert all(item.severity == "warning" and item.column for item in told)
 
@@ -437,6 +438,29 @@ def test_budgets_of_processors_and_memories(tmp_path: Path) -> None:
         "SEI::RAMBudget", "SEI::InstructionsPerDispatch => 0.0 KIPD .. 15.0 KIPD applies to p.w;\n SEI::RAMBudget"
     )
     assert uses(written(tmp_path, counted, "n"))["cpu", "speed"] == (Fraction(3, 2), 20)
+
+
+def test_properties_of_ports_and_bindings_are_told_too(tmp_path: Path) -> None:
+    """What something looks up of others says of what it is not looked at; of sets that are not AADL's one remark."""
+    more = """Period => 3 ms applies to s.o; Overflow_Handling_Protocol => DropOldest applies to p.w.i;
+      Connection_Pattern => ((One_To_One)) applies to c; Latency => 3 ms applies to cpu;
+      Allowed_Processor_Binding => (reference (cpu)) applies to p; Timing => Sampled applies to c;
+      Source_Text => ("a.c") applies to p; my::Colour => "red" applies to p; my::Mass => 3 applies to p.w;"""
+    (tmp_path / "my.aadl").write_text(
+        "property set my is Colour: aadlstring applies to (all); Mass: aadlinteger applies to (all); end my;"
+    )
+    text = f"package m public with Base_Types, SEI, my; {model(more)} end m;"
+    told = read_foreign(written(tmp_path, text), None, {}).remarks
+    assert [item.message for item in told] == [
+        "Period of a feature is not looked at",
+        "Overflow_Handling_Protocol is not looked at",
+        "Connection_Pattern is not looked at",
+        "Latency of a processor is not looked at",
+        "Allowed_Processor_Binding is not looked at",
+        "properties that bear on no figure here are not looked at: Source_Text",
+        "properties of my that bear on no figure here are not looked at: Colour, Mass (at 2 places, first here)",
+    ]
+    assert all(item.line and item.column for item in told)
 
 
 def test_fixed_priorities_are_no_remark(tmp_path: Path) -> None:

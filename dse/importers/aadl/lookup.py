@@ -35,6 +35,9 @@ from dse.importers.aadl.syntax import (
 from dse.importers.registry import Place
 
 MAX_STEPS = 30
+ANY = "component"
+FEATURE = "feature"
+MEMBER = "connection or flow"
 
 
 @dataclass(frozen=True)
@@ -51,12 +54,29 @@ class Found:
     via: str = "own"
 
 
+@dataclass(frozen=True, slots=True)
+class Stated:
+    """An association and what it is of: a category of components, a `FEATURE`, or a `MEMBER`."""
+
+    holder: str
+    owned: Owned
+
+    @property
+    def property(self) -> tuple[str, str]:
+        """The name, and the set where that must be named."""
+        association = self.owned.association
+        group = association.package.lower()
+        return association.key, "" if group == SET_OF.get(association.key) else group
+
+
 class Properties:
     """Looks up the properties of one instance tree."""
 
     def __init__(self, library: Library, root: Instance) -> None:
         self.library = library
         self.root = root
+        self.asked: set[tuple[str, str, str]] = set()
+        """What was looked up: of what (see `Stated`), the name, and the set where that must be named."""
         self._contained: dict[tuple[Instance, Path], list[tuple[Owned, Instance]]] = defaultdict(list)
         for component in (root, *root.below()):
             for owned, base in contained(component):
@@ -84,7 +104,11 @@ class Properties:
 
         `bound` is the processor that it runs on: values stated ``in binding`` of another do not count.
         """
+        self._ask(ANY if self._is_inherited(name.lower(), group.lower()) else component.category, name, group)
         return self._first(self._of_component(component, name.lower(), group.lower()), component, bound)
+
+    def _ask(self, holder: str, name: str, group: str) -> None:
+        self.asked.add((holder, name.lower(), group.lower()))
 
     def is_by_binding(self, component: Instance, name: str) -> bool:
         """Whether some value of a property of a component holds in some bindings only."""
@@ -92,7 +116,7 @@ class Properties:
 
     def _of_component(self, component: Instance, name: str, group: str) -> Iterator[tuple[Owned, Instance, str]]:
         yield from ((*item, "own") for item in self._own(component, name, group))
-        if name in INHERITED or self._inherits(name, group):
+        if self._is_inherited(name, group):
             for around in component.around():
                 yield from ((*item, "inherited") for item in self._own(around, name, group))
 
@@ -114,6 +138,7 @@ class Properties:
 
     def of_feature(self, component: Instance, path: Path, name: str, group: str = "") -> Found | None:
         """The property of a feature; `path` leads through feature groups."""
+        self._ask(FEATURE, name, group)
         key = tuple(item.lower() for item in path)
         found = list(self._outer((component, key), name.lower(), group.lower()))
         if component.flat is not None and len(path) == 1 and key[0] in component.flat.features:
@@ -129,6 +154,7 @@ class Properties:
         group: str = "",
     ) -> Found | None:
         """The property of a connection, flow specification or end-to-end flow that is declared in a component."""
+        self._ask(MEMBER, name, group)
         key = (member.item.name.lower(),)
         found = list(self._outer((component, key), name.lower(), group.lower()))
         found += [(item, component) for item in member.properties if _is(item, name.lower(), group.lower())]
@@ -183,6 +209,35 @@ class Properties:
             elif is_active(item.modes, base.mode):
                 return item.value
         return default
+
+    # --- what stands there ----------------------------------------------------------------------------------------
+
+    def stated(self) -> Iterator[Stated]:
+        """Every association in the tree, with what it is of."""
+        for component in (self.root, *self.root.below()):
+            groups = [component.flat.properties] if component.flat is not None else []
+            groups += [component.declared.properties] if component.declared is not None else []
+            for group in groups:
+                yield from (Stated(component.category, one) for one in group if not one.association.applies)
+            if component.flat is None:
+                continue
+            for feature in component.flat.features.values():
+                yield from (Stated(FEATURE, one) for one in feature.properties if not one.association.applies)
+            for members in (component.flat.specs, component.flat.connections, component.flat.flows):
+                for member in members.values():
+                    yield from (Stated(MEMBER, one) for one in member.properties if not one.association.applies)
+        for (target, key), given in self._contained.items():
+            is_feature = bool(key) and target.flat is not None and key[0] in target.flat.features
+            holder = (FEATURE if is_feature else MEMBER) if key else target.category
+            yield from (Stated(holder, one) for one, _ in given)
+
+    def is_asked(self, stated: Stated) -> bool:
+        """Whether something looked it up."""
+        holders = [stated.holder, *([] if stated.holder in (FEATURE, MEMBER) else [ANY])]
+        return any((holder, *stated.property) in self.asked for holder in holders)
+
+    def _is_inherited(self, name: str, group: str) -> bool:
+        return name in INHERITED or self._inherits(name, group)
 
     def _inherits(self, name: str, group: str) -> bool:
         found = self.library.sets.get(group)

@@ -26,6 +26,9 @@ _SETS = {
         "period", "deadline", "compute_execution_time", "compute_deadline", "execution_time", "reference_time",
         "reference_processor", "processor_capacity", "clock_period", "frame_period", "slot_time", "first_dispatch_time",
         "dispatch_jitter", "dispatch_offset", "startup_deadline", "clock_jitter", "time_slot", "synchronized_component",
+        "recover_execution_time", "initialize_execution_time", "activate_execution_time", "deactivate_execution_time",
+        "finalize_execution_time", "thread_swap_execution_time", "process_swap_execution_time", "scheduler_quantum",
+        "clock_period_range", "recover_deadline", "initialize_deadline", "finalize_deadline",
     ),
     "thread_properties": (
         "dispatch_protocol", "dispatch_trigger", "priority", "posix_scheduling_policy", "urgency",
@@ -56,6 +59,8 @@ _SETS = {
 }  # fmt: skip
 SET_OF = {name: group for group, names in _SETS.items() for name in names if group not in ("sei", "arinc653")}
 """The set of each property that needs no prefix."""
+STANDARD = frozenset(name for names in _SETS.values() for name in names)
+"""The properties of these sets: what is told of each by itself where nothing looks at it."""
 PREDECLARED = frozenset(
     (*_SETS, "aadl_project", "aadl_properties", "base_types", "data_model", "programming_properties",
      "modeling_properties", "code_generation_properties", "arinc429", "emv2", "error_library", "physical", "hostility",

@@ -1,9 +1,13 @@
-"""Standard properties that bear on timing or load and that nothing here looks at: each is told once, never silence."""
+"""Properties that nothing here looks at: each is told once, never silence."""
 
 from __future__ import annotations
 
-from dse.importers.aadl.lookup import Found
+from collections.abc import Sequence
+
+from dse.importers.aadl.lookup import Stated
 from dse.importers.aadl.model import Model
+from dse.importers.aadl.ours import OURS
+from dse.importers.aadl.predeclared import STANDARD
 from dse.importers.aadl.syntax import Listed, Value, Word
 
 FIXED_PRIORITIES = frozenset(
@@ -14,34 +18,52 @@ FIXED_PRIORITIES = frozenset(
     )
 )  # fmt: skip
 """What `Scheduling_Protocol` may say without a word: threads go by priorities, or partitions by their windows."""
-UNREAD = (
-    ("SEI", "RAMActual"), ("SEI", "ROMActual"), ("", "Dispatch_Jitter"), ("", "Clock_Jitter"),
-    ("", "First_Dispatch_Time"), ("", "Not_Collocated"), ("", "Collocated"), ("", "Input_Rate"), ("", "Urgency"),
-)  # fmt: skip
-SCHEDULING = "Scheduling_Protocol"
-SAID = {
-    SCHEDULING: "other than fixed priorities is not looked at",
-}
+SCHEDULING = "scheduling_protocol"
+SAID = {SCHEDULING: "other than fixed priorities is not looked at"}
+MOST_NAMES = 6
 
 
 def tell(model: Model) -> None:
-    """A remark for each such property: where it first stands, and at how many places."""
-    components = (model.root, *model.root.below())
-    for group, name in (*UNREAD, ("", SCHEDULING)):
-        places: dict[str, Found] = {}
-        for component in components:
-            found = model.properties.of(component, name, group)
-            if found is not None and not (name == SCHEDULING and _is_fixed(found.value)):
-                places.setdefault(str(found.place), found)
-        if places:
-            _remark(model, f"{group}::{name}" if group else name, list(places.values()))
+    """A remark for each property that nothing looked up: where it first stands, and at how many places.
+
+    Of sets that are not AADL's own for timing, communication, deployment and resources there is one remark for each
+    set, with the names.
+    """
+    standard: dict[tuple[str, str], list[Stated]] = {}
+    others: dict[str, list[Stated]] = {}
+    asked = {(name, group) for _, name, group in model.properties.asked}
+    for item in model.properties.stated():
+        association = item.owned.association
+        if model.properties.is_asked(item) or association.package.lower() == OURS or _is_silent(item):
+            continue
+        if association.key in STANDARD:
+            of = item.holder if item.property in asked else ""
+            standard.setdefault((association.key, of), []).append(item)
+        else:
+            others.setdefault(association.package, []).append(item)
+    for (key, of), items in standard.items():
+        first = items[0].owned.association
+        name = f"{first.package}::{first.name}" if first.package else first.name
+        name += f" of {'an' if of[0] in 'aeiou' else 'a'} {of}" if of else ""
+        _remark(model, f"{name} {SAID.get(key, 'is not looked at')}", items)
+    for package, items in others.items():
+        names = list(dict.fromkeys(item.owned.association.name for item in items))
+        listed = ", ".join(names[:MOST_NAMES]) + (", ..." if len(names) > MOST_NAMES else "")
+        of = f"of {package} " if package else ""
+        _remark(model, f"properties {of}that bear on no figure here are not looked at: {listed}", items)
 
 
-def _remark(model: Model, name: str, found: list[Found]) -> None:
-    first = min((item.place for item in found), key=lambda place: (place.file, place.line, place.column))
-    what = SAID.get(name, "is not looked at")
-    times = f" (at {len(found)} places, first here)" if len(found) > 1 else ""
-    model.library.remark(f"{name} {what}{times}", first)
+def _remark(model: Model, text: str, items: Sequence[Stated]) -> None:
+    places = dict.fromkeys(item.owned.association.place for item in items)
+    first = min(places, key=lambda place: (place.file, place.line, place.column))
+    times = f" (at {len(places)} places, first here)" if len(places) > 1 else ""
+    model.library.remark(f"{text}{times}", first)
+
+
+def _is_silent(item: Stated) -> bool:
+    """Whether nothing need be said: a scheduler that goes by fixed priorities."""
+    association = item.owned.association
+    return association.key == SCHEDULING and all(_is_fixed(one.value) for one in association.values)
 
 
 def _is_fixed(value: Value) -> bool:
