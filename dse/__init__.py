@@ -54,6 +54,7 @@ if TYPE_CHECKING:
     from dse.results.sweep import SweepResult as SweepResult
     from dse.results.verify import Verification as Verification
     from dse.study.insist import insist as insist
+    from dse.study.measured import compare_measured as compare_measured
     from dse.study.resume import reopen_robust as reopen_robust
     from dse.study.resume import resume as resume
     from dse.study.robust import solve_robust as solve_robust

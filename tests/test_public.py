@@ -197,6 +197,65 @@ def test_a_commands_job_is_done_with_what_dse_exports(
     assert mine == theirs
 
 
+def test_every_verb_takes_a_result_and_a_point_of_it() -> None:
+    """They stand for the question that was asked, with all that was beyond the file, and for its decisions."""
+    asked: dict[str, Any] = {**ASKED, "objectives": ["minimise price"], "overload": "allowed"}
+    result = dse.solve(PUMP, **asked)
+    assert dse.load(result).space == dse.load(PUMP).ask(**asked).space
+    assert dse.solve(result).problem.question == result.problem.question
+    point = result.front[0]
+    assert dse.check(result).size == dse.check(PUMP, **asked).size
+    assert dse.explain(result).status == "feasible"
+    analysis = dse.analyse(result, point)
+    assert "price <= 900 EUR" in {verdict.requirement.text for verdict in analysis.verdicts}
+    assert dict(analysis.decisions) == point.decisions
+    assert dse.simulate(result, point, runs=1).decisions == dse.simulate(result, analysis, runs=1).decisions
+    assert dse.sensitivity(result, point, front=False).decisions == point.decisions
+    assert dse.sweep(result, "price=60EUR..900EUR", store=None).problem["changes"]["fix"]
+    text = PUMP.read_text(encoding="utf-8") + "uncertainty: {threads.filter.compute_execution_time: {factor: 0.9 .. 1}}"
+    robust = dse.solve_robust(text)
+    assert dse.solve(robust).frame().equals(robust.nominal.frame())
+    assert dse.compare(robust, robust.nominal).frame().columns.tolist() == ["name", "one", "other"]
+
+
+def test_what_no_verb_takes_is_told() -> None:
+    result = dse.solve(PUMP)
+    wrong: tuple[Callable[[], Any], ...] = (
+        lambda: dse.solve(None),  # type: ignore[arg-type]
+        lambda: dse.check(3),  # type: ignore[arg-type]
+        lambda: dse.analyse(result, 1),  # type: ignore[arg-type]
+        lambda: dse.compare(result.front[0], result),  # type: ignore[arg-type]
+        lambda: dse.export(result, 1, "jsn"),  # type: ignore[arg-type]
+    )
+    for call in wrong:
+        with pytest.raises(dse.UsageError, match=r"expected .*; got "):
+            call()
+
+
+def test_every_answer_is_a_table_in_a_notebook() -> None:
+    """In units that engineers read; an entry of a frame may be had in the unit that is wanted."""
+    result = dse.solve(PUMP)
+    point = result.front[0]
+    analysis = dse.analyse(result, point)
+    answers: list[Any] = [result, analysis, dse.check(PUMP), dse.explain(PUMP, max_jitter="5 ms")]
+    answers += [dse.simulate(result, point, runs=1), dse.sensitivity(result, point, front=False)]
+    answers += [dse.compare(result, result), dse.compare(analysis, analysis), dse.sweep(PUMP, VARY, store=None)]
+    for answer in answers:
+        assert "<table" in answer._repr_html_() and len(answer.frame()), answer
+    latency = analysis.frame("ms")["latency of sensor_to_valve [ms]"][0]
+    assert latency == result.frame("ms")["latency of sensor_to_valve [ms]"][0]
+    rows = analysis.flow_frame("sensor_to_valve", "ms")
+    assert rows["max [ms]"].sum() == pytest.approx(latency)
+    assert "max [ms]" in dse.simulate(result, point, runs=1).frame("ms")
+    with pytest.raises(dse.UsageError, match="no flow is called 'x'"):
+        analysis.flow_frame("x")
+
+
+def test_types_are_known_of_all_that_is_exported() -> None:
+    listed = inspect.getsource(dse).partition("if TYPE_CHECKING:")[2].partition("_HOMES")[0]
+    assert set(re.findall(r" as (\w+)", listed)) == {*dse._HOMES}
+
+
 def test_decisions_and_limits_may_be_named_in_mappings() -> None:
     """As the decisions of a point are: fixed, they leave that point alone."""
     problem = dse.load(PUMP)

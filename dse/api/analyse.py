@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from typing import Unpack
 
@@ -10,7 +10,7 @@ from dse.analysis.contention import ContentionReferee, with_contention
 from dse.analysis.evaluate import Evaluator
 from dse.api.completing import complete_design
 from dse.api.problem import Source, load, read_choices, with_stated_cores
-from dse.api.question import Question
+from dse.api.question import Decided, Question, decisions_as_texts
 from dse.results.analyse import Analysis
 from dse.results.contention import judge
 from dse.results.design_tables import analyse_design
@@ -19,7 +19,7 @@ from dse.space.types import Space
 
 def analyse(
     problem: Source,
-    design: Mapping[str, str] | Sequence[str] | None = None,
+    design: Decided = None,
     *,
     response_times: bool = False,
     **question: Unpack[Question],
@@ -29,9 +29,10 @@ def analyse(
     Parameters
     ----------
     problem
-        a loaded problem, the path of a problem file, or its content as text or mapping.
+        a problem, the path of its file, its content as text or mapping, or a result.
     design
-        decisions by name (or texts ``name = option``), on top of the baseline; the baseline alone when left out.
+        decisions by name (or texts ``name = option``) or a point of a front, on top of the baseline; the baseline alone
+        when left out.
     response_times
         whether to add the response time of every thread on a processor.
     question
@@ -52,7 +53,7 @@ def analyse(
     >>> found.is_feasible, found.flows[0].max_ns, found.metrics["price"]
     (True, 8412000, Fraction(24000, 1))
     """
-    texts = [f"'{name}' = {option}" for name, option in design.items()] if isinstance(design, Mapping) else design or ()
+    texts = decisions_as_texts(design)
     space = with_stated_cores(load(problem).ask(**question), texts).space
     given = {**space.fixed, **read_choices(space, texts)}
     chosen = complete_design(space, {**space.baseline, **given})

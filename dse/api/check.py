@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from fractions import Fraction
-from typing import Any, Unpack
+from typing import TYPE_CHECKING, Any, Unpack
 
 from dse.analysis.bounds import Impossible, impossible
 from dse.analysis.changes import counted_decisions
@@ -27,6 +27,10 @@ from dse.space.trees import leaves
 from dse.space.types import Component, Decision, Slot, Space
 from dse.spec.rounding import rounded_figures
 from dse.units import format_duration, format_number, format_ratio
+
+if TYPE_CHECKING:
+    import pandas
+
 
 MOST_ROUNDED = 20
 """The most figures of which is said one by one that they are rounded."""
@@ -56,6 +60,13 @@ class Description(Answer):
     remarks: tuple[str, ...]
     impossible: tuple[Impossible, ...] = ()
 
+    def frame(self) -> pandas.DataFrame:
+        """The open decisions; columns ``decision`` and ``options``, one text."""
+        import pandas
+
+        rows = [[item.name, ", ".join(item.options)] for item in self.decisions]
+        return pandas.DataFrame(rows, columns=["decision", "options"])
+
     def _told(self) -> Mapping[str, Any]:
         space = self.space
         return {
@@ -84,7 +95,7 @@ def check(problem: Source, **question: Unpack[Question]) -> Description:
     Parameters
     ----------
     problem
-        a loaded problem, the path of a problem file, or its content as text or mapping.
+        a problem, the path of its file, its content as text or mapping, or a result.
     question
         changes to the question, in the words of `Problem.ask`.
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from os import PathLike
 from pathlib import Path
 from typing import TypeAlias
 
@@ -14,13 +15,14 @@ from dse.errors import UsageError, about
 from dse.results.analyse import Analysis
 from dse.results.compare import DesignComparison, ResultComparison, compare_designs, compare_results
 from dse.results.design_tables import analyse_design
+from dse.results.robust import RobustResult
 from dse.results.solve import Result
 from dse.space.types import Space
 
 BASELINE = "baseline"
 
 
-Side: TypeAlias = Result | Analysis | str | Path
+Side: TypeAlias = Result | RobustResult | Analysis | str | Path
 """What is compared: a result or an analysis, or text that names one."""
 
 
@@ -76,6 +78,13 @@ def _read(side: Side, problem: str | Path | None) -> Result | Analysis | _Design
     """What a side means; None for the baseline of the other."""
     if isinstance(side, Result | Analysis):
         return side
+    if isinstance(side, RobustResult):
+        return side.robust
+    if not isinstance(side, str | PathLike):
+        raise UsageError(
+            f"expected a result, an analysis (of a point: dse.analyse(result, point)), RESULT.json#ID or {BASELINE}; "
+            f"got a {type(side).__name__}"
+        )
     if str(side) == BASELINE:
         return None
     path, mark, number = str(side).rpartition("#")
@@ -91,7 +100,7 @@ def _carried(*results: Result) -> tuple[str, ...]:
 
 def _name(side: Side) -> str:
     """What a side is called."""
-    if isinstance(side, Result):
+    if isinstance(side, Result | RobustResult):
         return side.problem.name
     return f"a design of {side.space.name}" if isinstance(side, Analysis) else str(side)
 

@@ -65,7 +65,7 @@ def explain(
     Parameters
     ----------
     problem
-        a loaded problem, the path of a problem file, or its content as text or mapping.
+        a problem, the path of its file, its content as text or mapping, or a result.
     every, limit
         list all minimal conflicts, at most `limit`; else those that proving the smallest set to give up came across.
     offer

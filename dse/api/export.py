@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from fractions import Fraction
 from pathlib import Path
-from typing import Literal
+from typing import Literal, get_args
 
 from dse.analysis.evaluate import Evaluator
 from dse.analysis.views import View
@@ -56,7 +56,7 @@ def export(
     Raises
     ------
     UsageError
-        when there is no such design, or response times are asked for in another form than AADL.
+        when there is no such design or form, or response times are asked for in another form than AADL.
 
     Examples
     --------
@@ -65,6 +65,8 @@ def export(
     >>> chosen.space.baseline is not None
     True
     """
+    if form not in get_args(Format):
+        raise UsageError(f"form: expected {', '.join(get_args(Format))}; got {form!r}")
     if response_times and form != "aadl":
         raise UsageError("response times are written to AADL models only")
     chosen = find_design(result, alternative)

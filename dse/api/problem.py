@@ -7,7 +7,7 @@ import re
 from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Any, TypeAlias, Unpack
+from typing import TYPE_CHECKING, Any, TypeAlias, Unpack
 
 from dse.api.question import Changes, Question, changes_of
 from dse.errors import ProblemError, UsageError
@@ -25,6 +25,10 @@ from dse.space.types import Space
 from dse.spec.grammar import ExpressionError, parse_assignment, parse_limit, parse_requirement
 from dse.spec.load import LoadedSpec, UnreadableError, load_spec, parse_spec
 from dse.spec.scan import CALL
+
+if TYPE_CHECKING:
+    from dse.results.robust import RobustResult
+    from dse.results.solve import Result
 
 ORIGIN = "command line"
 
@@ -124,8 +128,9 @@ class Model(os.PathLike[str]):
         return {name: text for name, text in (("root", self.root), ("mode", self.mode)) if text is not None}
 
 
-Source: TypeAlias = Problem | str | Path | Model | Mapping[str, Any]
-"""What every verb takes: a loaded problem, the path of a problem file or model, or its content as text or mapping."""
+Source: TypeAlias = "Problem | str | Path | Model | Mapping[str, Any] | Result | RobustResult"
+"""What every verb takes: a loaded problem, the path of a problem file or model, its content as text or mapping, or a
+result, which stands for the question that it answers."""
 
 
 def load(source: Source) -> Problem:
@@ -136,12 +141,14 @@ def load(source: Source) -> Problem:
     source
         the path of a YAML file or of a model (`Model` says which root of it is meant); or the content of a problem
         file, as text of several lines or as a mapping (then nothing is included). A problem that is loaded already is
-        given back.
+        given back. Of a result it is the problem that the result answers, with everything that was asked of it.
 
     Raises
     ------
     ProblemError
         with every mistake in the file and its includes, each with its line and column.
+    UsageError
+        when the source is nothing of that kind.
 
     Examples
     --------
@@ -156,8 +163,23 @@ def load(source: Source) -> Problem:
         return loads(yaml.safe_dump(dict(source), sort_keys=False, allow_unicode=True), "<mapping>")
     if isinstance(source, str) and "\n" in source:
         return loads(source)
+    if not isinstance(source, str | os.PathLike):
+        return _answered(source)
     options = source.options if isinstance(source, Model) else None
     return _problem(lambda: load_spec(Path(source), None, options))
+
+
+def _answered(source: object) -> Problem:
+    """The problem of a result, as it was read then, and the question."""
+    from dse.api.stated import question_of
+    from dse.results.points import Origin
+
+    origin = getattr(source, "problem", None)
+    if not isinstance(origin, Origin):
+        said = f"a {type(source).__name__}" if source is not None else "nothing"
+        raise UsageError(f"expected a problem, its file, text or mapping, or a result; got {said}")
+    problem = load_carried(origin.file, origin.texts)
+    return problem.ask(**question_of(problem, origin.effective))
 
 
 def load_carried(name: str | Path, texts: Mapping[str, str]) -> Problem:

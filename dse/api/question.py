@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, fields, replace
-from typing import Any, TypeAlias, TypedDict
+from typing import Any, Protocol, TypeAlias, TypedDict
 
 from dse.api.limited import LIMITED
 from dse.errors import UsageError
@@ -14,6 +14,40 @@ Texts: TypeAlias = str | Sequence[str]
 """One text, or several."""
 Named: TypeAlias = Texts | Mapping[str, str]
 """The same, or the text of each name."""
+
+
+class HasDecisions(Protocol):
+    """A point of a front, a further design, an analysis: whatever says which option each decision has."""
+
+    @property
+    def decisions(self) -> Mapping[str, str]:
+        """The chosen option by decision."""
+
+
+Decided: TypeAlias = Mapping[str, str] | Sequence[str] | HasDecisions | None
+"""A design: decisions by name, texts ``name = option``, or a point of a front; nothing is the baseline."""
+
+
+def decisions_as_texts(design: Decided) -> list[str]:
+    """A design as texts ``name = option``.
+
+    Raises
+    ------
+    UsageError
+        when it is none.
+
+    Examples
+    --------
+    >>> decisions_as_texts({"control.period": "10 ms"})
+    ["'control.period' = 10 ms"]
+    """
+    stated = getattr(design, "decisions", design)
+    texts = [f"'{name}' = {option}" for name, option in stated.items()] if isinstance(stated, Mapping) else stated or ()
+    if isinstance(texts, str) or not isinstance(texts, Iterable) or not all(isinstance(text, str) for text in texts):
+        raise UsageError(
+            f'design: expected decisions by name, texts such as "control.period = 10 ms", or a point; got {design!r}'
+        )
+    return list(texts)
 
 
 class Question(TypedDict, total=False):

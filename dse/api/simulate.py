@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import random
 from collections import Counter
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from math import ceil
 from typing import Literal, TypeAlias, Unpack
@@ -21,7 +21,7 @@ from dse.analysis.tasks import longest_alone_ns
 from dse.analysis.views import View
 from dse.api.completing import complete_design
 from dse.api.problem import Source, load, read_choices, with_stated_cores
-from dse.api.question import Question
+from dse.api.question import Decided, Question, decisions_as_texts
 from dse.errors import UsageError
 from dse.results.analyse import FlowTable
 from dse.results.simulate import DisparityObservation, Extreme, FlowObservation, Simulation, TaskObservation
@@ -46,7 +46,7 @@ MOST_DISPATCHES = 50_000_000
 
 def simulate(
     problem: Source,
-    design: Mapping[str, str] | Sequence[str] | None = None,
+    design: Decided = None,
     *,
     duration: str | None = None,
     offsets: Offsets = "worst",
@@ -65,9 +65,10 @@ def simulate(
     Parameters
     ----------
     problem
-        a loaded problem, the path of a problem file, or its content as text or mapping.
+        a problem, the path of its file, its content as text or mapping, or a result.
     design
-        decisions by name (or texts ``name = option``), on top of the baseline; the baseline alone when left out.
+        decisions by name (or texts ``name = option``) or a point of a front, on top of the baseline; the baseline alone
+        when left out.
     duration
         simulated time of each run, such as ``"10 s"``; long enough for every flow when left out.
     offsets
@@ -111,7 +112,7 @@ def simulate(
     ()
     """
     limit = TimeLimit.after(time_limit_s)
-    texts = [f"'{name}' = {option}" for name, option in design.items()] if isinstance(design, Mapping) else design or ()
+    texts = decisions_as_texts(design)
     space = with_stated_cores(load(problem).ask(**question), texts).space
     chosen = complete_design(space, {**space.baseline, **space.fixed, **read_choices(space, texts)})
     with until(limit):

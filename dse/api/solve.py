@@ -40,7 +40,7 @@ def solve(
     Parameters
     ----------
     problem
-        a loaded problem, the path of a problem file, or its content as text or mapping.
+        a problem, the path of its file, its content as text or mapping, or a result.
     time_limit_s
         seconds of wall time for the search; then the front so far is returned as ``incomplete``.
     seed, workers

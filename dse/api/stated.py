@@ -4,11 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import replace
-from typing import Any
+from typing import Any, cast
 
 from dse.analysis.measures import all_metrics
 from dse.api.completing import complete_design
+from dse.api.origins import origin_of
 from dse.api.problem import ORIGIN, Problem, set_up
+from dse.api.question import Question
 from dse.errors import UsageError
 from dse.space.cores import with_all_cores, with_open_cores
 from dse.space.criteria import Objective, Requirement, Rule
@@ -87,6 +89,19 @@ def asked_as(problem: Problem, effective: Mapping[str, Any]) -> Problem:
         rules=(*asked.space.rules, *rules),
     )
     return replace(asked, space=space)
+
+
+def question_of(problem: Problem, effective: Mapping[str, Any]) -> Question:
+    """What the question of a result asks beyond its problem, in the words of `Problem.ask`."""
+    own = origin_of(problem).effective
+    asked: dict[str, Any] = {name: effective[name] for name in SETTINGS if effective[name] != own[name]}
+    stated = {*own["requirements"], *own["rules"]}
+    asked["require"] = [text for text in (*effective["requirements"], *effective["rules"]) if text not in stated]
+    fixed = effective["fixed"].items() - own["fixed"].items()
+    asked["fix"] = {name: option for name, option in effective["fixed"].items() if (name, option) in fixed}
+    if effective["objectives"] != own["objectives"]:
+        asked["objectives"] = effective["objectives"]
+    return cast(Question, asked)
 
 
 def named_choices(space: Space, decisions: Mapping[str, str]) -> dict[int, int]:

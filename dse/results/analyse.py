@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from fractions import Fraction
+from itertools import chain
 from typing import TYPE_CHECKING, Any
 
 from dse.analysis.boundaries import Boundary
@@ -16,8 +17,10 @@ from dse.analysis.overheads import stated_overheads
 from dse.analysis.rows import Row
 from dse.analysis.scheduling import Response
 from dse.analysis.views import View
+from dse.errors import UsageError
 from dse.results.answer import Answer, With
 from dse.results.contention import Contended
+from dse.results.frames import unit_frame
 from dse.space.trees import at
 from dse.space.types import EMPTY, Design, Space
 from dse.units import Exact, whole
@@ -157,18 +160,40 @@ class Analysis(Answer):
             return not at(self.space.buses[number].exclusive, View(self.design))
         return self.buses[number].capacity is None
 
-    def flow_frame(self, name: str) -> pandas.DataFrame:
+    def frame(self, units: str | Sequence[str] | None = None) -> pandas.DataFrame:
+        """The design as a frame of one row, with the columns of `Result.frame`.
+
+        Columns: each metric as ``NAME [UNIT]`` (exact), each decision by name (text); `units` as for `Result.frame`.
+        """
+        columns = [*self.metrics, *self.decisions]
+        row = {**{name: whole(value) for name, value in self.metrics.items()}, **self.decisions}
+        return unit_frame(columns, [row] if self.metrics else [], self.metric_units, units, self.space.currency)
+
+    def flow_frame(self, name: str, units: str | Sequence[str] | None = None) -> pandas.DataFrame:
         """A flow's contributor table, in order.
 
-        Columns: ``category``, ``contributor``, ``min_ns``, ``min_method``, ``max_ns``, ``max_method``.
+        Columns: ``category``, ``contributor``, ``min_ns``, ``min_method``, ``max_ns``, ``max_method``; with `units` (as
+        for `Result.frame`) the times are called ``min [ms]`` and ``max [ms]``.
+
+        Raises
+        ------
+        UsageError
+            when there is no such flow, or no such unit.
         """
         import pandas
 
         from dse.results.forms.design import Row as RowForm
         from dse.results.forms.writing import written
 
-        table = next(table for table in self.flows if table.name == name)
-        return pandas.DataFrame([written(RowForm, row) for row in table.rows])
+        table = next((table for table in self.flows if table.name == name), None)
+        if table is None:
+            raise UsageError(f"no flow is called {name!r}: there are {', '.join(flow.name for flow in self.flows)}")
+        rows = [written(RowForm, row) for row in table.rows]
+        if units is None:
+            return pandas.DataFrame(rows)
+        names = {"min_ns": "min", "max_ns": "max"}
+        named = [{names.get(column, column): value for column, value in row.items()} for row in rows]
+        return unit_frame([*dict.fromkeys(chain(*named))], named, {"min": "ns", "max": "ns"}, units)
 
     def _told(self) -> Mapping[str, Any]:
         return {

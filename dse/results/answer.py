@@ -5,7 +5,9 @@ from __future__ import annotations
 import json
 from collections.abc import Mapping
 from dataclasses import dataclass
+from html import escape
 from importlib import import_module
+from inspect import signature
 from typing import TYPE_CHECKING, Any, ClassVar, Self, get_args
 
 if TYPE_CHECKING:
@@ -55,6 +57,15 @@ class Answer:
         named = named or getattr(getattr(self, "space", None), "name", None) or ", ".join(getattr(self, "names", ()))
         status = getattr(self, "status", None)
         return f"<{type(self).__name__}{f' of {named!r}' if named else ''}{f': {status}' if status else ''}>"
+
+    def _repr_html_(self) -> str:
+        """For a notebook: the line of `repr`, and `frame` as a table in the units that engineers read."""
+        make = getattr(self, "frame", None)
+        told = f"<p>{escape(repr(self)[1:-1])}</p>"
+        if make is None:
+            return told
+        frame = make("readable") if "units" in signature(make).parameters else make()
+        return f"{told}{frame.to_html(index=False, escape=True, max_rows=60)}"
 
     def to_dict(self) -> dict[str, Any]:
         """The answer in its form, as plain data: exact figures, fractions as text where they are no integers."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from dse.analysis.measures import all_metrics
 from dse.results.analyse import Analysis
@@ -18,6 +18,9 @@ from dse.space.criteria import Metric
 from dse.space.metric_kinds import parts_of
 from dse.space.settings import SETTINGS, settings_of
 from dse.space.types import Space
+
+if TYPE_CHECKING:
+    import pandas
 
 LATENCIES = ("latency", "min latency", "jitter")
 COUNTING = {"profile": (*LATENCIES, "busy"), "worst_case": LATENCIES, "processing": LATENCIES}
@@ -77,6 +80,18 @@ class DesignComparison(Answer):
             "requirements": {line.name: (line.one, line.other) for line in self.verdicts},
         }
 
+    def frame(self) -> pandas.DataFrame:
+        """A row for each decision, metric and requirement.
+
+        Columns: ``kind``, ``name``, ``one`` and ``other`` (None where only one of the designs has it), ``unit``.
+        """
+        import pandas
+
+        listed = {"decision": self.decisions, "metric": self.metrics, "requirement": self.verdicts}
+        named = [(kind, line) for kind, lines in listed.items() for line in lines]
+        rows = [[kind, line.name, line.one, line.other, line.unit or None] for kind, line in named]
+        return pandas.DataFrame(rows, columns=["kind", "name", "one", "other", "unit"])
+
 
 @dataclass(frozen=True)
 class PointComparison:
@@ -106,6 +121,13 @@ class ResultComparison(Answer):
 
     def _told(self) -> Mapping[str, Any]:
         return {"facts": {line.name: (line.one, line.other) for line in self.facts}}
+
+    def frame(self) -> pandas.DataFrame:
+        """What was asked and found, side by side; columns ``name``, ``one`` and ``other``."""
+        import pandas
+
+        rows = [[line.name, line.one, line.other] for line in self.facts]
+        return pandas.DataFrame(rows, columns=["name", "one", "other"])
 
 
 def compare_designs(names: tuple[str, str], one: Analysis, other: Analysis) -> DesignComparison:

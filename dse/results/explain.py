@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from fractions import Fraction
-from typing import Any, Literal
+from typing import TYPE_CHECKING, Any, Literal
 
 from dse.analysis.boundaries import Boundary
 from dse.analysis.lateness import Late
@@ -13,6 +13,9 @@ from dse.errors import EXIT_COMPLETE, EXIT_INCOMPLETE, EXIT_NO
 from dse.results.answer import Answer, With
 from dse.results.points import Origin
 from dse.results.solve import csv_text
+
+if TYPE_CHECKING:
+    import pandas
 
 COLUMNS = ("conflict", "kind", "text", "origin", "helps", "limit", "closest", "unit", "requirement")
 Decisions = Mapping[str, str]
@@ -171,13 +174,22 @@ class Explanation(Answer):
         design), ``limit`` and ``closest`` in ``unit``, exact, and ``requirement``, as it may be written then. The last
         five are empty where that was not looked at. There are no rows where the problem has designs.
         """
+        return csv_text([[*COLUMNS], *self._rows()])
+
+    def frame(self) -> pandas.DataFrame:
+        """The rows of `to_csv` as a frame, with the same columns."""
+        import pandas
+
+        return pandas.DataFrame(self._rows(), columns=list(COLUMNS))
+
+    def _rows(self) -> list[list[Any]]:
         from dse.results.forms.verdicts import Relaxation as RelaxationForm
         from dse.results.forms.writing import written
 
         alone = {item.demand: written(RelaxationForm, item) for item in self.relaxations}
-        rows: list[list[Any]] = [[*COLUMNS]]
+        rows: list[list[Any]] = []
         for number, conflict in enumerate(self.conflicts, start=1):
             for demand, _ in conflict.members:
                 row = {"conflict": number, **alone.get(demand, {}), **vars(demand)}
                 rows.append([row.get(name) for name in COLUMNS])
-        return csv_text(rows)
+        return rows

@@ -5,14 +5,17 @@ And what that costs against the nominal front.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from dse.results.answer import Answer, With
-from dse.results.points import Point
+from dse.results.points import Origin, Point
 from dse.results.solve import Result
+
+if TYPE_CHECKING:
+    import pandas
 
 
 @dataclass(frozen=True)
@@ -62,6 +65,15 @@ class RobustResult(Answer):
     def exit_code(self) -> int:
         """What the command line answers with."""
         return max(self.robust.exit_code, self.nominal.exit_code)
+
+    @property
+    def problem(self) -> Origin:
+        """Which problem this is, and what was asked of it."""
+        return self.robust.problem
+
+    def frame(self, units: str | Sequence[str] | None = None) -> pandas.DataFrame:
+        """The robust front as a frame, as `Result.frame`."""
+        return self.robust.frame(units)
 
     @property
     def price(self) -> dict[str, tuple[int | None, int | None]]:

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from dse.errors import EXIT_COMPLETE, EXIT_INCOMPLETE, EXIT_NO
 from dse.results.answer import Answer
+from dse.results.frames import unit_frame
 from dse.space.types import Design, Space
 from dse.units import Exact
 
@@ -211,24 +212,26 @@ class Simulation(Answer):
         ]
         return tuple(found)
 
-    def frame(self) -> pandas.DataFrame:
-        """By flow: ``flow``, ``count``, ``min_ns``, ``mean_ns``, ``max_ns``, ``bound_min_ns``, ``bound_max_ns``."""
-        import pandas
+    def frame(self, units: str | Sequence[str] | None = None) -> pandas.DataFrame:
+        """A row for each flow: what was observed, and what the analysis says.
 
-        return pandas.DataFrame(
-            [
-                {
-                    "flow": flow.name,
-                    "count": flow.count,
-                    "min_ns": flow.min_ns,
-                    "mean_ns": None if flow.mean_ns is None else float(flow.mean_ns),
-                    "max_ns": flow.max_ns,
-                    "bound_min_ns": flow.bounds_ns[0],
-                    "bound_max_ns": flow.bounds_ns[1],
-                }
-                for flow in self.flows
-            ]
-        )
+        Columns: ``flow``, ``count``, ``min [ns]``, ``mean [ns]``, ``max [ns]``, ``bound min [ns]``, ``bound max [ns]``;
+        `units` as for `Result.frame`.
+        """
+        times = ("min", "mean", "max", "bound min", "bound max")
+        rows = [
+            {
+                "flow": flow.name,
+                "count": flow.count,
+                "min": flow.min_ns,
+                "mean": None if flow.mean_ns is None else float(flow.mean_ns),
+                "max": flow.max_ns,
+                "bound min": flow.bounds_ns[0],
+                "bound max": flow.bounds_ns[1],
+            }
+            for flow in self.flows
+        ]
+        return unit_frame(["flow", "count", *times], rows, dict.fromkeys(times, "ns"), units)
 
     def _told(self) -> Mapping[str, Any]:
         return {"definition": LATENCY}

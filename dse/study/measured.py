@@ -16,7 +16,7 @@ from dse.analysis.rates import rate_hz
 from dse.analysis.terms import PPM
 from dse.analysis.views import View
 from dse.api.problem import Problem, Source, load, with_stated_cores
-from dse.api.question import Question
+from dse.api.question import Decided, Question, decisions_as_texts
 from dse.errors import Diagnostic, ProblemError, UsageError
 from dse.fitting.observed import Observed, read_observed
 from dse.results.analyse import Analysis
@@ -52,7 +52,7 @@ INPUTS = ("execution time", "callback execution time", "period", "rate", "data s
 def compare_measured(
     problem: Source,
     *files: str | Path,
-    design: Mapping[str, str] | Sequence[str] | None = None,
+    design: Decided = None,
     tolerance: str = "1 %",
     **question: Unpack[Question],
 ) -> MeasuredComparison:
@@ -61,13 +61,14 @@ def compare_measured(
     Parameters
     ----------
     problem
-        a loaded problem, the path of a problem file, or its content as text or mapping.
+        a problem, the path of its file, its content as text or mapping, or a result.
     files
         CSV with samples of metrics (``metric,sample_ms`` with ``latency of steering``; ``flow,latency_ms``) and of
         what the file states: ``execution time``, ``period`` or ``rate`` of a thread or device, ``rate`` or
         ``data size`` of a connection; traces of ros2_tracing, and bags.
     design
-        decisions by name (or texts ``name = option``), on top of the baseline; the baseline alone when left out.
+        decisions by name (or texts ``name = option``) or a point of a front, on top of the baseline; the baseline alone
+        when left out.
     tolerance
         how far the mean of periods and rates may be from what is stated, such as ``1 %``.
     question
@@ -98,7 +99,7 @@ def compare_measured(
         raise UsageError("name a file of measurements")
     paths = [Path(item) for item in files]
     observed, unused = read_observed([path for path in paths if not is_recording(path)])
-    texts = [f"'{name}' = {option}" for name, option in design.items()] if isinstance(design, Mapping) else design or ()
+    texts = decisions_as_texts(design)
     asked = with_stated_cores(load(problem).ask(**question), texts)
     chosen = chosen_design(asked.space, list(texts))
     bench = _Bench(asked, chosen, share)

@@ -59,7 +59,7 @@ def solve_robust(
     Parameters
     ----------
     problem
-        a loaded problem, the path of a problem file, or its content as text or mapping; it states `uncertainty`.
+        a problem, the path of its file, its content as text or mapping, or a result; it states `uncertainty`.
     time_limit_s
         seconds for both fronts together.
     seed, workers, progress

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from fractions import Fraction
@@ -11,7 +11,7 @@ from typing import TypeVar, Unpack
 from dse.analysis.evaluate import Evaluator
 from dse.api.completing import complete_design
 from dse.api.problem import Problem, Source, load, read_choices, with_stated_cores
-from dse.api.question import Question
+from dse.api.question import Decided, Question, decisions_as_texts
 from dse.errors import UsageError
 from dse.extras import how_to_install, is_installed
 from dse.results.sensitivity import Chance, SensitivityResult, UncertainResult
@@ -48,7 +48,7 @@ class Settings:
 
 def sensitivity(
     problem: Source,
-    design: Mapping[str, str] | Sequence[str] | None = None,
+    design: Decided = None,
     *,
     swing: Fraction | float = SWING,
     samples: int = SAMPLES,
@@ -62,9 +62,10 @@ def sensitivity(
     Parameters
     ----------
     problem
-        a loaded problem, the path of a problem file, or its content as text or mapping.
+        a problem, the path of its file, its content as text or mapping, or a result.
     design
-        decisions by name (or texts ``name = option``), on top of the baseline; the baseline alone when left out.
+        decisions by name (or texts ``name = option``) or a point of a front, on top of the baseline; the baseline alone
+        when left out.
     swing
         how far the bars of the tornado chart go where no uncertainty is stated: 0.1 is less and plus a tenth.
     samples, seed
@@ -92,11 +93,7 @@ def sensitivity(
     Fraction(5, 2)
     """
     limit = TimeLimit.after(time_limit_s)
-    texts = (
-        [f"'{name}' = {option}" for name, option in design.items()]
-        if isinstance(design, Mapping)
-        else list(design or ())
-    )
+    texts = decisions_as_texts(design)
     settings = Settings(Fraction(swing).limit_denominator(10**9), samples, seed, front)
     with until(limit):
         return sensitivity_asked(load(problem).ask(**question), texts, settings)

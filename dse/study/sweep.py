@@ -74,7 +74,7 @@ def sweep(
     Parameters
     ----------
     problem
-        a loaded problem, the path of a problem file, or its content as text or mapping.
+        a problem, the path of its file, its content as text or mapping, or a result.
     vary
         what varies: ``"PATH=1ms,2ms"``, ``"PATH=1ms..5ms step 1ms"``, ``"PATH=*0.5..2 step 0.1"`` (a factor) for an
         input; ``"METRIC of NAME=a,b,c"`` for a limit, and ``"METRIC of NAME=5ms..100ms"`` for every break-point in an
