@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from functools import partial
+from functools import cached_property, partial
 from math import gcd
 from typing import Any
 
@@ -23,6 +23,7 @@ from dse.analysis.views import View
 from dse.encode.contention import Contention, contention_of, is_better_shorter, is_upward
 from dse.encode.corelimits import CoreLimits, core_limits_of
 from dse.encode.decisions import add_activity, add_decisions, add_validity
+from dse.encode.inorder import strategy_in_order
 from dse.encode.linear import Board, OpenTerm, placed
 from dse.encode.rates import RateVariables, add_acyclic_activation
 from dse.encode.requirements import add_limit
@@ -105,13 +106,17 @@ class EncodedSpace:
             self.attained,
         )
 
-    def design(self, is_true: Callable[[cp_model.IntVar], bool]) -> Design:
-        """The design of a solution; `is_true` gives the value of a literal."""
-        result = []
-        for literals in self.options:
-            chosen = [option for option, literal in enumerate(literals) if is_true(literal)]
-            result.append(chosen[0] if chosen else INACTIVE)
-        return tuple(result)
+    def design(self, solution: Sequence[int]) -> Design:
+        """The design of a solution, which has the value of each variable of the model."""
+        return tuple(
+            next((option for option, index in enumerate(indices) if solution[index]), INACTIVE)
+            for indices in self._indices
+        )
+
+    @cached_property
+    def _indices(self) -> list[list[int]]:
+        """The variable of each option of each decision."""
+        return [[literal.index for literal in literals] for literals in self.options]
 
     def differs_from(self, design: Design) -> list[Any]:
         """Literals of which at least one is true in any other design; cores count where figures depend on them."""
@@ -122,21 +127,11 @@ class EncodedSpace:
             if option >= 0 and len(self.options[index]) > 1 and index not in moved
         ]
 
-    def in_order_of_the_file(self) -> list[Any]:
-        """The literals of the decisions that are open, an option that comes first before the others.
-
-        Searched depth first, true first, the first design is first. Last is which of several sums is the greatest.
-        """
-        ordered = []
-        contention = self.contention
-        moved = contention.moved if contention is not None else ()
-        for index, literals in enumerate(self.options):
-            if len(literals) == 1 or index in moved:  # whoever settles a design gives it the first cores
-                continue
-            inactive = self.inactive[index]
-            ordered += [inactive] if inactive is not None else []
-            ordered += literals
-        return [*ordered, *map(self.model.get_int_var_from_proto_index, self.attained)]
+    @cached_property
+    def order(self) -> Any:
+        """The strategy of a search in the order of the file."""
+        moved = self.contention.moved if self.contention is not None else frozenset()
+        return strategy_in_order(self.model, self.options, self.inactive, moved, self.attained)
 
     def suggest(self, design: Design | None) -> None:
         """Give the solver a design to start from, or none."""

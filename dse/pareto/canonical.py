@@ -13,6 +13,7 @@ from typing import Any
 
 from ortools.sat.python import cp_model
 
+from dse.encode.inorder import searched_by
 from dse.encode.linear import EXACT_LIMIT
 from dse.pareto.answer import Answer, Found, Unfinished
 from dse.pareto.settings import BARE_IN_ORDER, MOST_MISSED, ORDERED_SEARCH, ORDERED_TO_THE_END, Settings
@@ -81,11 +82,8 @@ def _canonical(
     solver.set_point(known.point)
     model.clear_objective()
     model.clear_hints()
-    model.add_decision_strategy(solver.encoded.in_order_of_the_file(), cp_model.CHOOSE_FIRST, cp_model.SELECT_MAX_VALUE)
-    try:
+    with searched_by(model, solver.encoded.order):
         answer = order.first(solver, to_the_end=strictly)
-    finally:
-        model.proto.search_strategy.clear()
     if isinstance(answer, Found):
         return answer.design, True
     if strictly:

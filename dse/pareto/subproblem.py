@@ -13,6 +13,7 @@ from typing import Any
 
 from ortools.sat.python import cp_model
 
+from dse.encode.inorder import searched_by
 from dse.encode.linear import EXACT_LIMIT
 from dse.encode.model import EncodedSpace
 from dse.pareto.answer import Answer, Found, NoSuchDesign, Unfinished, weighted
@@ -167,16 +168,12 @@ class Solver:
         model = self.encoded.model
         model.clear_objective()
         self._weights = None
-        order = self.encoded.in_order_of_the_file()
-        model.add_decision_strategy(order, cp_model.CHOOSE_FIRST, cp_model.SELECT_MAX_VALUE)
         answer: Answer = Unfinished()
-        try:
+        with searched_by(model, self.encoded.order):
             for settings, work in FIRST_DESIGN:
                 answer = self.run(settings, work)
                 if not isinstance(answer, Unfinished):
                     break
-        finally:
-            model.proto.search_strategy.clear()
         return answer
 
     def _solve_whole(self, settings: Settings, work: float) -> Answer:
@@ -326,7 +323,7 @@ class Solver:
     ) -> tuple[Answer | None, Found | None]:
         """What a solution says; no answer where the model has learnt from it."""
         point = tuple(solver.value(objective.variable) for objective in self.encoded.objectives)
-        design = self.encoded.design(solver.boolean_value)
+        design = self.encoded.design(list(solver.response_proto.solution))
         is_loose = self.encoded.is_loose
         if is_loose:
             exact = self.encoded.weigh(design)
