@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
+from fractions import Fraction
 from itertools import chain
 from pathlib import Path
 
@@ -10,7 +11,7 @@ from dse.fitting.extremes import Tail
 from dse.fitting.fit import Execution, Fit, Transport
 from dse.report.fitplots import execution_plot, transport_plots
 from dse.report.page import Block, Page, Section, Table, listing, texts
-from dse.units import TimeRange, format_time_range
+from dse.units import TimeRange, format_duration, format_time_range
 from dse.units.parse import whole
 
 NO_BOUND = "The greatest of what was measured is no bound of what can happen: state more where there is a reason to."
@@ -80,8 +81,13 @@ def _transport_row(item: Transport) -> tuple[str, ...]:
         str(len(item.summaries)),
         *(_share(item.low_fit.r_squared), _share(item.high_fit.r_squared)),
         str(item.low_fit.beyond + item.high_fit.beyond),
-        f"{float(most) / 1000:.4g} us",
+        _about(most),
     )
+
+
+def _about(value_ns: Fraction | float) -> str:
+    """A duration in four digits."""
+    return format_duration(Fraction(f"{float(value_ns):.4g}"))
 
 
 def _share(value: float | None) -> str:
@@ -103,7 +109,7 @@ def _execution_row(item: Execution) -> tuple[str, ...]:
     return (
         *(item.name, item.platform),
         format_time_range(TimeRange(whole(found.min_ns), whole(found.max_ns))),
-        *("-" if value is None else f"{float(value) / 1000:.4g} us" for value in (found.mean_ns, deviation)),
+        *("-" if value is None else _about(value) for value in (found.mean_ns, deviation)),
         "1 !" if found.is_single else "-" if found.count is None else str(found.count),
     )
 
