@@ -8,6 +8,7 @@ of 20 ms): t1 24 ms, t2 26 ms, t3 29 ms.
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 from fractions import Fraction
 from itertools import product
 from pathlib import Path
@@ -16,9 +17,12 @@ from typing import Any
 import pytest
 
 import dse
+from dse.analysis.evaluate import Evaluator
 from dse.cli.main import run
-from dse.pareto.answer import Answer, Unfinished
-from dse.pareto.settings import Settings
+from dse.encode.inorder import searched_by
+from dse.encode.model import encode
+from dse.pareto.answer import Answer, Found, Unfinished
+from dse.pareto.settings import BARE_IN_ORDER, Settings
 from dse.pareto.subproblem import Solver
 from dse.study.robust import solve_robust
 from dse.study.sensitivity import sensitivity
@@ -207,3 +211,18 @@ def test_canonical_designs_need_no_search_for_the_value_of_an_extreme(monkeypatc
     result = dse.solve(dse.loads(ATTAINED), workers=1)
     assert [dict(point.objectives) for point in result.front] == [{"utilisation of p": 9_097, "most": 2_004_016_000}]
     assert answers and not any(isinstance(answer, Unfinished) for answer in answers)
+
+
+def test_values_tried_one_by_one_count_by_their_conflicts() -> None:
+    """Where the solver does not know which sum is the greatest, a unit of deterministic time takes half a minute."""
+    encoded = replace(encode(Evaluator(dse.loads(ATTAINED).space)), attained=())
+    solver = Solver(encoded)
+    found = solver.minimise([1, 1], [encoded.everywhere])
+    assert isinstance(found, Found)
+    solver.set_point(found.point)
+    encoded.model.clear_objective()
+    encoded.model.clear_hints()
+    before = solver.work
+    with searched_by(encoded.model, encoded.order):
+        assert isinstance(solver.run(BARE_IN_ORDER, 0.01), Unfinished)
+    assert solver.work - before < 0.005
