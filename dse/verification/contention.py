@@ -23,7 +23,7 @@ from dse.analysis.scheduling import all_responses, counted_ns, subset_responses
 from dse.analysis.tasks import longest_alone_ns
 from dse.analysis.views import CyclicActivation, View
 from dse.space.trees import NotOffered, at, leaves
-from dse.space.types import Design, OpenPriority, Space
+from dse.space.types import Component, Design, OpenPriority, Space
 
 MOST_COMBINATIONS = 400
 """A box of options grows as long as it has no more combinations than this."""
@@ -63,6 +63,17 @@ class _Noting(Sequence[int]):
 def is_late_limit(limit: Limit) -> bool:
     """Whether a limit is an upper one on a response time."""
     return limit.requirement.metric.kind == "response time" and limit.requirement.operator in ("<=", "<")
+
+
+def is_simple(component: Component) -> bool:
+    """Whether it is a thread whose jobs can be counted: an OS thread with jobs of one kind."""
+    is_hybrid = "hybrid" in set(leaves(component.protocol)) and component.callback_ns is not None
+    return component.processor is not None and component.is_lone and not is_hybrid
+
+
+def has_number(component: Component) -> bool:
+    """Whether a number says when it has its turn, stated or decided."""
+    return any(isinstance(leaf, int) for leaf in leaves(component.priority))
 
 
 def place_of(space: Space, number: int, view: View) -> int:

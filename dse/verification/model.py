@@ -220,6 +220,7 @@ class SecondModel:
             full = [
                 item.limit for item in self.tables.cores if not item.exact and not keeps_cores(item.limit, View(values))
             ]
+            full += [limit for limit in self.tables.loose if not judge(limit, View(values)).holds]
             if full and not evaluation.breaches:
                 for limit in full:
                     self._teach(self.model, full_lesson(self.tables.space, limit, values))

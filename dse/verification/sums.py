@@ -39,6 +39,15 @@ class Sum:
 
 
 @dataclass(frozen=True)
+class Bound:
+    """``sum <= 0``; where it is not `exact` it holds of every design that meets the requirement, and of some others."""
+
+    name: str
+    sum: Sum
+    exact: bool
+
+
+@dataclass(frozen=True)
 class Pick:
     """The greatest (or the least) of several sums."""
 
@@ -62,11 +71,15 @@ class Pick:
 
 @dataclass(frozen=True)
 class Figures:
-    """The summands of a figure as exact fractions: diagrams, and extremes of further summands with their kind."""
+    """The summands of a figure as exact fractions: diagrams, and extremes of further summands with their kind.
+
+    Where it `is_loose` some summands are no more than lower bounds.
+    """
 
     parts: tuple[Diagram, ...]
     extremes: tuple[tuple[bool, tuple[Figures, ...]], ...] = ()
     waits: tuple[tuple[int, Fraction], ...] = ()
+    is_loose: bool = False
 
     @property
     def is_open(self) -> bool:

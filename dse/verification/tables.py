@@ -20,13 +20,12 @@ from dse.analysis.validity import is_broken
 from dse.analysis.views import View
 from dse.space.cores import is_scheduled
 from dse.space.trees import Choice
-from dse.space.trees import leaves as tree_leaves
-from dse.space.types import EMPTY, Component, Space
-from dse.verification.contention import is_late_limit, place_of
+from dse.space.types import EMPTY, Space
+from dse.verification.contention import has_number, is_late_limit, is_simple, place_of
 from dse.verification.cores import CoreTable, core_table
 from dse.verification.diagrams import NO_DESIGN, Diagram, Diagrams, TooLarge, as_fraction, leaves
 from dse.verification.releases import sampled_ns
-from dse.verification.sums import Figures, Pick, Sum, Waits
+from dse.verification.sums import Bound, Figures, Pick, Sum, Waits
 
 EXACT = 2**52
 """Sums stay below this, so that 64-bit arithmetic and the solver's are exact."""
@@ -36,15 +35,8 @@ FEW_DECISIONS = 10
 """With more open decisions a response time surely has too many cases to tabulate."""
 FEW_LEAVES = 300
 """A response time with more cases than this is judged design by design."""
-
-
-@dataclass(frozen=True)
-class Bound:
-    """``sum <= 0``; where it is not `exact` it holds of every design that meets the requirement, and of some others."""
-
-    name: str
-    sum: Sum
-    exact: bool
+FEW_CASES = 1_000
+"""So is a limit on a figure that holds a response time among others, with more cases than this."""
 
 
 @dataclass(frozen=True)
@@ -63,6 +55,8 @@ class Tables:
     met: tuple[Diagram | None, ...]
     late: tuple[Limit, ...] = ()
     """Limits on response times that no bound holds: the analysis judges them design by design."""
+    loose: tuple[Limit, ...] = ()
+    """Other limits of which bounds hold a part only, and which the analysis judges, too."""
     cores: tuple[CoreTable, ...] = ()
     """Limits on each core of a processor."""
     places: Mapping[int, Diagram] = field(default_factory=dict)
@@ -103,6 +97,7 @@ def build_tables(evaluator: Evaluator) -> Tables:
         objectives=objectives,
         met=tuple(builder.met(number) for number in range(len(evaluator.space.decisions))),
         late=late,
+        loose=tuple(builder.loose),
         cores=tuple(builder.cores),
         places=builder.places() if late or builder.waiting else {},
         waits=builder.waits() if builder.waiting else None,
@@ -116,6 +111,7 @@ class _Builder:
         self.make = Diagrams(evaluator.space)
         self.conditions: list[tuple[str, Diagram]] = []
         self.late: list[Limit] = []
+        self.loose: list[Limit] = []
         self.cores: list[CoreTable] = []
         self.waiting: set[int] = set()
         measures = [*evaluator.objectives, *(limit.measure for limit in evaluator.limits)]
@@ -164,20 +160,36 @@ class _Builder:
         self.defined(found, name)
         return self.make.mapped(found, as_fraction)
 
-    def figures(self, terms: Iterable[Term], owner: str, *, upper: bool = False) -> Figures:
-        """Summands as exact fractions; where `upper`, waiting that is too much to tabulate may be left open."""
+    def figures(self, terms: Iterable[Term], owner: str, *, upper: bool = False, loose: bool = False) -> Figures:
+        """Summands as exact fractions; where `upper`, waiting that is too much to tabulate may be left open.
+
+        Where `loose`, other summands that are too much to tabulate have their lower ends.
+        """
         plain, extremes, waits = [], [], []
+        is_loose = False
         for term in terms:
             if term.extreme is not None:
-                sums = tuple(self.figures(inner, owner, upper=upper) for inner in term.extreme.sums)
+                sums = tuple(self.figures(inner, owner, upper=upper, loose=loose) for inner in term.extreme.sums)
+                is_loose |= any(item.is_loose for item in sums)
                 extremes.append((term.extreme.kind == "max", sums))
             elif upper and term.only_waits and term.waits is not None and self._is_large(term, owner):
                 plain.append(self.term(replace(term, value=partial(_least_of, term), sampled=None), owner))
                 waits.append(term.waits)
                 self.waiting.add(term.waits[0])
+            elif loose and term.ends is not None and self._has_many_cases(term, owner):
+                plain.append(self.term(replace(term, value=partial(_least_of, term), sampled=None), owner))
+                is_loose = True
             else:
                 plain.append(self.term(term, owner))
-        return Figures(tuple(plain), tuple(extremes), tuple(waits))
+        return Figures(tuple(plain), tuple(extremes), tuple(waits), is_loose)
+
+    def _has_many_cases(self, term: Term, name: str) -> bool:
+        """Whether a figure with a response time in it has too many cases to look at."""
+        try:
+            self.make.diagram(term.value, name, FEW_CASES)
+        except TooLarge:
+            return True
+        return False
 
     def _is_large(self, term: Term, name: str) -> bool:
         """Whether a response time has too many cases to tabulate."""
@@ -244,7 +256,8 @@ class _Builder:
         bound = self.make.diagram(limit.bound, name)
         self.defined(bound, name)
         upper = operator in ("<=", "<") and not limit.is_elsewhere and not limit.measure.rounded
-        parts = self.figures(limit.measure.terms, name, upper=upper)
+        parts = self.figures(limit.measure.terms, name, upper=upper, loose=upper and limit.cores is None)
+        self.loose += [limit] if parts.is_loose else []
         found = []
         if operator in ("<=", "<", "=="):
             found.append(self.bound(name, parts, self.make.mapped(bound, as_fraction), 1, strict=operator == "<"))
@@ -274,13 +287,13 @@ class _Builder:
         low = self._sum(figures, sign, lambda value: sign * whole(sign * value * scale), Fraction(scale))
         most = self._sum(edge, 1, lambda value: whole(-sign * value * scale) + (1 if strict and exact else 0))
         made = Sum((*low.parts, *most.parts), low.low + most.low, low.high + most.high, low.extremes, low.waits)
-        return Bound(name, made, exact and not figures.is_open)
+        return Bound(name, made, exact and not figures.is_open and not figures.is_loose)
 
     def waits(self) -> Waits:
         """What the waiting of threads follows from."""
-        simple = [number for number, item in enumerate(self.space.components) if _is_simple(item)]
+        simple = [number for number, item in enumerate(self.space.components) if is_simple(item)]
         rates = {number: self._rates(number) for number in simple}
-        orders = {number: self._orders(number) for number in simple if not _has_number(self.space.components[number])}
+        orders = {number: self._orders(number) for number in simple if not has_number(self.space.components[number])}
         listed = sorted({leaf for diagram in orders.values() for leaf in leaves(diagram)}, reverse=True)
         scale = self.wait_scale
 
@@ -379,14 +392,3 @@ def _least_of(term: Term, view: View) -> Fraction:
     """The figure of a term where nothing waits."""
     assert term.ends is not None
     return term.ends(view)[0]
-
-
-def _is_simple(component: Component) -> bool:
-    """Whether it is a thread whose jobs can be counted: an OS thread with jobs of one kind."""
-    is_hybrid = "hybrid" in set(tree_leaves(component.protocol)) and component.callback_ns is not None
-    return component.processor is not None and component.is_lone and not is_hybrid
-
-
-def _has_number(component: Component) -> bool:
-    """Whether a number says when it has its turn, stated or decided."""
-    return any(isinstance(leaf, int) for leaf in tree_leaves(component.priority))

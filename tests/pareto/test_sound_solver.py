@@ -14,7 +14,7 @@ import pytest
 from ortools.sat.python import cp_model
 
 from dse.pareto import settings
-from dse.verification.model import other_solver
+from dse.verification.calls import other_solver
 
 MODELS = [("lost_solution.txt", 0), ("infeasible_with.txt", None), ("infeasible_without.txt", None)]
 HERE = Path(__file__).parent

@@ -26,6 +26,8 @@ from dse.simulation.engine import simulate_once
 from dse.simulation.observing import Setting
 from dse.simulation.plan import build_plan
 from dse.space.types import Design, Space
+from dse.verification import tables
+from dse.verification.model import SecondModel
 
 MS = 10**6
 
@@ -203,3 +205,21 @@ def test_how_far_segments_must_move_is_learnt_for_many_designs_at_once(monkeypat
     assert (found.status, found.complete, made) == ("infeasible", True, [])
     [moved] = found.relaxations
     assert moved.closest == 11 * MS  # its own pieces, and that of the other on the accelerator
+
+
+@pytest.mark.parametrize("seed", cases(8, 5000))
+def test_a_limit_on_pieces_with_too_many_cases_is_learnt_by_the_second_proof(
+    seed: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Where no table holds how late pieces end, the analysis judges designs; the cheapest one is the same."""
+    monkeypatch.setattr(tables, "FEW_CASES", 1)
+    system = draw(seed)
+    points = {found for choice in every_choice(system) if (found := figures_of(system, choice)) is not None}
+    limits = sorted({latency for _, latency in points if latency < LATE})
+    for limit in limits[:1]:
+        text = text_of(system, ("minimise price",)) + f"requirements:\n  - latency of f <= {limit} ms\n"
+        evaluator = Evaluator(loads(text).space)
+        model = SecondModel(tables.build_tables(evaluator))
+        cheapest = min(price for price, latency in points if latency <= limit)
+        assert model.in_region([100 * cheapest]).answer == "none"
+        assert model.in_region([100 * cheapest + 1]).answer == "design"

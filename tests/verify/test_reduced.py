@@ -12,6 +12,7 @@ from dse.analysis.evaluate import Evaluator
 from dse.errors import DseError
 from dse.verification.diagrams import Node, TooLarge
 from dse.verification.exhaustion import TooMany, exhaust
+from dse.verification.model import SecondModel
 from dse.verification.reduced import Reduction, Row, leave_out_dominated, narrow
 from dse.verification.tables import build_tables
 from tests.properties.test_every_question import question
@@ -28,6 +29,7 @@ def test_what_is_refuted_holds_no_design(seed: int, scheduled: bool, tmp_path: P
         return
     try:
         tables = build_tables(Evaluator(asked.problem.space))
+        SecondModel(tables)  # which refuses figures that are too large
         vectors = exhaust(tables, FEW).vectors
     except (DseError, TooLarge, TooMany):
         return
