@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 import tomllib
+from collections import Counter
 from pathlib import Path
 
 import pytest
@@ -101,3 +102,21 @@ def test_a_module_says_one_thing() -> None:
         if len(parts) > 2 and parts[-1] != "__init__.py" and parts[1] != "importers":  # each format is a package there
             named.setdefault((parts[1], parts[-1]), []).append(name)
     assert [names for names in named.values() if len(names) > 1] == []
+
+
+HOOKS = {"on_broken_pipe", "get_command", "list_commands", "format_commands"}
+"""What others call by its name; so are the handlers of events (`dse/importers/ros2/trace.py`)."""
+
+
+def test_what_nothing_uses_is_gone() -> None:
+    """A function or class is named a second time, in the program or in what is told of it; tests alone are no use."""
+    texts = [path.read_text("utf-8") for path in (ROOT / "dse").rglob("*") if path.suffix in (".py", ".j2", ".js")]
+    texts += [path.read_text("utf-8") for path in (*ROOT.glob("*.md"), *DOCS.glob("*.md"), ROOT / "docs" / "conf.py")]
+    named = Counter(word for text in texts for word in re.findall(r"\w+", text))
+    handlers = (ROOT / "dse" / "importers" / "ros2" / "trace.py").read_text("utf-8")
+    defined = {word for text in texts for word in re.findall(r"^ *(?:def|class) (\w+)", text, re.M)}
+    assert not {
+        word
+        for word in defined - HOOKS
+        if named[word] < 2 and not word.startswith("__") and f"def {word}(" not in handlers
+    }

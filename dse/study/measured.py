@@ -43,8 +43,6 @@ from dse.units import (
     parse_ratio,
 )
 
-TOLERANCE = Fraction(1, 100)
-"""How far the mean of periods and rates may be from what the file states, unless told otherwise."""
 INPUTS = ("execution time", "callback execution time", "period", "rate", "data size")
 """What is held against what the file states, not against a metric."""
 

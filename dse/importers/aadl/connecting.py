@@ -132,10 +132,6 @@ class ConnectionWriter:
             sheet.put("timing", timing, kind)
         return sheet.result()
 
-    def _needs_size(self, sheet: Sheet, item: ConnectionInstance) -> bool:
-        """Whether a figure depends on the size: a latency, or a load that is not stated."""
-        return "data_rate" not in sheet.fields or item in self._on_flows
-
     def _property(self, item: ConnectionInstance, name: str, group: str = "") -> Found | None:
         """A property of any of the declared connections that it is made of; else of what they are declared in."""
         for wire in sorted(item.wires, key=lambda wire: len(wire.context.path)):

@@ -110,10 +110,6 @@ class Properties:
     def _ask(self, holder: str, name: str, group: str) -> None:
         self.asked.add((holder, name.lower(), group.lower()))
 
-    def is_by_binding(self, component: Instance, name: str) -> bool:
-        """Whether some value of a property of a component holds in some bindings only."""
-        return any(item[0].association.binding for item in self._of_component(component, name.lower(), ""))
-
     def _of_component(self, component: Instance, name: str, group: str) -> Iterator[tuple[Owned, Instance, str]]:
         yield from ((*item, "own") for item in self._own(component, name, group))
         if self._is_inherited(name, group):

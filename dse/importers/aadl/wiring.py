@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import defaultdict
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 from dse.importers.aadl.flat import Flat, Flattener, Member
@@ -290,9 +290,3 @@ class Wiring:
     def _instance(self, root: Instance, start: Node, end: Node, wires: tuple[Wire, ...]) -> ConnectionInstance:
         source, target = (None if item[0] is root else item[0] for item in (start, end))
         return ConnectionInstance(source, start[1], target, end[1], wires)
-
-
-def spelled(component: Instance | None, path: Path, features: Features) -> str:
-    """A feature's path in text, as declared."""
-    parts: Sequence[str] = path
-    return ".".join([*(component.path if component is not None else ()), *parts])
