@@ -5,9 +5,7 @@ from __future__ import annotations
 import json
 from collections.abc import Mapping
 from dataclasses import dataclass
-from html import escape
 from importlib import import_module
-from inspect import signature
 from typing import TYPE_CHECKING, Any, ClassVar, Self, get_args
 
 if TYPE_CHECKING:
@@ -60,6 +58,9 @@ class Answer:
 
     def _repr_html_(self) -> str:
         """For a notebook: the line of `repr`, and `frame` as a table in the units that engineers read."""
+        from html import escape
+        from inspect import signature
+
         make = getattr(self, "frame", None)
         told = f"<p>{escape(repr(self)[1:-1])}</p>"
         if make is None:

@@ -13,7 +13,7 @@ from dse.spec.quantity_fields import Bandwidth, DataSize
 class FrameModel(BaseModel):
     """Base of the frames: as strict as every other part of a problem file."""
 
-    model_config = ConfigDict(strict=True, frozen=True, extra="forbid", defer_build=True)
+    model_config = ConfigDict(strict=True, frozen=True, extra="forbid")
 
 
 class CanFrame(FrameModel):

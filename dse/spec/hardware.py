@@ -28,7 +28,7 @@ from dse.spec.quantity_fields import (
 class Model(BaseModel):
     """Base of every part of a problem file: unknown keys are errors, nothing is coerced, nothing changes."""
 
-    model_config = ConfigDict(strict=True, frozen=True, extra="forbid", populate_by_name=True, defer_build=True)
+    model_config = ConfigDict(strict=True, frozen=True, extra="forbid", populate_by_name=True)
 
 
 class Priced(Model):
