@@ -347,3 +347,62 @@ class Model:
             missing = row.period - since % row.period
             return Fraction(0) if since and missing == row.period else missing
         return row.period if end or row.kind == "delayed" else Fraction(0)
+
+    # --- loads of buses and their budgets ---
+
+    def ways(self, bus: int) -> list[tuple[int, ...]]:
+        """From a bus down to what carries it, each way."""
+        slot = self.space.buses[bus]
+        below = self.at(slot.carrier) if slot.virtual else None
+        if below is None:
+            return [(bus,)]
+        return [(bus, *way) for one in (below, *slot.further) for way in self.ways(one)]
+
+    def load(self, bus: int) -> Fraction | None:
+        """What a bus carries in B/s, a broadcast message once; None where it has frames, or a rate is not plain."""
+        total, sent = Fraction(0), set()
+        for wire in self.space.connections:
+            first = self.at(wire.bus)
+            ways = [] if first is None else [way for one in (first, *wire.further) for way in self.ways(one)]
+            way = next((one for one in ways if bus in one), None)
+            message = (wire.source, wire.from_port)
+            is_again = wire.from_port is not None and way is not None and (way[0], *message) in sent
+            sent |= {(one, *message) for other in ways for one in other}
+            if way is None or (is_again and self.at(self.space.buses[way[0]].broadcast)):
+                continue
+            carried = self.message_load(wire, way)
+            if carried is None or isinstance(self.at(self.space.buses[bus].fixed_ns), Frame):
+                return None
+            total += carried
+        return total
+
+    def message_load(self, wire: Connection, way: tuple[int, ...]) -> Fraction | None:
+        if wire.data_rate is not None:
+            return Fraction(self.at(wire.data_rate))
+        rate = self.at(wire.rate_hz)
+        if rate is None:
+            sender = None if wire.source is None else self.space.components[wire.source]
+            if sender is None or self.protocol(sender) not in ("periodic", "hybrid", "sporadic"):
+                return None
+            if self.protocol(sender) == "sporadic":
+                return None  # as its inputs come
+            rate = Fraction(10**9) / self.period(sender)
+        overhead = sum(self.at(self.space.buses[one].overhead_bytes) for one in way)
+        return Fraction(rate) * ((self.at(wire.size_bytes) or 0) + overhead)
+
+    def required(self, bus: int) -> Fraction:
+        """The budgets of what is bound to a bus directly."""
+        total = Fraction(0)
+        ports: dict[Any, Fraction] = {}
+        for slot in self.space.buses:
+            carrier = self.at(slot.carrier) if slot.virtual else None
+            is_there = slot.types[self.design[slot.type_decision]] != "none"
+            if carrier is not None and is_there and bus in (carrier, *slot.further):
+                total += slot.budget or 0
+        for number, wire in enumerate(self.space.connections):
+            if self.at(wire.bus) is None or bus not in (self.at(wire.bus), *wire.further):
+                continue
+            shares = wire.from_port is not None and self.at(self.space.buses[bus].broadcast)
+            key: Any = (wire.source, wire.from_port) if shares else number
+            ports[key] = max(ports.get(key, Fraction(0)), wire.budget or Fraction(0))
+        return total + sum(ports.values(), Fraction(0))

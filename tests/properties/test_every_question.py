@@ -25,7 +25,8 @@ from support import counted_down
 
 import dse
 from dse.analysis.evaluate import Evaluator
-from dse.analysis.measures import build_measure
+from dse.analysis.measures import build_measure, loaded_buses
+from dse.analysis.osate_load import bus_budget
 from dse.analysis.validity import canonical
 from dse.analysis.views import View
 from dse.api.problem import Problem, changed, load, loads
@@ -121,9 +122,12 @@ IN_FLOW = ("latency: 3 ms", "compute_execution_time: 1 ms .. 7 ms", "response_ti
 
 def carried(section: str, line: str, problem: dict[str, Any], rng: random.Random) -> list[str]:
     """Protocols that wrap messages without being bound, and several buses at once."""
+    budget = f"budget: {rng.choice([1, 3, 100])} KB/s"
     protocols = [name for name, item in (problem.get("bus_types") or {}).items() if item.get("virtual")]
     buses = [name for name, item in (problem.get("buses") or {}).items() if not item.get("optional")]
-    words = []
+    words = [budget] if section in ("buses", "connections") and rng.random() < 0.3 else []
+    words += ["broadcast: true"] if section == "bus_types" and rng.random() < 0.5 else []
+    words += [f"from_port: {rng.choice('op')}"] if section == "connections" and "from: " in line else []
     if section == "bus_types" and len(protocols) > 1 and line.strip().startswith(f"{protocols[-1]}:"):
         words += [f"protocols: [{rng.choice(protocols[:-1])}]"]
     if section == "connections" and protocols and rng.random() < 0.3:
@@ -307,6 +311,12 @@ def held_to_osate(space: Space, rng: random.Random) -> None:
             least, most = (Model(space, design).total(flow, end) for end in (0, 1))
             for kind, value in (("latency", most), ("min latency", least), ("jitter", most - least)):
                 assert build_measure(space, Metric("", kind, number)).value(view) == value, (flow.name, kind, design)
+        for number in loaded_buses(space):
+            load, name = Model(space, design).load(number), space.buses[number].name
+            if load is not None:
+                assert build_measure(space, Metric("", "load", number)).value(view) == load, (name, design)
+            if (found := bus_budget(space, number, {}, None, view)) is not None:
+                assert found.required == Model(space, design).required(number), (name, design)
 
 
 @pytest.mark.parametrize("seed", cases(16))
