@@ -7,10 +7,11 @@ never make it larger, so that what is said suffices.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
 
+from dse.analysis.budgets import Budget, budget_of, least
 from dse.analysis.limits import HOLDS, Verdict
 from dse.analysis.placement import core_of_each
 from dse.analysis.reservations import gaps_name
@@ -37,7 +38,7 @@ class Late:
 
     `work_ns` is what its own jobs take up to then, `blocked_ns` what has begun before, `delays` what goes before it;
     of an `executor` the others that it runs do. Each of `shorter` is enough by itself. A thread that `has_segments`
-    waits for what its pieces wait for.
+    waits for what its pieces wait for. `budget` is that of the reservation it is in.
     """
 
     thread: str
@@ -50,6 +51,7 @@ class Late:
     delays: tuple[Delay, ...]
     shorter: tuple[Shorter, ...]
     has_segments: bool = False
+    budget: Budget | None = None
 
 
 def late_threads(space: Space, verdicts: Sequence[Verdict], view: View) -> Iterator[Late]:
@@ -76,9 +78,15 @@ def _late(space: Space, found: Response, verdict: Verdict, view: View) -> Late:
     name, work = space.processors[processor].name, found.task.worst_ns
     if found.is_piece:
         work = elapsed_ns(space, found.component, view)[1]
+    budget = budget_of(space, found.component, view, lambda response: _holds(verdict, response))
     return Late(
-        found.name, name, core, late, work, found.blocked_ns, found.executor, found.delays, shorter, found.is_piece
-    )
+        found.name, name, core, late, work, found.blocked_ns, found.executor, found.delays, shorter, found.is_piece,
+        budget,
+    )  # fmt: skip
+
+
+def _holds(verdict: Verdict, response_ns: Exact | None) -> bool:
+    return response_ns is not None and HOLDS[verdict.requirement.operator](Fraction(response_ns), verdict.limit)
 
 
 def _shorter(space: Space, found: Response, verdict: Verdict) -> Iterator[Shorter]:
@@ -94,20 +102,7 @@ def _shorter(space: Space, found: Response, verdict: Verdict) -> Iterator[Shorte
         def is_enough(by_ns: int, index: int = index, item: Task = item) -> bool:
             tasks = [found.task, *found.rivals]
             tasks[index] = replace(item, worst_ns=item.worst_ns - by_ns)
-            response = response_time_ns(tasks[0], tasks[1:], found.blocked_ns)
-            return response is not None and HOLDS[verdict.requirement.operator](Fraction(response), verdict.limit)
+            return _holds(verdict, response_time_ns(tasks[0], tasks[1:], found.blocked_ns))
 
-        by_ns = _least(is_enough, item.worst_ns - 1) if item.worst_ns > 1 else None
-        if by_ns is not None:
-            yield Shorter(item.name, by_ns)
-
-
-def _least(is_enough: Callable[[int], bool], most: int) -> int | None:
-    """The least number from 1 to `most` that is enough; None where none is."""
-    if not is_enough(most):
-        return None
-    low, high = 0, most
-    while high - low > 1:
-        middle = (low + high) // 2
-        low, high = (low, middle) if is_enough(middle) else (middle, high)
-    return high
+        if item.worst_ns > 1 and is_enough(item.worst_ns - 1):
+            yield Shorter(item.name, least(is_enough, item.worst_ns - 1))

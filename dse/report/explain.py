@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from fractions import Fraction
 
+from dse.analysis.budgets import Budget
 from dse.analysis.lateness import Late
 from dse.analysis.limits import FULLEST
 from dse.report.amounts import amount_words
@@ -265,15 +266,33 @@ def late_words(late: Late) -> str:
     """
     where = f"on core {late.core} of {late.processor}"
     if late.late_ns is None:
-        return f"{late.thread} ends late without a bound {where}: it and what goes before it need more than there is"
+        return f"{late.thread} ends late without a bound {where}: {_why_endless(late)}"
     before = [f"{item.jobs} x {item.name} ({_time(item.work_ns)})" for item in late.delays]
     before += [f"{_time(late.blocked_ns)} of less urgent work that has begun"] if late.blocked_ns else []
     before += [f"what else {late.executor} runs"] if late.executor and not late.delays else []
     before += ["what its segments wait for on cores and accelerators"] if late.has_segments else []
     text = f"{late.thread} ends {_time(late.late_ns)} late {where}: {_time(late.work_ns)} of its own"
     text += f", behind {', '.join(before)}" if before else ""
-    enough = [f"{_time(item.by_ns)} less of {item.name}" for item in late.shorter]
-    return f"{text}; in time with {' each time, or '.join(enough)} each time" if enough else text
+    enough = [f"{_time(item.by_ns)} less of {item.name} each time" for item in late.shorter]
+    enough += [_enough_budget(late.budget)] if late.budget is not None and late.budget.enough_ns is not None else []
+    return f"{text}; in time with {', or '.join(enough)}" if enough else text
+
+
+def _why_endless(late: Late) -> str:
+    """Why a response time has no bound, and the budget with which it has one that is soon enough."""
+    if late.budget is None:
+        return "it and what goes before it need more than there is"
+    has = f"{_time(late.budget.budget_ns)} of every {_time(late.budget.period_ns)}"
+    if late.budget.is_served:
+        why = f"it and what goes before it need more than {late.budget.reservation} has, {has}"
+    else:
+        why = f"{late.budget.reservation} does not get its {has} behind what goes before it"
+    return why if late.budget.enough_ns is None else f"{why}; in time with {_enough_budget(late.budget)}"
+
+
+def _enough_budget(budget: Budget) -> str:
+    assert budget.enough_ns is not None
+    return f"a budget of {_time(budget.enough_ns)} instead of {_time(budget.budget_ns)} of {budget.reservation}"
 
 
 def _time(value_ns: Exact) -> str:

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import json
 import random
+from typing import Any
 
 import pytest
 from effort import cases
@@ -99,3 +101,68 @@ def test_lateness_in_json() -> None:
     [item] = found(text + "objectives: [minimise power]\n").values()
     assert (item.late_ns, item.work_ns, item.delays, item.shorter) == (2 * 10**6, 11 * 10**6, (), ())
     assert late_words(item).endswith("11 ms of its own, behind what its segments wait for on cores and accelerators")
+
+
+def reserved(rng: random.Random) -> dict[str, Any]:
+    """A computer with threads in a reservation and beside it."""
+    period = rng.choice((5, 8, 10))
+    share = {"processor": "p", "budget": f"{rng.randint(1, period)} ms", "period": f"{period} ms"}
+    threads: dict[str, Any] = {}
+    for number in range(rng.randint(2, 4)):
+        every = rng.choice((5, 8, 10, 20, 40))
+        where = {"reservation": "share"} if number == 0 or rng.random() < 0.4 else {"processor": "p"}
+        threads[f"t{number}"] = {
+            **where, "period": f"{every} ms", "deadline": f"{rng.randint(2, 2 * every)} ms",
+            "compute_execution_time": f"{rng.randint(1, max(1, every // 3))} ms",
+        }  # fmt: skip
+    return {
+        "dse": 1, "name": "reserved", "processing": "response_time", "overload": "allowed",
+        "processor_types": {"cpu": {}}, "processors": {"p": {"type": "cpu"}}, "reservations": {"share": share},
+        "threads": threads,
+    }  # fmt: skip
+
+
+@pytest.mark.parametrize("seed", cases(20))
+def test_a_budget_that_is_said_to_be_enough_is_the_least(seed: int) -> None:
+    rng = random.Random(f"budget {seed}")
+    data = reserved(rng)
+    share = data["reservations"]["share"]
+    for item in found(json.dumps(data)).values():
+        assert (item.budget is None) is ("reservation" not in data["threads"][item.thread])
+        if item.budget is None:
+            continue
+        enough, period = item.budget.enough_ns, item.budget.period_ns
+        late = {enough - 1} if enough is not None else {rng.randint(1, period) for _ in range(6)} | {period}
+        for budget_ns in (late | {enough}) - {0, None}:
+            share["budget"] = f"{budget_ns} ns"
+            assert (item.thread in found(json.dumps(data))) is (budget_ns in late), (data, item)
+        share["budget"] = f"{item.budget.budget_ns} ns"
+
+
+def test_what_is_said_of_a_budget() -> None:
+    """11 ms without it, then 4 of its 4.5; 4 of every 10 ms are left of a core that has 3 of every 5 to do."""
+    head = HEAD + "objectives: [minimise price]\n"
+    text = f"""{head}reservations: {{share: {{processor: p, budget: 3 ms, period: 10 ms}}}}
+threads:
+  a: {{reservation: share, period: 20 ms, deadline: 15 ms, compute_execution_time: 4 ms}}
+  b: {{processor: p, period: 10 ms, compute_execution_time: 1 ms}}
+"""
+    enough = "in time with 3 ms less of a each time, or a budget of 4.5 ms instead of 3 ms of share"
+    assert late_words(found(text)["a"]).endswith(enough)
+    endless = "a ends late without a bound on core 1 of p: "
+    small = text.replace("budget: 3 ms", "budget: 1 ms")
+    needs = "it and what goes before it need more than share has, 1 ms of every 10 ms"
+    assert (
+        late_words(found(small)["a"]) == f"{endless}{needs}; in time with a budget of 4.5 ms instead of 1 ms of share"
+    )
+    text = text.replace("budget: 3 ms", "budget: 6 ms").replace(
+        "period: 20 ms, deadline: 15", "period: 40 ms, deadline: 30"
+    )
+    busy = text.replace("period: 10 ms, compute_execution_time: 1", "period: 5 ms, compute_execution_time: 3")
+    gets = "share does not get its 6 ms of every 10 ms behind what goes before it"
+    assert late_words(found(busy)["a"]) == f"{endless}{gets}; in time with a budget of 2 ms instead of 6 ms of share"
+    [relaxation] = dse.explain(busy).to_dict()["relaxations"]
+    assert relaxation["late"][0]["budget"] == {
+        "reservation": "share", "budget_ns": 6_000_000, "period_ns": 10_000_000, "is_served": False,
+        "enough_ns": 2_000_000,
+    }  # fmt: skip

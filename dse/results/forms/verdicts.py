@@ -60,6 +60,16 @@ class Shorter(Form):
     by_ns: Figure = field("How much less each of its jobs takes then.")
 
 
+class Budget(Form):
+    """The budget of the reservation that a late thread is in."""
+
+    reservation: str = field("The reservation.")
+    budget_ns: Figure = field("Its budget.")
+    period_ns: Figure = field("The period in which it has that.")
+    is_served: bool = field("Whether the budget is there in each period behind what goes before the reservation.")
+    enough_ns: Figure | None = field("The least budget with which the thread is in time; null where none is enough.")
+
+
 class Late(Form):
     """A thread that ends too late, and why."""
 
@@ -72,6 +82,7 @@ class Late(Form):
     executor: str = field("The executor or accelerator in which it waits for others; empty where there is none.")
     delays: list[Delay] = field("What goes before it, the most urgent first; empty without a bound, and of segments.")
     shorter: list[Shorter] = field("Each of these is enough by itself.")
+    budget: Budget | None = field("Of the reservation that it is in; null outside of any.", earlier=None)
 
 
 class Relaxation(Demand):
