@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from functools import cache
 from typing import Any
 
 from pydantic import BaseModel, TypeAdapter, ValidationError
@@ -109,7 +110,13 @@ def mistakes_in(name: str, data: object) -> Iterator[Mistake]:
 
 def mistakes_in_part(kind: Any, name: str, data: object) -> Iterator[Mistake]:
     """The same of data that are a part of ``dse-NAME/1``, of the type `kind`."""
-    yield from _mistakes(TypeAdapter(kind).validate_python, name, data)
+    yield from _mistakes(_adapter(kind).validate_python, name, data)
+
+
+@cache
+def _adapter(kind: Any) -> TypeAdapter[Any]:
+    """Built once: a sweep reads an outcome for each of its runs."""
+    return TypeAdapter(kind)
 
 
 def _mistakes(validate: Callable[[Any], object], name: str, data: object) -> Iterator[Mistake]:
