@@ -150,7 +150,10 @@ def disparities(space: Space, of: str | None) -> tuple[Metric, ...]:
     found = all_disparities(space, range(len(names)) if of is None else [names.index(of)])
     if not found:
         where = "at any component" if of is None else f"at {shown(of)}"
-        hint = "two flows that begin with timers have to lead there by different ways, and a timer has to read them"
+        hint = "two flows that begin with timers in every design have to lead there by different ways"
+        hint += ", and a timer has to read them"
+        if of is not None and not is_always_timed(space.components[names.index(of)]):
+            hint = f"no timer releases {shown(of)} in every design"
         raise QuestionError(f"no two inputs whose ages can be compared meet {where}", hint)
     return found
 

@@ -176,6 +176,9 @@ def test_where_nothing_meets_it_is_refused() -> None:
     for text in ("disparity", "disparity of t1"):
         with pytest.raises(dse.ProblemError, match="inputs whose ages can be compared meet"):
             dse.load(data | {"objectives": [f"minimise {text}"]})
+    data["threads"]["t1"] |= {"dispatch_protocol": ["periodic", "aperiodic"], "communication": "implicit"}
+    with pytest.raises(dse.ProblemError, match='no timer releases "t1" in every design'):
+        dse.load(data | {"objectives": ["minimise disparity of t1"]})
 
 
 @pytest.mark.parametrize("seed", cases(12))
