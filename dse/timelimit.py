@@ -13,6 +13,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from contextvars import ContextVar
 from dataclasses import dataclass
+from typing import ClassVar
 
 from dse.errors import EXIT_INCOMPLETE, DseError
 
@@ -126,3 +127,36 @@ def look_at_the_clock() -> None:
     deadline = _DEADLINE.get()
     if deadline is not None and time.monotonic() > deadline:
         raise OutOfTime
+
+
+@dataclass
+class Work:
+    """What reads something of any size, piece by piece: it looks at the clock once in `EVERY` pieces.
+
+    So what is small is always read, however little time there is.
+
+    Examples
+    --------
+    >>> work = Work()
+    >>> with until(TimeLimit.after(0.0)):
+    ...     work.go_on(999)
+    """
+
+    EVERY: ClassVar[int] = 1000
+    pieces: int = 0
+
+    def go_on(self, pieces: int = 1) -> None:
+        """Go on with so many pieces.
+
+        Raises
+        ------
+        OutOfTime
+            when it is time to look at the clock, and the time of the limit in force is up.
+        """
+        self.pieces += pieces
+        if self.pieces >= self.EVERY:
+            self.pieces = 0
+            try:
+                look_at_the_clock()
+            except OutOfTime:
+                raise OutOfTime("the time limit came while the problem was read: nothing was computed") from None

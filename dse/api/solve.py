@@ -21,7 +21,7 @@ from dse.results.order import ranked_by
 from dse.results.points import ObjectiveInfo, Point, Search
 from dse.results.solve import Result, decisions_of, ranked
 from dse.space.size import space_size
-from dse.timelimit import TimeLimit
+from dse.timelimit import TimeLimit, until
 
 EXPLANATION_TIME_S = 30.0
 
@@ -72,7 +72,9 @@ def solve(
     {'jitter of sensor_to_valve': 7078000, 'price': 24000}
     """
     limit = TimeLimit.after(time_limit_s)
-    return solve_asked(load(problem).ask(**question), Budget(limit, seed, workers), Watcher(progress))
+    with until(limit.for_the_last_steps()):
+        asked = load(problem).ask(**question)
+    return solve_asked(asked, Budget(limit, seed, workers), Watcher(progress))
 
 
 @dataclass(frozen=True)

@@ -150,8 +150,9 @@ def command(
     from dse.pareto.front import Budget
     from dse.results.order import check_ranking, ranked_by
 
-    asked, earlier = _question(file, resume, question_of(options, objectives_of(minimise, maximise)))
     whole = time_limit
+    with until(whole.for_the_last_steps()):
+        asked, earlier = _question(file, resume, question_of(options, objectives_of(minimise, maximise)))
     if target is not None:
         _claim_report(target, asked)
         time_limit = whole.sparing(REPORT_S)

@@ -46,6 +46,7 @@ def build_component(
     ledger: Ledger, spec: Spec, processors: Sequence[Processor], homes: Homes, section: Any, name: str
 ) -> Component:
     """The thread or device called `name`; what triggers it is added when the connections are known."""
+    ledger.work.go_on(10)
     given, path = getattr(spec, section)[name], (section, name)
     owner = _typed_owner(ledger, spec, section, name)
     processor: Tree = None
@@ -219,6 +220,7 @@ def _build_connection(
     name: str,
     ends: tuple[int | None, int | None],
 ) -> Connection:
+    ledger.work.go_on(10)
     given, path = spec.connections[name], ("connections", name)
     if given.rate is not None and given.data_rate is not None:
         ledger.error((*path, "data_rate"), "give `rate` or `data_rate`, not both")

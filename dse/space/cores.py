@@ -136,6 +136,7 @@ def open_cores(ledger: Ledger, spec: Spec, space: Space) -> tuple[OpenCore, ...]
     """The threads whose core is open, each with its decision; makes every core known to rules and the baseline."""
     found: list[OpenCore] = []
     for owner, (threads, processor) in _core_owners(space).items():
+        ledger.work.go_on(10)
         section = next((item for item in OWNERS if owner in getattr(spec, item)), None)
         if section is None:
             continue  # the one core of an accelerator

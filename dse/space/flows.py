@@ -26,6 +26,7 @@ def build_flows(
     wires = {item.name: number for number, item in enumerate(connections) if not item.is_inner}
     paths = {other: item.path for other, item in spec.flows.items()}
     for name, given in spec.flows.items():
+        ledger.work.go_on(10)
         tracer = _Tracer(ledger, ("flows", name, "path"), components, connections, by_name, wires, paths)
         steps = tracer.trace(given.path, (name,))
         if clocked:

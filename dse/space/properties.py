@@ -14,6 +14,7 @@ from dse.errors import Diagnostic, Suggestion, in_order
 from dse.space.trees import NOT_OFFERED, Choice, PerCore, PerProcessorType, Tree, graft
 from dse.space.types import EMPTY, UNKNOWN_TYPE, Decision, Processor, Reference
 from dse.spec.load import LoadedSpec
+from dse.timelimit import Work
 from dse.units import shown
 
 Path: TypeAlias = tuple[str | int, ...]
@@ -51,6 +52,7 @@ class Ledger:
     references: dict[str, Reference] = field(default_factory=dict)
     diagnostics: dict[Diagnostic, None] = field(default_factory=dict)  # each once; there may be very many
     failures: int = 0
+    work: Work = field(default_factory=Work)
     _doubtful: set[str] = field(default_factory=set)
     _doubtful_words: set[str] = field(default_factory=set)
     _doubtful_metrics: set[str] = field(default_factory=set)

@@ -69,6 +69,7 @@ def _attempt(ledger: Ledger, path: Path, text: str, make: Callable[[], T]) -> li
 
     After very many failures nothing is attempted: in a large problem each takes a while.
     """
+    ledger.work.go_on(10)
     if ledger.failures >= MOST_FAILURES:
         return []
     try:

@@ -17,6 +17,7 @@ import yaml
 
 from dse.errors import Diagnostic, ProblemError
 from dse.files import reading
+from dse.timelimit import Work
 from dse.units import shown
 
 MAX_BYTES = 8_000_000
@@ -162,9 +163,10 @@ def read_yaml(text: str, file: str) -> Node:
         Text that is not YAML, or not the YAML described above; holds every finding up to the one that stops the parser.
     """
     check_characters(text, file)
-    builder = _Builder(file)
+    builder, work = _Builder(file), Work()
     try:
         for event in yaml.parse(text, Loader=_LOADER):
+            work.go_on()
             builder.take(event)
     except yaml.YAMLError as error:
         builder.findings.append(_syntax_error(error, file))

@@ -85,7 +85,9 @@ def solve_robust(
     (4, 4, ())
     """
     budget = Budget(TimeLimit.after(time_limit_s), seed, workers)
-    return robust_asked(load(problem).ask(**question), budget, RobustWatcher(progress))
+    with until(budget.limit.for_the_last_steps()):
+        asked = load(problem).ask(**question)
+    return robust_asked(asked, budget, RobustWatcher(progress))
 
 
 def robust_asked(problem: Problem, budget: Budget, watcher: RobustWatcher | None = None) -> RobustResult:

@@ -19,7 +19,7 @@ import dse
 from dse import timelimit
 from dse.analysis import holistic
 from dse.cli.main import COMMANDS, cli, run
-from dse.timelimit import OutOfTime, TimeLimit, in_force, look_at_the_clock, until
+from dse.timelimit import OutOfTime, TimeLimit, Work, in_force, look_at_the_clock, until
 
 PRIMES = (10007, 10009, 10037, 10039, 10061, 10067)
 THREADS = "".join(
@@ -146,6 +146,33 @@ def test_what_is_whole_or_none_leaves_no_part(
     assert "the time limit came before there was an answer" in capsys.readouterr().err
     left = [item for item in folder.rglob("*") if item.is_file() and item.name != "p.yaml"]
     assert left == []
+
+
+READERS = {
+    "analyse": [], "check": [], "explain": [],
+    "sensitivity": [], "simulate": [], "solve": [], "solve --robust": [],
+    "sweep": ["--no-store", "--vary", "latency of f=1s,2s"],
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("command", READERS)
+def test_reading_a_large_problem_counts(
+    command: str, folder: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Every piece looks at the clock here, as every thousandth does: what is small is read whole in any time."""
+    monkeypatch.setattr(Work, "EVERY", 1)
+    verb, *options = command.split()
+    with jumping(1000.0, monkeypatch) as looks:
+        assert run([verb, "p.yaml", *options, *READERS[command], "--time-limit", "10000s"]) == 5
+    assert looks[0] < 20
+    assert "the time limit came while the problem was read: nothing was computed" in capsys.readouterr().err
+
+
+def test_reading_counts_in_python_too(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(Work, "EVERY", 1)
+    for verb in (dse.solve, dse.solve_robust):
+        with jumping(1000.0, monkeypatch), pytest.raises(OutOfTime, match="while the problem was read"):
+            verb("p.yaml", time_limit_s=10000.0)
 
 
 def test_a_report_for_which_there_is_no_time_is_named(
