@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 
-from dse.report.contention import contention_words, waiting_words
+from dse.report.contention import broken_choice_words, contention_words, waiting_words
 from dse.report.document import Document
 from dse.report.insisting import insisting_section
 from dse.report.page import Block, Page, Section, labelled, texts
@@ -179,6 +179,7 @@ def _choice(document: Document, most: int) -> Iterator[Block]:
     wanted += same[:1]
     ranked = "nearest to the best of everything" if result.ranking == "ideal" else f"first by {result.ranking_words}"
     yield from texts(f"Choose #{first.id}, {ranked}: {figures_words(result, first.objectives)}.", tone="strong")
+    yield from texts(broken_choice_words(result, first), tone="strong")
     yield from labelled(
         (item.label, item.text if len(item.text) <= ROOM else item.brief or item.text) for item in wanted
     )

@@ -13,6 +13,7 @@ from dse.analysis.terms import PPM
 from dse.analysis.views import View
 from dse.results.contention import Broken, Contended
 from dse.results.display import readable
+from dse.results.points import Point
 from dse.results.solve import Result
 from dse.space.buses import carriers
 from dse.space.cores import is_scheduled
@@ -100,6 +101,23 @@ def contention_words(result: Result) -> str:
     verb = "keep" if len(kept) > 1 else "keeps"
     said = f"{begin} {count} {of} {verb} every requirement{who}{rest}."
     return said if len(kept) == len(checked) else said + COUNTED_BY
+
+
+def broken_choice_words(result: Result, chosen: Point) -> str:
+    """What the design to choose breaks when response times count, and the first in rank that was found to keep all.
+
+    Empty where it breaks nothing, was not checked, or the front was searched with response times. That none keeps
+    them is said by `contention_words`.
+    """
+    found = result.contended.get(str(chosen.id)) if result.leaves_out_contention else None
+    if found is None or not found.broken:
+        return ""
+    more = len(found.broken) - 1
+    said = f"But with response times it breaks {broken_words(found.broken[0], result.space.currency)}"
+    said += f" and {more} more" if more else ""
+    verdicts = ((point.id, result.contended.get(str(point.id))) for point in result.front)
+    kept = next((number for number, item in verdicts if item is not None and not item.broken), None)
+    return f"{said}." if kept is None else f"{said}: #{kept} is the first that keeps every requirement."
 
 
 def study_contention_words(data: Mapping[str, Any]) -> str:

@@ -18,6 +18,7 @@ from dse.report.charts import front_records
 from dse.report.contention import (
     asks_for_responses,
     bound_words,
+    broken_choice_words,
     bus_words,
     contention_words,
     overhead_words,
@@ -178,7 +179,8 @@ class Document:
             shared = [point.id for point in self.result.front if point.rank == first.rank]
             who = f"#{first.id}" if len(shared) == 1 else " and ".join(f"#{number}" for number in shared) + ", a tie"
             figures = figures_words(self.result, first.objectives)
-            found.append(f"First by {self.result.ranking_words}: {who} ({figures}).")
+            broken = broken_choice_words(self.result, first)
+            found.append(f"First by {self.result.ranking_words}: {who} ({figures}). {broken}".rstrip())
             found += [text for text in (uncounted_words(self.space),) if text]
         found += [text for text in (tie_words(self.result), contention_words(self.result), self.baseline_words) if text]
         return found

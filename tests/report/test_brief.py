@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+from dataclasses import replace
 from functools import partial
 from itertools import product
 from pathlib import Path
@@ -271,3 +272,20 @@ def test_a_column_that_is_told_beside_a_table_keeps_its_name() -> None:
     assert "verdict" in said["flows", 160] and said["flows", 160].endswith("brake 10 within")
     assert "decisions" in said["fronts", 160] and said["fronts", 160].endswith("computer large")
     assert said["flows", 12].startswith("brake: ") and "#7: " in said["fronts", 12]
+
+
+def test_a_choice_that_breaks_a_requirement_with_response_times_says_so_in_the_same_breath() -> None:
+    """What is first by its figures alone, which one to take if that does not hold: on screen and page."""
+    found = dse.solve(example_path("inmark"), max_jitter="20ms")
+    first = found.front[0]
+    said = "But with response times it breaks jitter of gnss_to_sprayer <= 20 ms (29.294 ms)"
+    lines = printed(found)
+    at = next(number for number, line in enumerate(lines) if line.startswith("Choose #1,"))
+    near = " ".join(lines[at : at + 6])
+    assert said in near
+    assert "is the first that keeps" not in near
+    assert said in " ".join(Document(found).summary)
+    kept = replace(found.contended[str(first.id)], broken=())
+    other = replace(found, contended={**found.contended, str(found.front[2].id): kept})
+    assert f"#{found.front[2].id} is the first that keeps every requirement." in " ".join(printed(other))
+    assert "But with response times" not in " ".join(printed(replace(other, contended={str(first.id): kept})))
