@@ -178,12 +178,13 @@ def _choice(document: Document, most: int) -> Iterator[Block]:
     same = [item for item in reasons if item.label == SAME]
     wanted += same[:1]
     ranked = "nearest to the best of everything" if result.ranking == "ideal" else f"first by {result.ranking_words}"
-    yield from texts(f"Choose #{first.id}, {ranked}: {figures_words(result, first.objectives)}.", tone="strong")
-    yield from texts(broken_choice_words(result, first), tone="strong")
+    broken = broken_choice_words(result, first)
+    figures = figures_words(result, first.objectives)
+    yield from texts(f"Choose #{first.id}, {ranked}: {figures}. {broken}".rstrip(), tone="strong")
     yield from labelled(
         (item.label, item.text if len(item.text) <= ROOM else item.brief or item.text) for item in wanted
     )
-    if len(same) > 1:
+    if len(same) > 1 and not broken:
         yield from texts(f"{count_words(len(same) - 1, 'more change')} to the same end: --explain.")
 
 
