@@ -11,7 +11,7 @@ from itertools import chain
 from typing import TypeAlias
 
 from dse.analysis.audsley import Latest, best_options, limits_of, with_best_order
-from dse.analysis.limits import HOLDS, Limit, build_limit, judge
+from dse.analysis.limits import HOLDS, Limit, build_limit, judge, on_processor, thread_values
 from dse.analysis.partition import Room
 from dse.analysis.placement import core_of_each
 from dse.analysis.scheduling import counted_ns, subset_responses
@@ -147,11 +147,12 @@ def first_placement(
     """The design with the first cores, in the order of the file, on which all limits hold; None where that is hard.
 
     `limits` are those on response times, `beside` others that the cores must keep. Thread after thread gets the first
-    core where those that have one already are not late for sure: with fewer threads no response time is longer. What
-    that leaves open the whole design decides.
+    core where those that have one already are not late for sure, and not too many for a limit of that core: with fewer
+    threads no response time is longer, and no core fuller. What that leaves open the whole design decides.
     """
     view = View(design)
     meets = _check_of(space, view, limits_of(limits, view), orders)
+    keeps_room = _room_check(space, view, beside)
     left = [MOST_STEPS]
     made = _by_unit(open_, space, view)
     where = {number: slot for slot in range(len(space.processors)) for number in members(space, slot, view)}
@@ -182,7 +183,7 @@ def first_placement(
             left[0] -= 1
             empty = empty or (not here and bare)
             here += item.threads
-            if meets(here):
+            if keeps_room(processor, here) and meets(here):
                 chosen[item.index] = option
                 whole_design = place(position + 1)
                 if whole_design is not None:
@@ -194,6 +195,23 @@ def first_placement(
     whole = all(set(range(1, most + 1)) <= set(item.decision.values) for item in order)
     bare = whole and not any(taken.values()) and sum(len(item.threads) for item in order) == len(where)
     return place(0)
+
+
+def _room_check(space: Space, view: View, beside: Sequence[Limit]) -> Callable[[int, Sequence[int]], bool]:
+    """Tells whether threads that share a core of a processor leave it within its limits."""
+    found: dict[int, list[tuple[Room, Mapping[int, Fraction]]]] = {}
+    for limit in beside:
+        if limit.cores is not None:
+            loads = on_processor(space, limit.cores.processor, thread_values(limit, view), view)
+            found.setdefault(limit.cores.processor, []).append((limit.cores.room, loads))
+
+    def keeps_room(processor: int, numbers: Sequence[int]) -> bool:
+        return all(
+            room.fits(sum((loads.get(number, Fraction(0)) for number in numbers), Fraction(0)))
+            for room, loads in found.get(processor, ())
+        )
+
+    return keeps_room
 
 
 def _is_asked(item: OpenCore, view: View) -> bool:

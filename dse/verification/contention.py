@@ -101,7 +101,8 @@ def on_other_cores(evaluator: Evaluator, late: Sequence[Limit], refused: Evaluat
     design = tuple(max(option, 0) for option in refused.design)
     if space.has_open_groups:
         return None
-    for other in placements(space, design, open_, late, orders) if open_ or orders else ():
+    beside = [limit for limit in evaluator.limits if limit.cores is not None]
+    for other in placements(space, design, open_, late, orders, beside) if open_ or orders else ():
         found = evaluator.evaluate(other)
         if found.is_feasible and found.objectives == refused.objectives:
             return found

@@ -7,8 +7,10 @@ from ortools.sat.python import cp_model
 from support import space_of
 
 from dse.analysis.evaluate import Evaluator
+from dse.analysis.packing import first_placement
 from dse.encode.model import EncodedSpace, encode
 from dse.space.types import Design
+from dse.verification.contention import is_late_limit, on_other_cores
 
 PROBLEM = """
 dse: 1
@@ -65,3 +67,24 @@ def test_cores_that_are_too_full_are_not_learnt_as_threads_that_are_late() -> No
     assert encoded.core_limits.known == {0}
     solver = cp_model.CpSolver()
     assert solver.solve(encoded.model) == cp_model.INFEASIBLE
+
+
+def test_the_second_proof_moves_late_threads_within_what_cores_may_use() -> None:
+    evaluator = crowd(3, 3, 2, 2, 2)
+    refused = evaluator.evaluate(tuple(0 for _ in evaluator.space.decisions))
+    late = [item for item in evaluator.limits if is_late_limit(item)]
+    found = on_other_cores(evaluator, late, refused)
+    assert found is not None
+    assert found.is_feasible
+
+
+def test_the_first_cores_are_looked_for_within_what_cores_may_use() -> None:
+    """Nobody is late with five threads of 2 ms on a core, but three fill what may be used: the search ends at once."""
+    evaluator = crowd(2, 2, 2, 2, 2, 2)
+    space = evaluator.space
+    late = [item for item in evaluator.limits if is_late_limit(item)]
+    full = [item for item in evaluator.limits if item.cores is not None]
+    found = first_placement(space, tuple(0 for _ in space.decisions), space.open_cores, late, full)
+    assert found is not None
+    chosen = [item.decision.values[found[item.index]] for item in space.open_cores]
+    assert chosen == [1, 1, 1, 2, 2, 2]
