@@ -6,11 +6,10 @@ import time
 from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from dse.analysis.contention import ContentionReferee, cores_of, with_contention
 from dse.analysis.evaluate import Evaluator
-from dse.api.points import Bench
 from dse.api.stated import named_design
 from dse.errors import UsageError
 from dse.results.contention import NOT_JUDGED, Contended, core_use, judge
@@ -20,6 +19,9 @@ from dse.results.solve import Result
 from dse.space.types import Design, Space
 from dse.timelimit import OutOfTime, TimeLimit, until
 from dse.units.text import count_words
+
+if TYPE_CHECKING:  # whoever solves needs none of the second proof
+    from dse.api.points import Bench
 
 LEAST_TIME_S = 10.0
 """Without a time limit the referee has as long as the search took, at least this long."""

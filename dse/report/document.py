@@ -6,12 +6,11 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from platform import python_version
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from dse.analysis.binding import bus_stack, message_bytes
 from dse.analysis.rates import rate_hz
 from dse.analysis.views import View
-from dse.api.feasible import Feasible, feasible_designs
 from dse.report.analyse import flow_table, metric_table, tightest_limits, usage_tables, verdict_table
 from dse.report.bars import usage_records, waterfall_records
 from dse.report.charts import front_records
@@ -64,6 +63,9 @@ from dse.timelimit import look_at_the_clock
 from dse.units import is_unbounded
 from dse.units.text import count_words
 from dse.version import __version__
+
+if TYPE_CHECKING:
+    from dse.api.feasible import Feasible
 
 
 @dataclass(frozen=True)
@@ -150,6 +152,8 @@ class Document:
     @cached_property
     def feasible(self) -> Feasible | None:
         """All feasible designs, where they are few enough to look at each."""
+        from dse.api.feasible import feasible_designs  # with the second proof, which takes a while to import
+
         return feasible_designs(self.result)
 
     @cached_property
