@@ -16,7 +16,7 @@ NEVER = {
     "--help": (*SOLVER, "networkx", "pydantic", "yaml", "rich", "dse.spec", "dse.space", "dse.analysis"),
     "check": (*SOLVER, "networkx", "jinja2", "dse.encode", "dse.pareto", *RESULTS, "dse.generator", *ROOMS),
     "new": (*SOLVER, "networkx", "rich", "dse.space", "dse.generator"),
-    "solve": ("networkx", "scipy", "matplotlib", "dse.generator", "dse.study"),
+    "solve": ("networkx", "scipy", "matplotlib", "dse.generator", "dse.study", "dse.verification"),
     "analyse": (*SOLVER, "networkx", "dse.encode", "dse.pareto"),
 }
 ARGUMENTS = {
