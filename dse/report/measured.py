@@ -66,7 +66,7 @@ def _blocks(found: MeasuredComparison) -> Iterator[Block]:
             (
                 item.text,
                 *(counted(value, item.unit, currency) for value in item.values),
-                *(_slack(value, item.unit, currency) for value in item.slacks),
+                *(_margin(item, at, currency) for at in (0, 1)),
                 "holds" if item.holds[1] else "broken" if item.holds[0] else "broken, as before",
             )
             for item in found.requirements
@@ -125,8 +125,15 @@ def _range(low: Fraction, high: Fraction, unit: str, currency: str = "EUR") -> s
     return ends[0] if low == high else " .. ".join(ends)
 
 
-def _slack(value: Fraction, unit: str, currency: str) -> str:
-    return "-" if is_unbounded(value) else counted(value, unit, currency)
+def _margin(item: Kept, at: int, currency: str) -> str:
+    """The slack; of a share also what it is of, where that is not the stated limit but so much of several cores."""
+    slack, value = item.slacks[at], item.values[at]
+    if is_unbounded(slack):
+        return "-"
+    said = counted(slack, item.unit, currency)
+    is_upper = item.values[1] + item.slacks[1] == item.limit
+    whole = counted(value + slack if is_upper else value - slack, item.unit, currency)
+    return said if item.unit != "ppm" or whole in item.text else f"{said} of {whole}"
 
 
 def _beyond(item: Prediction, currency: str) -> str:
