@@ -29,6 +29,9 @@ from dse.verification.sums import Sum
 from dse.verification.tables import EXACT, Tables
 from dse.verification.waiting import Waiting
 
+REPRESENTED = 2**62
+"""The ends of what the solver adds stay below this."""
+
 
 @dataclass(frozen=True)
 class Reply:
@@ -43,7 +46,7 @@ class SecondModel:
 
     def __init__(self, tables: Tables, deadline: float | None = None) -> None:
         sums = [*(bound.sum for bound in tables.bounds), *(total for total, _ in tables.objectives)]
-        if any(
+        if any(max(abs(item.low), abs(item.high)) >= REPRESENTED for item in sums) or any(
             max(abs(leaf) for leaf in leaves(part)) >= EXACT
             for item in sums
             for part in item.diagrams

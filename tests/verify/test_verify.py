@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import copy
 import json
+from dataclasses import replace
 from itertools import product
 from pathlib import Path
 from typing import Any
@@ -21,6 +22,7 @@ from dse.pareto import best
 from dse.pareto.answer import Unfinished
 from dse.results.order import ranked_by
 from dse.results.ranking import FORMER_WORDS
+from dse.verification.diagrams import TooLarge
 from dse.verification.exhaustion import TooMany, exhaust
 from dse.verification.geometry import covers, inside, uncovered
 from dse.verification.model import SecondModel
@@ -117,6 +119,15 @@ def test_too_many_designs_are_left_to_the_model() -> None:
     tables = build_tables(Evaluator(dse.load(STARTER).space))
     with pytest.raises(TooMany):
         exhaust(tables, 10)
+
+
+def test_figures_that_no_solver_can_add_are_refused() -> None:
+    """Also one that is the same in every design."""
+    tables = build_tables(Evaluator(dse.load(STARTER).space))
+    (total, divisor), *others = tables.objectives
+    large = replace(total, parts=(*total.parts, 10**20), low=total.low + 10**20, high=total.high + 10**20)
+    with pytest.raises(TooLarge, match="so large"):
+        SecondModel(replace(tables, objectives=((large, divisor), *others)))
 
 
 def test_findings_name_what_is_wrong() -> None:
