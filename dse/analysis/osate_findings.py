@@ -38,10 +38,10 @@ class Finding:
 
 
 def specified_rows(space: Space, flow: Flow, view: View) -> tuple[Row, ...]:
-    """The rows of a flow, each with what is specified for it (`Row.specified_ns`), under OSATE's current rules.
+    """The rows of a flow, each with what is specified for it (`Row.specified_ns`), under OSATE's rules.
 
     That is the latency of the flow specification for the processing of a component, and of the bus for each carrier of
-    a connection; the connection's own where they specify none, at each end.
+    a connection; the connection's own where they specify none, at each end, but not in 2014.
     """
     found: list[Row] = []
     for place in places_of(space, flow):
@@ -67,9 +67,14 @@ def _of_connection(space: Space, place: Place, rows: Sequence[Row], view: View) 
     wire = space.connections[place_step(space, place).index]
     carried = [item for item in media(space, wire, view) if medium_ns(space, wire, item, view)[1]]
     given = iter([bus_figure(space, space.buses[item.bus].latency_ns, wire, view) or NOTHING for item in carried])
+    first = next(number for number, row in enumerate(rows) if row.category == "connection")
+    found = [NOTHING] * len(rows)
+    if space.profile != CURRENT:  # one row for all that carries it, and nothing of its own
+        ranges = list(given)
+        found[first] = (sum(item[0] for item in ranges), sum(item[1] for item in ranges))
+        return found
     found = [next(given, NOTHING) if row.max_method in CARRYING and row.medium else NOTHING for row in rows]
     own = at(wire.latency_ns, view) or NOTHING
-    first = next(number for number, row in enumerate(rows) if row.category == "connection")
     least, most = (
         found[first][end] if any(budget[end] for budget in found) else own[end] for end in (0, 1)
     )  # fmt: skip

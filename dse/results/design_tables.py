@@ -65,10 +65,12 @@ def analyse_design(evaluator: Evaluator, design: Design, *, response_times: bool
 
 
 def _flow_table(space: Space, flow: Flow, view: View) -> FlowTable:
-    """The rows of a flow; under OSATE's current rules with what is specified, and what OSATE says of it."""
-    if space.profile != CURRENT:
+    """The rows of a flow; under OSATE's rules with what is specified, of today's with what OSATE says of it."""
+    if space.profile == "dse":
         return FlowTable(flow.name, flow_rows(space, flow, view))
     rows = specified_rows(space, flow, view)
+    if space.profile != CURRENT:
+        return FlowTable(flow.name, rows)
     return FlowTable(flow.name, rows, tuple(flow_findings(space, flow, rows, view)))
 
 

@@ -19,7 +19,7 @@ class Row(Form):
     max_method: str = field("The rule that gives the maximum.")
     medium: str = field("The bus or virtual bus of a row of a connection.", default="")
     specified_ns: list[Figure] | None = field(
-        "Under `osate-2.19`: the minimum and maximum that are specified for it.", default=None
+        "Under the `osate` profiles: the minimum and maximum that are specified for it.", default=None
     )
 
 
@@ -38,7 +38,7 @@ class Flow(Form):
     max_ns: Figure | None = field("The maximum latency; null where it is unbounded.")
     jitter_ns: Figure | None = field("The maximum minus the minimum; null where it is unbounded.")
     specified_ns: list[Figure] | None = field(
-        "Under `osate-2.19`: the totals of what is specified, minimum and maximum.", default=None
+        "Under the `osate` profiles: the totals of what is specified, minimum and maximum.", default=None
     )
     findings: list[FlowFinding] = field("Under `osate-2.19`: the errors and warnings of OSATE about it.", default=[])
 
