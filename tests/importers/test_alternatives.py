@@ -165,3 +165,15 @@ def test_subsystems_within_each_other_are_refused(tmp_path: Path) -> None:
     said = "threads: {y: {type: [box.i]}, y.z: {type: [part.v0, part.v1]}}"
     with pytest.raises(ProblemError, match=r"y\.z is within y"):
         dse.load(files(tmp_path, text, said))
+
+
+def test_what_implementations_state_is_looked_at_and_differing_budgets_are_told(tmp_path: Path) -> None:
+    text, count = drawn(3)
+    text = text.replace("processor cpu", "processor cpu properties SEI::MIPSCapacity => 10.0 MIPS;", 1)
+    text = text.replace("package r public", "package r public with SEI;").replace(
+        "Priority =>", "Reference_Processor => classifier (cpu) applies to a; Priority =>"
+    )
+    problem = dse.load(files(tmp_path, text, f"threads: {{q: {{type: {types(count)}}}}}"))
+    told = [str(item) for item in problem.loaded.told]
+    assert any("budgets of processors and memories differ with the type of q" in item for item in told)
+    assert not any("Binding is not looked at" in item or "Execution_Time is not" in item for item in told)

@@ -57,8 +57,10 @@ def _alternatives(
     budgets: list[Any] = []
 
     def document(taken: Mapping[str, str]) -> dict[str, Any]:
-        writer = Writer(with_implementations(model, chosen, taken, path, options), path, options)
+        variant = with_implementations(model, chosen, taken, path, options)
+        writer = Writer(variant, path, options)
         found = writer.document()
+        model.properties.asked |= variant.properties.asked
         budgets.append(found.pop("budgets", None))
         places.update({key: place for key, place in writer.places.items() if key not in places})
         return found
