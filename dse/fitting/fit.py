@@ -111,7 +111,7 @@ class Fit(Answer):
     >>> found = dse.fit("delays.csv", round_trip=True)
     >>> found.transports[0].summaries[0].max_ns
     Fraction(10000, 1)
-    >>> print(found.to_yaml().splitlines()[-2].strip())
+    >>> print(found.to_yaml().splitlines()[-3].strip())
     per_byte: "10 ns .. 25 ns"
     """
 

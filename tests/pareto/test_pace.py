@@ -71,7 +71,7 @@ def test_the_clock_starts_when_the_writing_ends(monkeypatch: pytest.MonkeyPatch)
 
 
 def test_a_checkpoint_computes_only_what_is_new(monkeypatch: pytest.MonkeyPatch) -> None:
-    """However often the result so far is made, the figures of a design are computed once."""
+    """However often the result is made, figures of a design are computed once, or shared with one that agrees."""
     monkeypatch.setattr(pace, "CHECKPOINT_S", 0.0)
     monkeypatch.setattr(pace, "SHARE", 1e9)
     seen: Counter[tuple[str, tuple[int, ...]]] = Counter()
@@ -87,6 +87,6 @@ def test_a_checkpoint_computes_only_what_is_new(monkeypatch: pytest.MonkeyPatch)
     asked = dse.load(INMARK)
     result = solve_asked(asked, Budget(), Watcher(checkpoint=states.append))
     assert len(states) > 5 and len(states[-1].front) > 3
-    assert {point.design for state in states for point in state.front} <= {design for _, design in seen}
+    assert 0 < len(seen) <= len({point.design for state in [*states, result] for point in state.front})
     assert len(result.front) > 3
     assert set(seen.values()) == {1}
