@@ -5,7 +5,6 @@ from __future__ import annotations
 import json
 from collections.abc import Mapping
 from dataclasses import dataclass
-from importlib import import_module
 from typing import TYPE_CHECKING, Any, ClassVar, Self, get_args
 
 if TYPE_CHECKING:
@@ -38,9 +37,9 @@ class Answer:
     @classmethod
     def form(cls) -> type[BaseModel]:
         """The class of the form."""
-        module, _, name = cls.FORM.partition(".")
-        found: type[BaseModel] = getattr(import_module(f"dse.results.forms.{module}"), name)
-        return found
+        from dse.results.forms.registry import form_at
+
+        return form_at(cls.FORM)
 
     @classmethod
     def format(cls) -> str:

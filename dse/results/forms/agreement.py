@@ -5,8 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from typing import Any
 
-from dse.results.forms.registry import Mistake, mistakes_in, mistakes_in_part
-from dse.results.forms.studies import Found
+from dse.results.forms.registry import Mistake, form_at, mistakes_in, mistakes_in_part
 
 Data = Mapping[str, Any]
 
@@ -27,7 +26,7 @@ def check_whole(name: str, data: object) -> Iterator[Mistake]:
 
 def mistakes_in_outcome(data: Data) -> Iterator[Mistake]:
     """What is wrong with what a run of a sweep has found, taken by itself."""
-    found = list(mistakes_in_part(Found, "sweep", data))
+    found = list(mistakes_in_part(form_at("studies.Found"), "sweep", data))
     yield from found
     if not found and data["kind"] in ("front", "breaks"):
         yield from (Mistake(item.place.removeprefix("."), item.text) for item in _run(data, ""))

@@ -6,35 +6,59 @@ import re
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache
+from importlib import import_module
 from typing import Any
 
 from pydantic import BaseModel, TypeAdapter, ValidationError
 from pydantic_core import ErrorDetails
 
 from dse.errors import UsageError
-from dse.results.forms.design import AnalysisForm, CheckForm, SimulationForm
-from dse.results.forms.fit import FitForm
-from dse.results.forms.margins import SensitivityForm
-from dse.results.forms.result import ResultForm
-from dse.results.forms.sizes import SizesForm
-from dse.results.forms.studies import SweepForm
-from dse.results.forms.verdicts import ComparisonForm, ExplanationForm, VerificationForm
 from dse.spec.fields import describe
 from dse.spec.schema import json_schema, schema_head, simplified
 
-FORMS: Mapping[str, type[BaseModel]] = {
-    "result": ResultForm,
-    "analysis": AnalysisForm,
-    "check": CheckForm,
-    "comparison": ComparisonForm,
-    "explanation": ExplanationForm,
-    "fit": FitForm,
-    "sensitivity": SensitivityForm,
-    "simulation": SimulationForm,
-    "sizes": SizesForm,
-    "sweep": SweepForm,
-    "verification": VerificationForm,
-}
+
+def form_at(place: str) -> type[BaseModel]:
+    """The form that `place` names: a module of `dse.results.forms` and the form in it.
+
+    >>> form_at("fit.FitForm").__name__
+    'FitForm'
+    """
+    module, _, name = place.partition(".")
+    found: type[BaseModel] = getattr(import_module(f"dse.results.forms.{module}"), name)
+    return found
+
+
+class Forms(Mapping[str, type[BaseModel]]):
+    """Forms by name, each made when it is first asked for: a command needs one or two, and each costs at the start."""
+
+    def __init__(self, places: Mapping[str, str]) -> None:
+        self.places = places
+
+    def __getitem__(self, name: str) -> type[BaseModel]:
+        return form_at(self.places[name])
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self.places)
+
+    def __len__(self) -> int:
+        return len(self.places)
+
+
+FORMS = Forms(
+    {
+        "result": "result.ResultForm",
+        "analysis": "design.AnalysisForm",
+        "check": "design.CheckForm",
+        "comparison": "verdicts.ComparisonForm",
+        "explanation": "verdicts.ExplanationForm",
+        "fit": "fit.FitForm",
+        "sensitivity": "margins.SensitivityForm",
+        "simulation": "design.SimulationForm",
+        "sizes": "sizes.SizesForm",
+        "sweep": "studies.SweepForm",
+        "verification": "verdicts.VerificationForm",
+    }
+)
 """The form of ``dse-NAME/1`` by NAME."""
 
 
