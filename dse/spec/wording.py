@@ -30,7 +30,7 @@ def translated(item: ErrorDetails, source: Source, root: type[Model]) -> Diagnos
     if path and path[-1] == "[key]":
         return source.diagnostic(path[:-1], *_words(item), at_key=True)
     if kind == "extra_forbidden":
-        return source.diagnostic(path, *_unknown_key(path, root), at_key=True)
+        return source.diagnostic(path, *_unknown_key(path, source, root), at_key=True)
     if kind == "missing":
         return source.diagnostic(path[:-1], f"missing key `{path[-1]}`", at_key=True)
     return source.diagnostic(path, *_words(item))
@@ -67,13 +67,15 @@ def suggestion(value: Any, allowed: Sequence[str]) -> str:
     return f'did you mean "{close[0]}"?' if close else ""
 
 
-def _unknown_key(path: Sequence[PathPart], root: type[Model]) -> tuple[str, str]:
+def _unknown_key(path: Sequence[PathPart], source: Source, root: type[Model]) -> tuple[str, str]:
     key = str(path[-1])
     if len(path) == 1 and root is Catalogue and key in Spec.model_fields:
         return "this key has no place in an included file", ""
     if len(path) == 3 and path[0] in ("buses", "bus_types") and key in ("clock", "offset"):
         return f"a bus has no {key}: its schedule is that of its messages", BUS_SCHEDULE
     fields = _model_at(path[:-1], root).model_fields
+    if "totals" in fields and source.node.known(["totals", key]) == ("totals", key):
+        return "unknown key", f"it is a declared total: `totals: {{{key}: …}}`"
     allowed = [info.alias or name for name, info in fields.items()]
     return "unknown key", suggestion(key, allowed) or f"allowed: {', '.join(allowed)}"
 

@@ -375,14 +375,15 @@ def parsed(text: str) -> Any:
 
 
 def written(tree: Any, rng: random.Random, *, is_json: bool) -> str:
-    """The tree as text; a result stays JSON, a problem is mostly YAML."""
+    """The tree as text; a result stays JSON, a problem is mostly YAML, as is what JSON would expand without end."""
+    is_endless = sum(1 for _ in islice(_places(tree), MOST_PLACES)) == MOST_PLACES
     try:
-        if is_json or rng.random() < 0.2:
+        if (is_json or rng.random() < 0.2) and not is_endless:
             return json.dumps(tree, ensure_ascii=rng.random() < 0.5, indent=rng.choice((None, 1)))
         style = rng.choice((None, True, False))
         return yaml.dump(tree, Dumper=yaml.CSafeDumper, allow_unicode=True, sort_keys=False, default_flow_style=style)
     except (ValueError, TypeError, yaml.YAMLError, RecursionError):
-        return repr(tree)
+        return "" if is_endless else repr(tree)
 
 
 def _places(tree: Any) -> Iterator[tuple[Any, Any]]:

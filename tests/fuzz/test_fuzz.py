@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import random
 import shlex
 from pathlib import Path
 from typing import Any
@@ -12,6 +13,7 @@ import pytest
 from dse.cli.main import run
 from tests.effort import FIRST, count
 from tests.fuzz.harness import Fuzzer
+from tests.fuzz.mutations import parsed, spliced, written
 
 CASES = count(400)
 SEED = 1 + FIRST
@@ -43,6 +45,12 @@ def test_coverage_keeps_what_reaches_new_lines(tmp_path: Path) -> None:
     reached = [fuzzer.run(fuzzer.case(number)).new_lines for number in range(20)]
     assert sum(reached) == len(fuzzer.coverage.seen if fuzzer.coverage else ()) > 1000
     assert len(fuzzer.problems) + len(fuzzer.results) > before
+
+
+def test_what_aliases_expand_without_end_is_written_with_its_aliases() -> None:
+    bomb = "\n".join(["a0: &a0 [x]", *(f"a{n}: &a{n} [{', '.join([f'*a{n - 1}'] * 9)}]" for n in range(1, 40))])
+    assert len(spliced("{}", random.Random(1), [bomb])) < 100_000
+    assert written(parsed("a: &a [b, *a]"), random.Random(1), is_json=True)
 
 
 # --- what fuzzing found ------------------------------------------------------------------------------------------
