@@ -10,6 +10,7 @@ from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import partial
+from math import ceil, floor
 from typing import Literal, TypeVar
 
 from dse.analysis.limits import HOLDS, Limit, build_limit
@@ -17,9 +18,12 @@ from dse.analysis.terms import Measure, Term
 from dse.analysis.views import View, tabulate
 from dse.space.criteria import Requirement
 from dse.space.types import Space
+from dse.timelimit import OutOfTime
 
 MANY_CASES = 1_000
 """A summand that depends on more combinations of options than this counts as 0 at least, and has no known maximum."""
+SUMS_OF_SUMS = ("derived", "max", "min")
+"""Metrics whose summands may be below 0."""
 Side = Literal["least", "most"]
 T = TypeVar("T")
 
@@ -61,13 +65,32 @@ def _beyond(space: Space, limit: Limit, side: Side, operator: str) -> tuple[Frac
         if pairs is None or any(compare(value, bound) for value, bound in pairs):
             return None
         return pick(pairs, key=lambda pair: pair[0] - pair[1], default=None)
-    is_sum_of_sums = limit.measure.metric.kind in ("derived", "max", "min")
-    value = _total(space, terms, side, nonnegative=not is_sum_of_sums)
+    value = _total(space, terms, side, nonnegative=limit.measure.metric.kind not in SUMS_OF_SUMS)
     bounds = _cases(space, limit.bound)
     if not bounds or value is None:
         return None
     furthest = max(bounds) if side == "least" else min(bounds)
     return None if compare(value, furthest) else (value, furthest)
+
+
+def best_possible(space: Space, measure: Measure, sense: str) -> int | None:
+    """What no design is better than, as `Measure.integer` counts; None where that is not known, or not in time."""
+    side: Side = "least" if sense == "minimise" else "most"
+    nonnegative = measure.metric.kind not in SUMS_OF_SUMS
+    try:
+        total = _total(space, measure.terms, side, nonnegative=nonnegative)
+    except OutOfTime:
+        return 0 if nonnegative and side == "least" else None
+    if total is None:
+        return None
+    if side == "least":
+        return ceil(total * measure.scale)  # what is rounded is rounded up
+    return floor(total * measure.scale) + (_summands(measure.terms) if measure.rounded else 0)
+
+
+def _summands(terms: Iterable[Term]) -> int:
+    """How many figures are rounded up one by one in a sum."""
+    return sum(1 if term.extreme is None else sum(map(_summands, term.extreme.sums)) for term in terms)
 
 
 def largest(space: Space, measure: Measure) -> Fraction | None:

@@ -13,6 +13,7 @@ from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from functools import cached_property, partial
 
+from dse.analysis.bounds import best_possible
 from dse.analysis.evaluate import Evaluator
 from dse.analysis.rows import counts_responses
 from dse.encode.model import EncodedSpace, encode
@@ -189,11 +190,11 @@ def search_front(
     with until(budget.limit):
         if earlier is not None:
             earlier = checked(evaluator, earlier)
-        try:
+        with suppress(OutOfTime):
             encoded = encoded if encoded is not None else encode(evaluator)
-        except OutOfTime:
-            known = earlier or FrontSearch({}, (tuple(ANYTHING for _ in evaluator.objectives),), (), 0, 0.0)
-            return replace(_started(evaluator, known, start, budget.limit), elapsed_s=time.monotonic() - started)
+    if encoded is None:
+        known = earlier or FrontSearch({}, (tuple(ANYTHING for _ in evaluator.objectives),), (), 0, 0.0)
+        return replace(_started(evaluator, known, start, budget.limit), elapsed_s=time.monotonic() - started)
     state = _State(evaluator, encoded, SearchRegions(encoded.everywhere), started, budget.limit)
     state.untaught = encoded.copy() if encoded.learns and not _is_strict(evaluator, encoded) else None
     if start is not None:
@@ -212,14 +213,32 @@ def search_front(
 
 
 def _started(evaluator: Evaluator, known: FrontSearch, start: Design | None, limit: TimeLimit) -> FrontSearch:
-    """What is known before anything was searched: where that is no design, the one to start from, if it is feasible."""
-    if start is None or known.points or known.is_complete:
+    """What is known before anything was searched: where that is no design, the one to start from, if it is feasible.
+
+    And what no design is better than.
+    """
+    if known.is_complete:
+        return known
+    known = replace(known, floors=_floors(evaluator, known, limit))
+    if start is None or known.points:
         return known
     with until(limit.for_the_last_steps()), suppress(OutOfTime):
         found = evaluator.evaluate(start)
         if found.is_feasible:
             return replace(known, points={found.objectives: found.design}, not_first=frozenset({found.objectives}))
     return known
+
+
+def _floors(evaluator: Evaluator, known: FrontSearch, limit: TimeLimit) -> tuple[Bound, ...]:
+    """The least that each objective may have in each open region, by its summands; none where one has no bound."""
+    with until(limit.for_the_last_steps()):
+        pairs = list(zip(evaluator.objectives, evaluator.space.objectives, strict=True))
+        ends = [best_possible(evaluator.space, measure, objective.sense) for measure, objective in pairs]
+    if None in ends:
+        return ()
+    least = signed(evaluator, tuple(end for end in ends if end is not None))
+    refuted = RefutedRegions(known.refuted)
+    return tuple(refuted.floor(region, least) for region in known.unexplored)
 
 
 def _explore(state: _State, budget: Budget, watch: Watch) -> None:

@@ -96,7 +96,8 @@ def narrowed(search: FrontSearch, senses: Sequence[str], keeps: Callable[[Design
     if len(points) == len(search.points):
         return search
     if frame is None:  # nothing was searched: what the others dominated is anywhere
-        return replace(search, points=points, unexplored=(tuple(ANYTHING for _ in senses),), floors=())
+        floors = (tuple(map(min, zip(*search.floors, strict=True))),) if search.floors else ()
+        return replace(search, points=points, unexplored=(tuple(ANYTHING for _ in senses),), floors=floors)
     held = SearchRegions(frame.everywhere)
     held.refuted = RefutedRegions(frame.in_steps(region) for region in search.refuted)
     if held.refuted.cover(frame.everywhere):

@@ -55,8 +55,11 @@ class RefutedRegions:
         if not self.cover(region):
             self.regions = [known for known in self.regions if not inside(known, region)] + [region]
 
-    def floor(self, region: Bound) -> Bound:
-        """For each objective the least value that a design in `region` may still have, as far as it is proved."""
+    def floor(self, region: Bound, least: Bound | None = None) -> Bound:
+        """For each objective the least value that a design in `region` may still have, as far as it is proved.
+
+        It is at least `least`, or 0.
+        """
         result = []
         for axis in range(len(region)):
             covering = [
@@ -64,7 +67,7 @@ class RefutedRegions:
                 for known in self.regions
                 if all(known[other] >= region[other] for other in range(len(region)) if other != axis)
             ]
-            result.append(max(covering, default=0))
+            result.append(max([*covering, 0 if least is None else least[axis]]))
         return tuple(result)
 
 

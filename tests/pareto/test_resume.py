@@ -26,6 +26,7 @@ from dse.pareto.answer import Answer, Unfinished
 from dse.pareto.settings import Settings
 from dse.pareto.subproblem import Solver
 from dse.report.document import Document
+from dse.report.missing import missing_words
 from dse.report.solve import printed_page
 from dse.report.terminal import print_page
 from dse.results.missing import outlooks_of
@@ -112,6 +113,33 @@ ASKED: list[dict[str, Any]] = [
     {},
     {"minimise": ["price", "jitter of gnss_to_sprayer"], "maximise": ["utilisation of computer"]},
 ]
+
+
+@pytest.mark.parametrize("asked", ASKED)
+def test_a_search_that_had_no_time_says_what_no_design_is_better_than(
+    asked: dict[str, Any], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The time was up before there was a model: bounds come from the summands alone, and hold."""
+    whole = dse.solve(INMARK, workers=1, **asked)
+
+    def too_slow(_: Any) -> Any:
+        raise OutOfTime
+
+    monkeypatch.setattr(front, "encode", too_slow)
+    stopped = dse.solve(INMARK, workers=1, **asked)
+    assert stopped.status == "incomplete" and not stopped.search.solver_calls
+    outlooks = {item.name: item for item in outlooks_of(stopped)}
+    assert set(outlooks) == {item.name for item in whole.objectives}
+    for point in whole.front:
+        for name, value in point.objectives.items():
+            bound = outlooks[name].bound
+            assert bound <= value if outlooks[name].sense == "minimise" else value <= bound
+    assert any(outlook.bound for outlook in outlooks.values())
+    assert sum("no less than" in text or "no more than" in text for text in missing_words(stopped)) == len(outlooks)
+    file = tmp_path / "stopped.json"
+    file.write_text(stopped.to_json(), encoding="utf-8")
+    monkeypatch.undo()
+    assert not dse.verify(file, problem=INMARK).findings
 
 
 @pytest.mark.parametrize("asked", ASKED)

@@ -12,7 +12,7 @@ from oracle.generator import random_problem
 from support import evaluated
 
 import dse
-from dse.analysis.bounds import impossible
+from dse.analysis.bounds import best_possible, impossible
 from dse.analysis.evaluate import Evaluator
 from dse.analysis.limits import build_limit
 from dse.analysis.views import View
@@ -128,3 +128,19 @@ def test_settings_that_change_what_is_stated_are_remarked() -> None:
     assert "changes nothing" in remarks(profile="osate-2.2", processing="response_time")
     assert "changes nothing" not in remarks(processing="response_time")
     assert not dse.check(loads(PROBLEM), deadlines="none").impossible[3:]
+
+
+@pytest.mark.parametrize("seed", range(20))
+def test_no_design_is_better_than_the_best_possible(seed: int) -> None:
+    """Of every metric, whichever sense it is asked in."""
+    try:
+        space = loads(random_problem(seed, "tiny")).space
+    except ProblemError:
+        return
+    evaluator = Evaluator(space)
+    designs = [View(item.design) for item in evaluated(evaluator).values() if not item.breaches]
+    for measure in (*evaluator.metrics, *evaluator.objectives):
+        values = [measure.integer(design) for design in designs]
+        least, most = (best_possible(space, measure, sense) for sense in ("minimise", "maximise"))
+        assert least is not None and all(least <= value for value in values)
+        assert most is not None and all(value <= most for value in values)
