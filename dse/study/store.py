@@ -94,8 +94,10 @@ class Store:
             if self._connection.execute("SELECT 1 FROM sqlite_master WHERE type NOT IN ('table', 'index')").fetchone():
                 raise self._refused("it holds more than runs")
             damage = self._connection.execute("PRAGMA quick_check").fetchone()[0]
-            if damage != "ok" or not {"runs", "solves"} <= set(found):
+            if damage != "ok":
                 raise self._refused(f"it is damaged: {damage}")
+            if missing := {"runs", "solves"} - set(found):
+                raise self._refused(f"it is damaged: it has no table {' and no table '.join(sorted(missing))}")
         self._connection.execute("PRAGMA journal_mode = WAL")
         self._connection.execute("PRAGMA synchronous = FULL")
         if not found:

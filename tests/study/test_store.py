@@ -92,6 +92,16 @@ def test_another_form_is_refused(tmp_path: Path) -> None:
         Store(path)
 
 
+def test_a_store_without_its_table_says_which(tmp_path: Path) -> None:
+    path = tmp_path / "s"
+    kept(path)
+    with sqlite3.connect(path) as connection:
+        connection.execute("DROP TABLE runs")
+    connection.close()
+    with pytest.raises(UsageError, match="it is damaged: it has no table runs"):
+        Store(path)
+
+
 @pytest.mark.parametrize("offset", [20, 4096, 4096 * 3 + 100, -3000])
 def test_damage_is_reported(tmp_path: Path, offset: int) -> None:
     """Overwritten anywhere: the file is refused when it is opened or read, or what is read is what was kept."""
