@@ -145,7 +145,7 @@ class SecondModel:
 
     def earlier_design(self, vector: Sequence[int], design: Design) -> Reply:
         """A design with these objectives that comes before `design` in the order of the file."""
-        return self._ask(partial(self._ask_earlier, vector, design))
+        return self._ask(partial(self._ask_earlier, vector, design), exactly=True)
 
     def _ask_earlier(self, vector: Sequence[int], design: Design, model: cp_model.CpModel) -> None:
         for axis, value in enumerate(vector):
@@ -185,10 +185,17 @@ class SecondModel:
     def _in(model: cp_model.CpModel, variable: Any) -> Any:
         return model.get_int_var_from_proto_index(variable.index)
 
-    def _ask(self, ask: Callable[[cp_model.CpModel], None], is_refuted: Callable[[float], bool] | None = None) -> Reply:
+    def _ask(
+        self,
+        ask: Callable[[cp_model.CpModel], None],
+        is_refuted: Callable[[float], bool] | None = None,
+        *,
+        exactly: bool = False,
+    ) -> Reply:
         """Solve; a design that only the coarse bounds admit is left out and the question asked again.
 
-        Of one with threads that are late, or wait longer than thought, the model learns why.
+        Of one with threads that are late, or wait longer than thought, the model learns why. One with threads that wait
+        less than the solution says is better than that, and an answer unless objectives are asked for `exactly`.
 
         Raises
         ------
@@ -211,7 +218,7 @@ class SecondModel:
             values = tuple(solver.value(self._in(model, variable)) for variable in self.chosen)
             claimed = tuple(solver.value(self._in(model, variable)) for variable in self.objectives)
             evaluation = self.tables.evaluator.evaluate(values)
-            if evaluation.is_feasible and (self.waiting is None or self._vector(evaluation) == claimed):
+            if evaluation.is_feasible and self._is_as_claimed(evaluation, claimed, exactly=exactly):
                 return Reply("design", evaluation.design)
             late = [limit for limit in self.tables.late if not judge(limit, View(values)).holds]
             if late and not evaluation.breaches and self.waiting is None:
@@ -231,6 +238,13 @@ class SecondModel:
             broken = [verdict.requirement.text for verdict in evaluation.verdicts if not verdict.holds]
             assert not evaluation.breaches and not self.tables.is_exact, (values, evaluation.breaches, broken)
             left_out.append(values)
+
+    def _is_as_claimed(self, evaluation: Evaluation, claimed: Sequence[int], *, exactly: bool) -> bool:
+        """Whether a design has the objectives that a solution says, or better ones."""
+        if self.waiting is None:
+            return True
+        vector = self._vector(evaluation)
+        return vector == claimed if exactly else all(own <= said for own, said in zip(vector, claimed, strict=True))
 
     def _vector(self, evaluation: Evaluation) -> tuple[int, ...]:
         """The objectives of a design, to be minimised."""

@@ -4,16 +4,17 @@ from __future__ import annotations
 
 import json
 from pathlib import Path
-from typing import Literal
+from typing import Any, Literal
 
 import pytest
 from effort import cases
+from ortools.sat.python import cp_model
 from thread_systems import KINDS, LATER_JOBS, draw, text_of
 
 import dse
 from dse.analysis.evaluate import Evaluator
 from dse.api.problem import load
-from dse.verification import tables, waiting
+from dse.verification import calls, tables, waiting
 from dse.verification.model import SecondModel
 
 
@@ -75,6 +76,23 @@ def test_the_second_model_knows_that_a_later_job_may_wait_longer_than_the_first(
     for price, latency_ms in ((10, 62), (20, 61), (30, 60)):
         asked = price * 100 + 1, latency_ms * 1_000_000 + 1
         assert model.in_region(asked).answer == "design"
+
+
+def test_a_solution_whose_threads_wait_less_than_it_says_is_a_design(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A solver that is asked for any solution may let threads wait for long, where nothing bounds that."""
+    monkeypatch.setattr(tables, "FEW_DECISIONS", -1)
+    model = SecondModel(tables.build_tables(Evaluator(dse.loads(LATER_JOBS).space)))
+    as_before = calls.ask
+
+    def slow(asked: cp_model.CpModel, *others: Any) -> Any:
+        longest = [asked.get_int_var_from_proto_index(item.index) for item in model.objectives]
+        asked.maximize(sum(longest))
+        return as_before(asked, *others)
+
+    monkeypatch.setattr(calls, "ask", slow)
+    for price in (10, 20, 30):
+        assert model.in_region([price * 100 + 1, None]).answer == "design"
+    assert model.in_region([1, None]).answer == "none"
 
 
 def check_both_ways(file: Path, method: str) -> None:
