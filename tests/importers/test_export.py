@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import shutil
 from pathlib import Path
 
@@ -326,3 +327,38 @@ def test_what_is_decided_of_connections(word: str, tmp_path: Path) -> None:
     assert {name: again[name] for name in ("load of b", "latency of e")} == {
         name: point.metrics[name] for name in ("load of b", "latency of e")
     }
+
+
+def test_budgets_stand_where_osate_sees_them(tmp_path: Path) -> None:
+    """MIPS, RAM, ROM and instructions of threads and devices are SEI's properties; the rest is ours; all come back."""
+    text = """
+dse: 1
+name: budgets
+profile: osate-2.19
+processor_types: {pc: {speed: 1.2 MIPS}}
+processors: {cpu: {type: pc}}
+memories: {main: {ram: 30 KB, rom: 10 KB}}
+devices: {lidar: {}}
+threads:
+  sense: {period: 20 ms, compute_execution_time: 8 ms .. 12 ms, processor: cpu}
+  filter: {period: 20 ms, compute_execution_time: 1 ms, processor: cpu}
+connections:
+  scan: {from: lidar, to: sense}
+  points: {from: sense, to: filter}
+flows: {way: {path: [lidar, scan, sense, points, filter]}}
+budgets:
+  iop: {speed: 0.8 MIPS, processor: cpu, ram: 30 KB, memory: main}
+  sense: {within: iop, speed: 500 KIPS, ram: 20 KB, ram_used: 19 KB, rom: 1 KB}
+  filter: {within: iop, ram_used: 15 KB, instructions: 4.5 KIPD, speed: 0 MIPS}
+  lidar: {ram: 2 KB, speed: 1 KIPS}
+"""
+    result = dse.solve(dse.loads(text), minimise="price")
+    path = tmp_path / "m.aadl"
+    path.write_text(dse.export(result, 1, "aadl"), encoding="utf-8")
+    written = re.findall(r"SEI::(\w+ => .*);", path.read_text(encoding="utf-8"))
+    assert sorted(written) == [
+        "InstructionsPerDispatch => 4500.0 IPD .. 4500.0 IPD", "MIPSBudget => 0.001 MIPS", "MIPSBudget => 0.5 MIPS",
+        "MIPSCapacity => 1.2 MIPS", "RAMBudget => 2000.0 Bytes", "RAMBudget => 20000.0 Bytes",
+        "ROMBudget => 1000.0 Bytes",
+    ]  # fmt: skip
+    assert dse.analyse(path).resources == dse.analyse(dse.loads(text)).resources

@@ -73,6 +73,14 @@ class Writer:
         settings.extra(self.model.properties.of(root, "Extra", OURS))
         if requirements:
             found["requirements"] = requirements
+        stated = settings.fields.get("budgets")
+        if isinstance(stated, dict):  # what AADL has no word for, of the same components
+            there = resources["budgets"]
+            both = {
+                name: {**there.get(name, {}), **entry} if isinstance(entry, dict) else entry
+                for name, entry in stated.items()
+            }
+            settings.fields["budgets"] = {**both, **{name: there[name] for name in there if name not in both}}
         found |= settings.fields
         return found
 

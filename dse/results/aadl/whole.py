@@ -6,6 +6,7 @@ from collections.abc import Iterable, Iterator, Mapping
 from typing import Any
 
 from dse.importers.aadl.ours import OURS
+from dse.results.aadl.budgets import state_budgets
 from dse.results.aadl.decided import Decided
 from dse.results.aadl.flowing import FlowWriter
 from dse.results.aadl.package import Part, package_text, section_lines
@@ -70,7 +71,8 @@ class WholeModel:
         settings = {key: self.document[key] for key in SETTINGS if self.document.get(key) not in (None, [], {})}
         settings |= settings_of(self.decided.space)
         for key in ("executors", "reservations", "partitions", "memories", "budgets"):
-            entries = self.decided.section(key)
+            entries: Mapping[str, Any] = self.decided.section(key)
+            entries = state_budgets(entries, self.parts) if key == "budgets" else entries
             settings |= {key: entries} if entries else {}
         dropped = list(left_out)
         for key in ("requirements", "objectives"):

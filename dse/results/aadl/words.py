@@ -17,6 +17,7 @@ from dse.units import (
     format_number,
     format_time_range,
     parse_bandwidth_bps,
+    parse_instructions,
     parse_size_bytes,
     parse_speed_mips,
 )
@@ -133,6 +134,22 @@ def speed(text: Any) -> str | None:
     except (UnitError, ValueError, TypeError):
         return None
     return None if "/" in number else f"{number}{'' if '.' in number else '.0'} MIPS"
+
+
+def instructions(text: Any) -> str | None:
+    """The instructions of a dispatch, as a range."""
+    try:
+        number = format_number(parse_instructions(str(text)))
+    except (UnitError, ValueError, TypeError):
+        return None
+    value = f"{number}{'' if '.' in number else '.0'} IPD"
+    return None if "/" in number else f"{value} .. {value}"
+
+
+def real_size(text: Any) -> str | None:
+    """A size in bytes, where AADL wants a real number."""
+    whole = size(text)
+    return None if whole is None else whole.replace(" ", ".0 ")
 
 
 def extra(fields: Iterable[tuple[str, Any]]) -> str | None:
