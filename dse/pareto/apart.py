@@ -20,6 +20,8 @@ APART_WORK = 1.5
 """... with so much work in the first round, and twice as much in each further one."""
 APART_CHEAP = 0.1
 """A part for which linear relaxation has needed less than this is asked with it at once the next time."""
+MOST_MISSED_BRIEFLY = 4
+"""A part that bare settings have left open so many times in a row is asked with linear relaxation at once."""
 APART = 4
 """How much longer questions are asked part by part than as a whole."""
 READING = 6e-6
@@ -78,7 +80,12 @@ class Apart:
         solver = self.solver
         before = solver.work
         answer = solver.solve_part(solver.parts.all[number], attempt, self.weights, self.regions, self.best, least)
-        if turn == 1 and solver.work - before <= APART_CHEAP:
+        if turn == 0 and isinstance(answer, Unfinished):
+            solver.missed_briefly[number] += 1
+        elif turn == 0:
+            solver.missed_briefly[number] = 0
+        is_hard = solver.encoded.contention is None and solver.missed_briefly[number] >= MOST_MISSED_BRIEFLY
+        if is_hard or (turn == 1 and solver.work - before <= APART_CHEAP):
             solver.relaxed_first.add(number)
         else:
             solver.relaxed_first.discard(number)

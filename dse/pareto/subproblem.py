@@ -6,6 +6,7 @@ Every question the search asks goes through `Solver.minimise`, which answers wit
 from __future__ import annotations
 
 import time
+from collections import Counter
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from functools import partial
@@ -65,6 +66,7 @@ class Solver:
         self._has_looked_for_any = False
         self._has_relaxed = False
         self.relaxed_first: set[int] = set()  # numbers of parts
+        self.missed_briefly: Counter[int] = Counter()  # how often in a row, by number of part
         self._weights: Sequence[int] | None = None
         self._regions: Sequence[Bound] | None = None
         self._ceiling: int | None = None

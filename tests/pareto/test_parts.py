@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Callable, Sequence
 from itertools import product
+from types import SimpleNamespace
 from typing import Any
 
 import pytest
@@ -19,12 +21,13 @@ from dse.encode import sums
 from dse.encode.model import EncodedSpace, encode
 from dse.pareto import apart
 from dse.pareto.answer import Answer, Found, NoSuchDesign, Unfinished, weighted
+from dse.pareto.apart import Apart
 from dse.pareto.best import signed
 from dse.pareto.front import search_front
 from dse.pareto.grid import weighted_grid
 from dse.pareto.parts import Part, Parts
 from dse.pareto.regions import Bound, strictly_inside
-from dse.pareto.settings import BARE, LOWEST, Settings
+from dse.pareto.settings import BARE, CUTTING, LOWEST, Settings
 from dse.pareto.subproblem import Solver
 
 BY_NAME = {path.stem: path for path in PROBLEMS}
@@ -318,3 +321,29 @@ def test_cores_that_are_nearly_full_are_filled_from_the_bound_on(seed: int, monk
                 too_hard_as_a_whole(changed)
             search = search_front(evaluator)
         assert set(search.points) == front(system)
+
+
+@pytest.mark.parametrize("shares_cores", [False, True])
+def test_a_part_that_bare_settings_leave_open_again_and_again_is_spared_them(shares_cores: bool) -> None:
+    """Though relaxation takes longer than what makes a part cheap; not where threads share cores."""
+    asked: list[Settings] = []
+
+    class Stub(SimpleNamespace):
+        def solve_part(self, part: Part, attempt: tuple[Settings, float], *_: Any) -> Answer:
+            asked.append(attempt[0])
+            self.work += 2 * apart.APART_CHEAP
+            return Unfinished() if attempt[0] is BARE else Found((0,), (0,))
+
+    model = SimpleNamespace(proto=SimpleNamespace(variables=[]))
+    solver: Any = Stub(
+        parts=SimpleNamespace(all=[Part(())], best=lambda *_: None),
+        encoded=SimpleNamespace(contention=shares_cores or None, is_loose=False, model=model),
+        relaxed_first=set(),
+        missed_briefly=Counter(),
+        out_of_time=lambda: False,
+        work=0.0,
+    )
+    for _ in range(8):
+        assert isinstance(Apart(solver, (1,), [(5,)]).attempt(1.0), Found)
+    assert asked.count(BARE) == (8 if shares_cores else apart.MOST_MISSED_BRIEFLY)
+    assert asked.count(CUTTING) == 8
