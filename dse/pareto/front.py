@@ -13,7 +13,6 @@ from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from functools import cached_property, partial
 
-from dse.analysis.bounds import best_possible
 from dse.analysis.evaluate import Evaluator
 from dse.analysis.rows import counts_responses
 from dse.encode.model import EncodedSpace, encode
@@ -35,6 +34,7 @@ from dse.pareto.regions import (
     strictly_inside,
 )
 from dse.pareto.subproblem import Solver
+from dse.pareto.unsearched import started_from
 from dse.space.types import Design
 from dse.timelimit import NEVER, OutOfTime, TimeLimit, until
 
@@ -194,7 +194,7 @@ def search_front(
             encoded = encoded if encoded is not None else encode(evaluator)
     if encoded is None:
         known = earlier or FrontSearch({}, (tuple(ANYTHING for _ in evaluator.objectives),), (), 0, 0.0)
-        return replace(_started(evaluator, known, start, budget.limit), elapsed_s=time.monotonic() - started)
+        return replace(started_from(evaluator, known, start, budget.limit), elapsed_s=time.monotonic() - started)
     state = _State(evaluator, encoded, SearchRegions(encoded.everywhere), started, budget.limit)
     state.untaught = encoded.copy() if encoded.learns and not _is_strict(evaluator, encoded) else None
     if start is not None:
@@ -210,35 +210,6 @@ def search_front(
         regions = local_upper_bounds(encoded.everywhere, sorted(state.designs), MOST_CERTIFYING)
         state.regions.refuted = RefutedRegions(regions) if regions is not None else state.regions.refuted
     return state.snapshot()
-
-
-def _started(evaluator: Evaluator, known: FrontSearch, start: Design | None, limit: TimeLimit) -> FrontSearch:
-    """What is known before anything was searched: where that is no design, the one to start from, if it is feasible.
-
-    And what no design is better than.
-    """
-    if known.is_complete:
-        return known
-    known = replace(known, floors=_floors(evaluator, known, limit))
-    if start is None or known.points:
-        return known
-    with until(limit.for_the_last_steps()), suppress(OutOfTime):
-        found = evaluator.evaluate(start)
-        if found.is_feasible:
-            return replace(known, points={found.objectives: found.design}, not_first=frozenset({found.objectives}))
-    return known
-
-
-def _floors(evaluator: Evaluator, known: FrontSearch, limit: TimeLimit) -> tuple[Bound, ...]:
-    """The least that each objective may have in each open region, by its summands; none where one has no bound."""
-    with until(limit.for_the_last_steps()):
-        pairs = list(zip(evaluator.objectives, evaluator.space.objectives, strict=True))
-        ends = [best_possible(evaluator.space, measure, objective.sense) for measure, objective in pairs]
-    if None in ends:
-        return ()
-    least = signed(evaluator, tuple(end for end in ends if end is not None))
-    refuted = RefutedRegions(known.refuted)
-    return tuple(refuted.floor(region, least) for region in known.unexplored)
 
 
 def _explore(state: _State, budget: Budget, watch: Watch) -> None:
