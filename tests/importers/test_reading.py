@@ -408,6 +408,21 @@ def test_standard_properties_that_nothing_looks_at_are_told_once_each(tmp_path: 
     assert all(item.severity == "warning" and item.column for item in told)
 
 
+def test_properties_of_data_types_that_nothing_looks_at_are_told(tmp_path: Path) -> None:
+    text = """package u public
+data d properties Data_Size => 4 Bytes; Access_Right => read_only; end d;
+data unused properties Byte_Count => 3; end unused;
+device s features o : out data port d; flows f : flow source o; end s;
+device t features i : in data port d; flows f : flow sink i; end t;
+system top end top;
+system implementation top.i subcomponents a : device s; b : device t; connections c : port a.o -> b.i;
+  flows e : end to end flow a.f -> c -> b.f;
+end top.i;
+end u;"""
+    told = read_foreign(written(tmp_path, text), None, {}).remarks
+    assert [(item.message, item.line) for item in told] == [("Access_Right is not looked at", 2)]
+
+
 def test_budgets_of_processors_and_memories(tmp_path: Path) -> None:
     """The thread needs 3 ms of 10 ms on a processor of 20 MIPS: 6 MIPS, and 1.5 MIPS in instructions."""
     more = """SEI::MIPSBudget => 10.0 MIPS applies to p; SEI::MIPSCapacity => 20.0 MIPS applies to cpu;

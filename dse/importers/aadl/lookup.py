@@ -38,6 +38,7 @@ MAX_STEPS = 30
 ANY = "component"
 FEATURE = "feature"
 MEMBER = "connection or flow"
+DATA_TYPE = "data type"
 
 
 @dataclass(frozen=True)
@@ -56,7 +57,7 @@ class Found:
 
 @dataclass(frozen=True, slots=True)
 class Stated:
-    """An association and what it is of: a category of components, a `FEATURE`, or a `MEMBER`."""
+    """An association and what it is of: a category of components, a `FEATURE`, a `MEMBER` or a `DATA_TYPE`."""
 
     holder: str
     owned: Owned
@@ -76,6 +77,7 @@ class Properties:
         self.library = library
         self.root = root
         self.asked: set[tuple[str, str, str]] = set()
+        self.data_types: dict[int, Flat] = {}
         """What was looked up: of what (see `Stated`), the name, and the set where that must be named."""
         self._contained: dict[tuple[Instance, Path], list[tuple[Owned, Instance]]] = defaultdict(list)
         for component in (root, *root.below()):
@@ -226,9 +228,13 @@ class Properties:
             is_feature = bool(key) and target.flat is not None and key[0] in target.flat.features
             holder = (FEATURE if is_feature else MEMBER) if key else target.category
             yield from (Stated(holder, one) for one, _ in given)
+        for flat in self.data_types.values():  # those that messages have
+            yield from (Stated(DATA_TYPE, one) for one in flat.properties if not one.association.applies)
 
     def is_asked(self, stated: Stated) -> bool:
         """Whether something looked it up."""
+        if stated.holder == DATA_TYPE:
+            return stated.property[0] in ("data_size", "source_data_size")
         holders = [stated.holder, *([] if stated.holder in (FEATURE, MEMBER) else [ANY])]
         return any((holder, *stated.property) in self.asked for holder in holders)
 

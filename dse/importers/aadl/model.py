@@ -103,6 +103,7 @@ class Model:
         """The size of a data classifier in bytes: as stated, else that of its parts; None where neither tells."""
         if flat is None or depth > MAX_DEPTH:
             return None
+        self.properties.data_types[id(flat)] = flat
         for name in ("Data_Size", "Source_Data_Size"):
             found = self.properties.of_classifier(flat.properties, component, name)
             size = self.read(found, size_of, name)
