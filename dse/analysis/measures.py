@@ -42,7 +42,7 @@ from dse.space.metric_kinds import (
 from dse.space.metrics import all_disparities, busy_obstacle, core_metric, has_age, most_cores
 from dse.space.trees import Tree, at, leaves
 from dse.space.types import Bus, Component, Slot, Space
-from dse.units import DATA, DATA_RATE, DIMENSIONLESS, FREQUENCY, LENGTH, MONEY, POWER, TIME, Dimension, Quantity
+from dse.units import BASES, DATA, DATA_RATE, DIMENSIONLESS, FREQUENCY, LENGTH, MONEY, POWER, TIME, Dimension, Quantity
 
 __all__ = [
     "PPM",
@@ -206,8 +206,7 @@ def display_unit(dimension: Dimension) -> tuple[str, Fraction]:
     """The unit in which results count a dimension, and how many of it make one coherent unit."""
     if dimension in DISPLAY:
         return DISPLAY[dimension]
-    bases = ("s", "m", "B", "ct", "W")
-    return " ".join(f"{base}^{power}" for base, power in zip(bases, dimension, strict=True) if power), Fraction(1)
+    return " ".join(f"{base}^{power}" for base, power in zip(BASES, dimension, strict=True) if power), Fraction(1)
 
 
 def all_metrics(space: Space) -> tuple[Metric, ...]:

@@ -35,6 +35,7 @@ from dse.units.parse import (
 )
 from dse.units.table import (
     BANDWIDTH,
+    BASES,
     CURRENCIES,
     DATA,
     DATA_RATE,
@@ -98,6 +99,7 @@ from dse.units.text import (
 from dse.units.unbounded import Unbounded, is_unbounded
 
 __all__ = [
+    "BASES",
     "BANDWIDTH",
     "CURRENCIES",
     "DATA",

@@ -38,6 +38,8 @@ class Dimension(NamedTuple):
         return Dimension(*(a - b for a, b in zip(self, other, strict=True)))
 
 
+BASES = ("s", "m", "B", "ct", "W", "instructions")
+"""The coherent unit of each base dimension, in the order of the fields of `Dimension`."""
 DIMENSIONLESS = Dimension()
 TIME = Dimension(time=1)
 LENGTH = Dimension(length=1)
