@@ -101,12 +101,39 @@ def test_a_problem_comes_back(seed: int, tmp_path: Path) -> None:
         pytest.skip("no problem")
     if not result.front:
         pytest.skip("no design")
-    space, design = result.space, canonical(result.space, result.front[0].design)
     try:
         there.write_text(dse.export(result, 1, "aadl"), encoding="utf-8")
     except UsageError as error:
         assert re.search(REFUSED, str(error))
         return
+    assert_comes_back(result, there)
+
+
+EMPTY = """
+dse: 1
+name: two executors
+processor_types: {P: {price: 10 EUR}}
+processors: {computer: {type: P}}
+threads:
+  camera: {dispatch_protocol: periodic, period: 10 ms, compute_execution_time: 1 ms .. 2 ms, executor: [left, right]}
+  control: {dispatch_protocol: periodic, period: 10 ms, compute_execution_time: 1 ms .. 2 ms, executor: left}
+connections: {c: {from: camera, to: control, data_size: 8 B}}
+flows: {f: {path: [camera, c, control]}}
+executors: {left: {kind: fifo, processor: computer, priority: 1}, right: {kind: fifo, processor: computer, priority: 2}}
+objectives: [minimise jitter of f]
+"""
+
+
+def test_an_executor_without_threads_is_left_out(tmp_path: Path) -> None:
+    """A design in which no thread runs in an executor was refused."""
+    result = dse.solve(dse.loads(EMPTY), fix={"camera.executor": "left"})
+    there = tmp_path / "m.aadl"
+    there.write_text(dse.export(result, 1, "aadl"), encoding="utf-8")
+    assert_comes_back(result, there)
+
+
+def assert_comes_back(result: dse.Result, there: Path) -> None:
+    space, design = result.space, canonical(result.space, result.front[0].design)
     assert_osate_reads(there.read_text(encoding="utf-8"))
     read = dse.load(there).space
     chosen = complete_design(read, read.baseline)

@@ -34,11 +34,14 @@ class Decided:
         self.view = View(design)
 
     def section(self, name: str) -> dict[str, dict[str, Any]]:
-        """The entries of a section, without empty slots; ``type`` stays for processors and buses only."""
+        """The entries of a section, without empty slots and executors; ``type`` stays for processors and buses only."""
         found = {}
+        running = (
+            {str(item.get("executor")) for item in self.section("threads").values()} if name == "executors" else ()
+        )
         for key, entry in (self.document.get(name) or {}).items():
             fields = self._fields(name, key, dict(entry or {}))
-            if fields.get("type") != EMPTY:
+            if fields.get("type") != EMPTY and (name != "executors" or key in running):
                 found[key] = fields
         return found
 
