@@ -481,3 +481,14 @@ def test_properties_of_ports_and_bindings_are_told_too(tmp_path: Path) -> None:
 def test_fixed_priorities_are_no_remark(tmp_path: Path) -> None:
     more = "Scheduling_Protocol => (POSIX_1003_HIGHEST_PRIORITY_FIRST_PROTOCOL) applies to cpu;"
     assert not read_foreign(written(tmp_path, model(more)), None, {}).remarks
+
+
+def test_properties_of_modes_are_told(tmp_path: Path) -> None:
+    modes = """    modes slow : initial mode {Deactivation_Policy => inactive;}; fast : mode;
+      change : slow -[p.go]-> fast {Mode_Transition_Response => planned;}; flows through"""
+    told = read_foreign(written(tmp_path, model("").replace("    flows through", modes))).remarks
+    first = told[0].line
+    assert [(item.message, item.line - first) for item in told] == [
+        ("Deactivation_Policy of a mode is not looked at", 0),
+        ("Mode_Transition_Response of a mode transition is not looked at", 1),
+    ]

@@ -288,7 +288,7 @@ def _mode(cursor: Cursor, into: Classifier) -> None:
     name, _ = _headed(cursor, "a mode")
     initial = cursor.accept("initial")
     if cursor.accept("mode"):
-        read_block(cursor)
+        _say_unread(cursor, "mode")
         cursor.expect(";")
         into.modes.append(Mode(name, initial, place))
     elif not initial and cursor.ahead().key == "-[":
@@ -305,5 +305,11 @@ def _transition(cursor: Cursor) -> None:
         cursor.take()
     cursor.expect("]->")
     cursor.name("the name of a mode")
-    read_block(cursor)
+    _say_unread(cursor, "mode transition")
     cursor.expect(";")
+
+
+def _say_unread(cursor: Cursor, of: str) -> None:
+    """Read the properties of a mode or of a transition: no figure here hangs on them."""
+    for association in read_block(cursor):
+        cursor.remark(f"{association.name} of a {of} is not looked at", association.place)
