@@ -21,7 +21,8 @@ from dse.examples import example_files
 
 SEEDS = {"exhaustion": cases(40), "model": cases(20, 304)}
 OF_EACH = 20 if LONG else 3
-SMALL = [path.stem for path in example_files() if LONG or path.stem not in ("inmark", "autoware_reference")]
+LARGE = ("inmark", "autoware_reference", "perception")
+SMALL = [path.stem for path in example_files() if LONG or path.stem not in LARGE]
 
 
 SLOW = {"inmark_clock": "model", "perception": "exhaustion"}
