@@ -19,6 +19,8 @@ FIRST_LIMIT = 0.3
 SECONDS_A_UNIT = 20.0
 """An attempt takes so many seconds for a unit of its limit at most: some steps of the solver hardly count."""
 SEED = 982_451_653
+SHARE_OF_REFUTING = 4
+"""The smaller question before an attempt may take so many times its limit: it mostly answers for all of them."""
 MOST_STOPS = 500
 """So often a call is told to stop, each 10 ms."""
 WAYS = (
@@ -36,11 +38,12 @@ Outcome: TypeAlias = tuple[Any, cp_model.CpSolver | None]
 def ask(model: cp_model.CpModel, deadline: float | None, is_refuted: Callable[[float], bool] | None = None) -> Outcome:
     """An answer of the solver; unknown at the deadline only.
 
-    Before each attempt `is_refuted` is asked with that attempt's limit whether it can show that there is no solution.
+    Before each attempt `is_refuted` is asked, with some times that attempt's limit, whether it can show that there
+    is no solution.
     """
     for attempt in count():
         limit = FIRST_LIMIT * 2 ** (attempt // len(WAYS))
-        if is_refuted is not None and is_refuted(limit):
+        if is_refuted is not None and is_refuted(SHARE_OF_REFUTING * limit):
             return cp_model.INFEASIBLE, None
         status, solver = attempted(model, deadline, limit, attempt)
         if status != cp_model.UNKNOWN or _is_over(deadline):
