@@ -120,22 +120,35 @@ def respond(task: Task | None, rivals: Sequence[Task | None], blocked_ns: Exact)
 
 
 def around(
-    turns: Sequence[Turn], tasks: Sequence[Task | None], before: Sequence[Task | None], turn: Turn
-) -> tuple[dict[int, Fellow], list[Task]] | None:
-    """What the executor of a task runs beside it, by number, and what preempts that; None where some has no bound."""
+    space: Space,
+    turns: Sequence[Turn],
+    tasks: Sequence[Task | None],
+    before: Sequence[Task | None],
+    turn: Turn,
+    view: View,
+) -> tuple[ExecutorKind, dict[int, Fellow], list[Task]] | None:
+    """The kind of an executor, what it runs beside a task, by number, and what preempts that; None without a bound.
+
+    Of a less urgent callback of its group one job may have begun before a task, however often it comes.
+    """
+    assert turn.executor is not None
+    kind: ExecutorKind = at(space.executors[turn.executor].kind, view)
     fellows: dict[int, Fellow] = {}
     higher = [item for item in before if item is not None]
     if len(higher) < len(before):
         return None
     for position in turn.rivals(turns):
         found, other = tasks[position], turns[position]
+        is_inside, goes_first = other.executor == turn.executor, other.level <= turn.level
+        if found is None and is_inside and not goes_first and kind == "callback_group":
+            found = _job_of(space, other.key, (), None, view)
         if found is None:
             return None
-        if other.executor == turn.executor:
-            fellows[position] = Fellow(found, other.level <= turn.level)
+        if is_inside:
+            fellows[position] = Fellow(found, goes_first)
         else:
             higher.append(found)
-    return fellows, higher
+    return kind, fellows, higher
 
 
 def _respond_in(
@@ -147,15 +160,14 @@ def _respond_in(
     view: View,
 ) -> Exact | None:
     """The response time of a task in an executor."""
-    assert turn.executor is not None
-    found, task = around(turns, tasks, before, turn), tasks[turns.index(turn)]
+    found, task = around(space, turns, tasks, before, turn, view), tasks[turns.index(turn)]
     if found is None or task is None:
         return None
-    fellows, higher = list(found[0].values()), found[1]
+    kind, beside, higher = found
+    fellows = list(beside.values())
     task = single(task) if turn.pieces else task
-    kind: ExecutorKind = at(space.executors[turn.executor].kind, view)
     if turn.pieces and kind == "fifo" and not higher:
-        others = {turns[position].key[0]: item.task for position, item in found[0].items()}
+        others = {turns[position].key[0]: item.task for position, item in beside.items()}
         waiting = most_waiting_ns(space, others)
         if waiting is not None:
             return task.worst_ns + turn.blocked_ns + waiting
@@ -193,9 +205,13 @@ def task_of(space: Space, key: TaskKey, known: Mapping[TaskKey, Exact | None], v
     if streams is None:
         return None
     separated = part == "thread" and arrivals(component, view).is_separated
-    separation = at(component.period_ns, view) if separated else None
-    worst = alone_ns(component, part, view)[1] + switching_ns(space, number, view)
-    return Task(task_name(component, part), worst, streams, separation)
+    return _job_of(space, key, streams, at(component.period_ns, view) if separated else None, view)
+
+
+def _job_of(space: Space, key: TaskKey, streams: tuple[Stream, ...], separation_ns: int | None, view: View) -> Task:
+    component = space.components[key[0]]
+    worst = alone_ns(component, key[1], view)[1] + switching_ns(space, key[0], view)
+    return Task(task_name(component, key[1]), worst, streams, separation_ns)
 
 
 Streams: TypeAlias = tuple[Stream, ...] | None

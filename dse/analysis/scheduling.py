@@ -226,9 +226,8 @@ def _before(
     tasks = [task_of(space, other.key, known, view) for other in turns]
     first = before_task(space, turns, turn, tasks, interrupting(space, [turn.key[0]], view), view)
     if turn.executor is not None:
-        beside = around(turns, tasks, first, turn)
-        kind: ExecutorKind = at(space.executors[turn.executor].kind, view)
-        return NOTHING if beside is None else _in_executor(kind, task, *beside, blocking_ns(turn))
+        beside = around(space, turns, tasks, first, turn, view)
+        return NOTHING if beside is None else _in_executor(task, *beside, blocking_ns(turn))
     given = [item for item in (*first, *(tasks[position] for position in turn.rivals(turns))) if item is not None]
     found = worst_job_ns(task, given, blocking_ns(turn))
     if found is None:
@@ -237,7 +236,7 @@ def _before(
 
 
 def _in_executor(
-    kind: ExecutorKind, task: Task, beside: Mapping[int, Fellow], higher: Sequence[Task], blocked_ns: int
+    task: Task, kind: ExecutorKind, beside: Mapping[int, Fellow], higher: Sequence[Task], blocked_ns: int
 ) -> Before:
     """The same of a task in an executor: what preempts it, then its fellows, and one of these that had begun."""
     fellows = tuple(beside.values())

@@ -13,7 +13,7 @@ from dse.api.problem import Problem
 from dse.space.clocks import AT_RELEASE
 from dse.space.cores import OWNERS
 from dse.space.trees import leaves
-from dse.space.types import Space
+from dse.space.types import Component, Space
 from dse.spec.quantities import figures_of
 from dse.units import TRANSMISSION, UNITS, canonical_unit
 
@@ -32,6 +32,7 @@ def changed_meanings(problem: Problem) -> Iterator[str]:
     yield from _deadlines(space)
     yield from _late_reads(space)
     yield from _wait_sets(space)
+    yield from _callback_groups(space)
 
 
 def _named(names: Sequence[str]) -> str:
@@ -141,3 +142,27 @@ def _wait_sets(space: Space) -> Iterator[str]:
     names = [item.name for item in space.executors if "wait_set" in leaves(item.kind)]
     if names:
         yield f"response times in a wait set have a tighter bound than before: {_named(names)}"
+
+
+def _callback_groups(space: Space) -> Iterator[str]:
+    """Executors whose threads may wait for one that comes without a bound: other threads release it."""
+    names = [
+        item.name
+        for item in space.executors
+        if "callback_group" in leaves(item.kind)
+        and len(item.members) > 1
+        and any(_comes_late(space, space.components[number]) for number in item.members)
+    ]
+    if names:
+        yield (
+            "a callback without a bound delays the more urgent ones of its group by one job "
+            f"(none of them had a bound before): {_named(names)}"
+        )
+
+
+def _comes_late(space: Space, item: Component) -> bool:
+    """Whether response times of other threads may delay what releases a thread."""
+    protocols = set(leaves(item.protocol))
+    by_inputs = protocols - {"periodic", None} or (None in protocols and None in leaves(item.period_ns))
+    senders = [space.connections[wire].sender for wire in item.triggers]
+    return bool(by_inputs) and any(space.components[one].processor is not None for one in senders if one is not None)

@@ -35,6 +35,13 @@ BEGIN = (
     "jobs of timers that share a clock may read when they begin, which lowers minimum latencies "
     "(at their release before: `communication: at_dispatch`): "
 )
+FELLOW = (
+    "a callback without a bound delays the more urgent ones of its group by one job (none of them had a bound before): "
+)
+GROUP = """  c: {executor: g, period: 5 ms, compute_execution_time: 1 ms}
+  d: {executor: g, compute_execution_time: 1 ms}
+executors: {g: {kind: callback_group, processor: p}}
+connections: {v: {from: a, to: d}, """
 FIXED = "x.transmission_time.fixed is no decision where the chosen type does not state it: it counts as 0 ns"
 
 
@@ -64,6 +71,8 @@ def remarks(text: str, word: str) -> list[str]:
         (("priority: 3}", "priority: 3, offset: 1 ms, response_time: 4 ms}"), "begin", [f"{BEGIN}a"]),
         (("priority: 3}", "priority: 3, offset: 1 ms, response_time: 4 ms, communication: at_dispatch}"), "begin", []),
         (("priority: 3}", "priority: 3, offset: 1 ms}"), "begin", []),
+        (("connections: {", GROUP), "of its group", [f"{FELLOW}g"]),
+        (("connections: {", GROUP.replace("  d: {", "  d: {period: 9 ms, ")), "of its group", []),
     ],
 )  # fmt: skip
 def test_what_counts_otherwise_is_told(edit: tuple[str, str], word: str, said: list[str]) -> None:

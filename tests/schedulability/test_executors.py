@@ -80,6 +80,24 @@ def test_fifo_under_jitter_and_without_bound() -> None:
     assert executor_response_ns("wait_set", periodic("a", 5, 10), [Fellow(periodic("b", 2, 10), False)], []) == 7
 
 
+@pytest.mark.parametrize(("kind", "timer"), [("callback_group", 4), ("fifo", None), ("wait_set", None)])
+def test_a_callback_without_a_bound_delays_its_group_by_one_job(kind: str, timer: float | None) -> None:
+    """An overloaded core releases `callback` however it likes: a job of 3 ms may have begun before the timer's 1 ms."""
+    text = FILE.replace("{{cores: {cores}}}", "{{cores: 2}}").replace("callback: {{executor: node, period: 20 ms",
+        "callback: {{executor: node")  # fmt: skip
+    text = text.replace("other: {{processor: p,", "other: {{processor: p, core: 2,").replace(
+        ", processor: p{more}", ", core: 1, processor: p"
+    )
+    text = text.format(kind=kind, inner="", other="").replace("deadlines: all", "overload: allowed\ndeadlines: none")
+    text = text.replace("objectives:", "  late: {processor: p, core: 2, period: 20 ms, compute_execution_time: 19 ms}\n"
+        "connections: {w: {from: late, to: callback}}\nobjectives:")  # fmt: skip
+    space = space_of(text)
+    found = {item.name: item.response_ns for item in processor_responses(space, 0, View([0] * len(space.decisions)))}
+    assert found["callback"] is None and found["timer"] == (None if timer is None else timer * MS)
+    simulated = dse.simulate(loads(text), runs=2)
+    assert not simulated.contradictions
+
+
 @pytest.mark.parametrize("kind", ["fifo", "callback_group", "wait_set"])
 def test_threads_of_an_executor_share_a_core(kind: str) -> None:
     problem = loads(FILE.format(kind=kind, more="", inner="", other="", cores=2))
