@@ -21,6 +21,7 @@ from dse.analysis.turns import cores_of as turns_on
 from dse.analysis.unbounded import unbounded_in
 from dse.analysis.validity import Rulebook
 from dse.analysis.views import View
+from dse.space.buses import carriers
 from dse.space.cores import is_scheduled, with_open_cores
 from dse.space.trees import at, leaves
 from dse.space.types import EMPTY, Component, Design, Space
@@ -41,6 +42,12 @@ def is_left_out(space: Space) -> bool:
     """Whether latencies leave contention out although a profile that knows it applies, and threads share processors."""
     knows = counts_responses(replace(space, processing="response_time"))
     return knows and not counts_responses(space) and any(item.processor is not None for item in space.components)
+
+
+def leaves_out_buses(space: Space) -> bool:
+    """Whether latencies count no waiting for physical buses that may carry messages; OSATE has rules of its own."""
+    carried = {bus for item in space.connections for bus in carriers(space.buses, item)}
+    return space.profile == "dse" and bool(space.flows) and not all(space.buses[bus].virtual for bus in carried)
 
 
 def with_contention(space: Space) -> Space | None:

@@ -14,6 +14,7 @@ from dse.report.amounts import amount_words, slack_words
 from dse.report.bars import usage_chart, usage_records, waterfall, waterfall_records
 from dse.report.contention import (
     PROCESSING,
+    WAITING,
     bound_words,
     bus_words,
     contended_words,
@@ -35,7 +36,6 @@ from dse.units import Exact, is_unbounded
 from dse.units.text import count_words
 
 LEFT_OUT = "CPU contention is not in the latencies."
-WAITING = "Waiting for a bus is not counted."
 WATERFALL = (
     "Latency of {}: each bar begins where the worst case of the one before it ends; its solid part is the minimum. "
     "Contributions without time are in the table only."

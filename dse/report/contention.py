@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Collection, Mapping, Sequence
 from typing import Any
 
-from dse.analysis.contention import core_by, core_origins, placements_of
+from dse.analysis.contention import core_by, core_origins, leaves_out_buses, placements_of
 from dse.analysis.overheads import safe_bounds, stated_overheads
 from dse.analysis.partition import Spread
 from dse.analysis.placement import core_room
@@ -15,7 +15,6 @@ from dse.results.contention import Broken, Contended
 from dse.results.display import readable
 from dse.results.points import Point
 from dse.results.solve import Result
-from dse.space.buses import carriers
 from dse.space.cores import is_scheduled
 from dse.space.criteria import Metric
 from dse.space.metric_kinds import flows_in
@@ -35,6 +34,7 @@ CONTENTION_OUT = "CPU contention is not in the latencies: with response times"
 BLOCKING = "blocking by non-preemptive sections"
 COUNTED_BY = " Counted in the search: --processing response-time."
 """Where designs do not keep what is asked: how to find those that do."""
+WAITING = "Waiting for a bus is not counted."
 MOST_NAMES = 6
 MOST_EXAMPLES = 3
 MOST_THREADS = 24
@@ -56,8 +56,13 @@ def uncounted_words(space: Space) -> str:
 
 def waiting_words(space: Space) -> str:
     """What `bus_words` says, in short, where something asked is about a flow: for answers about a whole front."""
-    told = "Waiting for a bus is not counted." if bus_words(space) else ""
-    return told if any(flows_in(space, metric) for metric in _asked(space)) else ""
+    is_left_out = leaves_out_buses(space) and any(flows_in(space, metric) for metric in _asked(space))
+    return WAITING if is_left_out else ""
+
+
+def study_waiting_words(data: Mapping[str, Any]) -> str:
+    """The same of a study, from what its format holds."""
+    return WAITING if data.get("bus_waiting") else ""
 
 
 def _asked(space: Space) -> list[Metric]:
@@ -65,11 +70,9 @@ def _asked(space: Space) -> list[Metric]:
 
 
 def bus_words(space: Space) -> str:
-    """That messages wait for no bus in a latency, where a physical bus may carry them; OSATE has rules of its own."""
-    carried = {bus for item in space.connections for bus in carriers(space.buses, item)}
-    if space.profile != "dse" or all(space.buses[bus].virtual for bus in carried):
-        return ""
-    return "Waiting for a bus is not in the latencies: each message counts as if alone on it."
+    """That messages wait for no bus in a latency, where a physical bus may carry them."""
+    told = "Waiting for a bus is not in the latencies: each message counts as if alone on it."
+    return told if leaves_out_buses(space) else ""
 
 
 def contention_words(result: Result) -> str:

@@ -7,6 +7,7 @@ from fractions import Fraction
 from functools import partial
 
 from dse.report.charts import Spec
+from dse.report.contention import study_waiting_words
 from dse.report.figuretext import MOST_ROWS, Data, decisions_text, figure_text, number_of
 from dse.report.page import NOTHING, Block, Plot, Section, Table, Text, few, listing, texts
 from dse.report.plain import scale_of
@@ -42,7 +43,7 @@ def sensitivity_sections(data: Data) -> Iterator[Section]:
     margins += texts(scaling_words(data["execution_times"]) if data["execution_times"] else "", tone="strong")
     margins += texts(left_out_words(data["left_out"]) if data.get("left_out") else "", tone="strong")
     breaks = (item[end]["requirement"] for item in data["margins"] for end in ("below", "above") if item[end])
-    margins += texts(scale_of([*breaks, *(bar["metric"] for bar in data["tornado"])]))
+    margins += texts(study_waiting_words(data), scale_of([*breaks, *(bar["metric"] for bar in data["tornado"])]))
     yield Section("margins", "Margins", tuple(margins))
     yield from _tornadoes(data, currency)
     if data["uncertainty"] is not None:

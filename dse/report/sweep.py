@@ -8,7 +8,7 @@ from functools import partial
 from typing import Any
 
 from dse.report.charts import Spec
-from dse.report.contention import study_contention_words
+from dse.report.contention import study_contention_words, study_waiting_words
 from dse.report.figuretext import MOST_ROWS, Data, decisions_text, number_of
 from dse.report.page import Block, Item, Listing, Plot, Section, Table, Text, listing, texts
 from dse.report.plain import scale_of
@@ -48,7 +48,7 @@ def sweep_sections(data: Data) -> Iterator[Section]:
         designs += _grid_designs(data, currency)
     objectives = (info["name"] for run in data["runs"] for info in run.get("objectives", ()))
     scale = scale_of([*objectives, *(axis["name"] for axis in data["vary"])])
-    blocks += texts(*_counted_runs(data), study_contention_words(data), scale)
+    blocks += texts(*_counted_runs(data), study_contention_words(data), study_waiting_words(data), scale)
     blocks += listing(data.get("remarks", ()), "remark", 0, brief=SHOWN_DESIGNS)
     yield Section(name, title, tuple(blocks))
     if designs:

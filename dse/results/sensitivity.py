@@ -149,7 +149,8 @@ class SensitivityResult(DataAnswer):
 
     `broken` are the requirements that the design breaks as it is; margins and scaling then look at the others.
     `swing` says over what the bars go. `left_out` names what the time limit left no time for; where that is the factor
-    on all execution times, `scaling` is None.
+    on all execution times, `scaling` is None. `bus_waiting` says that no latency counts it, where a
+    physical bus carries messages.
 
     Examples
     --------
@@ -172,6 +173,7 @@ class SensitivityResult(DataAnswer):
     uncertain: UncertainResult | None = None
     currency: str = "EUR"
     left_out: tuple[str, ...] = ()
+    bus_waiting: str | None = None
     files: Mapping[str, str] = field(default_factory=dict)
 
     @property

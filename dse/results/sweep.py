@@ -102,8 +102,8 @@ class SweepResult(DataAnswer):
     were solved; `solved` and `found` (in the store) tell what this sitting did and are no part of it. `scale` has for
     each objective its best and worst value on all fronts together: ranks and scores of every run rest on it.
     `remarks` say what varying an input cannot show, `contention` what all fronts leave out of the latencies and their
-    designs are judged by all the same (None: nothing). `files` are the texts of the problem, of what it includes and of
-    its samples, by name.
+    designs are judged by all the same (None: nothing). `bus_waiting` says that no latency counts it, where a physical
+    bus carries messages. `files` are the texts of the problem, of what it includes and of its samples, by name.
 
     Examples
     --------
@@ -123,6 +123,7 @@ class SweepResult(DataAnswer):
     scale: tuple[ScaledObjective, ...] = ()
     remarks: tuple[str, ...] = ()
     contention: Mapping[str, Any] | None = None
+    bus_waiting: str | None = None
     files: Mapping[str, str] = field(default_factory=dict)
     solved: int = field(default=0, compare=False)
     found: int = field(default=0, compare=False)

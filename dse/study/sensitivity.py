@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 from fractions import Fraction
 from typing import TypeVar, Unpack
 
+from dse.analysis.contention import leaves_out_buses
 from dse.analysis.evaluate import Evaluator
 from dse.api.completing import complete_design
 from dse.api.problem import Problem, Source, load, read_choices, with_stated_cores
@@ -153,6 +154,7 @@ def sensitivity_asked(
         if uncertain
         else None,
         currency=space.currency,
+        bus_waiting="not counted" if leaves_out_buses(space) else None,
     )
     return replace(found, left_out=tuple(part.left_out))
 

@@ -9,6 +9,7 @@ from functools import partial
 from pathlib import Path
 from typing import Any, Unpack
 
+from dse.analysis.contention import leaves_out_buses
 from dse.api.problem import Problem, Source, load
 from dse.api.question import Changes, Question
 from dse.errors import DseError, UsageError
@@ -152,6 +153,7 @@ def sweep_asked(
         scale=scale,
         remarks=tuple(_remarks(asked, axes)),
         contention=basis_dict(asked.space),
+        bus_waiting="not counted" if leaves_out_buses(asked.space) else None,
         files=asked.loaded.texts,
         solved=len(done) - found,
         found=found,

@@ -219,6 +219,14 @@ def test_studies_say_what_all_of_a_core_is(studies: dict[str, dict[str, Any]]) -
         assert ("Utilisation counts one core as 100 %" in repr(sections_of(data))) == said
 
 
+@pytest.mark.parametrize("name", ["breaks", "breaks of a grid", "grid", "sensitivity"])
+def test_studies_say_that_no_message_waits_for_a_bus(name: str, studies: dict[str, dict[str, Any]]) -> None:
+    """The problem has a CAN bus; without it nothing is said."""
+    for given, said in ((studies[name], True), ({**studies[name], "bus_waiting": None}, False)):
+        texts = [str(block) for section in sections_of(given) for block in section.blocks]
+        assert any("Waiting for a bus is not counted." in text for text in texts) is said
+
+
 def test_robust_designs_as_good_as_nominal_ones_take_nobodys_place(
     capsys: pytest.CaptureFixture[str], tmp_path: Path
 ) -> None:

@@ -7,7 +7,7 @@ from typing import Annotated, Literal
 from pydantic import Field
 
 from dse.results.forms.base import Decisions, Figure, Form, Number, Of, Unit, field
-from dse.results.forms.studies import StudiedProblem
+from dse.results.forms.studies import BUS_WAITING, StudiedProblem
 
 
 class Break(Form):
@@ -109,6 +109,7 @@ class SensitivityForm(Form):
         "What stated uncertainties do; null where none are stated."
     )
     left_out: list[str] = field("What the time limit left no time for.", default=[])
+    bus_waiting: Literal["not counted"] | None = field(BUS_WAITING, earlier=None)
     files: dict[str, str] = field(
         "The text of the problem file, of what it includes and of its samples, by name.", earlier=None
     )

@@ -286,6 +286,9 @@ Found: TypeAlias = Annotated[
 """What a run finds, by itself."""
 
 
+BUS_WAITING = "Where it is not counted in latencies although a physical bus carries messages; null elsewhere."
+
+
 class SweepForm(Form):
     """The outcome of `dse sweep`: the front for each value of what was varied."""
 
@@ -297,6 +300,7 @@ class SweepForm(Form):
     ranking: SweepRanking = field("How designs are ranked.")
     remarks: list[str] = field("What varying an input cannot show.")
     contention: ContentionBasis | None = field("What all fronts leave out; null where that is nothing.", earlier=None)
+    bus_waiting: Literal["not counted"] | None = field(BUS_WAITING, earlier=None)
     vary: list[VariedAxis] = field("What was varied.")
     runs: list[AnyRun] = field("What was found for each value, the last axis fastest.")
     files: dict[str, str] = field(
