@@ -154,9 +154,17 @@ class Contention:
         return bool(low)
 
     def settled(
-        self, design: Design, is_true: Callable[[cp_model.IntVar], bool], with_rows: Collection[int] = ()
+        self,
+        design: Design,
+        is_true: Callable[[cp_model.IntVar], bool],
+        with_rows: Collection[int] = (),
+        *,
+        is_best: bool = True,
     ) -> Design | None:
         """The design, or the same on other cores, that meets all limits; None where the model has learnt instead.
+
+        From a design that is not the best of its model, which may never come again, no rows are learnt: then None says
+        nothing more than that no cores were found.
 
         A design with a core that is too full is left to the limits of each core (`dse.encode.corelimits`), which refuse
         it, where no thread is late, or where these alone forbid the cores on which none would be. The latter not of
@@ -189,7 +197,8 @@ class Contention:
                 is_full = True
         if is_full and any(number not in with_rows and not keeps_cores(limit, view) for number, limit in cores.items()):
             return design
-        self._learn(late, held, view, orders)
+        if is_best or not self._fresh(late, view):
+            self._learn(late, held, view, orders)
         return None
 
     def _is_sure(self, view: View) -> bool:
@@ -211,11 +220,15 @@ class Contention:
         ]
         return item.index not in self.space.fixed and bool(domains) and all(item == [0, 1] for item in domains)
 
+    def _fresh(self, late: Sequence[Deadline], view: View) -> set[int]:
+        """The processors of late threads that have no rows yet."""
+        return {self.places.processor_of(item.thread, view) for item in late} - self.known
+
     def _learn(
         self, late: Sequence[Deadline], held: Sequence[Deadline], view: View, orders: Sequence[OpenPriority]
     ) -> None:
         self._lessons += 1
-        fresh = {self.places.processor_of(item.thread, view) for item in late} - self.known
+        fresh = self._fresh(late, view)
         for processor in sorted(fresh):
             self._add_rows(processor)
         if fresh:

@@ -67,21 +67,24 @@ class CoreLimits:
         other.tables, other._kept = self.tables, self._kept
         return other
 
-    def settled(self, design: Design, is_true: Callable[[cp_model.IntVar], bool]) -> bool:
-        """Whether every core keeps its limits in a design; where one does not, the model has learnt from it."""
-        view, learnt = View(design), False
+    def settled(self, design: Design, is_true: Callable[[cp_model.IntVar], bool], *, is_best: bool = True) -> bool:
+        """Whether every core keeps its limits in a design; where one does not, the model has learnt from it.
+
+        From a design that is not the best of its model, which may never come again, no rows are learnt.
+        """
+        view, is_kept = View(design), True
         for number, item in enumerate(self.limits):
             if item.guard is not None and not is_true(self._literal(item.guard)):
                 continue
             if self._kept.recall(self.space, number, view, self._keeps):
                 continue
-            learnt = True
-            if number not in self.known:
+            is_kept = False
+            if number in self.known:
+                self._forbid(item, design)
+            elif is_best:
                 self.known.add(number)
                 _Rows(self, number, item).add()
-            else:
-                self._forbid(item, design)
-        return not learnt
+        return is_kept
 
     def _keeps(self, _: Space, number: int, view: View) -> bool:
         return keeps_cores(self.limits[number].limit, view)

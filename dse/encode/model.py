@@ -159,8 +159,13 @@ class EncodedSpace:
         """Whether the objectives of a solution may be larger than those of its design, unless they are minimised."""
         return bool(self.open_terms) and self.contention is not None and self.contention.is_upward
 
-    def settled(self, design: Design, value: Callable[[cp_model.IntVar], int]) -> Design | None:
-        """The design of a solution as the analysis accepts it; None where the model has learnt from it instead."""
+    def settled(
+        self, design: Design, value: Callable[[cp_model.IntVar], int], *, is_best: bool = True
+    ) -> Design | None:
+        """The design of a solution as the analysis accepts it; None where the model has learnt from it instead.
+
+        From one that is not the best of the model it need not learn (`Contention.settled`).
+        """
         if self.open_terms and self.contention is not None and self.contention.is_upward:
             if self.contention.raised(self.open_terms, design, value):
                 return None
@@ -169,10 +174,11 @@ class EncodedSpace:
         found: Design | None = design
         if self.contention is not None:
             with_rows = self.core_limits.known if self.core_limits is not None else ()
-            found = self.contention.settled(design, lambda literal: bool(value(literal)), with_rows)
+            found = self.contention.settled(design, lambda literal: bool(value(literal)), with_rows, is_best=is_best)
         if found is None or self.core_limits is None:
             return found
-        return found if self.core_limits.settled(found, lambda literal: bool(value(literal))) else None
+        is_kept = self.core_limits.settled(found, lambda literal: bool(value(literal)), is_best=is_best)
+        return found if is_kept else None
 
     def sharpen(self, design: Design, value: Callable[[cp_model.IntVar], int]) -> bool:
         """Make open terms exact where a solution has other figures; whether there were any.

@@ -335,8 +335,10 @@ class Solver:
             best = found or best
             if is_optimal and self._is_reached(best, point):
                 return best, best
-        settled = self.encoded.settled(design, solver.value)
-        if settled is None and (is_optimal or not is_loose):
+        known = len(self.encoded.model.proto.constraints)
+        settled = self.encoded.settled(design, solver.value, is_best=is_optimal)
+        has_learnt = len(self.encoded.model.proto.constraints) > known
+        if settled is None and (is_optimal or (has_learnt and not is_loose)):
             return None, best
         if is_optimal and settled is not None:
             return Found(point, settled), best

@@ -35,7 +35,7 @@ def crowd(*worst_ms: int) -> Evaluator:
     return Evaluator(space_of(PROBLEM % "\n".join(lines)))
 
 
-def settled_from_one_core(evaluator: Evaluator) -> tuple[EncodedSpace, Design | None]:
+def settled_from_one_core(evaluator: Evaluator, *, is_best: bool = True) -> tuple[EncodedSpace, Design | None]:
     """What becomes of the design with all threads on the first core, where the last is late."""
     encoded = encode(evaluator)
     design = tuple(0 for _ in evaluator.space.decisions)
@@ -44,7 +44,7 @@ def settled_from_one_core(evaluator: Evaluator) -> tuple[EncodedSpace, Design | 
     def value(_: cp_model.IntVar) -> int:
         pytest.fail("nothing is asked of the solution")
 
-    return encoded, encoded.settled(design, value)
+    return encoded, encoded.settled(design, value, is_best=is_best)
 
 
 def test_late_threads_are_moved_within_what_cores_may_use() -> None:
@@ -67,6 +67,15 @@ def test_cores_that_are_too_full_are_not_learnt_as_threads_that_are_late() -> No
     assert encoded.core_limits.known == {0}
     solver = cp_model.CpSolver()
     assert solver.solve(encoded.model) == cp_model.INFEASIBLE
+
+
+@pytest.mark.parametrize("worst_ms", [(4, 4, 4), (6, 6, 6)])
+def test_no_rows_are_learnt_from_what_is_not_the_best(worst_ms: tuple[int, ...]) -> None:
+    """A design on the way may never come again, and rows make each further question larger."""
+    encoded, found = settled_from_one_core(crowd(*worst_ms), is_best=False)
+    assert found is None
+    assert encoded.contention is not None and encoded.core_limits is not None
+    assert not encoded.contention.known and not encoded.core_limits.known
 
 
 def test_the_second_proof_moves_late_threads_within_what_cores_may_use() -> None:
