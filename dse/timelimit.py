@@ -9,14 +9,15 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from contextvars import ContextVar
 from dataclasses import dataclass
-from typing import ClassVar
+from typing import ClassVar, TypeVar
 
 from dse.errors import EXIT_INCOMPLETE, DseError
 
+T = TypeVar("T")
 GRACE = 0.1
 """A limit is kept to this share of it, or to a second where that is more."""
 
@@ -85,6 +86,10 @@ class TimeLimit:
         less = min(seconds, self.seconds / 4)
         return TimeLimit(self.seconds - less, self.deadline - less)
 
+    def sparing_for_the_answer(self) -> TimeLimit:
+        """The same, sooner by half of what is spent so far: what was long to read is long to tell."""
+        return self if self.seconds is None else self.sparing((self.seconds - self.left_s) / 2)
+
     def at_most(self, seconds: float) -> TimeLimit:
         """What is left, but no more than so many seconds from now."""
         return TimeLimit.after(min(seconds, self.left_s))
@@ -127,6 +132,26 @@ def look_at_the_clock() -> None:
     deadline = _DEADLINE.get()
     if deadline is not None and time.monotonic() > deadline:
         raise OutOfTime
+
+
+def in_time(items: Iterable[T], every: int = 100) -> Iterator[T]:
+    """The items, with a look at the clock once in so many of them: few are done, however little time there is.
+
+    Raises
+    ------
+    OutOfTime
+        when the time of the limit in force is up.
+
+    Examples
+    --------
+    >>> with until(TimeLimit.after(0.0)):
+    ...     len(list(in_time(range(99))))
+    99
+    """
+    for number, item in enumerate(items, start=1):
+        if number % every == 0:
+            look_at_the_clock()
+        yield item
 
 
 @dataclass

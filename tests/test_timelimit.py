@@ -8,7 +8,7 @@ import pytest
 from support import space_of
 
 from dse.analysis.evaluate import Evaluator
-from dse.timelimit import OutOfTime, look_at_the_clock, until
+from dse.timelimit import OutOfTime, TimeLimit, look_at_the_clock, until
 
 PRIMES = (10007, 10009, 10037, 10039, 10061, 10067, 10069, 10079, 10091, 10093, 10099, 10103)
 THREADS = "".join(
@@ -35,6 +35,29 @@ def test_an_analysis_ends_when_its_time_is_up() -> None:
     with pytest.raises(OutOfTime), until(started + 0.05):
         evaluator.evaluate((0,) * len(evaluator.space.decisions))
     assert time.monotonic() - started < 5
+
+
+def test_many_figures_look_at_the_clock_and_few_are_always_found() -> None:
+    limits = ", ".join(f"price <= {euros} EUR" for euros in range(1, 121))
+    text = COPRIME[: COPRIME.index("requirements")].replace("response_time", "execution_time")
+    few, space = space_of(text), space_of(f"{text}requirements: [{limits}]")
+    with until(time.monotonic() - 1):
+        assert Evaluator(few).evaluate(()).is_feasible
+        with pytest.raises(OutOfTime):
+            Evaluator(space)
+    evaluator = Evaluator(space)
+    with until(time.monotonic() - 1), pytest.raises(OutOfTime):
+        evaluator.evaluate(())
+    assert evaluator.evaluate(()).is_feasible
+
+
+def test_what_was_long_to_read_has_time_to_be_told() -> None:
+    limit = TimeLimit(100.0, time.monotonic() + 60.0)  # 40 are spent
+    assert round(limit.left_s - limit.sparing_for_the_answer().left_s) == 20
+    # never more than a quarter
+    late = TimeLimit(100.0, time.monotonic() + 5.0)
+    assert round((late.deadline or 0) - (late.sparing_for_the_answer().deadline or 0)) == 25
+    assert TimeLimit().sparing_for_the_answer() == TimeLimit()
 
 
 def test_the_sooner_of_two_limits_holds() -> None:

@@ -25,6 +25,7 @@ from dse.space.buses import carriers
 from dse.space.cores import is_scheduled, with_open_cores
 from dse.space.trees import at, leaves
 from dse.space.types import EMPTY, Component, Design, Space
+from dse.timelimit import in_time
 
 SHARED = 256
 """So many plans of a processor are shared by the designs in which it has the same threads at the same rates."""
@@ -106,13 +107,13 @@ class ContentionReferee:
 
     def _limits_of(self, space: Space) -> tuple[Limit, ...]:
         asked = (item for item in space.requirements if not self.of_fronts or is_scheduled(space, item.metric))
-        return tuple(build_limit(space, item) for item in asked)
+        return tuple(build_limit(space, item) for item in in_time(asked))
 
     def _misses(self, space: Space, limits: Sequence[Limit], design: Design) -> tuple[Miss, ...]:
         view = View(design)  # one for all: response times are found together, once for a view
         for number in range(len(space.processors)):
             view.memo["turns", number] = self._turns.recall(space, number, view, turns_on)
-        verdicts = [judge(limit, view) for limit in limits]
+        verdicts = [judge(limit, view) for limit in in_time(limits)]
         return tuple(
             Miss(verdict, unbounded_in(space, verdict.requirement.metric, view))
             for verdict in verdicts

@@ -16,8 +16,11 @@ from dse.analysis.validity import Rulebook, canonical
 from dse.analysis.views import CyclicActivation, View
 from dse.space.trees import NotOffered
 from dse.space.types import Design, Space
+from dse.timelimit import in_time
 
 REMEMBERED = 4096
+MANY = 500
+"""With more limits than this the figures of a design take a noticeable part of a second."""
 SHARED = 256
 """So many values of a figure are shared by the designs that agree in what it looks at."""
 
@@ -58,7 +61,7 @@ class Evaluator:
             if objectives is not None
             else tuple(build_measure(space, item.metric) for item in space.objectives)
         )
-        self.limits: tuple[Limit, ...] = (*(build_limit(space, item) for item in space.requirements), *further)
+        self.limits: tuple[Limit, ...] = (*(build_limit(space, item) for item in in_time(space.requirements)), *further)
         self._verdicts: Recall[Verdict] = Recall(SHARED)
         self._integers: Recall[int] = Recall(SHARED)
         self._shares = not counts_responses(space)  # which consult nearly all of a design, and are found together
@@ -68,7 +71,11 @@ class Evaluator:
     @cached_property
     def metrics(self) -> tuple[Measure, ...]:
         """Every metric that a result lists."""
-        return tuple(build_measure(self.space, metric) for metric in all_metrics(self.space))
+        return tuple(build_measure(self.space, metric) for metric in in_time(all_metrics(self.space)))
+
+    def find_metrics(self) -> None:
+        """Build what a result lists, while there is time."""
+        _ = self.metrics
 
     @property
     def rounded(self) -> tuple[str, ...]:
@@ -94,7 +101,7 @@ class Evaluator:
             return Evaluation(design, (), tuple(found), ())
         view = View(design)
         objectives = tuple(measure.integer(view) for measure in self.objectives)
-        verdicts = tuple(self._verdict(number, view) for number in range(len(self.limits)))
+        verdicts = tuple(self._verdict(number, view) for number in in_time(range(len(self.limits))))
         return Evaluation(canonical(self.space, design), objectives, (), verdicts)
 
     def invalid(self, design: Design) -> list[str]:
@@ -119,11 +126,16 @@ class Evaluator:
         found = self._figures.get(design)
         if found is None:
             view = View(design)
-            found = {item.metric.name: self._metric(number, view) for number, item in enumerate(self.metrics)}
+            found = {item.metric.name: self._metric(number, view) for number, item in enumerate(in_time(self.metrics))}
             if len(self._figures) >= REMEMBERED:
                 self._figures.clear()
             self._figures[design] = found
         return dict(found)
+
+    @property
+    def is_slow(self) -> bool:
+        """Whether the figures of a design take so long that a search finds them while there is time (`weigh`)."""
+        return not self._shares or len(self.limits) > MANY
 
     def weigh(self, design: Design) -> None:
         """Find, and remember, whatever is asked about a design later: where figures are slow, while there is time."""

@@ -44,15 +44,18 @@ def with_verdicts(result: Result, *, started: float, limit: TimeLimit) -> Result
     designs = {str(point.id): point.design for point in result.front}
     designs |= {sibling.id: sibling.design for others in result.others for sibling in others.designs}
     todo = {number: design for number, design in designs.items() if number not in result.contended}
-    found = {**result.contended, **_judged(ContentionReferee(counted), todo, TimeLimit.after(own_s))}
+    found = {**result.contended, **_judged(counted, todo, TimeLimit.after(own_s))}
     return replace(result, contended={number: found[number] for number in designs if number in found})
 
 
-def _judged(referee: ContentionReferee, designs: Mapping[str, Design], limit: TimeLimit) -> dict[str, Contended]:
+def _judged(counted: Space, designs: Mapping[str, Design], limit: TimeLimit) -> dict[str, Contended]:
     """As many as time suffices for, in their order; Ctrl-C ends it, and keeps what was found until then."""
-    found = {}
+    found: dict[str, Contended] = {}
+    if not designs:
+        return found
     try:
         with until(limit):
+            referee = ContentionReferee(counted)
             for number, design in designs.items():
                 found[number] = judge(referee, design)
     except (OutOfTime, KeyboardInterrupt):

@@ -97,12 +97,15 @@ def solve_asked(asked: Problem, budget: Budget, watcher: Watcher, earlier: Front
         raise UsageError(
             'nothing to minimise: state `objectives` in the problem file, or give --minimise "price" or the like'
         )
-    evaluator = Evaluator(space)
+    with until(budget.limit.for_the_last_steps()):
+        evaluator = Evaluator(space)
+        evaluator.find_metrics()
+    searched = replace(budget, limit=budget.limit.sparing_for_the_answer())
     watch = Watch(watcher.progress)
     if watcher.checkpoint is not None:
         write = watcher.checkpoint
         watch = Watch(watcher.progress, lambda state: write(result_of(asked, evaluator, state, budget)))
-    search = search_front(evaluator, budget, watch, earlier, baseline_design(space))
+    search = search_front(evaluator, searched, watch, earlier, baseline_design(space))
     result = result_of(asked, evaluator, search, budget)
     if result.status == "infeasible":
         left_s = EXPLANATION_TIME_S if budget.limit.seconds is None else budget.limit.left_s

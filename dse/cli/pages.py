@@ -9,6 +9,7 @@ import click
 
 from dse.cli.common import F, console, save, tell_plots
 from dse.files.writing import PAGES
+from dse.timelimit import OutOfTime, TimeLimit, until
 
 if TYPE_CHECKING:
     from dse.report.document import Document
@@ -40,6 +41,26 @@ def no_page(path: str) -> click.BadParameter:
     """That a report cannot go to `path`."""
     text = f"{path or 'no path'}: a report is HTML or Markdown: a path that ends in {' or '.join(PAGES)}"
     return click.BadParameter(text, param_hint="'--report'")
+
+
+def in_what_is_left(limit: TimeLimit, write: Callable[[], OSError | None], failure: OSError | None) -> bool:
+    """Whether there was time to write a report; standard error says where there was not.
+
+    Raises
+    ------
+    OSError
+        the first failure: an earlier one, or that to write it.
+    """
+    in_time = False
+    try:
+        with until(limit.for_the_last_steps()):
+            failed, in_time = write(), True
+        failure = failure or failed
+    except OutOfTime:
+        click.echo("dse: no report: the time limit came first; `dse report` makes one of what --json writes", err=True)
+    if failure is not None:
+        raise failure
+    return in_time
 
 
 def write_page(path: str | None, page: Page) -> OSError | None:
@@ -74,15 +95,25 @@ def answer(
         raise failure
 
 
-def print_front(document: Document, top: int | None, *, explain: bool, further: Sequence[Section] = ()) -> None:
-    """Print a front with sections of studies: on one screen, or with all that is known of each alternative."""
-    from dse.report.brief import fitting_page
+def print_front(
+    document: Document, top: int | None, limit: TimeLimit, *, explain: bool, further: Sequence[Section] = ()
+) -> None:
+    """Print a front with sections of studies: on one screen, or with all that is known of each alternative.
+
+    Where the time limit comes before that is found out, what is told is what the result says.
+    """
+    from dse.report.brief import brief_page, fitting_page
     from dse.report.solve import printed_page
     from dse.report.terminal import SCREEN, page_height, print_page
 
     screen = console()
-    if explain:
-        print_page(screen, printed_page(document, top, further))
-    else:
-        page = fitting_page(document, top, lambda page: page_height(screen, page, SCREEN) <= SCREEN, further)
-        print_page(screen, page, lines=SCREEN)
+    lines: int | None = SCREEN
+    try:
+        with until(limit.for_the_last_steps()):
+            if explain:
+                page, lines = printed_page(document, top, further), None
+            else:
+                page = fitting_page(document, top, lambda page: page_height(screen, page, SCREEN) <= SCREEN, further)
+    except OutOfTime:
+        page = brief_page(document, top, further=further, reasons=None)
+    print_page(screen, page, lines=lines)

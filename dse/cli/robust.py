@@ -10,8 +10,10 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from dse.cli.common import save
-from dse.cli.pages import print_front
+from dse.cli.pages import in_what_is_left, print_front
+from dse.errors import EXIT_INCOMPLETE
 from dse.files.writing import write_files
+from dse.timelimit import TimeLimit
 
 if TYPE_CHECKING:
     from dse.api.problem import Problem
@@ -44,6 +46,7 @@ def show_robust(
     rank_by: str,
     top: int | None,
     paths: tuple[str | None, str | None, Path | None, str | None],
+    limit: TimeLimit,
     *,
     explain: bool | None,
 ) -> int:
@@ -60,17 +63,18 @@ def show_robust(
     document, sections = Document(study.robust), [robust_section(study.to_dict())]
     if explain is not None and "-" not in (json_path, csv_path):
         shown = sections if explain else [robust_section(study.to_dict(), is_brief=True)]
-        print_front(document, top, explain=explain, further=shown)
+        print_front(document, top, limit, explain=explain, further=shown)
     failure = save((json_path, study.to_json), (csv_path, study.robust.to_csv))
-    if page:
+
+    def write() -> OSError | None:
         from dse.report.writing import front_text
 
-        failure = failure or save((page, lambda: front_text(document, page, sections)))
-    if folder is not None:
-        _write_report(study, folder, top, quiet=explain is None)
-    if failure is not None:
-        raise failure
-    return study.exit_code
+        failed = save((page, lambda: front_text(document, page, sections))) if page else None
+        if folder is not None:
+            _write_report(study, folder, top, quiet=explain is None)
+        return failed
+
+    return study.exit_code if in_what_is_left(limit, write, failure) else EXIT_INCOMPLETE
 
 
 def _write_report(study: RobustResult, folder: Path, top: int | None, *, quiet: bool) -> None:

@@ -22,6 +22,7 @@ from dse.cli.common import (
     tell_carried,
     time_limit_option,
 )
+from dse.cli.pages import in_what_is_left, print_front
 from dse.cli.question import (
     OrderedCommand,
     objective_options,
@@ -33,7 +34,7 @@ from dse.cli.question import (
 from dse.cli.studies import folder_of, study_report_options
 from dse.errors import EXIT_INCOMPLETE, about
 from dse.files.writing import is_stream, write_files
-from dse.timelimit import OutOfTime, TimeLimit, until
+from dse.timelimit import TimeLimit, until
 from dse.units.text import count_words
 
 if TYPE_CHECKING:
@@ -155,6 +156,7 @@ def command(
         asked, earlier = _question(file, resume, question_of(options, objectives_of(minimise, maximise)))
     if target is not None:
         _claim_report(target, asked)
+    if report is not None:
         time_limit = whole.sparing(REPORT_S)
     if within is not None:
         read_share(within)
@@ -178,6 +180,7 @@ def command(
             rank_by or "ideal",
             None if show_all else top,
             (json_path, csv_path, target, report),
+            whole,
             explain=None if quiet else explain,
         )
     with _Reporter(quiet=quiet) as progress, about(resume) if resume is not None else nullcontext():
@@ -195,13 +198,8 @@ def command(
 
     document = Document(result)
     if not quiet and "-" not in (json_path, csv_path):
-        from dse.cli.pages import print_front
-
-        print_front(document, None if show_all else top, explain=explain)
-    failure = failure or _write_page(document, report)
-    in_time = target is None or _write_report(document, target, whole, quiet=quiet)
-    if failure is not None:
-        raise failure
+        print_front(document, None if show_all else top, whole, explain=explain)
+    in_time = in_what_is_left(whole, lambda: _write_reports(document, target, report, quiet=quiet), failure)
     is_whole = result.insisting is None or result.insisting.is_complete
     return result.exit_code if in_time and is_whole else EXIT_INCOMPLETE
 
@@ -261,27 +259,17 @@ def _claim_report(folder: Path, asked: Problem) -> None:
     check_writable(*(folder / name for name in report_names(str(asked.loaded.path), asked.name)))
 
 
-def _write_page(document: Document, path: str | None) -> OSError | None:
-    """The page that ``--report PATH`` asks for; returns the failure to write it."""
-    from dse.report.writing import front_text
+def _write_reports(document: Document, folder: Path | None, page: str | None, *, quiet: bool) -> OSError | None:
+    """The page that ``--report PATH`` asks for, the files of ``--report``; returns the failure to write the page."""
+    if folder is None and not page:
+        return None
+    from dse.report.writing import front_text, report_files
 
-    return save((path, lambda: front_text(document, path))) if path else None
-
-
-def _write_report(document: Document, folder: Path, limit: TimeLimit, *, quiet: bool) -> bool:
-    """The report; whether there was time for it."""
-    from dse.report.writing import report_files
-
-    try:
-        with until(limit.for_the_last_steps()):
-            paths = write_files(folder, report_files(document))
-    except OutOfTime:
-        click.echo("dse: no report: the time limit came first; `dse report` makes one of what --json writes", err=True)
-        return False
-    for path in paths:
+    failure = save((page, lambda: front_text(document, page))) if page else None
+    for path in write_files(folder, report_files(document)) if folder is not None else ():
         if not quiet:
             click.echo(f"report: {path}", err=True)
-    return True
+    return failure
 
 
 class _Reporter:

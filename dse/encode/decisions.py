@@ -9,11 +9,12 @@ from dse.analysis.views import View
 from dse.encode.linear import Board
 from dse.space.trees import Choice
 from dse.space.types import EMPTY
+from dse.timelimit import in_time
 
 
 def add_decisions(board: Board) -> None:
     """Each decision takes exactly one of its options, or is inactive: sum(x[d, o]) + inactive[d] = 1."""
-    for index, decision in enumerate(board.space.decisions):
+    for index, decision in enumerate(in_time(board.space.decisions)):
         conditional = has_conditional_home(decision, index)
         if len(decision.options) == 1 and not conditional:
             board.options.append([board.true])
@@ -31,7 +32,7 @@ def add_decisions(board: Board) -> None:
 
 def add_activity(board: Board) -> None:
     """A decision is inactive exactly when the walk through its home tree does not meet it."""
-    for index, decision in enumerate(board.space.decisions):
+    for index, decision in enumerate(in_time(board.space.decisions)):
         inactive = board.inactive[index]
         if inactive is None:
             continue
@@ -49,7 +50,7 @@ def add_activity(board: Board) -> None:
 
 def add_validity(board: Board, rulebook: Rulebook) -> None:
     """Structural predicates forbid the cases in which they fail; a filled optional slot has at least one user."""
-    for predicate in rulebook.predicates:
+    for predicate in in_time(rulebook.predicates):
 
         def fails(view: View, predicate: Predicate = predicate) -> bool:
             return not predicate.holds(view)

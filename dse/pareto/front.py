@@ -14,7 +14,6 @@ from dataclasses import dataclass, field, replace
 from functools import cached_property, partial
 
 from dse.analysis.evaluate import Evaluator
-from dse.analysis.rows import counts_responses
 from dse.encode.model import EncodedSpace, encode
 from dse.errors import UsageError
 from dse.pareto.answer import Answer, Found, NoSuchDesign, Unfinished
@@ -190,6 +189,9 @@ def search_front(
     with until(budget.limit):
         if earlier is not None:
             earlier = checked(evaluator, earlier)
+        if start is not None:
+            with suppress(OutOfTime):  # before the model is made: it is what there is where the time is too short
+                evaluator.weigh(start)
         with suppress(OutOfTime):
             encoded = encoded if encoded is not None else encode(evaluator)
     if encoded is None:
@@ -248,7 +250,7 @@ def _in_time(state: _State, job: Callable[[], Answer]) -> Answer:
     """The answer to a question, with all figures of the design where they are slow to find: all before time is up."""
     try:
         answer = job()
-        if isinstance(answer, Found) and counts_responses(state.evaluator.space):
+        if isinstance(answer, Found) and state.evaluator.is_slow:
             state.evaluator.weigh(answer.design)
         return answer
     except OutOfTime:
@@ -295,7 +297,7 @@ def _canonical_designs(solver: Solver, evaluator: Evaluator, chain: list[Found])
     for known in chain:
         try:
             found = _first_accepted(solver, evaluator, known, designs[-1][0] if designs else None, order)
-            if counts_responses(evaluator.space):
+            if evaluator.is_slow:
                 evaluator.weigh(found[0])
         except OutOfTime:
             found = known.design, False

@@ -27,6 +27,7 @@ def started_from(evaluator: Evaluator, known: FrontSearch, start: Design | None,
     with until(limit.for_the_last_steps()), suppress(OutOfTime):
         found = evaluator.evaluate(start)
         if found.is_feasible:
+            evaluator.weigh(start)
             return replace(known, points={found.objectives: found.design}, not_first=frozenset({found.objectives}))
     return known
 

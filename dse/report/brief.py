@@ -62,15 +62,16 @@ def brief_page(
     screen: int = SCREEN,
     further: Sequence[Section] = (),
     *,
-    reasons: int = REASONS,
+    reasons: int | None = REASONS,
 ) -> Page:
     """The proof, the table of the alternatives that differ, near-identical ones in a line each, and the choice.
 
     `top` is how many alternatives are shown; None is all of them, near-identical ones too; where nobody says how many
-    it is `screen`. Sections of studies stand before the notes.
+    it is `screen`. Sections of studies stand before the notes. Without `reasons` nothing is computed for the page, and
+    it says that there was no time.
     """
     result = document.result
-    proof, *more = document.summary
+    proof, *more = document.summary if reasons is not None else document.findings
     blocks: list[Block] = [*texts(proof, tone="strong"), *document.conflicts]
     if result.front:
         shown = result.front if top is None else result.leaders[: screen if top == TOP else top]
@@ -169,18 +170,21 @@ def _common(document: Document) -> str:
     return f"{', '.join(every[:told])} and {len(every) - told} more (--explain)."
 
 
-def _choice(document: Document, most: int) -> Iterator[Block]:
+def _choice(document: Document, most: int | None) -> Iterator[Block]:
     """What to look at first, and why, in three lines or so."""
     result = document.result
     first = result.front[0]
-    reasons = document.alternative(first).sentences
-    wanted = [item for item in reasons if item.label.startswith(("Stands out", "Against"))][:most]
-    same = [item for item in reasons if item.label == SAME]
-    wanted += same[:1]
     ranked = "nearest to the best of everything" if result.ranking == "ideal" else f"first by {result.ranking_words}"
     broken = broken_choice_words(result, first)
     figures = figures_words(result, first.objectives)
     yield from texts(f"Choose #{first.id}, {ranked}: {figures}. {broken}".rstrip(), tone="strong")
+    if most is None:
+        yield from texts("Why it is first was not looked at: the time limit came. `dse report` tells it of a result.")
+        return
+    reasons = document.alternative(first).sentences
+    wanted = [item for item in reasons if item.label.startswith(("Stands out", "Against"))][:most]
+    same = [item for item in reasons if item.label == SAME]
+    wanted += same[:1]
     yield from labelled(
         (item.label, item.text if len(item.text) <= ROOM else item.brief or item.text) for item in wanted
     )

@@ -174,7 +174,12 @@ class Document:
 
     @property
     def summary(self) -> list[str]:
-        """What was asked and what was found, in sentences."""
+        """What was asked and what was found, in sentences, with today's design."""
+        return [*self.findings, *filter(None, [self.baseline_words])]
+
+    @property
+    def findings(self) -> list[str]:
+        """What was asked and what was found, in sentences, as far as nothing is computed for them."""
         found = [proof_words(self.result)]
         if missing := missing_words(self.result):
             found.append(f"{TITLE}: {'; '.join(missing)}.")
@@ -186,7 +191,7 @@ class Document:
             broken = broken_choice_words(self.result, first)
             found.append(f"First by {self.result.ranking_words}: {who} ({figures}). {broken}".rstrip())
             found += [text for text in (uncounted_words(self.space),) if text]
-        found += [text for text in (tie_words(self.result), contention_words(self.result), self.baseline_words) if text]
+        found += [text for text in (tie_words(self.result), contention_words(self.result)) if text]
         return found
 
     @property

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from fractions import Fraction
 
@@ -27,6 +27,7 @@ from dse.space.metrics import busy_obstacle
 from dse.space.steps import Flow
 from dse.space.trees import at
 from dse.space.types import EMPTY, Design, Slot, Space
+from dse.timelimit import in_time
 
 
 def analyse_design(evaluator: Evaluator, design: Design, *, response_times: bool = False) -> Analysis:
@@ -40,13 +41,13 @@ def analyse_design(evaluator: Evaluator, design: Design, *, response_times: bool
         shown = decisions_of(space, design)
         return Analysis(space, design, shown, (), (), (), {}, {}, (), breaches=evaluation.breaches)
     view = View(evaluation.design)
-    flows = tuple(_flow_table(space, flow, view) for flow in space.flows)
+    flows = tuple(_flow_table(space, flow, view) for flow in in_time(space.flows))
     cores = {space.components[thread].name: core for thread, core in cores_of(space, evaluation.design).items()}
     processors = tuple(
         _placed(_usage(slot, terms, view, PPM * Fraction(at(slot.cores, view))), terms, cores)
-        for slot, terms in ((slot, utilisation_terms(space, number)) for number, slot in enumerate(space.processors))
+        for slot, terms in _users(space)
     )
-    buses = tuple(_bus_usage(space, number, view) for number in loaded_buses(space))
+    buses = tuple(_bus_usage(space, number, view) for number in in_time(loaded_buses(space)))
     return Analysis(
         space=space,
         design=evaluation.design,
@@ -54,7 +55,7 @@ def analyse_design(evaluator: Evaluator, design: Design, *, response_times: bool
         flows=flows,
         processors=processors,
         buses=buses,
-        metrics={measure.metric.name: measure.value(view) for measure in evaluator.metrics},
+        metrics={measure.metric.name: measure.value(view) for measure in in_time(evaluator.metrics)},
         metric_units={measure.metric.name: measure.unit for measure in evaluator.metrics},
         verdicts=evaluation.verdicts,
         warnings=(*_warnings(space, flows, processors, buses), *design_remarks(space, view), *quirks(space, view)),
@@ -62,6 +63,12 @@ def analyse_design(evaluator: Evaluator, design: Design, *, response_times: bool
         resources=resource_uses(space, view) if space.profile == CURRENT else (),
         responses=_responses(space, view) if response_times or _is_scheduled(space) else {},
     )
+
+
+def _users(space: Space) -> Iterator[tuple[Slot, tuple[Term, ...]]]:
+    """The processors with what uses each."""
+    for number, slot in enumerate(in_time(space.processors)):
+        yield slot, utilisation_terms(space, number)
 
 
 def _flow_table(space: Space, flow: Flow, view: View) -> FlowTable:

@@ -8,6 +8,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
+from functools import cached_property
 
 from dse.analysis.evaluate import Evaluator
 from dse.analysis.limits import Limit, comparisons
@@ -109,11 +110,15 @@ class Reasoner:
 
     def __init__(self, result: Result) -> None:
         self.result = result
-        self.evaluator = Evaluator(result.space)
-        self.baseline = self._baseline()
         self._losses = _scaled_losses(result)
 
-    def _baseline(self) -> tuple[Analysis, dict[str, int]] | None:
+    @cached_property
+    def evaluator(self) -> Evaluator:
+        """The measures of the problem."""
+        return Evaluator(self.result.space)
+
+    @cached_property
+    def baseline(self) -> tuple[Analysis, dict[str, int]] | None:
         """The analysis of today's design with its objectives, if it is a valid design; --fix does not bind it."""
         design = self.result.baseline
         if design is None:

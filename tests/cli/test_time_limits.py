@@ -19,6 +19,8 @@ import dse
 from dse import timelimit
 from dse.analysis import holistic
 from dse.cli.main import COMMANDS, cli, run
+from dse.cli.pages import print_front
+from dse.report.document import Document
 from dse.timelimit import OutOfTime, TimeLimit, Work, in_force, look_at_the_clock, until
 
 PRIMES = (10007, 10009, 10037, 10039, 10061, 10067)
@@ -189,6 +191,30 @@ def test_a_report_for_which_there_is_no_time_is_named(
     assert "no report: the time limit came first" in capsys.readouterr().err
     assert json.loads(Path("out.json").read_text(encoding="utf-8"))["status"] == "incomplete"
     assert not Path("reports").exists() or not list(Path("reports").iterdir())
+
+
+def test_a_front_is_printed_without_reasons_where_there_is_no_time_for_them(
+    folder: Path, pump: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """The front was there in time; to find out why an alternative is there takes longer than what is left."""
+
+    def slow(*_: object, **__: object) -> object:
+        for _ in range(100):
+            look_at_the_clock()
+        raise AssertionError
+
+    whole = dse.solve(Path(__file__).parents[1] / "fuzz" / "pump.yaml")
+    document = Document(whole)
+    print_front(document, None, TimeLimit(), explain=False)
+    said = capsys.readouterr().out
+    assert "Stands out" in said and "not looked at" not in said
+    monkeypatch.setattr("dse.results.reasons.analyse_design", slow)
+    for explain in (False, True):
+        with jumping(1000.0, monkeypatch):
+            print_front(Document(whole), None, TimeLimit.after(10000.0), explain=explain)
+        short = capsys.readouterr().out
+        assert "Choose #1" in short and "Why it is first was not looked at" in short
+        assert short.splitlines()[0] == said.splitlines()[0]
 
 
 def test_a_search_that_could_not_begin_goes_on_later(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
