@@ -26,7 +26,7 @@ from dse.space.frames import frame_at
 from dse.space.metrics import busy_obstacle
 from dse.space.steps import Flow
 from dse.space.trees import at
-from dse.space.types import EMPTY, Design, Slot, Space
+from dse.space.types import EMPTY, Design, Processor, Slot, Space
 from dse.timelimit import in_time
 
 
@@ -65,7 +65,7 @@ def analyse_design(evaluator: Evaluator, design: Design, *, response_times: bool
     )
 
 
-def _users(space: Space) -> Iterator[tuple[Slot, tuple[Term, ...]]]:
+def _users(space: Space) -> Iterator[tuple[Processor, tuple[Term, ...]]]:
     """The processors with what uses each."""
     for number, slot in enumerate(in_time(space.processors)):
         yield slot, utilisation_terms(space, number)
