@@ -2,17 +2,18 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 from dse.errors import Diagnostic, UsageError
+from dse.files.reading import UnreadableFileError, beginning
 from dse.importers.matching import entities_of, node_of
 from dse.importers.merging import merged
 from dse.importers.registry import MOST_LOOKED_AT, NODES, YAML, Imported, importer_of, read_foreign
 from dse.spec.load import load_spec
+from dse.spec.recognising import is_problem
 from dse.spec.writing import block_text
 
 
@@ -124,10 +125,10 @@ def _is_problem(path: Path, form: str | None) -> bool:
     if form is not None or not path.is_file() or not path.name.lower().endswith(YAML):
         return False
     try:
-        with path.open(encoding="utf-8", errors="replace") as stream:
-            return re.search(r"^dse\s*:", stream.read(MOST_LOOKED_AT), re.MULTILINE) is not None
-    except OSError:
+        text = beginning(path, MOST_LOOKED_AT).decode("utf-8", "replace")
+    except UnreadableFileError:
         return False
+    return is_problem(text)
 
 
 def _problem(path: Path) -> Imported:

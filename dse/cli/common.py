@@ -15,7 +15,9 @@ from dse.errors import UsageError
 from dse.extras import how_to_install, is_installed
 from dse.files import writing as files
 from dse.files.guard import PathLike, claim
-from dse.importers.registry import is_model
+from dse.files.reading import UnreadableFileError, beginning
+from dse.importers.registry import MOST_LOOKED_AT, is_model
+from dse.spec.recognising import is_problem
 from dse.timelimit import TimeLimit, until
 
 if TYPE_CHECKING:
@@ -215,10 +217,11 @@ def console(*, quiet: bool = False, err: bool = False) -> Console:
     return PipedConsole(file=stream, quiet=quiet, width=width, highlight=False, soft_wrap=False, emoji=False)
 
 
-def check_writable(*paths: PathLike | None, renews: PathLike | None = None) -> None:
+def check_writable(*paths: PathLike | None, renews: PathLike | None = None, replaces_problems: bool = False) -> None:
     """Claim the outputs of a command, before its work: nothing that it reads may be among them, nor one of them twice.
 
-    `renews` is an input that an output may take the place of, because all that was there is in it.
+    `renews` is an input that an output may take the place of, because all that was there is in it. A problem file is
+    only written over by what is one itself.
 
     Raises
     ------
@@ -227,6 +230,17 @@ def check_writable(*paths: PathLike | None, renews: PathLike | None = None) -> N
     """
     files.check_writable(*paths)
     claim(*paths, renews=renews)
+    for path in () if replaces_problems else paths:
+        if path is not None and path != "-" and Path(path).is_file() and _holds_a_problem(path):
+            raise UsageError(f"{path}: is a problem file, and is not overwritten; give another name")
+
+
+def _holds_a_problem(path: PathLike) -> bool:
+    """Whether the file that is there is a problem file."""
+    try:
+        return is_problem(beginning(path, MOST_LOOKED_AT).decode("utf-8", "replace"))
+    except UnreadableFileError:
+        return False
 
 
 def write_text(path: str, text: str) -> None:

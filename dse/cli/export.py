@@ -73,7 +73,7 @@ def command(
     chosen = number or alternative
     if not chosen:
         raise click.UsageError(f"name an alternative: {file}#ID")
-    check_writable(output)
+    check_writable(output, replaces_problems=True)
     from dse.api.export import export
     from dse.api.reopen import reopen
 
@@ -97,6 +97,6 @@ def _write_property_set(output: Path, text: str) -> None:
         return
     if path.exists():
         raise UsageError(f"{path}: is there already, and is not the property set that {output} uses")
-    check_writable(str(path))
+    check_writable(str(path), replaces_problems=True)
     write_text(str(path), TEXT)
     click.echo(f"wrote {path}, the property set that it uses", err=True)

@@ -55,7 +55,7 @@ def command(
     Of several files those named first count where they differ, which is told. Each figure says where it comes from
     (`source`). What was not understood is told on standard error, with its place.
     """
-    check_writable(output)
+    check_writable(output, replaces_problems=True)
     from dse.api.importing import import_file
 
     given: dict[str, Any] = {name.replace("_", "-"): value for name, value in options.items()}

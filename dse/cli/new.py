@@ -10,6 +10,7 @@ import click
 from dse.cli.common import check_writable, write_text
 from dse.errors import UsageError
 from dse.examples import example_files, example_path
+from dse.files.reading import MOST_BYTES, beginning
 
 SCHEMA_FILE = "dse-problem.schema.json"
 SCHEMA_MARK = "urn:x-dse:problem:"
@@ -69,7 +70,7 @@ def _write_random(text: str, file: str, force: bool) -> int:
     if file != "-" and Path(file).exists() and not force:
         raise UsageError(f"{file} exists already; --force overwrites it")
     _check_schema(Path(file))
-    check_writable(file)
+    check_writable(file, replaces_problems=True)
     write_text(file, text if file == "-" else explained(text))
     if file != "-":
         _write_schema(Path(file))
@@ -86,7 +87,7 @@ def explained(text: str) -> str:
 def _check_schema(problem: Path) -> None:
     """A schema that is there already is renewed, if it was made by a dse."""
     path = problem.parent / SCHEMA_FILE
-    if path.exists() and SCHEMA_MARK not in path.read_text(encoding="utf-8", errors="replace"):
+    if path.exists() and SCHEMA_MARK not in beginning(path, MOST_BYTES).decode("utf-8", "replace"):
         raise UsageError(f"{path} exists already, and is no schema of dse")
 
 
@@ -95,7 +96,7 @@ def _write_schema(problem: Path) -> None:
     from dse.results.forms.registry import schema
 
     path = problem.parent / SCHEMA_FILE
-    check_writable(str(path))
+    check_writable(str(path), replaces_problems=True)
     write_text(str(path), json.dumps(schema(), ensure_ascii=False, separators=(",", ":")) + "\n")
     click.echo(f"wrote {path}")
 
@@ -118,7 +119,7 @@ def _copy_example(source: Path, file: str | None, force: bool) -> int:
     for original, copy in copies:
         if copy is not target:
             copy.parent.mkdir(parents=True, exist_ok=True)
-        check_writable(str(copy))
+        check_writable(str(copy), replaces_problems=True)
         text = original.read_text(encoding="utf-8")
         write_text(str(copy), explained(text) if copy is target and file != "-" else text)
         click.echo(f"wrote {copy}")

@@ -9,6 +9,7 @@ import click
 
 from dse.cli.common import check_writable, write_text
 from dse.errors import UsageError
+from dse.files.reading import beginning
 
 FORMATS = (
     "problem",
@@ -59,7 +60,6 @@ def _check_replaced(output: str) -> None:
     path = Path(output)
     if output == "-" or not path.is_file() or not path.stat().st_size:
         return
-    with path.open("rb") as stream:  # no input of the run: it may be replaced
-        begins = stream.read(MOST_BYTES).lstrip()
+    begins = beginning(path, MOST_BYTES).lstrip()
     if not begins.startswith(b"{") or b'"$schema"' not in begins:
         raise UsageError(f"{output}: is no JSON Schema, and is not overwritten; give another name")

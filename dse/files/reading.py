@@ -6,7 +6,10 @@ import errno
 import os
 import stat
 import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
+from typing import BinaryIO
 
 from dse.errors import UsageError
 from dse.files.guard import PathLike, current
@@ -50,6 +53,38 @@ def read_bytes(path: PathLike, most: int = MOST_BYTES, what: str = "a file") -> 
     """
     if os.fspath(path) == STANDARD_INPUT:
         return _standard_input(most)
+    with opened(path) as stream:
+        guard = current()
+        if guard is not None:
+            guard.note(path, what)
+        is_small = os.fstat(stream.fileno()).st_size <= most
+        data = _read(path, stream, most + 1) if is_small else b""
+    if not is_small or len(data) > most:
+        raise UnreadableFileError(path, f"the file is larger than {_size(most)}")
+    return data
+
+
+def beginning(path: PathLike, most: int) -> bytes:
+    """The first bytes of a regular file, at most `most`, to tell what it is: that makes it no input of the run.
+
+    Raises
+    ------
+    UnreadableFileError
+        when there is no such file, it is none, or it cannot be read.
+    """
+    with opened(path) as stream:
+        return _read(path, stream, most)
+
+
+@contextmanager
+def opened(path: PathLike) -> Iterator[BinaryIO]:
+    """A regular file to read from, which nobody is waited for at.
+
+    Raises
+    ------
+    UnreadableFileError
+        when there is no such file, it is none, or it cannot be opened.
+    """
     try:
         handle = os.open(path, os.O_RDONLY | getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_BINARY", 0))
     except (OSError, ValueError) as error:
@@ -59,15 +94,17 @@ def read_bytes(path: PathLike, most: int = MOST_BYTES, what: str = "a file") -> 
         os.close(handle)
         raise UnreadableFileError(path, _other_kind(found.st_mode))
     with os.fdopen(handle, "rb") as stream:
-        guard = current()
-        if guard is not None:
-            guard.note(path, what)
-        try:
-            data = stream.read(most + 1) if found.st_size <= most else None
-        except OSError as error:
-            raise UnreadableFileError(path, _why(path, error)) from None
-    if data is None or len(data) > most:
-        raise UnreadableFileError(path, f"the file is larger than {_size(most)}")
+        yield stream
+
+
+def _read(path: PathLike, stream: BinaryIO, most: int) -> bytes:
+    """At most so many bytes; files of the kernel may have none as yet, and others to come without an end."""
+    try:
+        data: bytes | None = stream.read(most)
+    except OSError as error:
+        raise UnreadableFileError(path, _why(path, error)) from None
+    if data is None:
+        raise UnreadableFileError(path, "cannot be read: there is nothing in it as yet")
     return data
 
 

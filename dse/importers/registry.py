@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import Any, TypeAlias
 
 from dse.errors import Diagnostic, ProblemError, UsageError
-from dse.files.reading import obstacle
+from dse.files.reading import UnreadableFileError, beginning, obstacle
 
 Key: TypeAlias = tuple[str | int, ...]
 """Keys and positions that lead to a value of a problem file, such as ``("threads", "nav", "period")``."""
@@ -204,10 +204,10 @@ def _tells(path: Path, pattern: str) -> bool:
     if not pattern:
         return True
     try:
-        with path.open(encoding="utf-8", errors="replace") as stream:
-            return re.search(pattern, stream.read(MOST_LOOKED_AT), re.MULTILINE) is not None
-    except OSError:
+        text = beginning(path, MOST_LOOKED_AT).decode("utf-8", "replace")
+    except UnreadableFileError:
         return False
+    return re.search(pattern, text, re.MULTILINE) is not None
 
 
 def _check_content(path: Path) -> None:

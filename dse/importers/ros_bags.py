@@ -9,6 +9,7 @@ from pathlib import Path
 
 from dse.errors import Diagnostic, ProblemError
 from dse.extras import needed_for
+from dse.files.reading import UnreadableFileError, beginning
 
 ROS1 = b"#ROSBAG V"
 DAMAGED = (
@@ -70,14 +71,16 @@ def read_bag(path: Path) -> list[Topic]:
 
 
 def _check_beginning(path: Path) -> None:
-    """Stop where a bag of ROS 1 does not begin as one: it would be read whole in search of a line."""
+    """Stop where there is nothing to read, which would be waited for, or where a bag of ROS 1 does not begin as one.
+
+    It would be read whole in search of a line.
+    """
     try:
-        if path.suffix.lower() == ".bag" and path.is_file():
-            with path.open("rb") as stream:
-                if stream.read(len(ROS1)) != ROS1:
-                    raise ProblemError([_no_bag(path, ValueError(f"it does not begin with {ROS1.decode()}"))])
-    except OSError as error:
-        raise ProblemError([_no_bag(path, error)]) from None
+        begins = beginning(path, len(ROS1)) if path.is_file() else ROS1
+    except UnreadableFileError as error:
+        raise ProblemError([_no_bag(path, ValueError(error.reason))]) from None
+    if path.suffix.lower() == ".bag" and begins != ROS1:
+        raise ProblemError([_no_bag(path, ValueError(f"it does not begin with {ROS1.decode()}"))])
 
 
 def _no_bag(path: Path, error: Exception) -> Diagnostic:

@@ -15,7 +15,7 @@ from pathlib import Path
 from types import TracebackType
 
 from dse.errors import UsageError
-from dse.files.reading import MOST_BYTES, obstacle
+from dse.files.reading import MOST_BYTES, UnreadableFileError, beginning
 from dse.version import SEMANTICS
 
 APPLICATION_ID = 0x64736531
@@ -23,7 +23,9 @@ APPLICATION_ID = 0x64736531
 FORM = 1
 ANSWERING = ("units", "spec", "space", "analysis", "encode", "pareto", "study")
 """The packages whose code decides what a run answers."""
+MAGIC = b"SQLite format 3\0"
 WAIT_S = 60.0
+UNTOUCHED = "; nothing was taken from it and nothing was written (move it away, or name another with --store)"
 DAMAGE = (sqlite3.Error, UnicodeDecodeError, OverflowError)
 """What reading a file that is no whole database may end in."""
 
@@ -47,6 +49,22 @@ def run_key(payload: str) -> str:
     return hashlib.sha256(f"{semantics_version()}\n{payload}".encode()).hexdigest()
 
 
+def _check_beginning(path: Path) -> None:
+    """Stop where a file is no database: SQLite would wait for more of one that the kernel makes up.
+
+    Raises
+    ------
+    UsageError
+        naming the file.
+    """
+    try:
+        begins = beginning(path, len(MAGIC))
+    except UnreadableFileError as error:
+        raise UsageError(f"{path}: cannot be used as a store: {error.reason}") from None
+    if begins not in (b"", MAGIC):
+        raise UsageError(f"{path}: cannot be used as a store: file is not a database{UNTOUCHED}")
+
+
 class Store:
     """Outcomes by key. Only the process that opened it writes, one transaction for each run."""
 
@@ -59,17 +77,14 @@ class Store:
             when the file is no store of this form, damaged, or cannot be written.
         """
         self.path = path
-        if path.exists() and (reason := obstacle(path)) is not None:
-            raise UsageError(f"{path}: cannot be used as a store: {reason}")
+        if path.exists():
+            _check_beginning(path)
         try:
             self._connection = sqlite3.connect(path, timeout=WAIT_S, isolation_level=None)
             self._connection.setlimit(sqlite3.SQLITE_LIMIT_LENGTH, MOST_BYTES)
             self._prepare()
         except DAMAGE as error:
-            raise UsageError(
-                f"{path}: cannot be used as a store: {error}; nothing was taken from it and nothing was written "
-                "(move it away, or name another with --store)"
-            ) from error
+            raise UsageError(f"{path}: cannot be used as a store: {error}{UNTOUCHED}") from error
 
     def __enter__(self) -> Store:
         return self

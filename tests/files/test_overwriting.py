@@ -285,3 +285,24 @@ def test_only_the_result_itself_takes_the_place_of_one_that_is_resumed(
     assert run(["solve", "--resume", "own.json", "-q", *outputs]) == 2
     assert content(folder) == before
     assert run(["solve", "--resume", "own.json", "-q", "--json", "own.json", "--csv", "own.csv"]) == 0
+
+
+@pytest.mark.parametrize("form", ["yaml", "json"])
+@pytest.mark.parametrize("option", ["--json", "--csv"])
+def test_a_problem_that_the_run_does_not_read_is_not_overwritten_either(
+    form: str, option: str, tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A slip of the shell's completion; what a command has written before is its own to replace."""
+    monkeypatch.chdir(tmp_path)
+    Path("own.yaml").write_text(PUMP, encoding="utf-8")
+    text = PUMP if form == "yaml" else json.dumps({"name": "Other", "dse": 1, "threads": {}})
+    Path("other").write_text(text, encoding="utf-8")
+    assert run(["solve", "own.yaml", "-q", option, "other"]) == 2
+    assert "other: is a problem file, and is not overwritten; give another name" in capsys.readouterr().err
+    assert Path("other").read_text(encoding="utf-8") == text
+    for _ in range(2):
+        assert run(["solve", "own.yaml", "-q", option, "result"]) == 0
+    assert (
+        run(["export", "result", "--alternative", "1", "-o", "other"] if option == "--json" else ["check", "own.yaml"])
+        == 0
+    )

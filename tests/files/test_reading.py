@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import contextlib
 import errno
+import io
 import os
 import socket
 import threading
 from pathlib import Path
+from typing import Any, cast
 
 import pytest
 
@@ -15,7 +17,8 @@ import dse
 from dse.cli.main import run
 from dse.errors import UsageError
 from dse.files import writing
-from dse.files.reading import UnreadableFileError, obstacle, read_bytes, read_text
+from dse.files.reading import UnreadableFileError, beginning, obstacle, read_bytes, read_text
+from dse.study.store import Store
 
 PUMP = (Path(__file__).parents[1] / "fuzz" / "pump.yaml").read_text(encoding="utf-8")
 BASELINE = """
@@ -158,3 +161,39 @@ def test_a_pipe_as_output_waits_for_its_reader(folder: Path) -> None:
         writing.write_file(folder / "out", "x" * 200_000)
     reader.join()
     assert read == [b"x" * 200_000]
+
+
+@pytest.mark.parametrize("name", ["/proc/kmsg", "text"])
+def test_a_store_is_a_database_before_it_is_opened(
+    name: str, folder: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Files of the kernel are regular ones by what they say of themselves, and are waited for without an end."""
+
+    def opened(*_: object, **__: object) -> None:
+        raise AssertionError("it would wait")
+
+    if name.startswith("/") and not Path(name).exists():
+        pytest.skip("no such file here")
+    (folder / "text").write_text("a line\n", encoding="utf-8")
+    monkeypatch.setattr("sqlite3.connect", opened)
+    with pytest.raises(UsageError, match="cannot be used as a store"):
+        Store(Path(name))
+
+
+def test_what_is_not_there_yet_is_not_waited_for(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    (folder / "log").write_bytes(b"")
+    monkeypatch.setattr("dse.files.reading.os.fdopen", lambda *_: Silent(b""))
+    for read in (read_bytes, lambda path: beginning(path, 4)):
+        with pytest.raises(UnreadableFileError, match="there is nothing in it as yet"):
+            read(folder / "log")
+
+
+class Silent(io.BytesIO):
+    """What is read without waiting, where there is nothing as yet."""
+
+    def fileno(self) -> int:
+        return 0
+
+    def read(self, size: int | None = -1, /) -> bytes:
+        found: Any = None
+        return cast(bytes, found)

@@ -6,6 +6,8 @@ import os
 import re
 from pathlib import Path
 
+from dse.files.reading import UnreadableFileError, beginning
+
 MOST_FOLDERS = 50_000
 LEFT_OUT = ("build", "log", "node_modules", "__pycache__")
 _NAME = re.compile(rb"<name>\s*([\w-]+)\s*</name>")
@@ -44,8 +46,8 @@ def _packages(root: Path) -> dict[str, Path]:
         folders[:] = sorted(name for name in folders if not name.startswith(".") and name not in LEFT_OUT)
         if "package.xml" in files:
             try:
-                match = _NAME.search((Path(folder) / "package.xml").read_bytes()[:100_000])
-            except OSError:
+                match = _NAME.search(beginning(Path(folder) / "package.xml", 100_000))
+            except UnreadableFileError:
                 continue
             name = match[1].decode() if match else Path(folder).name
             found.setdefault(name, Path(folder))

@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from dse.errors import Diagnostic, ProblemError
+from dse.files.reading import UnreadableFileError, opened
 
 MAGIC = b"\xc1\x1f\xfc\xc1"
 DAY_NS = 86_400 * 10**9
@@ -81,7 +82,7 @@ def _plain(value: Any) -> Any:
 def _of_text(path: Path) -> Iterator[Event]:
     days, before, found = 0, 0, False
     try:
-        with path.open("rb") as stream:
+        with opened(path) as stream:
             if stream.read(4) == MAGIC:
                 raise _stop(path, "this is one stream of a CTF trace: name its folder", HOW)
             stream.seek(0)
@@ -103,6 +104,8 @@ def _of_text(path: Path) -> Iterator[Event]:
                     name: int(value, 0) if value else quoted for name, quoted, value in _FIELD.findall(match["rest"])
                 }
                 yield Event(match["name"].rpartition(":")[2], time_ns, fields, number)
+    except UnreadableFileError as error:
+        raise _stop(path, error.reason) from None
     except OSError as error:
         raise _stop(path, f"cannot be read: {error.strerror}") from None
     if not found:
