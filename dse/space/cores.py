@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import replace
 from functools import partial
+from math import prod
 from typing import Any
 
 from dse.space.clocks import reads_when_jobs_begin
@@ -16,13 +17,15 @@ from dse.space.criteria import Metric, MultipleTest, PairTest, ResolvedCondition
 from dse.space.metric_kinds import CHAIN_METRICS, FLOW_METRICS, parts_of
 from dse.space.properties import Ledger, Path
 from dse.space.trees import NOT_OFFERED, Choice, PerCore, Tree, graft, leaves
-from dse.space.types import Decision, OpenCore, Processor, Space
+from dse.space.types import Component, Decision, OpenCore, Processor, Space
 from dse.spec.expressions import And, Not, Or
 from dse.spec.fields import CORE_RULES
 from dse.spec.model import Spec
 
 OWNERS = ("reservations", "executors", "threads")
 """Sections whose entries have a core: each that of its threads, where it is the first of these."""
+MOST_WAYS = 256
+"""So many ways through the executors of threads are looked at, to tell where one has none."""
 PER_CORE = ("execution_ns", "callback_ns", "response_ns", "section_ns")
 """Figures of a thread that may be those of its core."""
 
@@ -159,9 +162,12 @@ def open_cores(ledger: Ledger, spec: Spec, space: Space) -> tuple[OpenCore, ...]
             ledger.refer(name, "count", numbers[0] if numbers else None, {item: str(item) for item in numbers})
             continue
         index = len(space.decisions) + len(found)
-        home = _home(space, processor, index, numbers)
+        tree = home = _home(space, processor, index, numbers)
+        if section == "executors":
+            number = next(at for at, item in enumerate(space.executors) if item.name == owner)
+            home = where_there_is_one(space.components, threads, number, tree)
         decision = Decision(name, owner, "core", "count", tuple(map(str, numbers)), numbers, home)
-        found.append(OpenCore(threads[0], index, decision, tuple(threads[1:])))
+        found.append(OpenCore(threads[0], index, decision, tuple(threads[1:]), tree))
         ledger.refer(name, "count", home, {item: str(item) for item in numbers})
     return tuple(found)
 
@@ -183,6 +189,20 @@ def _core_owners(space: Space) -> dict[str, tuple[list[int], Tree]]:
             owners = [(item.name, item.processor) for item in executors]
         for name, processor in owners:
             found.setdefault(name, ([], processor))[0].append(number)
+    return found
+
+
+def where_there_is_one(components: Sequence[Component], members: Sequence[int], executor: int, inner: Tree) -> Tree:
+    """`inner` where some thread is in an executor; None where all that may be are elsewhere: it decides nothing then.
+
+    `inner` everywhere where there would be more than `MOST_WAYS` through the executors of its threads.
+    """
+    trees = [components[number].executor for number in members]
+    if prod(max(1, len(tree.branches) - 1) for tree in trees if isinstance(tree, Choice)) > MOST_WAYS:
+        return inner
+    found: Tree = None
+    for tree in reversed(trees):
+        found = graft(tree, lambda leaf, rest=found: inner if leaf == executor else rest)  # type: ignore[misc]
     return found
 
 
@@ -227,10 +247,9 @@ def _with_cores(space: Space, wanted: bool) -> Space:
     components = list(space.components)
     homes: dict[str, Tree] = {}
     for item in space.open_cores:
-        home = item.decision.home if wanted else None
-        homes[item.decision.component] = home
+        homes[item.decision.component] = core = item.tree if wanted else None
         for number in item.threads:
-            components[number] = replace(components[number], core=home)
+            components[number] = replace(components[number], core=core)
     for number, component in enumerate(components) if space.has_open_groups else ():
         if isinstance(component.executor, Choice):  # it has the core of the one that it is in
             executors = {item: space.executors[item] for item in leaves(component.executor)}

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import Any
 
-from dse.space.cores import check_core, cores_named
+from dse.space.cores import check_core, cores_named, where_there_is_one
 from dse.space.hosts import Executor, Reservation
 from dse.space.properties import FieldReader, Ledger, Owner
 from dse.space.segments import accelerator
@@ -141,7 +142,7 @@ def build_executors(
     named = {name for item in spec.threads.values() for name in item.executor or ()}
     is_whole = named <= set(homes) and ledger.loaded.remains.is_whole
     found = []
-    for name, home in homes.items():
+    for index, (name, home) in enumerate(homes.items()):
         given, path = spec.executors[name], ("executors", name)
         owner = Owner(name, path, given)
         kind = FieldReader(ledger, owner, "kind", "rule", str).read(lambda model: model.kind)
@@ -155,11 +156,13 @@ def build_executors(
                 message = f"a {given.kind[0]} executor knows no priorities among its threads"
                 ledger.error(("threads", components[number].name, "priority"), message, "state that of the executor")
         is_open = any(isinstance(components[number].executor, Choice) for number in members)
+        for field_name in ("kind", "priority", "processor") if is_open else ():
+            ledger.narrow(f"{name}.{field_name}", partial(where_there_is_one, components, members, index))
         found.append(Executor(name, kind, members, priority, is_open, home.processor, home.core))
     for number, slot in enumerate(processors):
-        index = accelerator(processors, spec, number)
-        if index is not None:
-            members = tuple(at for at, item in enumerate(components) if item.executor == index)
+        served = accelerator(processors, spec, number)
+        if served is not None:
+            members = tuple(at for at, item in enumerate(components) if item.executor == served)
             kind = graft(slot.serves, lambda order: "fifo" if order == "fifo" else "callback_group")
             found.append(Executor(slot.name, kind, members))
     return tuple(found)

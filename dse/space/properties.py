@@ -162,6 +162,14 @@ class Ledger:
         if decision is not None:
             self.decisions[decision] = replace(self.decisions[decision], home=home)
 
+    def narrow(self, name: str, only: Callable[[Tree], Tree]) -> None:
+        """State that a figure is there in some designs only, in which a decision on it is active, and rules see it."""
+        decision = self.decision_numbers.get(name)
+        if decision is not None:
+            self.settle(decision, only(self.decisions[decision].home))
+        if name in self.references:
+            self.references[name] = replace(self.references[name], tree=only(self.references[name].tree))
+
     def refer(self, name: str, kind: str, tree: Tree, texts: Mapping[Any, str]) -> None:
         """Make `name` known to rules, the baseline and ``--fix``."""
         if texts:

@@ -253,13 +253,14 @@ class OpenCore:
     """The core of a thread as a decision, which stands behind all others, and only where something asked depends on it.
 
     `index` is its place in `Space.decisions` when it is there. Threads of one reservation or executor share it:
-    `others` are those behind the first.
+    `others` are those behind the first. `tree` is what a thread has there; an executor without one decides nothing.
     """
 
     component: int
     index: int
     decision: Decision
     others: tuple[int, ...] = ()
+    tree: Tree = None
 
     @property
     def threads(self) -> tuple[int, ...]:

@@ -3,18 +3,20 @@
 from __future__ import annotations
 
 import pytest
-from support import brute_front, space_of
+from support import brute_front, raw_designs, space_of
 
 import dse
 from dse.analysis.evaluate import Evaluator
 from dse.analysis.executors import Fellow, executor_response_ns
 from dse.analysis.response_time import Stream, Task, periodic
 from dse.analysis.scheduling import processor_responses
+from dse.analysis.validity import canonical
 from dse.analysis.views import View
 from dse.api.problem import load, loads
 from dse.errors import ProblemError
 from dse.examples import example_path
 from dse.pareto.front import Budget, search_front
+from dse.space.types import INACTIVE
 
 MS = 10**6
 FILE = """
@@ -155,6 +157,22 @@ def test_which_group_a_callback_is_in_is_a_decision() -> None:
     }
     assert not dse.simulate(relaxed, point.decisions, runs=4).contradictions
     assert "callback: {executor: second" in dse.export(result, 1, "problem").replace('"', "")
+
+
+def test_an_executor_without_threads_decides_nothing() -> None:
+    """Neither its kind nor its core: 2 x 2 cores where the callback is beside the timer, 2 x 2 x 2 x 2 where it is not.
+
+    What a rule says of it does not apply then.
+    """
+    problem = loads(GROUPS.format(kind="fifo", more="", inner="", other="", cores=2))
+    designs = {canonical(problem.space, design) for design in raw_designs(problem.space)}
+    kind, core = (problem.space.decision_index(f"second.{field}") for field in ("kind", "core"))
+    beside = [design for design in designs if design[problem.space.decision_index("callback.executor")] == 0]
+    assert (len(designs), len(beside)) == (20, 4)
+    assert {(design[kind], design[core]) for design in beside} == {(INACTIVE, INACTIVE)}
+    [point] = dse.solve(problem, fix=["callback.executor = node"], require=["second.kind != fifo"]).front
+    assert "second.kind" not in point.decisions
+    assert dse.solve(problem, fix=["callback.executor = node"], require=["second.core == 2"]).front
 
 
 def test_groups_on_several_computers_against_every_design() -> None:
