@@ -45,10 +45,17 @@ Demand: TypeAlias = Requirement | Rule | Choice
 def check_conflicts(bench: Bench, method: Method, deadline: float | None) -> None:
     """Each set that is listed has no design, each of its members left out leaves one, and each limit is exact."""
     listed = bench.data["conflicts"]
-    if not listed:
-        return
     if bench.data["status"] != "infeasible":
-        bench.find("conflicts", f"a result that is {bench.data['status']} has none")
+        if listed:
+            bench.find("conflicts", f"a result that is {bench.data['status']} has none")
+        return
+    if not listed:
+        if bench.data.get("give_up"):
+            bench.find("give_up", "is stated without any conflict that it would mend")
+        bench.remarks.append(
+            "no conflict is listed: why there is no design was not confirmed; there was no time to look for it, or it "
+            "was left out (`dse explain` finds it)"
+        )
         return
     court = _Court(bench, method, deadline)
     for position, conflict in enumerate(listed):

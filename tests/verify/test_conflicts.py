@@ -6,6 +6,7 @@ import copy
 import random
 from collections.abc import Iterator
 from fractions import Fraction
+from pathlib import Path
 from typing import Any, Literal
 
 import pytest
@@ -120,3 +121,18 @@ def conflict_findings(data: dict[str, Any], problem: Any, method: Any) -> list[s
     """What is wrong, beyond differences to the file that the random questions have."""
     verification = dse.verify(data, problem=problem, method=method)
     return [str(item) for item in verification.findings if item.place.startswith(("conflicts", "give_up"))]
+
+
+def test_an_explanation_that_was_cut_away_is_not_said_to_be_confirmed() -> None:
+    """That there is no design is true all the same, and a search without time for more says no more."""
+    path = Path(__file__).parents[1] / "fuzz" / "pump.yaml"
+    data = dse.solve(path, require=["price <= 1 EUR", "jitter of sensor_to_valve <= 1 ms"]).to_dict()
+    whole = dse.verify(data)
+    assert (whole.status, [text for text in whole.remarks if "conflict" in text]) == ("verified", [])
+    cut = dse.verify({**data, "conflicts": [], "give_up": []})
+    assert cut.status == "verified"
+    assert any("why there is no design was not confirmed" in text for text in cut.remarks)
+    assert not any("conflict" in text for text in cut.checked)
+    assert data["give_up"], "no single change mends it"
+    forged = dse.verify({**data, "conflicts": []})
+    assert [item.place for item in forged.findings] == ["give_up"]
