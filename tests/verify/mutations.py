@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-import copy
 import random
 from collections.abc import Iterator
 from typing import Any
+
+from verify.shared import copied
 
 from dse.analysis.contention import ContentionReferee, cores_of, with_contention
 from dse.analysis.evaluate import Evaluator
@@ -55,7 +56,7 @@ def renumbered(data: Data, space: Space) -> Data:
 
 def points_removed(data: Data, space: Space, rng: random.Random) -> Iterator[Mutation]:
     for at in range(len(data["front"])):
-        changed = copy.deepcopy(data)
+        changed = copied(data)
         point = changed["front"].pop(at)
         if not changed["front"]:
             changed["status"] = "infeasible"
@@ -64,8 +65,8 @@ def points_removed(data: Data, space: Space, rng: random.Random) -> Iterator[Mut
 
 def points_repeated(data: Data, space: Space, rng: random.Random) -> Iterator[Mutation]:
     for at in range(len(data["front"])):
-        changed = copy.deepcopy(data)
-        changed["front"].insert(at, copy.deepcopy(changed["front"][at]))
+        changed = copied(data)
+        changed["front"].insert(at, copied(changed["front"][at]))
         yield f"point at {at} repeated", changed
 
 
@@ -73,11 +74,11 @@ def numbers_changed(data: Data, space: Space, rng: random.Random) -> Iterator[Mu
     for at, point in enumerate(data["front"]):
         for block in ("objectives", "metrics"):
             for name in point[block]:
-                changed = copy.deepcopy(data)
+                changed = copied(data)
                 changed["front"][at][block][name] += rng.choice([-1, 1, 1000])
                 yield f"front[{at}].{block}[{name}] changed", changed
         for name in point["objectives"]:
-            changed = copy.deepcopy(data)
+            changed = copied(data)
             step = rng.choice([-1, 1])
             changed["front"][at]["objectives"][name] += step
             if name in changed["front"][at]["metrics"]:
@@ -88,7 +89,7 @@ def numbers_changed(data: Data, space: Space, rng: random.Random) -> Iterator[Mu
 def labels_changed(data: Data, space: Space, rng: random.Random) -> Iterator[Mutation]:
     for at in range(len(data["front"])):
         for key in ("id", "rank"):
-            changed = copy.deepcopy(data)
+            changed = copied(data)
             changed["front"][at][key] += 1
             yield f"front[{at}].{key} changed", changed
 
@@ -99,14 +100,14 @@ def decisions_altered(data: Data, space: Space, rng: random.Random) -> Iterator[
         for name, chosen in point["decisions"].items():
             for option in options[name]:
                 if option != chosen:
-                    changed = copy.deepcopy(data)
+                    changed = copied(data)
                     changed["front"][at]["decisions"][name] = option
                     yield f"front[{at}] {name}: {option} instead of {chosen}", changed
-            changed = copy.deepcopy(data)
+            changed = copied(data)
             del changed["front"][at]["decisions"][name]
             yield f"front[{at}] {name} left out", changed
         for name in set(options) - set(point["decisions"]):
-            changed = copy.deepcopy(data)
+            changed = copied(data)
             changed["front"][at]["decisions"][name] = rng.choice(options[name])
             yield f"front[{at}] {name} added", changed
 
@@ -120,11 +121,11 @@ def designs_swapped(data: Data, space: Space, rng: random.Random) -> Iterator[Mu
     for design in rng.sample(others, min(6, len(others))):
         new = listed(evaluator, design)
         if data["front"]:
-            changed = copy.deepcopy(data)
+            changed = copied(data)
             at = rng.randrange(len(data["front"]))
             changed["front"][at].update(new)
             yield f"front[{at}] is another design", renumbered(changed, space)
-        changed = copy.deepcopy(data)
+        changed = copied(data)
         changed["front"].append({"id": 0, "rank": 0, "score": "", **new})
         changed["status"] = "complete" if data["status"] == "infeasible" else data["status"]
         yield "a point that does not belong to the front", renumbered(changed, space)
@@ -150,27 +151,27 @@ def contention_changed(data: Data, space: Space, rng: random.Random) -> Iterator
     """Another core, and another word on what a design keeps when response times count."""
     for at, point in enumerate(data["front"]):
         for thread, core in point.get("cores", {}).items():
-            changed = copy.deepcopy(data)
+            changed = copied(data)
             changed["front"][at]["cores"][thread] = core % 4 + 1
             yield f"front[{at}].cores[{thread}] changed", changed
         if "cores" in point:
-            changed = copy.deepcopy(data)
+            changed = copied(data)
             del changed["front"][at]["cores"]
             yield f"front[{at}].cores missing", changed
         if "contention" not in point:
             continue
         other = {"kept": "broken", "broken": "kept"}[point["contention"]["status"]]
-        changed = copy.deepcopy(data)
+        changed = copied(data)
         changed["front"][at]["contention"]["status"] = other
         yield f"front[{at}].contention is {other}", changed
-        changed = copy.deepcopy(data)
+        changed = copied(data)
         del changed["front"][at]["contention"]
         yield f"front[{at}].contention missing", changed
         for position, item in enumerate(point["contention"]["broken"]):
-            changed = copy.deepcopy(data)
+            changed = copied(data)
             del changed["front"][at]["contention"]["broken"][position]
             yield f"front[{at}].contention.broken[{position}] missing", changed
-            changed = copy.deepcopy(data)
+            changed = copied(data)
             changed["front"][at]["contention"]["broken"][position]["value"] = 1 if item["value"] is None else None
             yield f"front[{at}].contention.broken[{position}].value changed", changed
 
@@ -181,14 +182,14 @@ def regions_changed(data: Data, space: Space, rng: random.Random) -> Iterator[Mu
         name: max((sign * region[name] for region in data["refuted"]), default=0) for name, sign in signs.items()
     }
     for at, region in enumerate(data["refuted"]):
-        changed = copy.deepcopy(data)
+        changed = copied(data)
         del changed["refuted"][at]
         yield f"refuted[{at}] missing", changed
         for name, sign in signs.items():
             if sign * region[name] == outermost[name]:
                 continue  # the edge of the objective space: beyond it there is nothing, however far out it is drawn
             for step in (-1, 1):
-                changed = copy.deepcopy(data)
+                changed = copied(data)
                 changed["refuted"][at][name] += step
                 yield f"refuted[{at}] {name} {step:+}", changed
 
@@ -198,7 +199,7 @@ def regions_invented(data: Data, space: Space, rng: random.Random) -> Iterator[M
     names = [item["name"] for item in data["objectives"]]
     signs = [1 if item["sense"] == "minimise" else -1 for item in data["objectives"]]
     for at, point in enumerate(data["front"]):
-        changed = copy.deepcopy(data)
+        changed = copied(data)
         del changed["front"][at]
         beyond = {name: point["objectives"][name] + sign for name, sign in zip(names, signs, strict=True)}
         edge = {
@@ -215,12 +216,12 @@ def statements_changed(data: Data, space: Space, rng: random.Random) -> Iterator
     effective = data["problem"]["effective"]
     for key in ("requirements", "rules", "objectives"):
         for at in range(len(effective[key])):
-            changed = copy.deepcopy(data)
+            changed = copied(data)
             del changed["problem"]["effective"][key][at]
             yield f"effective.{key}[{at}] missing", changed
     for key, value in (("profile", "osate-2.19"), ("worst_case", "deadline")):
         if effective[key] != value and key == "profile":
-            changed = copy.deepcopy(data)
+            changed = copied(data)
             changed["problem"]["effective"]["fixed"] = {"no such": "decision"}
             yield f"effective.fixed with {key}", changed
     places: tuple[tuple[tuple[str, ...], Any], ...] = (
@@ -235,7 +236,7 @@ def statements_changed(data: Data, space: Space, rng: random.Random) -> Iterator
         (("unexplored",), data["refuted"][:1]),
     )
     for path, other in places:
-        changed = copy.deepcopy(data)
+        changed = copied(data)
         holder = changed
         for key in path[:-1]:
             holder = holder[key]
@@ -243,13 +244,13 @@ def statements_changed(data: Data, space: Space, rng: random.Random) -> Iterator
         yield f"{'.'.join(path)} is {str(other)[:20]}", changed
     for at in range(len(data["objectives"])):
         for key, value in (("sense", "maximise"), ("unit", "s"), ("name", "price of nothing")):
-            changed = copy.deepcopy(data)
+            changed = copied(data)
             if changed["objectives"][at][key] == value:
                 value = "minimise"
             changed["objectives"][at][key] = value
             yield f"objectives[{at}].{key} is {value}", changed
     for name in data["metric_units"]:
-        changed = copy.deepcopy(data)
+        changed = copied(data)
         changed["metric_units"][name] = "furlong"
         yield f"unit of {name}", changed
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import copy
 import random
 from collections.abc import Iterator
 from fractions import Fraction
@@ -13,13 +12,14 @@ import pytest
 from effort import LONG, count
 from explain.test_random_conflicts import infeasible
 from support import ENUMERABLE
+from verify.shared import copied
 
 import dse
 from dse.api.solve import Watcher, solve_asked
 from dse.pareto.front import Budget
 
 COUNT = count(12)
-OF_SHIPPED = 1000 if LONG else 6
+OF_SHIPPED = 1000 if LONG else 3
 """So many of the altered results of a shipped problem are verified; of random problems all."""
 METHODS: tuple[Literal["exhaustion", "model"], ...] = ("exhaustion", "model")
 
@@ -30,22 +30,22 @@ def wrong(data: dict[str, Any], rng: random.Random) -> Iterator[tuple[str, dict[
         texts = [*data["problem"]["effective"]["requirements"], *data["problem"]["effective"]["rules"]]
         listed = {item["text"] for item in conflict["members"]}
         for number, item in enumerate(conflict["members"]):
-            changed = copy.deepcopy(data)
+            changed = copied(data)
             del changed["conflicts"][at]["members"][number]
             yield f"member {number} of conflict {at} left out", changed
             for field, value in (("text", f"{item['text']} "), ("origin", "elsewhere:1"), ("unit", "furlong")):
-                changed = copy.deepcopy(data)
+                changed = copied(data)
                 changed["conflicts"][at]["members"][number][field] = value
                 yield f"{field} of member {number} of conflict {at} changed", changed
             for field in ("closest", "limit", "miss"):
                 if item[field] is not None:
-                    changed = copy.deepcopy(data)
+                    changed = copied(data)
                     step = rng.choice((-1, 1, Fraction(1, 3)))
                     changed["conflicts"][at]["members"][number][field] = str(Fraction(item[field]) + step)
                     yield f"{field} of member {number} of conflict {at} changed by {step}", changed
         for text in texts:
             if text not in listed:
-                changed = copy.deepcopy(data)
+                changed = copied(data)
                 more = {"text": text, "origin": "command line", "limit": None, "closest": None, "miss": None}
                 changed["conflicts"][at]["members"].append({**more, "unit": "", "thread": None})
                 yield f"{text!r} added to conflict {at}", changed
@@ -56,20 +56,20 @@ def wrong(data: dict[str, Any], rng: random.Random) -> Iterator[tuple[str, dict[
 def wrong_give_up(data: dict[str, Any], rng: random.Random) -> Iterator[tuple[str, dict[str, Any]]]:
     """What is to be given up: too little, too much, or limits that are not exact."""
     for number, item in enumerate(data.get("give_up", [])):
-        changed = copy.deepcopy(data)
+        changed = copied(data)
         del changed["give_up"][number]
         if changed["give_up"]:
             yield f"member {number} need not be given up", changed
         for field in ("closest", "limit", "miss"):
             if item[field] is not None:
-                changed = copy.deepcopy(data)
+                changed = copied(data)
                 changed["give_up"][number][field] = str(Fraction(item[field]) + rng.choice((-1, 1)))
                 yield f"{field} of given up member {number} changed", changed
     listed = {item["text"] for item in data.get("give_up", [])}
     for text in [*data["problem"]["effective"]["requirements"], *data["problem"]["effective"]["rules"]]:
         clashing = {item["text"] for conflict in data["conflicts"] for item in conflict["members"]}
         if listed and text not in listed | clashing:
-            changed = copy.deepcopy(data)
+            changed = copied(data)
             more = {"text": text, "origin": "command line", "limit": None, "closest": None, "miss": None}
             changed["give_up"].append({**more, "unit": "", "thread": None})
             yield f"{text!r} given up too", changed
