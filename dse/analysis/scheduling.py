@@ -22,6 +22,7 @@ from dse.analysis.reservations import before_task, blocking_ns
 from dse.analysis.response_time import Task, most_jobs, worst_job_ns
 from dse.analysis.segments import elapsed_ns
 from dse.analysis.tasks import Part, TaskKey, alone_ns, longest_alone_ns, task_keys, task_name
+from dse.analysis.terms import picked
 from dse.analysis.turns import Schedule, Turn, turns_of, upstream
 from dse.analysis.views import View
 from dse.space.hosts import ExecutorKind
@@ -175,7 +176,8 @@ def bounded_response_ns(space: Space, component: int, part: Part, view: View) ->
         if found is None:
             return alone
         response = found.response_ns
-    return max(alone, counted_ns(response))
+    longest: Exact = picked("max", alone, counted_ns(response))
+    return longest
 
 
 def counted_ns(response_ns: Exact | None) -> Exact:

@@ -19,10 +19,12 @@ from dse.analysis.views import View
 from dse.api.problem import Problem
 from dse.errors import UsageError
 from dse.results.robust import Failure
+from dse.space.cores import is_scheduled
 from dse.space.types import Design, Space
 from dse.study.fronts import check_objectives
 from dse.study.functions import Bound, DesignFunction
 from dse.study.inputs import InputSpace, Variable
+from dse.study.scheduled import ScheduledFunction, motion_of
 from dse.study.uncertainty import read_uncertainties
 from dse.study.worst_place import Box, Corner, Worst
 from dse.units import PERIOD, RATE, RATE_OF_DATA, SIZE
@@ -54,6 +56,7 @@ class RobustQuestion:
         self.box = Box(uncertain)
         self.demands: dict[Demand, Limit] = {}
         self._nominal = Evaluator(self.space)
+        self._is_scheduled = any(is_scheduled(self.space, item.metric) for item in self.space.requirements)
         self._worsts: dict[Design, list[tuple[Bound, Worst]]] = {}
         self._same_rates = not any(
             _moves_rates(self.space, variable) for item in uncertain for variable in item.variables
@@ -109,8 +112,15 @@ class RobustQuestion:
     def worst(self, design: Design) -> list[tuple[Bound, Worst]]:
         """The worst corner of each comparison, for a design."""
         if design not in self._worsts:
-            self._worsts[design] = self.box.worsts(DesignFunction(self.inputs, design, cores=False))
+            self._worsts[design] = self._worsts_of(design)
         return self._worsts[design]
+
+    def _worsts_of(self, design: Design) -> list[tuple[Bound, Worst]]:
+        motion = motion_of(self.inputs, design, self.box) if self._is_scheduled else None
+        if motion is None:
+            return self.box.worsts(DesignFunction(self.inputs, design, cores=False))
+        function = ScheduledFunction(self.inputs, design, motion, self.box)
+        return self.box.worsts(function) if function.top is None else function.worsts_without_bound(self.box)
 
     def _broken(self, design: Design) -> list[Demand]:
         operators = [item.operator for item in self.space.requirements]

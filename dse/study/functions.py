@@ -30,8 +30,9 @@ from dse.analysis.limits import (
 )
 from dse.analysis.measures import build_measure
 from dse.analysis.views import View
-from dse.space.types import Design, Space
+from dse.space.types import Design
 from dse.study.inputs import InputSpace, Values, Variable
+from dse.study.intervals import Further
 from dse.study.trace import MOST_GUARDS, Program, TooManyGuardsError, watching
 from dse.timelimit import look_at_the_clock
 from dse.units import is_unbounded
@@ -85,11 +86,23 @@ class DesignFunction:
         named = {item.metric.name: item.metric for item in (*listed, *evaluator.objectives)}
         self.metrics = tuple(named.values())
         """Those of the problem as stated: with other numbers of cores there are others of single cores."""
-        self.outputs, results, guards = self._formulas(inputs.at(inputs.nominal, traced=True))
+        self.further: tuple[Further, ...] = ()
+        """What follows from the inputs and is a variable of the programs all the same, after them."""
+        self.outputs, results, guards = self._formulas(inputs.nominal, traced=True)
         self.programs.append(Program(results, guards))
         self.applies = self._agrees()
 
-    def _formulas(self, space: Space, most: int | None = None) -> tuple[Outputs, list[Fraction], list[Any]]:
+    def inputs_of(self, values: Values) -> Values:
+        """What the programs are functions of, from the values of the inputs."""
+        return values
+
+    def view_of(self, values: Values, *, traced: bool) -> View:
+        """The design as the formulas see it."""
+        return View(self.design)
+
+    def _formulas(
+        self, values: Values, *, traced: bool = False, most: int | None = None
+    ) -> tuple[Outputs, list[Fraction], list[Any]]:
         """Run the analysis on the design: what its outputs are, their values, the comparisons made on the way.
 
         Raises
@@ -98,12 +111,12 @@ class DesignFunction:
             when there are more than `most` comparisons, where that is given.
         """
         look_at_the_clock()
+        space, view = self.inputs.at(values, traced=traced), self.view_of(values, traced=traced)
         with watching() as guards:
             evaluator = Evaluator(space)
             measures = [build_measure(space, metric) for metric in self.metrics]
             guards.clear()  # scales and units are no part of the figures
             guards.most = most
-            view = View(self.design)
             results = [measure.value(view) for measure in measures]
             bounds: list[Bound] = []
             for number, limit in enumerate(evaluator.limits):
@@ -122,7 +135,7 @@ class DesignFunction:
 
     def analysed(self, values: Values) -> list[Fraction]:
         """The outputs by the analysis itself, without expressions."""
-        return [item if is_unbounded(item) else Fraction(item) for item in self._formulas(self.inputs.at(values))[1]]
+        return [item if is_unbounded(item) else Fraction(item) for item in self._formulas(values)[1]]
 
     def _agrees(self) -> bool:
         """Whether the expressions give what the analysis gives at random inputs; never used where they do not."""
@@ -130,7 +143,7 @@ class DesignFunction:
         program = self.programs[0]
         for _ in range(CHECKS):
             values = [_nearby(variable, source) for variable in self.inputs.variables]
-            steps = program.run(values)
+            steps = program.run(self.inputs_of(values))
             if program.holds(steps) and [steps[number] for number in program.outputs] != self.analysed(values):
                 return False
         return True
@@ -143,14 +156,15 @@ class DesignFunction:
         TooManyGuardsError
             when it would have more comparisons than are worth remembering.
         """
+        given = self.inputs_of(values)
         for program in self.programs:
-            steps = steps_or_none(program, values)
+            steps = steps_or_none(program, given)
             if steps is not None and program.holds(steps):
                 return program, steps
-        _, results, guards = self._formulas(self.inputs.at(values, traced=True), MOST_GUARDS)
+        _, results, guards = self._formulas(values, traced=True, most=MOST_GUARDS)
         program = Program(results, guards)
         self.programs = [*self.programs[:1], *self.programs[1:][1 - KEPT_PROGRAMS :], program]
-        return program, program.run(values)
+        return program, program.run(given)
 
     def compared(
         self, values: Values, bounds: Sequence[Bound], *, traced: bool = False

@@ -1,0 +1,196 @@
+"""Response times over a box of inputs: variables of their own, which rise with what is executed and sent.
+
+Where each thread keeps its core and its place among the priorities, the response time of fixed-priority scheduling
+never falls when an execution time, a blocking time or a release jitter grows: the busy period of the longer jobs holds
+that of the shorter ones (J. P. Lehoczky, RTSS 1990; N. Audsley et al., Software Engineering Journal 8(5), 1993), and so
+does the least fixed point of response times and the jitter that they pass on (K. Tindell and J. Clark, 1994). It grows
+at least as fast as the thread's own longest execution time: of its last job all is in it. So the jitter that a thread
+passes on, response time less shortest execution time, grows too where the longest time grows no slower than the
+shortest. Over the box a response time lies between those at the two corners where all of these are least and most, and
+its derivative is at least that of the thread's own longest time: enough for the signs of `dse.study.worst_place`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from fractions import Fraction
+from typing import Any
+
+from dse.analysis.binding import transmission_ns
+from dse.analysis.holistic import fixed_point
+from dse.analysis.scheduling import UNBOUNDED_NS, all_responses, counted_ns
+from dse.analysis.tasks import TaskKey, alone_ns
+from dse.analysis.turns import Schedule, Turn
+from dse.analysis.views import View
+from dse.space.types import Design, Space
+from dse.study.functions import Bound, DesignFunction
+from dse.study.inputs import InputSpace, Values
+from dse.study.intervals import (
+    INFINITE,
+    ZERO,
+    Further,
+    Interval,
+    NotProvedError,
+    combined,
+    seeds_of,
+    slopes_over,
+    undecided_over,
+    values_over,
+)
+from dse.study.trace import MOST_GUARDS, Node, Program, TooManyGuardsError, Traced, watching
+from dse.study.worst_place import Box, Corner, Worst
+
+Responses = Mapping[TaskKey, Any]
+
+
+class ScheduledFunction(DesignFunction):
+    """A design's figures as functions of the inputs and of its response times, which follow from the inputs."""
+
+    def __init__(self, inputs: InputSpace, design: Design, motion: Motion, box: Box) -> None:
+        self._known: tuple[Values, Responses] = ((), {})
+        low, high = (box.values(inputs.nominal, corner) for corner in (motion.least, motion.most))
+        least, most = (all_responses(inputs.at(values), View(design)) for values in (low, high))
+        self.keys = tuple(key for key in sorted(least) if least[key] is not None)
+        """The tasks whose response times have a bound somewhere in the box."""
+        self.top = motion.most if any(most[key] is None for key in self.keys) else None
+        """The corner where some of these have none, if there is one."""
+        super().__init__(inputs, design, cores=False)
+        self.further = tuple(
+            motion.response(key, (Fraction(counted_ns(least[key])), Fraction(counted_ns(most[key]))))
+            for key in self.keys
+        )
+
+    def inputs_of(self, values: Values) -> Values:
+        """The values of the inputs with the response times that follow from them."""
+        found = self._responses(values)
+        return (*values, *(Fraction(0) + counted_ns(found[key]) for key in self.keys))
+
+    def view_of(self, values: Values, *, traced: bool) -> View:
+        """A view of the design that knows its response times, traced as variables of their own."""
+        view = super().view_of(values, traced=traced)
+        found = self._responses(values)
+        if traced:
+            numbers = {key: len(self.inputs.variables) + number for number, key in enumerate(self.keys)}
+            found = {
+                key: value if value is None or key not in numbers else Traced(value, Node("var", (), numbers[key]))
+                for key, value in found.items()
+            }
+        view.memo["responses"] = found
+        return view
+
+    def _responses(self, values: Values) -> Responses:
+        if self._known[0] != tuple(values):
+            self._known = (tuple(values), all_responses(self.inputs.at(values), View(self.design)))
+        return self._known[1]
+
+    def worsts_without_bound(self, box: Box) -> list[tuple[Bound, Worst]]:
+        """Each comparison at the corner where some response time has no bound, if that breaks one of them.
+
+        Raises
+        ------
+        NotProvedError
+            when it breaks none: what has no bound counts nowhere, and nothing is known of what does.
+        """
+        assert self.top is not None
+        outputs = self.analysed(box.values(self.inputs.nominal, self.top))
+        if not self.broken(outputs):
+            raise NotProvedError("a response time has no bound at one end of the stated ranges")
+        return [(bound, Worst(self.top, outputs[bound.value], outputs[bound.limit])) for bound in self.outputs.bounds]
+
+
+@dataclass(frozen=True)
+class Motion:
+    """How the response times of a design move with the uncertain inputs."""
+
+    least: Corner
+    most: Corner
+    """The corners where every response time is shortest, and longest."""
+    signs: tuple[int, ...]
+    """For each uncertain input 1 where response times rise with it, -1 where they fall, 0 where they do neither."""
+    own: Mapping[TaskKey, tuple[Interval, ...]]
+    """The slopes of each task's longest execution time in each of them."""
+
+    def response(self, key: TaskKey, ends: Interval) -> Further:
+        """The response time of a task as a variable, from its ends: it moves at least as its execution time does."""
+        slopes = tuple(
+            ZERO
+            if ends[0] == ends[1] or not sign
+            else (max(Fraction(0), own[0]), INFINITE)
+            if sign > 0
+            else (-INFINITE, min(Fraction(0), own[1]))
+            for sign, own in zip(self.signs, self.own[key], strict=True)
+        )
+        return Further(ends, slopes)
+
+
+def motion_of(inputs: InputSpace, design: Design, box: Box) -> Motion | None:
+    """How response times move over the box; None where that is not known by the theorem.
+
+    It is known of threads that are neither in an executor or a reservation nor have segments and that keep their cores
+    and priorities, where what may vary are execution and transmission times.
+
+    Raises
+    ------
+    NotProvedError
+        when some response times may rise and others fall with an input, or there are too many comparisons.
+    """
+    ranges = box.ranges(inputs.nominal)
+    space, view = inputs.at(inputs.nominal, traced=True), View(design)
+    with watching() as guards:
+        schedule = Schedule(space, view)
+        cores = [core for number in range(len(space.processors)) for core in schedule.cores(number)]
+        turns = [turn for core in cores for turn in core]
+        if any(turn.executor is not None or turn.reservation is not None or turn.pieces for turn in turns):
+            return None
+        times = list(_times(space, turns, view))
+    program = Program([Fraction(0) + item for pair in times for item in pair], guards)
+    if undecided_over(program, ranges):
+        return None
+    reached = frozenset().union(*map(program.variables, program.outputs))
+    others = {item.index for uncertain in box.uncertain for item in uncertain.variables} - reached
+    if others and others & _deciding(space, cores, view):
+        return None
+    values, seeds = values_over(program, ranges), seeds_of(box.uncertain)
+    slopes = [slopes_over(program, values, item) for item in seeds]
+    signs = tuple(_sign(program, one, item.path) for one, item in zip(slopes, box.uncertain, strict=True))
+    own = {turn.key: tuple(one[program.outputs[2 * number]] for one in slopes) for number, turn in enumerate(turns)}
+    ends = (tuple(int(sign * way > 0) for sign in signs) for way in (-1, 1))
+    return Motion(next(ends), next(ends), signs, own)
+
+
+def _times(space: Space, turns: list[Turn], view: View) -> Iterator[tuple[Any, Any]]:
+    """The longest and shortest of each time that response times are made of: first of the tasks, in their order."""
+    for turn in turns:
+        yield alone_ns(space.components[turn.key[0]], turn.key[1], view)[::-1]
+    for turn in turns:
+        yield turn.blocked_ns, 0
+    for component in space.components:
+        yield alone_ns(component, "thread", view)[::-1]
+        for wire in component.triggers:
+            least, most, _ = transmission_ns(space, space.connections[wire], view)
+            yield most - least, 0
+
+
+def _sign(program: Program, slopes: list[Interval], path: str) -> int:
+    """Which way response times move with an input: the sign of every longest time, and of that less the shortest."""
+    outputs = [slopes[number] for number in program.outputs]
+    pairs = list(zip(outputs[::2], outputs[1::2], strict=True))
+    moves = [longest for longest, _ in pairs] + [combined("-", *pair) for pair in pairs]
+    rises, falls = all(low >= 0 for low, _ in moves), all(high <= 0 for _, high in moves)
+    if not rises and not falls:
+        raise NotProvedError(f"response times may rise and fall with {path}; no end of its range is the worst")
+    return 0 if rises and falls else 1 if rises else -1
+
+
+def _deciding(space: Space, cores: list[list[Turn]], view: View) -> frozenset[int]:
+    """The variables that response times depend on in any way."""
+    try:
+        with watching() as guards:
+            guards.most = MOST_GUARDS
+            known = fixed_point(space, cores, view)
+    except TooManyGuardsError:
+        raise NotProvedError("a figure takes more comparisons than are looked at") from None
+    found = [Fraction(0) + item for item in known.values() if item is not None and item < UNBOUNDED_NS]
+    program = Program(found, guards)
+    return frozenset().union(program.deciding, *map(program.variables, program.outputs))
