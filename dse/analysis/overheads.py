@@ -20,6 +20,7 @@ from collections.abc import Container, Mapping, Sequence
 from typing import Any
 
 from dse.analysis.response_time import Task, periodic
+from dse.analysis.terms import picked
 from dse.analysis.views import View
 from dse.space.protocols import BY_INPUTS
 from dse.space.trees import Tree, at, leaves
@@ -89,7 +90,8 @@ def switching_ns(space: Space, number: int, view: View) -> int:
 def section_ns(space: Space, number: int, longest_ns: int, view: View) -> int:
     """The longest part of a job of `longest_ns` during which no other thread gets the CPU: no longer than the job."""
     stated = at(space.components[number].section_ns, view)
-    return 0 if stated is None else min(stated, longest_ns)
+    shorter: int = 0 if stated is None else picked("min", stated, longest_ns)
+    return shorter
 
 
 def interrupting(space: Space, numbers: Sequence[int], view: View) -> tuple[Task, ...]:

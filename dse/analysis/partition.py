@@ -7,7 +7,7 @@ NP-hard: S. Martello and P. Toth, "Knapsack Problems", Wiley 1990, chapter 8), a
 from __future__ import annotations
 
 import operator
-from collections.abc import Callable, Collection, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
 from functools import lru_cache, partial
@@ -217,15 +217,28 @@ def _asks_for_first_fit(space: Space, waiting: Sequence[int]) -> bool:
     return any(number not in is_open for number in waiting)
 
 
+def core_count(space: Space, processor: int, view: View) -> int:
+    """How many cores a processor has; where a study moves their number, a part of a core is none."""
+    given = max(1, at(space.processors[processor].cores, view))
+    return operator.index(given) if given.denominator == 1 else floor(given)
+
+
+def given_cores(space: Space, processor: int, numbers: Iterable[int], view: View) -> dict[int, int] | None:
+    """The core of each of these threads, where each has one of its own; None where some are open."""
+    count = core_count(space, processor, view)
+    found = {number: own_core(space, number, view, count) for number in numbers}
+    given = {number: core for number, core in found.items() if core is not None}
+    return given if len(given) == len(found) else None
+
+
 def _given(
     space: Space, processor: int, used: Mapping[int, Fraction], view: View
 ) -> tuple[list[Fraction], list[int], dict[int, Collection[int]]]:
     """What is on each core already, the threads without one, and the cores (from 0) that these may have.
 
-    Where a study moves the number of cores, a core that is not there is the last one, and a part of a core is none.
+    Where a study moves the number of cores, a core that is not there is the last one.
     """
-    given = max(1, at(space.processors[processor].cores, view))
-    count = operator.index(given) if given.denominator == 1 else floor(given)
+    count = core_count(space, processor, view)
     taken, waiting = [Fraction(0)] * count, []
     for number, share in used.items():
         core = own_core(space, number, view, count)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 from fractions import Fraction
 
-from dse.analysis.partition import WHOLE, Room, Spread, spread
+from dse.analysis.partition import WHOLE, Room, Spread, given_cores, spread
 from dse.analysis.tasks import members, utilisation
 from dse.analysis.views import View
 from dse.space.types import Space
@@ -19,6 +19,10 @@ def core_of_each(space: Space, processor: int, view: View) -> dict[int, int]:
     (first-fit by decreasing utilisation), by a complete search where that is in vain. Where there is no such partition,
     each is put on the first core with room, else on the one that is used least.
     """
+    units = {number: space.unit(number, view) for number in members(space, processor, view)}
+    given = given_cores(space, processor, units.values(), view)  # then they do not hang on what the threads use
+    if given is not None:
+        return {number: given[unit] for number, unit in units.items()}
     return dict(placement(space, processor, view).cores)
 
 

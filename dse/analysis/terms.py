@@ -220,9 +220,10 @@ def scaled_term(term: Term, factor: Fraction) -> Term:
 
 def picked(kind: Kind, one: Any, other: Any) -> Any:
     """The greater or the less of two numbers, which remember it where they remember how they were made."""
-    remembers = next((number for number in (one, other) if hasattr(number, "picked")), None)
-    if remembers is not None:
-        return remembers.picked(kind, other if remembers is one else one)
+    if type(one) is not int or type(other) is not int:
+        remembers = next((number for number in (one, other) if hasattr(number, "picked")), None)
+        if remembers is not None:
+            return remembers.picked(kind, other if remembers is one else one)
     return max(one, other) if kind == "max" else min(one, other)
 
 

@@ -8,12 +8,14 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
+from functools import partial, reduce
 
 from dse.analysis.overheads import section_ns
 from dse.analysis.placement import core_of_each
 from dse.analysis.priorities import inner_levels, levels_of, reserved_levels
 from dse.analysis.rates import is_event_triggered
 from dse.analysis.tasks import TaskKey, alone_ns, task_keys
+from dse.analysis.terms import picked
 from dse.analysis.views import View
 from dse.space.trees import at
 from dse.space.types import Space
@@ -204,5 +206,5 @@ def _blocked(space: Space, turns: list[Turn], view: View) -> list[Turn]:
             for position, section in enumerate(sections)
             if position not in rivals and turns[position].key != turn.key
         ]
-        found.append(replace(turn, blocked_ns=max(others, default=0)))
+        found.append(replace(turn, blocked_ns=reduce(partial(picked, "max"), others, 0)))
     return found

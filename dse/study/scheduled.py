@@ -3,11 +3,14 @@
 Where each thread keeps its core and its place among the priorities, the response time of fixed-priority scheduling
 never falls when an execution time, a blocking time or a release jitter grows: the busy period of the longer jobs holds
 that of the shorter ones (J. P. Lehoczky, RTSS 1990; N. Audsley et al., Software Engineering Journal 8(5), 1993), and so
-does the least fixed point of response times and the jitter that they pass on (K. Tindell and J. Clark, 1994). It grows
-at least as fast as the thread's own longest execution time: of its last job all is in it. So the jitter that a thread
-passes on, response time less shortest execution time, grows too where the longest time grows no slower than the
-shortest. Over the box a response time lies between those at the two corners where all of these are least and most, and
-its derivative is at least that of the thread's own longest time: enough for the signs of `dse.study.worst_place`.
+does the least fixed point of response times and the jitter that they pass on (K. Tindell and J. Clark, 1994). The same
+holds of executors, reservations and segments (docs/semantics.md, sections 4.6 to 4.8): their bounds too are the
+greatest, over jobs, of a least time by which all that is demanded until then is done, and longer jobs and more jitter
+demand more. A response time grows at least as fast as the thread's own longest execution time, which is all in its last
+job. So the jitter that a thread passes on, response time less shortest execution time, grows too where the longest time
+grows no slower than the shortest. Over the box a response time lies between those at the two corners where all of these
+are least and most, and its derivative is at least that of the thread's own longest time: enough for the signs of
+`dse.study.worst_place`.
 """
 
 from __future__ import annotations
@@ -20,6 +23,7 @@ from typing import Any
 from dse.analysis.binding import transmission_ns
 from dse.analysis.holistic import fixed_point
 from dse.analysis.scheduling import UNBOUNDED_NS, all_responses, counted_ns
+from dse.analysis.segments import elapsed_ns
 from dse.analysis.tasks import TaskKey, alone_ns
 from dse.analysis.turns import Schedule, Turn
 from dse.analysis.views import View
@@ -127,8 +131,7 @@ class Motion:
 def motion_of(inputs: InputSpace, design: Design, box: Box) -> Motion | None:
     """How response times move over the box; None where that is not known by the theorem.
 
-    It is known of threads that are neither in an executor or a reservation nor have segments and that keep their cores
-    and priorities, where what may vary are execution and transmission times.
+    It is known of threads that keep their cores and priorities, where execution and transmission times may vary.
 
     Raises
     ------
@@ -141,8 +144,6 @@ def motion_of(inputs: InputSpace, design: Design, box: Box) -> Motion | None:
         schedule = Schedule(space, view)
         cores = [core for number in range(len(space.processors)) for core in schedule.cores(number)]
         turns = [turn for core in cores for turn in core]
-        if any(turn.executor is not None or turn.reservation is not None or turn.pieces for turn in turns):
-            return None
         times = list(_times(space, turns, view))
     program = Program([Fraction(0) + item for pair in times for item in pair], guards)
     if undecided_over(program, ranges):
@@ -161,8 +162,9 @@ def motion_of(inputs: InputSpace, design: Design, box: Box) -> Motion | None:
 
 def _times(space: Space, turns: list[Turn], view: View) -> Iterator[tuple[Any, Any]]:
     """The longest and shortest of each time that response times are made of: first of the tasks, in their order."""
-    for turn in turns:
-        yield alone_ns(space.components[turn.key[0]], turn.key[1], view)[::-1]
+    for number, part in (turn.key for turn in turns):
+        is_piece = space.components[number].pieces is not None
+        yield (elapsed_ns(space, number, view) if is_piece else alone_ns(space.components[number], part, view))[::-1]
     for turn in turns:
         yield turn.blocked_ns, 0
     for component in space.components:
