@@ -120,7 +120,7 @@ class RobustQuestion:
         if motion is None:
             return self.box.worsts(DesignFunction(self.inputs, design, cores=False))
         function = ScheduledFunction(self.inputs, design, motion, self.box)
-        return self.box.worsts(function) if function.top is None else function.worsts_without_bound(self.box)
+        return function.broken_without_bound(self.box) or self.box.worsts(function)
 
     def _broken(self, design: Design) -> list[Demand]:
         operators = [item.operator for item in self.space.requirements]

@@ -44,6 +44,7 @@ from dse.study.intervals import (
 )
 from dse.study.trace import MOST_GUARDS, Node, Program, TooManyGuardsError, Traced, watching
 from dse.study.worst_place import Box, Corner, Worst
+from dse.units import is_unbounded
 
 Responses = Mapping[TaskKey, Any]
 
@@ -55,20 +56,18 @@ class ScheduledFunction(DesignFunction):
         self._known: tuple[Values, Responses] = ((), {})
         low, high = (box.values(inputs.nominal, corner) for corner in (motion.least, motion.most))
         least, most = (all_responses(inputs.at(values), View(design)) for values in (low, high))
-        self.keys = tuple(key for key in sorted(least) if least[key] is not None)
+        ends = {key: (_counted(least[key]), _counted(most[key])) for key in sorted(least)}
+        self.keys = tuple(key for key, (soonest, _) in ends.items() if not is_unbounded(soonest))
         """The tasks whose response times have a bound somewhere in the box."""
-        self.top = motion.most if any(most[key] is None for key in self.keys) else None
+        self.top = motion.most if any(is_unbounded(ends[key][1]) for key in self.keys) else None
         """The corner where some of these have none, if there is one."""
         super().__init__(inputs, design, cores=False)
-        self.further = tuple(
-            motion.response(key, (Fraction(counted_ns(least[key])), Fraction(counted_ns(most[key]))))
-            for key in self.keys
-        )
+        self.further = tuple(motion.response(key, ends[key]) for key in self.keys)
 
     def inputs_of(self, values: Values) -> Values:
         """The values of the inputs with the response times that follow from them."""
         found = self._responses(values)
-        return (*values, *(Fraction(0) + counted_ns(found[key]) for key in self.keys))
+        return (*values, *(_counted(found[key]) for key in self.keys))
 
     def view_of(self, values: Values, *, traced: bool) -> View:
         """A view of the design that knows its response times, traced as variables of their own."""
@@ -88,19 +87,17 @@ class ScheduledFunction(DesignFunction):
             self._known = (tuple(values), all_responses(self.inputs.at(values), View(self.design)))
         return self._known[1]
 
-    def worsts_without_bound(self, box: Box) -> list[tuple[Bound, Worst]]:
-        """Each comparison at the corner where some response time has no bound, if that breaks one of them.
-
-        Raises
-        ------
-        NotProvedError
-            when it breaks none: what has no bound counts nowhere, and nothing is known of what does.
-        """
-        assert self.top is not None
+    def broken_without_bound(self, box: Box) -> list[tuple[Bound, Worst]]:
+        """Each comparison at the corner where some response time has no bound, where that breaks one; else nothing."""
+        if self.top is None:
+            return []
         outputs = self.analysed(box.values(self.inputs.nominal, self.top))
-        if not self.broken(outputs):
-            raise NotProvedError("a response time has no bound at one end of the stated ranges")
-        return [(bound, Worst(self.top, outputs[bound.value], outputs[bound.limit])) for bound in self.outputs.bounds]
+        found = [(bound, Worst(self.top, outputs[bound.value], outputs[bound.limit])) for bound in self.outputs.bounds]
+        return found if self.broken(outputs) else []
+
+
+def _counted(response_ns: Any) -> Fraction:
+    return Fraction(0) + counted_ns(response_ns)
 
 
 @dataclass(frozen=True)

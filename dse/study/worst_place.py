@@ -16,6 +16,7 @@ from itertools import product
 
 from dse.study.functions import Bound, DesignFunction
 from dse.study.intervals import (
+    ZERO,
     Interval,
     NotProvedError,
     combined,
@@ -28,6 +29,7 @@ from dse.study.intervals import (
 )
 from dse.study.trace import STEPS, Program, TooManyGuardsError
 from dse.study.uncertainty import Uncertain
+from dse.units import is_unbounded
 
 MOST_FREE = 10
 """So many inputs without a proved direction are tried at both ends together."""
@@ -112,6 +114,7 @@ class Box:
     def _worst(self, function: DesignFunction, parts: Sequence[_Part], bound: Bound) -> Worst:
         text, operator = function.outputs.texts[bound.requirement], function.outputs.operators[bound.requirement]
         directions = self._directions(parts, bound, text)
+        self._check_endless(function, parts, bound, directions)
         signs = {"<": (1,), ">": (-1,), "=": (1, -1)}[operator[0]]  # an equality is missed above or below
         found = []
         for sign in signs:
@@ -120,6 +123,24 @@ class Box:
                 found.append((sign * (limit - value), corner, value, limit))
         _, corner, value, limit = min(found, key=lambda item: (item[0], item[1]))
         return Worst(corner, value, limit)
+
+    @staticmethod
+    def _check_endless(
+        function: DesignFunction, parts: Sequence[_Part], bound: Bound, directions: Sequence[int | None]
+    ) -> None:
+        """What has no bound in part of the box jumps up where it loses it: figures that fall with it are not covered.
+
+        Raises
+        ------
+        NotProvedError
+            when a comparison depends on such a thing, and may fall where that rises.
+        """
+        for number, item in enumerate(function.further, len(function.inputs.nominal)):
+            if not is_unbounded(item.range[1]) or not any(part.reaches(number, bound) for part in parts):
+                continue
+            for slope, direction in zip(item.slopes, directions, strict=True):
+                if slope != ZERO and (direction is None or direction * (1 if slope[0] >= 0 else -1) < 0):
+                    raise NotProvedError("a response time has no bound in part of the stated ranges")
 
     def _sides(self, function: DesignFunction, bound: Bound, corner: Corner) -> tuple[Fraction, Fraction]:
         key = (id(function), corner)
@@ -176,8 +197,9 @@ class Box:
             names = self._behind(program, [side for item in jumps for side in item[:2]])
             raise NotProvedError(
                 f"a figure moves in steps within the stated ranges, of which nothing can be proved (with {names}), "
-                "as response times may: state one value, or leave response times out "
-                "(deadlines: none, processing: execution_time)"
+                "as response times may where more than execution and transmission times vary, or first-fit places "
+                "threads: state one value, and cores, or leave response times out (deadlines: none, "
+                "processing: execution_time)"
             )
         if len(self.uncertain) > MOST_FREE:
             raise NotProvedError(f"too many uncertain inputs ({len(self.uncertain)}) around a comparison")
@@ -209,6 +231,11 @@ class _Part:
         if low == high == 0:
             return 0
         return 1 if low >= 0 else -1 if high <= 0 else None
+
+    def reaches(self, variable: int, bound: Bound) -> bool:
+        """Whether a comparison depends on a variable."""
+        sides = (self.program.outputs[bound.value], self.program.outputs[bound.limit])
+        return any(variable in self.program.variables(side) for side in sides)
 
     def degree(self, number: int, bound: Bound) -> int:
         """The degree of a comparison in an input; 2 stands for anything that is not linear."""
