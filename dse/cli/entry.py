@@ -62,6 +62,9 @@ def main() -> None:
         _open_closed_streams()
         _outlive_readers()
         os.environ.setdefault("PYDANTIC_DISABLE_PLUGINS", "__all__")  # we use none; looking for them takes time
+        from dse.cli.postponed import postpone
+
+        postpone()
         from dse.cli.main import run
 
         code = run(sys.argv[1:])
