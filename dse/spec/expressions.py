@@ -5,9 +5,9 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import Generic, Literal, TypeAlias, TypeVar
 
+from dse.records import dataclass
 from dse.units import Quantity
 
 Operator: TypeAlias = Literal["<=", "<", ">=", ">", "==", "!="]

@@ -13,7 +13,6 @@ from pydantic import (
     Field,
     GetCoreSchemaHandler,
     GetJsonSchemaHandler,
-    PlainValidator,
     ValidationError,
     WithJsonSchema,
 )
@@ -21,6 +20,7 @@ from pydantic_core import CoreSchema, InitErrorDetails, PydanticCustomError, cor
 
 from dse import units
 from dse.importers.ros_messages import LONGEST
+from dse.spec.parts import Reads
 from dse.units import Kind
 
 T = TypeVar("T")
@@ -94,7 +94,7 @@ def _carrier(value: Any) -> str:
 
 Line: TypeAlias = Annotated[
     str,
-    PlainValidator(_line),
+    Reads(_line),
     WithJsonSchema({"type": "string", "minLength": 1, "maxLength": MAX_LINE, "pattern": r"^[^\r\n]*$"}),
 ]
 _NAME_SCHEMA = WithJsonSchema(
@@ -107,12 +107,12 @@ _NAME_SCHEMA = WithJsonSchema(
         "description": 'A name: any text without line breaks but "none".',
     }
 )
-Name: TypeAlias = Annotated[str, PlainValidator(_name), _NAME_SCHEMA]
-SlotType: TypeAlias = Annotated[str, PlainValidator(_slot_type), _NAME_SCHEMA]
+Name: TypeAlias = Annotated[str, Reads(_name), _NAME_SCHEMA]
+SlotType: TypeAlias = Annotated[str, Reads(_slot_type), _NAME_SCHEMA]
 """The type of a slot, which may stay empty."""
-Reference: TypeAlias = Annotated[str, PlainValidator(_reference), _NAME_SCHEMA]
+Reference: TypeAlias = Annotated[str, Reads(_reference), _NAME_SCHEMA]
 """The name of something else in the file."""
-Carrier: TypeAlias = Annotated[str, PlainValidator(_carrier), _NAME_SCHEMA]
+Carrier: TypeAlias = Annotated[str, Reads(_carrier), _NAME_SCHEMA]
 """The name of a bus that a connection may take."""
 
 # --- numbers ------------------------------------------------------------------------------------------------------
@@ -172,42 +172,40 @@ def _version(value: Any) -> int:
 COUNT = Kind("a whole number", "4", units.DIMENSIONLESS)
 """A figure that counts: a `Kind` beside a type tells that studies may vary its values (`dse.spec.quantities`)."""
 
-Version: TypeAlias = Annotated[int, PlainValidator(_version), WithJsonSchema({"const": 1})]
-Count: TypeAlias = Annotated[int, PlainValidator(_count(1)), WithJsonSchema({"type": "integer", "minimum": 1})]
+Version: TypeAlias = Annotated[int, Reads(_version), WithJsonSchema({"const": 1})]
+Count: TypeAlias = Annotated[int, Reads(_count(1)), WithJsonSchema({"type": "integer", "minimum": 1})]
 MOST_CORES = 1024
 """The most cores of one processor."""
 Cores: TypeAlias = Annotated[
     int,
     COUNT,
-    PlainValidator(_count(1, MOST_CORES)),
+    Reads(_count(1, MOST_CORES)),
     WithJsonSchema({"type": "integer", "minimum": 1, "maximum": MOST_CORES}),
 ]
 Core: TypeAlias = Annotated[
     int | str,
-    PlainValidator(_core),
+    Reads(_core),
     WithJsonSchema({"anyOf": [{"type": "integer", "minimum": 1}, {"type": "string"}]}),
 ]
 Priority: TypeAlias = Annotated[
     int | str,
-    PlainValidator(_priority),
+    Reads(_priority),
     WithJsonSchema({"anyOf": [{"type": "integer", "minimum": 0}, {"enum": [*PRIORITY_RULES, ANY_PRIORITY]}]}),
 ]
-QueueSize: TypeAlias = Annotated[
-    int, COUNT, PlainValidator(_count(0)), WithJsonSchema({"type": "integer", "minimum": 0})
-]
+QueueSize: TypeAlias = Annotated[int, COUNT, Reads(_count(0)), WithJsonSchema({"type": "integer", "minimum": 0})]
 Length: TypeAlias = Annotated[
     int,
-    PlainValidator(_count(0, LONGEST)),
+    Reads(_count(0, LONGEST)),
     WithJsonSchema({"type": "integer", "minimum": 0, "maximum": LONGEST}),
 ]
 Weight: TypeAlias = Annotated[
     int,
-    PlainValidator(_count(0)),
+    Reads(_count(0)),
     WithJsonSchema({"type": "integer", "minimum": 0, "description": "What changing the decision costs, in any unit."}),
 ]
 Setting: TypeAlias = Annotated[
     str | int,
-    PlainValidator(_setting),
+    Reads(_setting),
     WithJsonSchema({"type": ["string", "integer"], "description": "The option that the baseline has."}),
 ]
 

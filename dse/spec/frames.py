@@ -4,16 +4,15 @@ from __future__ import annotations
 
 from typing import Annotated, Any, Literal, TypeAlias
 
-from pydantic import BaseModel, ConfigDict, Discriminator, Field, PlainValidator, Tag, WithJsonSchema
+from pydantic import Discriminator, Field, Tag, WithJsonSchema
 
 from dse.spec.fields import describe, field_error
+from dse.spec.parts import Part, Reads
 from dse.spec.quantity_fields import Bandwidth, DataSize
 
 
-class FrameModel(BaseModel):
-    """Base of the frames: as strict as every other part of a problem file."""
-
-    model_config = ConfigDict(strict=True, frozen=True, extra="forbid")
+class FrameModel(Part):
+    """Base of the frames."""
 
 
 class CanFrame(FrameModel):
@@ -37,7 +36,7 @@ def _stop_bits(value: Any) -> int:
     return int(2 * value)
 
 
-StopBits: TypeAlias = Annotated[int, PlainValidator(_stop_bits), WithJsonSchema({"enum": [1, 1.5, 2]})]
+StopBits: TypeAlias = Annotated[int, Reads(_stop_bits), WithJsonSchema({"enum": [1, 1.5, 2]})]
 """Counted in halves."""
 
 
@@ -85,13 +84,8 @@ MODELS: dict[str, type[FrameModel]] = {
 }
 """By the tag of the union, whose blanks keep it apart from names in the file."""
 IN_A_WORD = " in a word "
-WORDS: dict[str, FrameModel] = {
-    "can": CanFrame(protocol="can"),
-    "serial": SerialFrame(protocol="serial"),
-    "ethernet": EthernetFrame(protocol="ethernet"),
-    "ethercat": EthercatFrame(protocol="ethercat"),
-    "flexray": FlexrayFrame(protocol="flexray"),
-}
+WORDS = ("can", "serial", "ethernet", "ethercat", "flexray")
+"""Protocols whose frames need no further figure."""
 
 
 def _which(value: Any) -> str:
@@ -113,10 +107,10 @@ def _word(value: Any) -> FrameModel:
     if not isinstance(value, str) or value not in WORDS:
         hint = f"such as {', '.join(WORDS)}, or a mapping with `protocol`"
         raise field_error(f"expected how messages are framed, got {describe(value)}", hint)
-    return WORDS[value]
+    return MODELS[f" {value} "].model_validate({"protocol": value})
 
 
-FrameWord: TypeAlias = Annotated[FrameModel, PlainValidator(_word), WithJsonSchema({"enum": list(WORDS)})]
+FrameWord: TypeAlias = Annotated[FrameModel, Reads(_word), WithJsonSchema({"enum": list(WORDS)})]
 FrameType: TypeAlias = Annotated[
     Annotated[CanFrame, Tag(" can ")]
     | Annotated[CanFdFrame, Tag(" can_fd ")]

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 from typing import Annotated, Any, Literal, TypeAlias
 
-from pydantic import BaseModel, ConfigDict, Discriminator, PlainValidator, Tag, WithJsonSchema
+from pydantic import Discriminator, Tag, WithJsonSchema
 
 from dse import units
 from dse.spec.fields import Cores, Count, Items, Line, Name, Options, describe, field_error
 from dse.spec.frames import FrameType
+from dse.spec.parts import Model, Reads
 from dse.spec.quantity_fields import (
     Bandwidth,
     DataSize,
@@ -23,12 +24,6 @@ from dse.spec.quantity_fields import (
     Total,
     Transmission,
 )
-
-
-class Model(BaseModel):
-    """Base of every part of a problem file: unknown keys are errors, nothing is coerced, nothing changes."""
-
-    model_config = ConfigDict(strict=True, frozen=True, extra="forbid", populate_by_name=True)
 
 
 class Priced(Model):
@@ -112,7 +107,7 @@ def _from_bandwidth(value: Any) -> str:
 
 FromBandwidth: TypeAlias = Annotated[
     str,
-    PlainValidator(_from_bandwidth),
+    Reads(_from_bandwidth),
     WithJsonSchema({"const": FROM_BANDWIDTH, "description": "The size of a message over the bandwidth."}),
 ]
 

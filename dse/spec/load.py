@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import hashlib
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 from functools import cached_property
 from pathlib import Path
 from typing import Any, Literal
@@ -13,6 +13,7 @@ from pydantic import ValidationError
 
 from dse.errors import Diagnostic, ProblemError, in_order
 from dse.importers.registry import IMPORTERS, is_model, read_foreign
+from dse.records import dataclass
 from dse.spec.document import SECTIONS, identity_of, merged_document
 from dse.spec.foreign import offered, overlaid, strangers, tree_of
 from dse.spec.messages import CARRIED, Sized, read_sizes, with_sizes

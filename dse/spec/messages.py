@@ -7,13 +7,14 @@ from __future__ import annotations
 
 import json
 from collections.abc import Collection, Iterator, Mapping
-from dataclasses import dataclass, field
+from dataclasses import field
 from pathlib import Path
 from typing import Any, TypeAlias
 
 from dse.errors import ProblemError, UsageError
 from dse.files.reading import UnreadableFileError
 from dse.importers.ros_messages import DEFAULT, LengthError, Types
+from dse.records import dataclass
 from dse.spec.model import Connection, Messages, Spec
 from dse.spec.reader import PathPart
 from dse.spec.sources import Carried, Files

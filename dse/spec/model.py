@@ -34,10 +34,11 @@ from dse.spec.frames import EthercatFrame as EthercatFrame
 from dse.spec.frames import EthernetFrame as EthernetFrame
 from dse.spec.frames import FlexrayFrame as FlexrayFrame
 from dse.spec.frames import SerialFrame as SerialFrame
-from dse.spec.hardware import ONE, BusType, Demands, Model, Priced, ProcessorType, TimeRanges
+from dse.spec.hardware import ONE, BusType, Demands, Priced, ProcessorType, TimeRanges
 from dse.spec.hardware import Interrupt as Interrupt
 from dse.spec.hardware import Throttling as Throttling
 from dse.spec.hardware import TransmissionTime as TransmissionTime
+from dse.spec.parts import Model
 from dse.spec.quantity_fields import (
     DataRate,
     DataSize,

@@ -8,7 +8,6 @@ A path is what leads to a value in the file, joined by dots: ``threads.nav.compu
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
 from fractions import Fraction
 from math import floor
 from typing import Any, TypeAlias, TypeVar, get_args
@@ -16,6 +15,7 @@ from typing import Any, TypeAlias, TypeVar, get_args
 from pydantic.fields import FieldInfo
 
 from dse.errors import UsageError
+from dse.records import dataclass
 from dse.spec.fields import COUNT
 from dse.spec.hardware import Priced, TransmissionTime
 from dse.spec.model import Catalogue, Spec

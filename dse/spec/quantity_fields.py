@@ -6,10 +6,11 @@ from collections.abc import Callable
 from fractions import Fraction
 from typing import Annotated, Any, TypeAlias
 
-from pydantic import PlainSerializer, PlainValidator, WithJsonSchema
+from pydantic import WithJsonSchema
 
 from dse import units
 from dse.spec.fields import T, describe, field_error
+from dse.spec.parts import Reads
 from dse.units import Kind, Rounding, UnitError
 
 OFFSET_WORDS = ("any", "unknown")
@@ -35,7 +36,7 @@ def _write_offset(value: int | str) -> str:
 _NUMBER = r"\+?([0-9]+/[0-9]+|([0-9]+(\.[0-9]*)?|\.[0-9]+)([eE][+-]?[0-9]+)?)"
 
 
-def _reader(kind: Kind, parse: Callable[[str], T]) -> PlainValidator:
+def _text_of(kind: Kind, parse: Callable[[str], T], write: Callable[[Any], str]) -> Reads:
     def read(value: Any) -> T:
         if not isinstance(value, str):
             raise field_error(f"expected {units.expectation(kind)}, got {describe(value)}")
@@ -44,7 +45,7 @@ def _reader(kind: Kind, parse: Callable[[str], T]) -> PlainValidator:
         except UnitError as error:
             raise field_error(error.message, error.hint) from None
 
-    return PlainValidator(read)
+    return Reads(read, write)
 
 
 def _unit_pattern(kind: Kind) -> str:
@@ -65,10 +66,6 @@ def _describe_quantity(kind: Kind, *examples: str, pattern: str = "") -> WithJso
             "examples": [kind.example, *examples],
         }
     )
-
-
-def _writer(write: Callable[[Any], str]) -> PlainSerializer:
-    return PlainSerializer(write, return_type=str, when_used="json")
 
 
 def _deadline_ns(text: str) -> int:
@@ -95,8 +92,7 @@ TOTAL = Kind("a figure", "90 g", units.DIMENSIONLESS)
 Duration: TypeAlias = Annotated[
     int,
     units.DURATION,
-    _reader(units.DURATION, _deadline_ns),
-    _writer(units.format_duration),
+    _text_of(units.DURATION, _deadline_ns, units.format_duration),
     _describe_quantity(units.DURATION, "1.3 ms", "250 us"),
 ]
 
@@ -104,8 +100,7 @@ Duration: TypeAlias = Annotated[
 Demand: TypeAlias = Annotated[
     int,
     units.DURATION,
-    _reader(units.DURATION, _demand_ns),
-    _writer(units.format_duration),
+    _text_of(units.DURATION, _demand_ns, units.format_duration),
     _describe_quantity(units.DURATION, "5 us", "250 us"),
 ]
 
@@ -113,8 +108,7 @@ Demand: TypeAlias = Annotated[
 Offset: TypeAlias = Annotated[
     int | str,
     units.DURATION,
-    PlainValidator(_offset),
-    _writer(_write_offset),
+    Reads(_offset, _write_offset),
     WithJsonSchema(
         {
             "type": "string",
@@ -129,8 +123,7 @@ Offset: TypeAlias = Annotated[
 Period: TypeAlias = Annotated[
     int,
     units.PERIOD,
-    _reader(units.PERIOD, units.parse_period_ns),
-    _writer(units.format_duration),
+    _text_of(units.PERIOD, units.parse_period_ns, units.format_duration),
     _describe_quantity(units.PERIOD, "20 ms", "1 s"),
 ]
 
@@ -138,8 +131,7 @@ Period: TypeAlias = Annotated[
 TimeRange: TypeAlias = Annotated[
     units.TimeRange,
     units.TIME_RANGE,
-    _reader(units.TIME_RANGE, units.parse_time_range_ns),
-    _writer(units.format_time_range),
+    _text_of(units.TIME_RANGE, units.parse_time_range_ns, units.format_time_range),
     _describe_quantity(units.TIME_RANGE, "10 ms", "1 .. 3 ms", pattern=_RANGE),
 ]
 
@@ -147,8 +139,7 @@ TimeRange: TypeAlias = Annotated[
 Transmission: TypeAlias = Annotated[
     units.TimeRange,
     units.TRANSMISSION,
-    _reader(units.TRANSMISSION, units.parse_transmission_ns),
-    _writer(units.format_time_range),
+    _text_of(units.TRANSMISSION, units.parse_transmission_ns, units.format_time_range),
     _describe_quantity(units.TRANSMISSION, "128 us", "100 ps .. 0.2 ns", pattern=_RANGE),
 ]
 
@@ -156,16 +147,14 @@ Transmission: TypeAlias = Annotated[
 DataSize: TypeAlias = Annotated[
     int,
     units.SIZE,
-    _reader(units.SIZE, units.parse_size_bytes),
-    _writer(units.format_size),
+    _text_of(units.SIZE, units.parse_size_bytes, units.format_size),
     _describe_quantity(units.SIZE, "2 KB", "64 KiB"),
 ]
 
 
 SizeRange: TypeAlias = Annotated[
     units.SizeRange,
-    _reader(units.SIZE_RANGE, units.parse_size_range_bytes),
-    _writer(units.format_size_range),
+    _text_of(units.SIZE_RANGE, units.parse_size_range_bytes, units.format_size_range),
     _describe_quantity(units.SIZE_RANGE, "64 B .. 1500 B", pattern=_range_pattern(units.SIZE_RANGE)),
 ]
 
@@ -173,8 +162,7 @@ SizeRange: TypeAlias = Annotated[
 Bandwidth: TypeAlias = Annotated[
     int,
     units.BANDWIDTH,
-    _reader(units.BANDWIDTH, units.parse_bandwidth_bps),
-    _writer(units.format_bandwidth),
+    _text_of(units.BANDWIDTH, units.parse_bandwidth_bps, units.format_bandwidth),
     _describe_quantity(units.BANDWIDTH, "11520 B/s", "100 Mbit/s"),
 ]
 
@@ -182,8 +170,7 @@ Bandwidth: TypeAlias = Annotated[
 DataRate: TypeAlias = Annotated[
     Fraction,
     units.RATE_OF_DATA,
-    _reader(units.RATE_OF_DATA, units.parse_data_rate),
-    _writer(units.format_data_rate),
+    _text_of(units.RATE_OF_DATA, units.parse_data_rate, units.format_data_rate),
     _describe_quantity(units.RATE_OF_DATA, "3 kbit/s"),
 ]
 
@@ -191,8 +178,7 @@ DataRate: TypeAlias = Annotated[
 Speed: TypeAlias = Annotated[
     Fraction,
     units.PROCESSOR_SPEED,
-    _reader(units.PROCESSOR_SPEED, units.parse_speed_mips),
-    _writer(units.format_speed),
+    _text_of(units.PROCESSOR_SPEED, units.parse_speed_mips, units.format_speed),
     _describe_quantity(units.PROCESSOR_SPEED, "1.2 GIPS"),
 ]
 
@@ -200,8 +186,7 @@ Speed: TypeAlias = Annotated[
 Instructions: TypeAlias = Annotated[
     Fraction,
     units.INSTRUCTIONS,
-    _reader(units.INSTRUCTIONS, units.parse_instructions),
-    _writer(units.format_instructions),
+    _text_of(units.INSTRUCTIONS, units.parse_instructions, units.format_instructions),
     _describe_quantity(units.INSTRUCTIONS, "2 MIPD"),
 ]
 
@@ -209,8 +194,7 @@ Instructions: TypeAlias = Annotated[
 Rate: TypeAlias = Annotated[
     Fraction,
     units.RATE,
-    _reader(units.RATE, units.parse_rate_hz),
-    _writer(units.format_rate),
+    _text_of(units.RATE, units.parse_rate_hz, units.format_rate),
     _describe_quantity(units.RATE, "50/3 Hz", "1 kHz"),
 ]
 
@@ -218,8 +202,7 @@ Rate: TypeAlias = Annotated[
 Money: TypeAlias = Annotated[
     units.Money,
     units.PRICE,
-    _reader(units.PRICE, units.parse_money),
-    _writer(units.format_money),
+    _text_of(units.PRICE, units.parse_money, units.format_money),
     _describe_quantity(units.PRICE, "99.90 EUR"),
 ]
 
@@ -227,16 +210,14 @@ Money: TypeAlias = Annotated[
 Power: TypeAlias = Annotated[
     int,
     units.POWER_DRAW,
-    _reader(units.POWER_DRAW, units.parse_power_mw),
-    _writer(units.format_power),
+    _text_of(units.POWER_DRAW, units.parse_power_mw, units.format_power),
     _describe_quantity(units.POWER_DRAW, "500 mW"),
 ]
 
 
 Total: TypeAlias = Annotated[
     units.Total,
-    _reader(TOTAL, units.parse_total),
-    _writer(units.format_total),
+    _text_of(TOTAL, units.parse_total, units.format_total),
     WithJsonSchema(
         {
             "type": "string",

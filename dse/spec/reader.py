@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, field
+from dataclasses import field
 from pathlib import Path
 from typing import Any, Literal, TypeAlias
 
@@ -17,6 +17,7 @@ import yaml
 
 from dse.errors import Diagnostic, ProblemError
 from dse.files import reading
+from dse.records import dataclass
 from dse.timelimit import Work
 from dse.units import shown
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dse.spec.fields import Line, Reference
-from dse.spec.hardware import Model
+from dse.spec.parts import Model
 from dse.spec.quantity_fields import DataSize, Duration, Instructions, Period, Speed
 
 

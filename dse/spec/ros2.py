@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator
-from dataclasses import dataclass
 from fractions import Fraction
 
+from dse.records import dataclass
 from dse.spec.model import Ros2, Spec
 from dse.spec.reader import PathPart
 from dse.units import PARAMETER_RATES as RATES

@@ -7,13 +7,13 @@ follow from a part that is missing is not reported: see `Remains`.
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
 from difflib import get_close_matches
 from typing import Any
 
 from pydantic import ValidationError
 from pydantic_core import ErrorDetails
 
+from dse.records import dataclass
 from dse.spec.model import Catalogue, Spec
 from dse.spec.reader import PathPart
 

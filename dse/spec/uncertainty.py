@@ -10,12 +10,13 @@ connections.position.data_size: {samples: sizes.csv, column: bytes, unit: B}
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from difflib import get_close_matches
 from fractions import Fraction
 from math import erfc, sqrt
 
 from dse.errors import UsageError
+from dse.records import dataclass
 from dse.spec.fields import COUNT
 from dse.spec.model import Spec, Uncertainty
 from dse.spec.quantities import BASE, Figure, figures_of, matching, read_value

@@ -13,8 +13,9 @@ from pydantic_core import ErrorDetails
 from dse.errors import Diagnostic
 from dse.spec.fields import describe
 from dse.spec.frames import MODELS as FRAMES
-from dse.spec.hardware import Model, TransmissionTime
+from dse.spec.hardware import TransmissionTime
 from dse.spec.model import Catalogue, PathElement, Spec
+from dse.spec.parts import Model
 from dse.spec.reader import PathPart
 
 if TYPE_CHECKING:
