@@ -7,8 +7,9 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass
 from typing import Literal
+
+from dse.records import dataclass
 
 EXIT_COMPLETE = 0
 EXIT_USAGE = 2

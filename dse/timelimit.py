@@ -12,10 +12,10 @@ import time
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from contextvars import ContextVar
-from dataclasses import dataclass
 from typing import ClassVar, TypeVar
 
 from dse.errors import EXIT_INCOMPLETE, DseError
+from dse.records import dataclass
 
 T = TypeVar("T")
 GRACE = 0.1

@@ -15,7 +15,6 @@ their periods (J. Y.-T. Leung and J. Whitehead, Performance Evaluation 2(4), 198
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
 from fractions import Fraction
 
 from dse.analysis.limits import HOLDS, Limit
@@ -24,6 +23,7 @@ from dse.analysis.priorities import most_levels, number_of
 from dse.analysis.scheduling import counted_ns, is_released_alone, response_among
 from dse.analysis.tasks import TaskKey
 from dse.analysis.views import View
+from dse.records import dataclass
 from dse.space.types import Design, OpenPriority, Space
 from dse.units import Exact
 

@@ -8,7 +8,7 @@ while all other offsets stay, follows from the waits of neighbours alone.
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import partial
 from math import ceil
 
@@ -16,6 +16,7 @@ from dse.analysis.clocks import Pair, common_step, wait_ns
 from dse.analysis.latency import neighbours
 from dse.analysis.rates import is_periodic
 from dse.analysis.views import View, tabulate
+from dse.records import dataclass
 from dse.space.clocks import with_past
 from dse.space.steps import Flow, Step
 from dse.space.trees import at

@@ -7,7 +7,6 @@ time counts as long as its job takes alone. What is found is certain, and much e
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator
-from dataclasses import dataclass
 from fractions import Fraction
 from functools import partial
 from math import ceil, floor
@@ -16,6 +15,7 @@ from typing import Literal, TypeVar
 from dse.analysis.limits import HOLDS, Limit, build_limit
 from dse.analysis.terms import Measure, Term
 from dse.analysis.views import View, tabulate
+from dse.records import dataclass
 from dse.space.criteria import Requirement
 from dse.space.types import Space
 from dse.timelimit import OutOfTime

@@ -9,7 +9,7 @@ and the analysis is asked again with each.
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 from dse.analysis.holistic import task_of
 from dse.analysis.overheads import interrupting
@@ -18,6 +18,7 @@ from dse.analysis.reservations import before_task
 from dse.analysis.scheduling import all_responses, response_of
 from dse.analysis.turns import turns_of
 from dse.analysis.views import View
+from dse.records import dataclass
 from dse.space.trees import at
 from dse.space.types import Space
 from dse.units import Exact

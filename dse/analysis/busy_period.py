@@ -9,13 +9,14 @@ longest section of less urgent work that has just begun. Its last piece ends wit
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from heapq import heapify, heappop, heappush
 from itertools import takewhile
 
 from dse.analysis.executors import WorstJob, executor_worst_job
 from dse.analysis.response_time import Task, densest_releases_ns, most_jobs, worst_job_ns
 from dse.analysis.scheduling import Response
+from dse.records import dataclass
 from dse.units import Exact
 
 MOST_JOBS = 400

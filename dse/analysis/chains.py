@@ -7,7 +7,7 @@ the same datum. Between releases whose phase drifts, each stretch of a flow is a
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from fractions import Fraction
 from functools import lru_cache
 from math import lcm
@@ -17,6 +17,7 @@ from dse.analysis.clocks import METHOD
 from dse.analysis.latency import flow_rows, neighbours, step_rows
 from dse.analysis.rates import is_periodic
 from dse.analysis.views import View
+from dse.records import dataclass
 from dse.space.steps import Flow, Step
 from dse.space.trees import at
 from dse.space.types import Space

@@ -13,12 +13,12 @@ A job that reads when it begins, up to S after its release, may meet data that c
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from fractions import Fraction
 from math import gcd
 
 from dse.analysis.terms import picked
 from dse.analysis.views import View
+from dse.records import dataclass
 from dse.space.trees import at
 from dse.space.types import Component
 from dse.units import Exact, is_unbounded

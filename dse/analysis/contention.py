@@ -7,7 +7,7 @@ docs/semantics.md, section 4.4. The cores are those of the design: stated, decid
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import cached_property
 
 from dse.analysis.limits import Limit, Verdict, build_limit, judge
@@ -21,7 +21,11 @@ from dse.analysis.turns import cores_of as turns_on
 from dse.analysis.unbounded import unbounded_in
 from dse.analysis.validity import Rulebook
 from dse.analysis.views import View
+<<<<<<< HEAD
 from dse.space.buses import carriers
+=======
+from dse.records import dataclass
+>>>>>>> ea2b782 (Dataclasses are made when they are first needed: half of those that a command imports never are)
 from dse.space.cores import is_scheduled, with_open_cores
 from dse.space.trees import at, leaves
 from dse.space.types import EMPTY, Component, Design, Space

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass
 from functools import cached_property
 
 from dse.analysis.flow_terms import flow_figure_ns
@@ -14,6 +13,7 @@ from dse.analysis.rates import active_circle, rate_hz
 from dse.analysis.rows import counts_responses
 from dse.analysis.validity import Rulebook, canonical
 from dse.analysis.views import CyclicActivation, View
+from dse.records import dataclass
 from dse.space.trees import NotOffered
 from dse.space.types import Design, Space
 from dse.timelimit import in_time

@@ -23,10 +23,10 @@ No job of an executor preempts another of it; what goes before the OS thread on 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
 from heapq import merge
 
 from dse.analysis.response_time import MOST_STEPS, STEPS_A_LOOK, Task, densest_releases_ns, is_late, most_jobs
+from dse.records import dataclass
 from dse.space.hosts import ExecutorKind
 from dse.timelimit import look_at_the_clock
 from dse.units import Exact

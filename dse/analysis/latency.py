@@ -7,7 +7,7 @@ Minimum and maximum of a flow are sums of contributions. The rules here are thos
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 from dse.analysis.binding import transmission_ns
 from dse.analysis.clocks import LET, LET_METHOD, METHOD, Pair, missing_ns, pair_of, spread_ns, wait_ns
@@ -18,6 +18,7 @@ from dse.analysis.rows import UNBOUNDED_METHOD, Row, computed_ns, first_given, i
 from dse.analysis.segments import elapsed_ns
 from dse.analysis.terms import picked
 from dse.analysis.views import View
+from dse.records import dataclass
 from dse.space.clocks import AT_RELEASE
 from dse.space.steps import Flow, Step
 from dse.space.trees import at

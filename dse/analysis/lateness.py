@@ -8,7 +8,7 @@ never make it larger, so that what is said suffices.
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from fractions import Fraction
 
 from dse.analysis.budgets import Budget, budget_of, least
@@ -19,6 +19,7 @@ from dse.analysis.response_time import Task, response_time_ns
 from dse.analysis.scheduling import Delay, Response, response_of
 from dse.analysis.segments import elapsed_ns
 from dse.analysis.views import View
+from dse.records import dataclass
 from dse.space.trees import at
 from dse.space.types import Space
 from dse.units import Exact

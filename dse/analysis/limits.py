@@ -8,7 +8,7 @@ A ratio limits the utilisation of a processor by limit * cores, and each thread 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from fractions import Fraction
 from math import lcm
 
@@ -29,6 +29,7 @@ from dse.analysis.scheduling import UNBOUNDED_NS
 from dse.analysis.unbounded import may_be_unbounded, unbounded_from
 from dse.analysis.views import View, tabulate
 from dse.errors import TooLargeError
+from dse.records import dataclass
 from dse.space.criteria import Requirement
 from dse.space.metric_kinds import metric_dimension
 from dse.space.trees import Choice, Tree, at, leaves

@@ -8,12 +8,12 @@ its period. An element is therefore looked at in its place in the flow. Looking 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 from dse.analysis.osate_components import OLD, is_sampling, later_rows, period_ns
 from dse.analysis.osate_media import Medium, media, medium_ends, medium_ns
 from dse.analysis.rows import NO_LATENCY, Row
 from dse.analysis.views import View
+from dse.records import dataclass
 from dse.space.hosts import Partition
 from dse.space.steps import Flow, Step
 from dse.space.trees import at

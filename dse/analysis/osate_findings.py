@@ -7,7 +7,7 @@ prints them, in whole us.
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from fractions import Fraction
 from typing import Literal
 
@@ -17,6 +17,7 @@ from dse.analysis.osate_components import is_sampling, period_ns
 from dse.analysis.osate_media import media, medium_ns
 from dse.analysis.rows import Row, in_flow
 from dse.analysis.views import View
+from dse.records import dataclass
 from dse.space.steps import Flow
 from dse.space.trees import at
 from dse.space.types import Component, Space

@@ -7,12 +7,12 @@ virtual buses, and connections, of which those that are broadcast from one port 
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
 from fractions import Fraction
 
 from dse.analysis.binding import carriers_of
 from dse.analysis.osate_findings import Finding
 from dse.analysis.views import View
+from dse.records import dataclass
 from dse.space.trees import at
 from dse.space.types import EMPTY, Bus, Space
 from dse.units import format_data_rate

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
 
 from dse.analysis.binding import bus_figure, carriers_of, carrying_ns
 from dse.analysis.osate_components import OLD
 from dse.analysis.views import View
+from dse.records import dataclass
 from dse.space.trees import FROM_BANDWIDTH, at
 from dse.space.types import Connection, Space
 from dse.units import Exact

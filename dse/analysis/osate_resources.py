@@ -8,7 +8,6 @@ is nothing its budget stands for it. What is bound to a processor or memory coun
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
 from fractions import Fraction
 from functools import cached_property
 from typing import Literal, TypeAlias
@@ -16,6 +15,7 @@ from typing import Literal, TypeAlias
 from dse.analysis.osate_components import period_ns
 from dse.analysis.osate_findings import Finding
 from dse.analysis.views import View
+from dse.records import dataclass
 from dse.space.resources import Budgeted, MemorySizes
 from dse.space.trees import at
 from dse.space.types import EMPTY, Space

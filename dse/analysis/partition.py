@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import operator
 from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from fractions import Fraction
 from functools import lru_cache, partial
 from math import ceil, floor, lcm
@@ -16,6 +16,7 @@ from typing import Any, Literal, TypeAlias, cast
 
 from dse.analysis.binding import own_core
 from dse.analysis.views import View
+from dse.records import dataclass
 from dse.space.trees import at
 from dse.space.types import Space
 

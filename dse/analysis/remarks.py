@@ -8,7 +8,7 @@ figures (docs/semantics.md, section 3.2): in OSATE's setting Deadline the longes
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from fractions import Fraction
 from functools import partial
 
@@ -25,6 +25,7 @@ from dse.analysis.resources import busy_terms
 from dse.analysis.rows import Row
 from dse.analysis.terms import PPM
 from dse.analysis.views import View, tabulate
+from dse.records import dataclass
 from dse.space.criteria import Metric
 from dse.space.frames import frame_at
 from dse.space.metrics import busy_obstacle

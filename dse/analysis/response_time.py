@@ -11,7 +11,6 @@ interrupted (`dse.analysis.overheads`).
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
 from fractions import Fraction
 from functools import partial
 from heapq import merge
@@ -19,6 +18,7 @@ from itertools import count, islice, takewhile
 from math import gcd, lcm
 from operator import ge
 
+from dse.records import dataclass
 from dse.timelimit import look_at_the_clock
 from dse.units import Exact
 

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 from dse.analysis.scheduling import UNBOUNDED_NS, bounded_response_ns
 from dse.analysis.tasks import Part
 from dse.analysis.views import View
+from dse.records import dataclass
 from dse.space.steps import Step
 from dse.space.trees import at
 from dse.space.types import Component, Space

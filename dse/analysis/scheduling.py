@@ -10,7 +10,7 @@ together (`dse.analysis.holistic`). Offsets between threads are never used to ad
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import TypeAlias
 
 from dse.analysis.executors import Fellow, executor_worst_job
@@ -25,6 +25,7 @@ from dse.analysis.tasks import Part, TaskKey, alone_ns, longest_alone_ns, task_k
 from dse.analysis.terms import picked
 from dse.analysis.turns import Schedule, Turn, turns_of, upstream
 from dse.analysis.views import View
+from dse.records import dataclass
 from dse.space.hosts import ExecutorKind
 from dse.space.trees import at
 from dse.space.types import Space

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from fractions import Fraction
 from functools import partial, reduce
 from math import ceil
@@ -11,6 +11,7 @@ from typing import Any, Literal, TypeAlias, cast
 
 from dse.analysis.rates import RateKey, rate_hz
 from dse.analysis.views import View
+from dse.records import dataclass
 from dse.space.criteria import Metric
 from dse.space.steps import Step
 from dse.space.types import Space

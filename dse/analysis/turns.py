@@ -7,7 +7,7 @@ others.
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import partial, reduce
 
 from dse.analysis.overheads import section_ns
@@ -17,6 +17,7 @@ from dse.analysis.rates import is_event_triggered
 from dse.analysis.tasks import TaskKey, alone_ns, task_keys
 from dse.analysis.terms import picked
 from dse.analysis.views import View
+from dse.records import dataclass
 from dse.space.trees import at
 from dse.space.types import Space
 

@@ -7,7 +7,6 @@ vain. Evaluation and search read the same list.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
 from functools import partial
 from typing import Any
 
@@ -15,6 +14,7 @@ from dse.analysis.binding import bus_figure, bus_stack
 from dse.analysis.limits import HOLDS
 from dse.analysis.resources import all_reachable_buses
 from dse.analysis.views import View, is_met
+from dse.records import dataclass
 from dse.space.buses import counted, wrapping
 from dse.space.criteria import Atom, MultipleTest, PairTest, ResolvedCondition, Rule, UsedTest, ValueTest
 from dse.space.trees import NOT_OFFERED, Choice, NotOffered, PerProcessorType, Tree, at, consulted, leaves

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import hashlib
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
 from itertools import islice
 from pathlib import Path
 from typing import Any
@@ -13,6 +12,7 @@ from dse.api.problem import Model, Problem, load, load_carried
 from dse.errors import ProblemError, UsageError
 from dse.files.reading import read_text
 from dse.importers.registry import is_model
+from dse.records import dataclass
 from dse.spec.document import differences
 from dse.spec.load import parse_spec
 

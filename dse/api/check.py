@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
 from fractions import Fraction
 from typing import TYPE_CHECKING, Any, Unpack
 
@@ -15,6 +14,7 @@ from dse.api.exactness import too_large
 from dse.api.meanings import changed_meanings
 from dse.api.problem import Problem, Source, load
 from dse.api.question import Question
+from dse.records import dataclass
 from dse.results.answer import Answer
 from dse.space.activation import exclusions
 from dse.space.implied import overload_needed

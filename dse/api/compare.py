@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from os import PathLike
 from pathlib import Path
 from typing import TypeAlias
@@ -12,6 +12,7 @@ from dse.api.completing import baseline_design
 from dse.api.export import find_design
 from dse.api.reopen import reopen
 from dse.errors import UsageError, about
+from dse.records import dataclass
 from dse.results.analyse import Analysis
 from dse.results.compare import DesignComparison, ResultComparison, compare_designs, compare_results
 from dse.results.design_tables import analyse_design

@@ -7,7 +7,7 @@ search that found the conflicts is used.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from fractions import Fraction
 from pathlib import PurePath
 from typing import Any, TypeAlias
@@ -18,6 +18,7 @@ from dse.analysis.measures import PPM, build_measure
 from dse.analysis.unbounded import unbounded_from, unbounded_in
 from dse.analysis.views import View
 from dse.api.points import Bench
+from dse.records import dataclass
 from dse.results.display import exact
 from dse.space.criteria import Requirement, Rule
 from dse.space.implied import overload_needed

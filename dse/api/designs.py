@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
 from typing import Any
 
 from dse.api.belonging import belonging
@@ -11,6 +10,7 @@ from dse.api.origins import origin_of
 from dse.api.problem import Problem, changed, read_choices, with_stated_cores
 from dse.api.question import Changes
 from dse.errors import UsageError, about
+from dse.records import dataclass
 from dse.results.reading import decisions_in, read_result
 from dse.space.settings import SETTINGS, settings_of
 from dse.spec.grammar import ExpressionError, parse_assignment

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import field
 from fractions import Fraction
 from functools import cached_property
 from math import ceil
@@ -25,6 +25,7 @@ from dse.api.question import Question
 from dse.pareto.conflicts import Conflicts, ConflictSet, Correction, find_conflicts
 from dse.pareto.feasibility import Fixed, Member, Oracle
 from dse.pareto.relaxations import Closest, closest_limit
+from dse.records import dataclass
 from dse.results.explain import Demand, Example, Explanation, GiveUp, MinimalConflict, Relaxation
 from dse.results.points import Clash, Conflict
 from dse.results.solve import decisions_of

@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 from dse.analysis.evaluate import Evaluator
+from dse.records import dataclass
 from dse.results.display import without_stand_in
 from dse.results.solve import Result
 from dse.verification.diagrams import TooLarge

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -12,6 +11,7 @@ from dse.files.reading import UnreadableFileError, beginning
 from dse.importers.matching import entities_of, node_of
 from dse.importers.merging import merged
 from dse.importers.registry import MOST_LOOKED_AT, NODES, YAML, Imported, importer_of, read_foreign
+from dse.records import dataclass
 from dse.spec.load import load_spec
 from dse.spec.recognising import is_problem
 from dse.spec.writing import block_text

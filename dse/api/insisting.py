@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from typing import Any
 
 from dse.analysis.evaluate import Evaluator
 from dse.api.points import Bench, recomputed
+from dse.records import dataclass
 from dse.results.insisting import InsistedOption, InsistedPoint, Insisting
 from dse.space.types import INACTIVE, Design, Space
 from dse.verification.diagrams import TooLarge

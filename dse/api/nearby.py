@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import field
 from fractions import Fraction
 from math import floor
 from typing import Any
 
 from dse.analysis.evaluate import Evaluator
 from dse.api.points import Bench, recomputed
+from dse.records import dataclass
 from dse.results.changes import changes_between
 from dse.space.types import Design, Space
 from dse.verification.diagrams import TooLarge

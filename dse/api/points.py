@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass, field
+from dataclasses import field
 from fractions import Fraction
 from typing import Any, Protocol
 
@@ -14,6 +14,7 @@ from dse.analysis.views import View
 from dse.api.completing import baseline_design
 from dse.api.problem import Problem
 from dse.errors import UsageError
+from dse.records import dataclass
 from dse.results.display import NO_BOUND, figures_of, without_stand_in
 from dse.results.points import unused_choices
 from dse.results.ranking import FORMER_WORDS, rank, same_score

@@ -5,12 +5,13 @@ from __future__ import annotations
 import os
 import re
 from collections.abc import Callable, Collection, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeAlias, Unpack
 
 from dse.api.question import Changes, Question, changes_of
 from dse.errors import ProblemError, UsageError
+from dse.records import dataclass
 from dse.space.build import build_space, every_mistake
 from dse.space.cores import with_all_cores, with_open_cores
 from dse.space.criteria import Objective, Requirement, Rule

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, fields, replace
+from dataclasses import fields, replace
 from typing import Any, Protocol, TypeAlias, TypedDict
 
 from dse.api.limited import LIMITED
 from dse.errors import UsageError
+from dse.records import dataclass
 from dse.space.settings import SETTINGS
 
 Texts: TypeAlias = str | Sequence[str]

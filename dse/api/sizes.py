@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from pathlib import Path
 
 from dse.errors import UsageError
 from dse.importers.ros_bags import Topic, read_bag
 from dse.importers.ros_messages import DEFAULT, LONGEST, MessageSize, Types, message_sizes
+from dse.records import dataclass
 from dse.results.answer import DataAnswer
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from importlib.metadata import version
 from typing import Literal, Unpack
 
@@ -17,6 +17,7 @@ from dse.api.problem import Problem, Source, load
 from dse.api.question import Question
 from dse.errors import UsageError
 from dse.pareto.front import ANYTHING, Budget, FrontSearch, Progress, Watch, search_front
+from dse.records import dataclass
 from dse.results.order import ranked_by
 from dse.results.points import ObjectiveInfo, Point, Search
 from dse.results.solve import Result, decisions_of, ranked

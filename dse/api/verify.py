@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -19,6 +18,7 @@ from dse.api.points import MOST_FINDINGS, Bench, Witness, check_front, check_sta
 from dse.api.problem import Problem, set_up
 from dse.api.stated import restated
 from dse.errors import UsageError
+from dse.records import dataclass
 from dse.results.forms.agreement import check_whole
 from dse.results.reading import check_semantics, read_stated
 from dse.results.solve import Result

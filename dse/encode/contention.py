@@ -13,7 +13,6 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Callable, Collection, Sequence
-from dataclasses import dataclass
 from fractions import Fraction
 
 from ortools.sat.python import cp_model
@@ -32,6 +31,7 @@ from dse.encode.rates import RateVariables
 from dse.encode.reasons import Reason, reason_of, reason_of_value
 from dse.encode.schedulability import add_rows
 from dse.encode.waiting import Waiting
+from dse.records import dataclass
 from dse.space.cores import is_scheduled, is_shortest, rules_on_order, tells_cores_apart
 from dse.space.criteria import Metric
 from dse.space.metric_kinds import parts_of

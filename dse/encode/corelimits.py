@@ -19,7 +19,6 @@ excluded by the options that it looked at.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 from fractions import Fraction
 from functools import partial
 from math import floor
@@ -32,6 +31,7 @@ from dse.analysis.measures import Term
 from dse.analysis.memo import Recall, Watching
 from dse.analysis.views import Case, View, tabulate
 from dse.encode.linear import Board, greatest
+from dse.records import dataclass
 from dse.space.interchangeable import interchangeable_cores
 from dse.space.trees import Choice, at, leaves
 from dse.space.types import Design, Space

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import field
 from fractions import Fraction
 from types import MappingProxyType
 from typing import Any, TypeAlias, TypeVar
@@ -12,6 +12,7 @@ from typing import Any, TypeAlias, TypeVar
 from ortools.sat.python import cp_model
 
 from dse.analysis.views import Case, View, tabulate
+from dse.records import dataclass
 from dse.space.criteria import Objective, Requirement
 from dse.space.trees import Choice, Tree
 from dse.space.types import Space

@@ -8,7 +8,7 @@ to the safe side, which loses no design, and the referee refuses what exact comp
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import cached_property, partial
 from math import gcd
 from typing import Any
@@ -30,6 +30,7 @@ from dse.encode.requirements import add_limit
 from dse.encode.rules import add_rule
 from dse.encode.sums import measure_branches
 from dse.errors import TooLargeError
+from dse.records import dataclass
 from dse.space.criteria import Objective
 from dse.space.types import INACTIVE, Design
 

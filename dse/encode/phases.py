@@ -8,7 +8,7 @@ beyond a time (of readers that may begin late) is one variable more.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from fractions import Fraction
 from math import gcd, lcm
 from typing import Any
@@ -18,6 +18,7 @@ from ortools.sat.python import cp_model
 from dse.analysis.measures import Measure, Term
 from dse.analysis.terms import Phased, Rest
 from dse.encode.linear import Board, Form, Given, check_exact
+from dse.records import dataclass
 from dse.space.trees import at, leaves
 from dse.units import Exact
 

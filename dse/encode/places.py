@@ -6,7 +6,6 @@ Literals are indices (negative ones negated), so that the same figures serve eve
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 from fractions import Fraction
 from typing import Any
 
@@ -17,6 +16,7 @@ from dse.analysis.views import View, allowed_options, tabulate
 from dse.encode.linear import Board
 from dse.encode.rate_tables import RateTable
 from dse.encode.rates import RateVariables
+from dse.records import dataclass
 from dse.space.trees import Choice, at, leaves
 from dse.space.types import Component, Space
 

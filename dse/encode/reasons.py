@@ -8,7 +8,7 @@ these execution times or longer ones; else the options are named on which their 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import field
 from fractions import Fraction
 from itertools import permutations
 
@@ -23,6 +23,7 @@ from dse.analysis.tasks import work_ns
 from dse.analysis.views import View
 from dse.encode.linear import OpenTerm
 from dse.encode.places import Places, Thread
+from dse.records import dataclass
 from dse.space.trees import at
 from dse.space.types import Space
 from dse.units import Exact

@@ -20,7 +20,7 @@ do not exceed their periods they say exactly what response-time analysis says.
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import field
 from fractions import Fraction
 from math import gcd
 from typing import TYPE_CHECKING, Any, TypeAlias
@@ -32,6 +32,7 @@ from dse.analysis.views import tabulate
 from dse.encode.equal_cores import number_cores
 from dse.encode.linear import EXACT_LIMIT
 from dse.encode.places import Places, Thread, Turn
+from dse.records import dataclass
 from dse.space.types import Space
 from dse.timelimit import look_at_the_clock
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from dataclasses import dataclass
 from fractions import Fraction
 from itertools import product
 from math import gcd
@@ -20,6 +19,7 @@ from dse.encode.additive import additive_parts
 from dse.encode.linear import Board, Form, Given, OpenTerm, ceil_int, check_exact, floor_int
 from dse.encode.phases import phased_form
 from dse.encode.rates import RateVariables
+from dse.records import dataclass
 
 SHARED_BY = 3
 """A decision on which the coefficients of so many products hang is worth a form for each of its options."""

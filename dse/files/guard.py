@@ -13,11 +13,12 @@ import sys
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from contextvars import ContextVar
-from dataclasses import dataclass, field
+from dataclasses import field
 from pathlib import Path
 from typing import TypeAlias
 
 from dse.errors import UsageError
+from dse.records import dataclass
 
 PathLike: TypeAlias = str | os.PathLike[str]
 Key: TypeAlias = tuple[int, int, str]

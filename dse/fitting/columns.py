@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from fractions import Fraction
 
+from dse.records import dataclass
 from dse.units import DATA, TIME, UNITS, Dimension, canonical_unit
 
 TIMES = ("sample", "min", "max", "mean", "median", "deviation")

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 from fractions import Fraction
 from itertools import groupby
 from pathlib import Path
@@ -34,6 +34,7 @@ from dse.fitting.lines import (
     squares_parts,
 )
 from dse.fitting.measurements import Group, Measurements, Summary, read_measurements
+from dse.records import dataclass
 from dse.results.answer import Answer, With
 from dse.units import format_duration
 from dse.units.parse import round_to_int

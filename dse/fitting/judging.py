@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from bisect import bisect
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
 from fractions import Fraction
 from typing import Literal, TypeAlias
 
@@ -12,6 +11,7 @@ import numpy as np
 
 from dse.fitting.lines import Floats, Line, Points
 from dse.fitting.measurements import Summary
+from dse.records import dataclass
 
 Kind: TypeAlias = Literal[
     "sample maximum", "half round trip", "negative part", "crossing", "outside", "poor fit", "bend", "spread",

@@ -8,7 +8,6 @@ a stated share of the samples beyond them. Parts of a line are never negative: a
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass
 from fractions import Fraction
 from itertools import pairwise
 from typing import Literal, TypeAlias
@@ -17,6 +16,7 @@ import numpy as np
 import numpy.typing as npt
 
 from dse.extras import needed_for
+from dse.records import dataclass
 
 Method: TypeAlias = Literal["ols", "envelope", "quantile"]
 Points: TypeAlias = Sequence[tuple[int, Fraction]]

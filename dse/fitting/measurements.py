@@ -6,7 +6,7 @@ import csv
 import io
 import re
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 from difflib import get_close_matches
 from fractions import Fraction
 from math import ceil
@@ -18,6 +18,7 @@ import numpy.typing as npt
 
 from dse.errors import Diagnostic, ProblemError, UsageError
 from dse.fitting.columns import NAMES, TIMES, Column, ColumnError, OptionError, find_columns
+from dse.records import dataclass
 from dse.spec.sources import OnDisk, read_source
 from dse.units import DATA, TIME, UnitError, parse_quantity
 

@@ -11,12 +11,13 @@ import csv
 import io
 import re
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 from fractions import Fraction
 from pathlib import Path
 
 from dse.errors import Diagnostic, ProblemError
 from dse.fitting.measurements import MOST_BYTES, MOST_MISTAKES, joined_rows, numbered_lines
+from dse.records import dataclass
 from dse.spec.sources import OnDisk, read_source
 from dse.units import Quantity, UnitError, parse_quantity
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import random
-from dataclasses import dataclass, field
+from dataclasses import field
 from itertools import pairwise
 from typing import Literal
 
@@ -19,6 +19,7 @@ from dse.generator.published import (
     PeriodClass,
 )
 from dse.generator.topology import Topology
+from dse.records import dataclass
 
 MOST_OF_ONE_CORE = 40
 """Percent of one core that a thread may use in the starting design."""

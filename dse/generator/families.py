@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 from dse.generator.published import (
     AUTOMOTIVE_MACHINES,
     AUTOMOTIVE_PERIODS_MS,
@@ -13,6 +11,7 @@ from dse.generator.published import (
     ROBOT_SENSORS_MS,
     MachineType,
 )
+from dse.records import dataclass
 
 ROBOT_ROLES = ("driver", "filter", "fusion", "localiser", "tracker", "planner", "controller", "monitor", "logger")
 AUTOMOTIVE_ROLES = ("acquire", "filter", "observer", "torque", "brake", "steer", "diagnose", "gateway", "state")

@@ -13,7 +13,7 @@ Prices and powers are assumptions.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dse.records import dataclass
 
 
 @dataclass(frozen=True)

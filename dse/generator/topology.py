@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import random
-from dataclasses import dataclass, field
+from dataclasses import field
 from itertools import pairwise
+
+from dse.records import dataclass
 
 SHORTEST, LONGEST = 3, 7
 """Threads of a flow: with the sensor and the actuator these make four to eight hops."""

@@ -7,12 +7,13 @@ timer of the node. Anything else is the same by its name.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import field
 from typing import Any
 
 from dse.errors import Diagnostic
 from dse.importers.registry import Imported
 from dse.importers.ros2.located import ros_name
+from dse.records import dataclass
 from dse.units import parse_period_ns
 
 

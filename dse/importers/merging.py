@@ -8,7 +8,7 @@ earlier ones leave open, and nodes that they do not have. Where two files differ
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import field
 from typing import Any
 
 from dse.errors import Diagnostic
@@ -16,6 +16,7 @@ from dse.importers.matching import Match, matched, node_of
 from dse.importers.registry import Imported
 from dse.importers.ros2.located import Names, ros_name
 from dse.importers.ros2.system import NODE
+from dse.records import dataclass
 
 SECTIONS = (
     *("processor_types", "bus_types", "device_types", "thread_types", "clocks", "partitions", "processors", "buses"),

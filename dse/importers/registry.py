@@ -8,13 +8,14 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import field
 from importlib import import_module
 from pathlib import Path
 from typing import Any, TypeAlias
 
 from dse.errors import Diagnostic, ProblemError, UsageError
 from dse.files.reading import UnreadableFileError, beginning, obstacle
+from dse.records import dataclass
 
 Key: TypeAlias = tuple[str | int, ...]
 """Keys and positions that lead to a value of a problem file, such as ``("threads", "nav", "period")``."""

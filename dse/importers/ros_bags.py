@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import struct
-from dataclasses import dataclass
 from itertools import pairwise
 from pathlib import Path
 
 from dse.errors import Diagnostic, ProblemError
 from dse.extras import needed_for
 from dse.files.reading import UnreadableFileError, beginning
+from dse.records import dataclass
 
 ROS1 = b"#ROSBAG V"
 DAMAGED = (

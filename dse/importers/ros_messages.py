@@ -7,13 +7,13 @@ The report (ECE-TR-25, section 4.5) counts each array as one element, a string a
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 from dse.errors import Diagnostic, ProblemError, UsageError
 from dse.extras import needed_for
 from dse.files.reading import UnreadableFileError, read_text
+from dse.records import dataclass
 
 WIDTHS = {
     "bool": 1, "byte": 1, "char": 1, "int8": 1, "uint8": 1, "int16": 2, "uint16": 2, "int32": 4, "uint32": 4,

@@ -8,7 +8,6 @@ budget, the design of the search stays, which may depend on its way (decision re
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import Any
 
 from ortools.sat.python import cp_model
@@ -18,6 +17,7 @@ from dse.encode.linear import EXACT_LIMIT
 from dse.pareto.answer import Answer, Found, Unfinished
 from dse.pareto.settings import BARE_IN_ORDER, MOST_MISSED, ORDERED_SEARCH, ORDERED_TO_THE_END, Settings
 from dse.pareto.subproblem import Solver
+from dse.records import dataclass
 from dse.space.types import Design
 
 FEW_VARIABLES = 1_000

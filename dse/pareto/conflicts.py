@@ -12,13 +12,13 @@ correction. Because the largest unexplored set is always asked first, the first 
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
 from itertools import count
 
 from ortools.sat.python import cp_model
 
 from dse.pareto.feasibility import Oracle
 from dse.pareto.settings import sound_solver
+from dse.records import dataclass
 from dse.space.types import Design
 from dse.timelimit import OutOfTime, look_at_the_clock
 

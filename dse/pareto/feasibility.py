@@ -9,7 +9,7 @@ from __future__ import annotations
 import time
 from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import TypeAlias
 
 from dse.analysis.evaluate import Evaluator
@@ -24,6 +24,7 @@ from dse.pareto.guarded_model import Switchboard
 from dse.pareto.pool import heard
 from dse.pareto.referee import accepted
 from dse.pareto.subproblem import Solver
+from dse.records import dataclass
 from dse.space.criteria import Objective, Requirement, Rule
 from dse.space.types import INACTIVE, Design, Space
 from dse.timelimit import OutOfTime, until

@@ -10,7 +10,7 @@ from __future__ import annotations
 import time
 from collections.abc import Callable
 from contextlib import suppress
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 from functools import cached_property, partial
 
 from dse.analysis.evaluate import Evaluator
@@ -34,6 +34,7 @@ from dse.pareto.regions import (
 )
 from dse.pareto.subproblem import Solver
 from dse.pareto.unsearched import started_from
+from dse.records import dataclass
 from dse.space.types import Design
 from dse.timelimit import NEVER, OutOfTime, TimeLimit, until
 

@@ -9,7 +9,6 @@ call: nothing is enumerated.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 from fractions import Fraction
 from math import floor
 from typing import Any
@@ -23,6 +22,7 @@ from dse.pareto.answer import Answer, Found, NoSuchDesign, Unfinished
 from dse.pareto.pool import heard
 from dse.pareto.referee import accepted
 from dse.pareto.subproblem import Solver
+from dse.records import dataclass
 from dse.space.types import Design
 from dse.timelimit import OutOfTime
 

@@ -7,10 +7,10 @@ together any nanosecond may occur. A bound between two steps is as good as the n
 from __future__ import annotations
 
 from collections.abc import Collection, Iterable, Sequence
-from dataclasses import dataclass
 from math import gcd
 
 from dse.encode.model import EncodedObjective
+from dse.records import dataclass
 
 
 @dataclass(frozen=True)

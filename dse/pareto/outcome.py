@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 from dse.errors import UsageError
 from dse.pareto.regions import Bound, RefutedRegions, SearchRegions, inside, strictly_inside
+from dse.records import dataclass
 from dse.space.types import Design
 
 ANYTHING = 2**62

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable
-from dataclasses import dataclass
+
+from dse.records import dataclass
 
 CHECKPOINT_S = 1.0
 """So long at least from the end of one checkpoint to the next; a quarter of it to the first, which is small."""

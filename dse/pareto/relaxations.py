@@ -7,7 +7,7 @@ one core for each thread).
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from fractions import Fraction
 from functools import partial
 
@@ -15,6 +15,7 @@ from dse.analysis.limits import Limit, build_limit, excess, needed_share
 from dse.analysis.rates import NS_PER_S
 from dse.analysis.views import View
 from dse.pareto.feasibility import Oracle
+from dse.records import dataclass
 from dse.space.criteria import Requirement
 from dse.space.types import Design, Space
 from dse.spec.expressions import Operator

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import Any
 
 from ortools.sat.python import cp_model
+
+from dse.records import dataclass
 
 INPROCESSING_FROM = 2.0
 """Work from which on simplifying the clauses in between pays."""

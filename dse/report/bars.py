@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
 from fractions import Fraction
 from typing import Any
 
 from dse.analysis.terms import PPM
+from dse.records import dataclass
 from dse.report.amounts import shortened
 from dse.report.charts import Spec, whole_spec
 from dse.results.analyse import FlowTable, Usage

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from functools import cached_property
 from platform import python_version
 from typing import TYPE_CHECKING, Any
@@ -11,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 from dse.analysis.binding import bus_stack, message_bytes
 from dse.analysis.rates import rate_hz
 from dse.analysis.views import View
+from dse.records import dataclass
 from dse.report.analyse import flow_table, metric_table, tightest_limits, usage_tables, verdict_table
 from dse.report.bars import usage_records, waterfall_records
 from dse.report.charts import front_records

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
+from dse.records import dataclass
 from dse.report.amounts import amount_words
 from dse.report.figuretext import MOST_ROWS
 from dse.report.page import NOTHING, Section, Table, texts

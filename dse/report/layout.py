@@ -6,8 +6,9 @@ Sugiyama, Tagawa and Toda (1981), in its simplest form; the same graph always gi
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
 from itertools import pairwise
+
+from dse.records import dataclass
 
 SWEEPS = 8
 

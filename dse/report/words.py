@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from fractions import Fraction
 
 from dse.analysis.known_sizes import Outside, outside_sizes, outside_words
 from dse.analysis.views import View
+from dse.records import dataclass
 from dse.report.amounts import deltas_words, difference_words, listed, margin_words, rate_words
 from dse.report.contention import contended_words, cores_origin, placed_words
 from dse.report.timeline import boundary_words

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import field
 from fractions import Fraction
 from itertools import chain
 from typing import TYPE_CHECKING, Any
@@ -18,6 +18,7 @@ from dse.analysis.rows import Row
 from dse.analysis.scheduling import Response
 from dse.analysis.views import View
 from dse.errors import UsageError
+from dse.records import dataclass
 from dse.results.answer import Answer, With
 from dse.results.contention import Contended
 from dse.results.frames import unit_frame

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
 
 from dse.analysis.changes import changed_decisions
 from dse.analysis.views import View
+from dse.records import dataclass
 from dse.results.points import ObjectiveInfo
 from dse.results.renumbering import numbered_like
 from dse.space.metric_kinds import asks_for_changes

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from fractions import Fraction
 from typing import TYPE_CHECKING, Any
 
 from dse.analysis.measures import all_metrics
+from dse.records import dataclass
 from dse.results.analyse import Analysis
 from dse.results.answer import Answer
 from dse.results.display import scaled_unit

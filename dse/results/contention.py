@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from fractions import Fraction
 from typing import Any
 
@@ -16,6 +15,7 @@ from dse.analysis.contention import (
     with_contention,
 )
 from dse.analysis.terms import PPM
+from dse.records import dataclass
 from dse.space.types import Design, Space
 
 

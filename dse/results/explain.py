@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 from fractions import Fraction
 from typing import TYPE_CHECKING, Any, Literal
 
 from dse.analysis.boundaries import Boundary
 from dse.analysis.lateness import Late
 from dse.errors import EXIT_COMPLETE, EXIT_INCOMPLETE, EXIT_NO
+from dse.records import dataclass
 from dse.results.answer import Answer, With
 from dse.results.points import Origin
 from dse.results.solve import csv_text

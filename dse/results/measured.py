@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 from fractions import Fraction
 from typing import Any, Literal
 
 from dse.analysis.terms import PPM
+from dse.records import dataclass
 from dse.results.answer import Answer
 from dse.units import is_unbounded
 

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from typing import Any
 
+from dse.records import dataclass
 from dse.results.points import Point
 from dse.results.solve import Result
 

@@ -11,12 +11,12 @@ from __future__ import annotations
 
 import re
 from collections.abc import Sequence
-from dataclasses import dataclass
 from fractions import Fraction
 from math import sqrt
 from typing import Any, TypeAlias
 
 from dse.errors import UsageError
+from dse.records import dataclass
 from dse.units import is_unbounded
 
 METHOD = "distance to the ideal point, objectives scaled to their range on the front (equal weights)"

@@ -6,7 +6,7 @@ Everything is computed from the front and the analysis; `dse.report.words` puts 
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from fractions import Fraction
 from functools import cached_property
 
@@ -14,6 +14,7 @@ from dse.analysis.evaluate import Evaluator
 from dse.analysis.limits import Limit, comparisons
 from dse.analysis.rows import Row
 from dse.analysis.views import View
+from dse.records import dataclass
 from dse.results.analyse import Analysis, FlowTable
 from dse.results.changes import Change, Delta, changes_between, counted_changes, deltas
 from dse.results.design_tables import analyse_design

@@ -6,10 +6,10 @@ And what that costs against the nominal front.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from fractions import Fraction
 from typing import TYPE_CHECKING, Any
 
+from dse.records import dataclass
 from dse.results.answer import Answer, With
 from dse.results.points import Origin, Point
 from dse.results.solve import Result

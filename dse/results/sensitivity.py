@@ -5,11 +5,12 @@ from __future__ import annotations
 import csv
 import io
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import field
 from fractions import Fraction
 from typing import TYPE_CHECKING, Any
 
 from dse.errors import EXIT_COMPLETE, EXIT_INCOMPLETE, EXIT_NO
+from dse.records import dataclass
 from dse.results.answer import DataAnswer
 from dse.results.display import exact
 

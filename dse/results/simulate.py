@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from fractions import Fraction
 from typing import TYPE_CHECKING, Any
 
 from dse.errors import EXIT_COMPLETE, EXIT_INCOMPLETE, EXIT_NO
+from dse.records import dataclass
 from dse.results.answer import Answer
 from dse.results.frames import unit_frame
 from dse.space.types import Design, Space

@@ -5,7 +5,7 @@ from __future__ import annotations
 import csv
 import io
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import field
 from fractions import Fraction
 from functools import cached_property
 from html import escape
@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any, Literal, TypeVar
 
 from dse.analysis.contention import cores_of, with_contention
 from dse.errors import EXIT_COMPLETE, EXIT_INCOMPLETE, EXIT_NO
+from dse.records import dataclass
 from dse.results.answer import Answer, With
 from dse.results.contention import NOT_JUDGED, Contended, core_use
 from dse.results.display import in_table, titled

@@ -5,12 +5,13 @@ from __future__ import annotations
 import csv
 import io
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import field
 from fractions import Fraction
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 from dse.errors import EXIT_COMPLETE, EXIT_INCOMPLETE, EXIT_INVALID, EXIT_NO
+from dse.records import dataclass
 from dse.results.answer import DataAnswer
 from dse.results.display import figure, in_table, titled
 from dse.results.frames import unit_frame

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import Literal
 
 from dse.errors import EXIT_COMPLETE, EXIT_INCOMPLETE, EXIT_NO
+from dse.records import dataclass
 from dse.results.answer import DataAnswer
 
 

@@ -6,10 +6,11 @@ Reads the space on its own, without `dse.analysis`, so that a mistake there is n
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import field
 from fractions import Fraction
 from typing import Any, Literal, TypeAlias
 
+from dse.records import dataclass
 from dse.simulation.readings import ComponentFigures, Figures, Phase, Range, read_figures
 from dse.space.hosts import ExecutorKind
 from dse.space.metrics import all_disparities

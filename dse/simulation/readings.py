@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from fractions import Fraction
 from typing import Any, TypeAlias
 
+from dse.records import dataclass
 from dse.space.clocks import AT_RELEASE
 from dse.space.frames import Frame, wire_ns
 from dse.space.hosts import ExecutorKind, Interference

@@ -11,9 +11,10 @@ from __future__ import annotations
 import random
 from collections import Counter
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 from typing import Any
 
+from dse.records import dataclass
 from dse.simulation.engine import simulate_once
 from dse.simulation.observing import Execution, Observation, Setting
 from dse.simulation.plan import Plan

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import field
 from typing import Any, Literal, TypeAlias
 
+from dse.records import dataclass
 from dse.space.trees import Tree
 from dse.spec.expressions import And, Not, Operator, Or
 from dse.units import DIMENSIONLESS, Quantity

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import partial
 from typing import Any
 
+from dse.records import dataclass
 from dse.space.cores import check_core, cores_named, where_there_is_one
 from dse.space.hosts import Executor, Reservation
 from dse.space.properties import FieldReader, Ledger, Owner

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import field
 
+from dse.records import dataclass
 from dse.space.buses import carriers
 from dse.space.clocks import speaks_of_clocks, with_past
 from dse.space.frames import Frame, is_framed

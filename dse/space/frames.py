@@ -8,10 +8,10 @@ takes and gives exact numbers, and works on traced ones (`dse.study.trace`) as o
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass
 from fractions import Fraction
 from typing import Any, Literal, TypeAlias
 
+from dse.records import dataclass
 from dse.space.trees import Tree, at, graft, leaves
 from dse.spec.frames import (
     CanFdFrame,

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import Literal, TypeAlias
 
+from dse.records import dataclass
 from dse.space.trees import Tree
 from dse.units import Exact
 

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 from difflib import get_close_matches
 from typing import Any, TypeAlias
 
 from pydantic import BaseModel
 
 from dse.errors import Diagnostic, Suggestion, in_order
+from dse.records import dataclass
 from dse.space.trees import NOT_OFFERED, Choice, PerCore, PerProcessorType, Tree, graft
 from dse.space.types import EMPTY, UNKNOWN_TYPE, Decision, Processor, Reference
 from dse.spec.load import LoadedSpec

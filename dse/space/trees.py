@@ -8,8 +8,9 @@ the search's tables are built by watching which ones those are (see `dse.analysi
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass
 from typing import Any, Final, Protocol, TypeAlias
+
+from dse.records import dataclass
 
 
 class DesignView(Protocol):

@@ -9,11 +9,12 @@ over decisions.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import field
 from fractions import Fraction
 from functools import cached_property
 from typing import Any, Literal, TypeAlias
 
+from dse.records import dataclass
 from dse.space.criteria import Derived, Objective, Requirement, Rule
 from dse.space.hosts import Executor, Partition, Pieces, Reservation
 from dse.space.resources import Resources
@@ -22,8 +23,7 @@ from dse.space.trees import DesignView, Tree, at, leaves
 
 EMPTY = "none"
 UNKNOWN_TYPE = "?\n"
-"""Stands in for the type of a slot whose types are all misnamed, while the other mistakes are looked for; no name of
-a problem file has a line break."""
+"""The type of a slot whose types are all misnamed, while other mistakes are looked for; no name has a line break."""
 INACTIVE = -1
 
 Design: TypeAlias = tuple[int, ...]

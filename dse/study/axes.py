@@ -6,13 +6,14 @@ With or without a step.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from difflib import get_close_matches
 from fractions import Fraction
 from typing import Any, Literal
 
 from dse.api.problem import Problem
 from dse.errors import UsageError
+from dse.records import dataclass
 from dse.space.cores import with_open_cores
 from dse.space.criteria import Metric, Requirement
 from dse.space.implied import with_implied

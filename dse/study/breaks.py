@@ -11,7 +11,7 @@ between two break-points is proved to have the same front.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from fractions import Fraction
 from math import lcm
 from typing import Any, Literal, TypeAlias
@@ -20,6 +20,7 @@ from dse.analysis.evaluate import Evaluator
 from dse.analysis.limits import MANY_CASES, build_limit, needed_share
 from dse.analysis.measures import PPM, SCALE_LIMIT, Measure, Term, build_measure, display_unit
 from dse.analysis.views import View, tabulate
+from dse.records import dataclass
 from dse.results.forms.studies import FoundBreaks
 from dse.results.forms.writing import written
 from dse.space.cores import with_open_cores

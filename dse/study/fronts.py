@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from fractions import Fraction
 from typing import Any
 
@@ -11,6 +10,7 @@ from dse.analysis.evaluate import Evaluator
 from dse.analysis.views import View
 from dse.errors import UsageError
 from dse.pareto.front import Budget, FrontSearch, search_front
+from dse.records import dataclass
 from dse.results.forms.studies import FoundFront
 from dse.results.forms.writing import written
 from dse.results.solve import decisions_of

@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import random
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
 from fractions import Fraction
 from functools import cached_property
 from typing import Any
@@ -30,6 +29,7 @@ from dse.analysis.limits import (
 )
 from dse.analysis.measures import build_measure
 from dse.analysis.views import View
+from dse.records import dataclass
 from dse.space.types import Design
 from dse.study.inputs import InputSpace, Values, Variable
 from dse.study.intervals import Further

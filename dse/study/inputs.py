@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, fields, is_dataclass, replace
+from dataclasses import fields, is_dataclass, replace
 from fractions import Fraction
 from functools import cached_property, partial
 from typing import Any
 
 from dse.api.problem import Problem, changed
+from dse.records import dataclass
 from dse.space.build import build_space
 from dse.space.types import Space
 from dse.spec.model import Spec

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import lru_cache
 from time import monotonic
 from typing import Literal, TypeAlias, cast
@@ -14,6 +14,7 @@ from dse.api.insisting import open_options
 from dse.api.resume import search_of
 from dse.pareto.front import Budget, FrontSearch
 from dse.pareto.insist import Insistence
+from dse.records import dataclass
 from dse.results.display import figure, figures_of
 from dse.results.insisting import InsistedOption, InsistedPoint, Insisting
 from dse.results.solve import Result, decisions_of

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
 from fractions import Fraction
 from math import inf
 from typing import Any
 
 from dse.errors import UsageError
+from dse.records import dataclass
 from dse.study.trace import Program
 from dse.study.uncertainty import Uncertain
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from fractions import Fraction
 from functools import partial
 from math import ceil, floor
@@ -19,6 +19,7 @@ from dse.api.problem import Problem, Source, load, with_stated_cores
 from dse.api.question import Decided, Question, decisions_as_texts
 from dse.errors import Diagnostic, ProblemError, UsageError
 from dse.fitting.observed import Observed, read_observed
+from dse.records import dataclass
 from dse.results.analyse import Analysis
 from dse.results.design_tables import analyse_design
 from dse.results.measured import Input, Kept, MeasuredComparison, Prediction, Seen

@@ -10,13 +10,13 @@ from __future__ import annotations
 import copy
 import json
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
 from difflib import get_close_matches
 from fractions import Fraction
 from typing import Any
 
 from dse.api.problem import Problem
 from dse.errors import UsageError
+from dse.records import dataclass
 from dse.space.metric_kinds import asks_for_changes
 from dse.space.types import Space
 from dse.spec.fields import COUNT

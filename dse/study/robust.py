@@ -11,7 +11,7 @@ from __future__ import annotations
 import time
 from collections.abc import Callable
 from contextlib import suppress
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Unpack
 
 from dse.api.completing import baseline_design
@@ -21,6 +21,7 @@ from dse.api.question import Question
 from dse.api.solve import result_of
 from dse.pareto.front import Budget, FrontSearch, Progress, Watch, checked, search_front
 from dse.pareto.outcome import narrowed
+from dse.records import dataclass
 from dse.results.order import ranked_by
 from dse.results.robust import RobustResult
 from dse.results.solve import Result

@@ -7,12 +7,13 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import asdict
 from typing import Any
 
 from dse.api.problem import changed, loads
 from dse.api.question import Changes
 from dse.errors import DseError, ProblemError
+from dse.records import dataclass
 from dse.results.forms.studies import Failure
 from dse.results.forms.writing import written
 from dse.space.types import Space

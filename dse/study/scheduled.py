@@ -16,7 +16,6 @@ are least and most, and its derivative is at least that of the thread's own long
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
 from fractions import Fraction
 from typing import Any
 
@@ -27,6 +26,7 @@ from dse.analysis.segments import elapsed_ns
 from dse.analysis.tasks import TaskKey, alone_ns
 from dse.analysis.turns import Schedule, Turn
 from dse.analysis.views import View
+from dse.records import dataclass
 from dse.space.types import Design, Space
 from dse.study.functions import Bound, DesignFunction
 from dse.study.inputs import InputSpace, Values

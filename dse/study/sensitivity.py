@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import suppress
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from fractions import Fraction
 from typing import TypeVar, Unpack
 
@@ -15,6 +15,7 @@ from dse.api.problem import Problem, Source, load, read_choices, with_stated_cor
 from dse.api.question import Decided, Question, decisions_as_texts
 from dse.errors import UsageError
 from dse.extras import how_to_install, is_installed
+from dse.records import dataclass
 from dse.results.sensitivity import Chance, SensitivityResult, UncertainResult
 from dse.results.solve import decisions_of
 from dse.space.settings import settings_of

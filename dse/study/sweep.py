@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Generator, Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from typing import Any, Unpack
@@ -13,6 +13,7 @@ from dse.analysis.contention import leaves_out_buses
 from dse.api.problem import Problem, Source, load
 from dse.api.question import Changes, Question
 from dse.errors import DseError, UsageError
+from dse.records import dataclass
 from dse.results.contention import basis_dict
 from dse.results.sweep import SweepResult, SweepRun, VariedAxis
 from dse.results.sweepranking import rank_together

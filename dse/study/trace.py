@@ -14,13 +14,13 @@ import math
 import operator
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass
 from fractions import Fraction
 from functools import cached_property, partialmethod
 from typing import Any
 
 import numpy
 
+from dse.records import dataclass
 from dse.timelimit import look_at_the_clock
 from dse.units import is_unbounded
 

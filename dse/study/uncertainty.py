@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
 from fractions import Fraction
 from math import ceil, floor
 from typing import Any
@@ -12,6 +11,7 @@ import numpy
 
 from dse.api.problem import Problem
 from dse.errors import UsageError
+from dse.records import dataclass
 from dse.space.cores import OWNERS
 from dse.space.trees import leaves
 from dse.space.types import Component

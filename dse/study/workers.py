@@ -14,11 +14,11 @@ import threading
 from collections import deque
 from collections.abc import Callable, Generator, Iterator, Sequence
 from contextlib import contextmanager, suppress
-from dataclasses import dataclass
 from multiprocessing.connection import Connection, wait
 from typing import Any
 
 from dse.errors import DseError, UsageError
+from dse.records import dataclass
 from dse.timelimit import NEVER, OutOfTime, TimeLimit, until
 
 MOST_DEATHS = 3

@@ -10,10 +10,10 @@ which agree in every part hold for the whole.
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
 from fractions import Fraction
 from itertools import product
 
+from dse.records import dataclass
 from dse.study.functions import Bound, DesignFunction
 from dse.study.intervals import (
     ZERO,

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 from difflib import get_close_matches
 from enum import Enum
 from fractions import Fraction
 from typing import NamedTuple, TypeAlias
+
+from dse.records import dataclass
 
 
 class UnitError(ValueError):

@@ -9,7 +9,6 @@ nothing of that is added: every combination in the box is looked at.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
 from fractions import Fraction
 from itertools import permutations, product
 from typing import TypeAlias
@@ -22,6 +21,7 @@ from dse.analysis.placement import core_of_each
 from dse.analysis.scheduling import all_responses, counted_ns, subset_responses
 from dse.analysis.tasks import longest_alone_ns
 from dse.analysis.views import CyclicActivation, View
+from dse.records import dataclass
 from dse.space.trees import NotOffered, at, leaves
 from dse.space.types import Component, Design, OpenPriority, Space
 

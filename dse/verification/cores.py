@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
 from functools import partial
 from math import ceil, floor, lcm
 from typing import Any
@@ -15,6 +14,7 @@ from ortools.sat.python import cp_model
 from dse.analysis.limits import Limit, keeps_cores
 from dse.analysis.measures import Term
 from dse.analysis.views import View
+from dse.records import dataclass
 from dse.space.trees import at
 from dse.space.trees import leaves as leaves_of
 from dse.space.types import Space

@@ -7,11 +7,11 @@ shared. This is done apart from `dse.analysis.views.tabulate`, from which the se
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass
 from fractions import Fraction
 from typing import Any, TypeAlias
 
 from dse.analysis.views import CyclicActivation, PartialView, Undecided, View
+from dse.records import dataclass
 from dse.space.trees import NotOffered
 from dse.space.types import Space
 from dse.timelimit import look_at_the_clock

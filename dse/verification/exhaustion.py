@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from functools import reduce
 from typing import Any
 
@@ -11,6 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from dse.analysis.views import View
+from dse.records import dataclass
 from dse.space.types import INACTIVE
 from dse.timelimit import look_at_the_clock
 from dse.verification.cores import CoreTable, fitting

@@ -7,7 +7,6 @@ solved with other settings: no presolve, another seed, another search.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 from functools import partial
 from math import ceil
 from typing import Any, Literal
@@ -17,6 +16,7 @@ from ortools.sat.python import cp_model
 from dse.analysis.evaluate import Evaluation
 from dse.analysis.limits import Limit, judge, keeps_cores
 from dse.analysis.views import View
+from dse.records import dataclass
 from dse.space.types import INACTIVE, Design
 from dse.timelimit import OutOfTime, look_at_the_clock
 from dse.verification import calls

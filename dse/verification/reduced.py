@@ -10,12 +10,12 @@ refuted, while a solution says nothing.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
 from ortools.sat.python import cp_model
 
+from dse.records import dataclass
 from dse.timelimit import look_at_the_clock
 from dse.verification.calls import attempted
 from dse.verification.diagrams import Diagram, Node, changed, leaves, scope

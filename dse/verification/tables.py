@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 from fractions import Fraction
 from functools import partial
 from math import ceil, floor, lcm
@@ -18,6 +18,7 @@ from dse.analysis.scheduling import UNBOUNDED_NS
 from dse.analysis.tasks import work_ns
 from dse.analysis.validity import is_broken
 from dse.analysis.views import View
+from dse.records import dataclass
 from dse.space.cores import is_scheduled
 from dse.space.trees import Choice
 from dse.space.types import EMPTY, Space

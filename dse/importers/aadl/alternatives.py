@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from copy import deepcopy
-from dataclasses import dataclass, field
+from dataclasses import field
 from pathlib import Path as FilePath
 from typing import Any, TypeAlias
 
@@ -18,6 +18,7 @@ from dse.importers.aadl.library import Library
 from dse.importers.aadl.model import Model, instantiated
 from dse.importers.aadl.syntax import Reference
 from dse.importers.registry import Key, Place
+from dse.records import dataclass
 
 Document: TypeAlias = dict[str, Any]
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 from fractions import Fraction
 
 from dse.importers.aadl.lookup import Found
@@ -17,6 +16,7 @@ from dse.importers.aadl.predeclared import (
 )
 from dse.importers.aadl.syntax import Listed, Number, Range, Text, Value, Word
 from dse.importers.registry import Place
+from dse.records import dataclass
 
 _TIME_WORDS = {"sec": "s", "hr": "h"}
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 from typing import Any, Generic, TypeVar
 
 from dse.importers.aadl.library import Library
@@ -19,6 +19,7 @@ from dse.importers.aadl.syntax import (
     Reference,
     Subcomponent,
 )
+from dse.records import dataclass
 
 MAX_CHAIN = 60
 T = TypeVar("T", Feature, FlowSpec, Subcomponent, Connection, Flow)

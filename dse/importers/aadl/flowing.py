@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections import defaultdict
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import TypeAlias
 
 from dse.importers.aadl.flat import Member
@@ -13,6 +13,7 @@ from dse.importers.aadl.library import Library
 from dse.importers.aadl.syntax import Flow, FlowSpec, Path
 from dse.importers.aadl.wiring import ConnectionInstance, Wire, Wiring
 from dse.importers.registry import Place
+from dse.records import dataclass
 
 MAX_DEPTH = 60
 

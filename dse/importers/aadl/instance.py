@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, field
+from dataclasses import field
 from itertools import product
 
 from dse.importers.aadl.flat import Flat, Flattener, Member, Owned
 from dse.importers.aadl.library import Library
 from dse.importers.aadl.syntax import Classifier, Number, Path, Subcomponent, Value, Word
 from dse.importers.registry import Place
+from dse.records import dataclass
 
 MAX_DEPTH = 40
 MAX_INSTANCES = 200_000

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterable, Iterator
-from dataclasses import dataclass, field
+from dataclasses import field
 from pathlib import Path
 
 from dse.errors import Diagnostic, ProblemError
@@ -14,6 +14,7 @@ from dse.importers.aadl.predeclared import BASE_TYPES, PREDECLARED
 from dse.importers.aadl.syntax import Classifier, Package, PropertySet, Reference
 from dse.importers.aadl.tokens import finding
 from dse.importers.registry import Place
+from dse.records import dataclass
 
 MAX_BYTES = 20_000_000
 MAX_FILES = 3000

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections import defaultdict
 from collections.abc import Iterable, Iterator
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from fractions import Fraction
 
 from dse.importers.aadl.flat import Flat, Member, Owned
@@ -33,6 +33,7 @@ from dse.importers.aadl.syntax import (
     Word,
 )
 from dse.importers.registry import Place
+from dse.records import dataclass
 
 MAX_STEPS = 30
 ANY = "component"

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import field
 from pathlib import Path as FilePath
 from typing import Any, TypeVar
 
@@ -19,6 +19,7 @@ from dse.importers.aadl.syntax import Classifier, Number, Path, Reference
 from dse.importers.aadl.tokens import finding
 from dse.importers.aadl.wiring import Features, Wiring
 from dse.importers.registry import Place
+from dse.records import dataclass
 
 T = TypeVar("T")
 MAX_DEPTH = 30

@@ -7,7 +7,6 @@ it goes on behind the classifier that holds a mistake, and reads about a megabyt
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 from dse.errors import Diagnostic, ProblemError
 from dse.importers.aadl.cursor import Cursor
@@ -15,6 +14,7 @@ from dse.importers.aadl.sections import CATEGORIES, SECTIONS, accept_words, cate
 from dse.importers.aadl.syntax import Classifier, Definition, Package, PropertySet, Rename, Unit, Value
 from dse.importers.aadl.tokens import Text, finding
 from dse.importers.aadl.values import read_association, read_value
+from dse.records import dataclass
 
 
 @dataclass(frozen=True)

@@ -5,11 +5,12 @@ Names are compared in small letters (`key`). A path is a tuple of names, an arra
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import field
 from fractions import Fraction
 from typing import TypeAlias
 
 from dse.importers.registry import Place
+from dse.records import dataclass
 
 Path: TypeAlias = tuple[str, ...]
 HERE = Place("", 0, 0)

@@ -5,11 +5,11 @@ from __future__ import annotations
 import re
 from bisect import bisect_right
 from collections.abc import Iterator
-from dataclasses import dataclass
 from typing import NoReturn
 
 from dse.errors import Diagnostic, ProblemError
 from dse.importers.registry import Place
+from dse.records import dataclass
 
 _TOKEN = re.compile(
     r"""

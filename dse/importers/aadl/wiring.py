@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from collections import defaultdict
 from collections.abc import Iterator
-from dataclasses import dataclass
 
 from dse.importers.aadl.flat import Flat, Flattener, Member
 from dse.importers.aadl.instance import Instance, is_active
 from dse.importers.aadl.library import Library
 from dse.importers.aadl.lookup import Properties
 from dse.importers.aadl.syntax import Connection, Feature, Listed, Path, Word
+from dse.records import dataclass
 
 ENDS = ("thread", "device", "processor", "virtual processor", "data", "memory", "bus", "virtual bus", "subprogram")
 """Categories whose features are always the ends of connections."""

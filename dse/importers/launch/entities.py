@@ -7,7 +7,7 @@ The tree is the one of launch's own front ends (the package launch_xml, launch_y
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass, field
+from dataclasses import field
 from pathlib import Path
 from typing import Any
 from xml.parsers import expat
@@ -16,6 +16,7 @@ from dse.errors import Diagnostic, ProblemError
 from dse.files.reading import UnreadableFileError, read_text
 from dse.importers.launch.texts import Context
 from dse.importers.ros2.located import LocatedFile, Place
+from dse.records import dataclass
 
 MOST_BYTES = 4_000_000
 DEEPEST = 60

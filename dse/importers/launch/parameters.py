@@ -8,11 +8,11 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
 from fractions import Fraction
 from pathlib import Path
 
 from dse.importers.ros2.located import LocatedFile, Place
+from dse.records import dataclass
 from dse.units import PARAMETER_RATES as RATES
 from dse.units import PARAMETER_TIMES_NS as UNITS
 

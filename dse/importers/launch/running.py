@@ -8,7 +8,7 @@ out and told.
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 from pathlib import Path
 
 from dse.errors import Diagnostic, ProblemError
@@ -16,6 +16,7 @@ from dse.importers.launch.entities import Entity, problem, read_xml, read_yaml
 from dse.importers.launch.packages import Packages
 from dse.importers.launch.parameters import Parameter, ParameterFile
 from dse.importers.launch.texts import Context, NotStaticError, is_so, resolve
+from dse.records import dataclass
 
 MOST_FILES = 2000
 DEEPEST = 60

@@ -8,9 +8,11 @@ from __future__ import annotations
 
 import ast
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import field
 from pathlib import Path
 from typing import Any
+
+from dse.records import dataclass
 
 MOST_TEXT = 100_000
 TRUE, FALSE = ("true", "1"), ("false", "0")

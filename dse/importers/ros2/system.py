@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import field
 from statistics import mean, stdev
 from typing import Any
 
@@ -12,6 +12,7 @@ from dse.errors import UsageError
 from dse.importers.registry import Key
 from dse.importers.registry import Place as Found
 from dse.importers.ros2.located import LocatedFile, Names, Place, ros_name
+from dse.records import dataclass
 from dse.units import TimeRange, UnitError, format_duration, format_rate, format_time_range, parse_rate_hz
 
 COMPUTER = "computer"

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from array import array
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import field
 from fractions import Fraction
 from pathlib import Path
 from typing import Any
@@ -18,6 +18,7 @@ from dse.importers.registry import Imported
 from dse.importers.ros2.events import Event, events_of
 from dse.importers.ros2.located import LocatedFile, Place
 from dse.importers.ros2.system import Callback, Group, System, Wire, Writer
+from dse.records import dataclass
 from dse.units import format_rate
 
 OF_TOOLS = ("/parameter_events", "/rosout")

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import field
 from fractions import Fraction
 from typing import Any
 
@@ -15,6 +15,7 @@ from dse.importers.aadl.model import Model
 from dse.importers.aadl.problem import Writer
 from dse.importers.aadl.syntax import Classifier, Path
 from dse.importers.aadl.wiring import ConnectionInstance
+from dse.records import dataclass
 from dse.results.aadl.words import comment, identifier, output_rate, real, times, written_range
 from dse.space.trees import NotOffered, Tree, at
 from dse.space.types import EMPTY, Component, Connection, Design, Space

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass, field
+from dataclasses import field
 from typing import Any
 
 from dse.errors import UsageError
 from dse.importers.aadl.ours import OURS
+from dse.records import dataclass
 from dse.results.aadl.package import Part, kind_of
 from dse.results.aadl.paths import PathStep, placed_flows, stated_in, steps_of, whole_path
 from dse.results.aadl.words import extra, quoted, times

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import field
 
 from dse.importers.aadl.ours import OURS
+from dse.records import dataclass
 
 
 @dataclass

@@ -8,7 +8,6 @@ under the names of its fields (`dse.results.answer.With`).
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping
-from dataclasses import dataclass
 from fractions import Fraction
 from functools import cache, partial
 from operator import attrgetter
@@ -17,6 +16,7 @@ from typing import Annotated, Any, Literal, Union, get_args, get_origin
 
 from pydantic import BaseModel, PlainSerializer
 
+from dse.records import dataclass
 from dse.results.answer import With
 from dse.results.forms.base import Form, Of
 
