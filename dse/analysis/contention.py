@@ -21,11 +21,8 @@ from dse.analysis.turns import cores_of as turns_on
 from dse.analysis.unbounded import unbounded_in
 from dse.analysis.validity import Rulebook
 from dse.analysis.views import View
-<<<<<<< HEAD
-from dse.space.buses import carriers
-=======
 from dse.records import dataclass
->>>>>>> ea2b782 (Dataclasses are made when they are first needed: half of those that a command imports never are)
+from dse.space.buses import carriers
 from dse.space.cores import is_scheduled, with_open_cores
 from dse.space.trees import at, leaves
 from dse.space.types import EMPTY, Component, Design, Space

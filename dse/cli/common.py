@@ -17,7 +17,6 @@ from dse.files import writing as files
 from dse.files.guard import PathLike, claim
 from dse.files.reading import UnreadableFileError, beginning
 from dse.importers.registry import MOST_LOOKED_AT, is_model
-from dse.spec.recognising import is_problem
 from dse.timelimit import TimeLimit, until
 
 if TYPE_CHECKING:
@@ -237,6 +236,8 @@ def check_writable(*paths: PathLike | None, renews: PathLike | None = None, repl
 
 def _holds_a_problem(path: PathLike) -> bool:
     """Whether the file that is there is a problem file."""
+    from dse.spec.recognising import is_problem
+
     try:
         return is_problem(beginning(path, MOST_LOOKED_AT).decode("utf-8", "replace"))
     except UnreadableFileError:

@@ -371,8 +371,7 @@ def add_region_switches(model: cp_model.CpModel, objectives: Sequence[EncodedObj
 
 def _add_objective(board: Board, rates: RateVariables, evaluator: Evaluator, number: int) -> EncodedObjective:
     """The objective as offset + step * variable, where step divides every difference (lossless)."""
-    objective = board.space.objectives[number]
-    return _objective_of(board, rates, evaluator.objectives[number], objective)
+    return _objective_of(board, rates, evaluator.objectives[number], board.space.objectives[number])
 
 
 def _objective_of(board: Board, rates: RateVariables, measure: Measure, objective: Objective) -> EncodedObjective:
@@ -383,13 +382,8 @@ def _objective_of(board: Board, rates: RateVariables, measure: Measure, objectiv
     except OverflowError as error:
         raise placed(objective, error) from error
     forms = [branch.form for branch in branches]
-    step = (
-        gcd(
-            *(form.constant - forms[0].constant for form in forms),
-            *(c for form in forms for c in form.coefficients.values()),
-        )
-        or 1
-    )
+    apart = (form.constant - forms[0].constant for form in forms)
+    step = gcd(*apart, *(c for form in forms for c in form.coefficients.values())) or 1
     low, high = min(form.low for form in forms), max(form.high for form in forms)
     ends = sorted((sign * low, sign * high))
     offset = ends[0] + (sign * forms[0].constant - ends[0]) % step

@@ -32,10 +32,7 @@ Design: TypeAlias = tuple[int, ...]
 
 @dataclass(frozen=True)
 class Decision:
-    """One decision: `options` are canonical texts, `values` what formulas and rules compute with.
-
-    `home` is the tree whose walk uses the decision: where the walk does not meet it, the decision is inactive.
-    """
+    """One decision: texts of its options, and values that formulas use; inactive where `home`'s walk leaves it out."""
 
     name: str
     component: str
