@@ -97,6 +97,11 @@ class Contention:
         return self._seeks_first and self._lessons > self._most_lessons
 
     @property
+    def may_move(self) -> bool:
+        """Whether threads can be moved, and any design with the same figures will do."""
+        return bool(self.moved) and not self._seeks_first
+
+    @property
     def moved(self) -> frozenset[int]:
         """The decisions on cores and best orders where threads can be moved."""
         cores = self.space.open_cores if self.movable else ()

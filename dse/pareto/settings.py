@@ -99,6 +99,8 @@ def ways_to_any(*, waits: bool, shares: bool) -> tuple[tuple[Settings, float], .
     return ANY_WITH_WAITING if waits else ANY_PACKING if shares else ANY
 
 
+ROOMY_WORK = (0.05, 0.5)
+"""Work to look for a design with given figures that leaves more room on its cores, with linear relaxation."""
 BARE_FIRST = 0.25
 """Work for bare settings at the first question, which is harder than those after it, before its parts are asked."""
 

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import time
 from collections import Counter
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from functools import partial
 from typing import Any
@@ -24,6 +24,7 @@ from dse.pareto.narrowing import FIRST, lowest, narrowed
 from dse.pareto.parts import Part, Parts
 from dse.pareto.portfolio import PATIENCE, Attempt, Portfolio
 from dse.pareto.regions import Bound, set_domain, strictly_inside
+from dse.pareto.roomier import roomier
 from dse.pareto.settings import (
     BARE_FIRST,
     BRIEF,
@@ -299,23 +300,33 @@ class Solver:
         refuted, top = (best or NoSuchDesign(), self.most(best)) if most is None else (NoSuchDesign(), most)
         if top is not None and top < (self._least or 0):
             return refuted, best
-        solver = sound_solver(self.seed)
-        parameters: Any = solver.parameters
         self._has_relaxed |= settings.linearization_level > 0
-        settings.apply(parameters, work)
-        if self.deadline is not None:
-            parameters.max_time_in_seconds = max(0.01, self.deadline - time.monotonic())
+        solver = self.limited(settings, work)
         with self._between(top):
-            self._running = solver
-            status = solver.solve(self.encoded.model)
-            self._running = None
-        self.work += solver.response_proto.deterministic_time * settings.weight
-        assert status != cp_model.MODEL_INVALID, "the model is invalid"
+            status = self.solved(solver, self.encoded.model, settings)
         if status == cp_model.INFEASIBLE:
             return refuted, best
         if status in (cp_model.OPTIMAL, cp_model.FEASIBLE):
             return self._judged(solver, status == cp_model.OPTIMAL, best)
         return Unfinished(self._bound(solver), best), best
+
+    def limited(self, settings: Settings, work: float) -> cp_model.CpSolver:
+        """A solver that is to do so much work, and no longer than there is time."""
+        solver = sound_solver(self.seed)
+        parameters: Any = solver.parameters
+        settings.apply(parameters, work)
+        if self.deadline is not None:
+            parameters.max_time_in_seconds = max(0.01, self.deadline - time.monotonic())
+        return solver
+
+    def solved(self, solver: cp_model.CpSolver, model: cp_model.CpModel, settings: Settings) -> Any:
+        """The status with which a solver of `limited` ends on a model; what it takes counts."""
+        self._running = solver
+        status = solver.solve(model)
+        self._running = None
+        self.work += solver.response_proto.deterministic_time * settings.weight
+        assert status != cp_model.MODEL_INVALID, "the model is invalid"
+        return status
 
     def _bound(self, solver: cp_model.CpSolver) -> int | None:
         return solver.response_proto.inner_objective_lower_bound if self.encoded.model.has_objective() else None
@@ -336,8 +347,10 @@ class Solver:
             if is_optimal and self._is_reached(best, point):
                 return best, best
         known = len(self.encoded.model.proto.constraints)
-        settled = self.encoded.settled(design, solver.value, is_best=is_optimal)
+        settled = self.encoded.settled(design, solver.value, is_best=False)
         has_learnt = len(self.encoded.model.proto.constraints) > known
+        if settled is None and is_optimal and not has_learnt:
+            settled = self._other(design, point) or self.encoded.settled(design, solver.value)
         if settled is None and (is_optimal or (has_learnt and not is_loose)):
             return None, best
         if is_optimal and settled is not None:
@@ -345,6 +358,11 @@ class Solver:
         if settled is not None and not is_loose:  # what is not the least may be larger than the design has it
             best = Found(point, settled)
         return Unfinished(self._bound(solver), best), best
+
+    def _other(self, design: Design, point: Bound) -> Design | None:
+        """One as good as a design for whose threads there are no cores."""
+        is_as_good = self._weights is not None or not self.encoded.model.has_objective()
+        return roomier(self, design, point) if is_as_good else None
 
     def _is_reached(self, best: Found | None, point: Bound) -> bool:
         """Whether the best design is as good as a point that none is better than."""
