@@ -24,6 +24,7 @@ from dse.space.types import EMPTY, UNKNOWN_TYPE, Component, Space
 from dse.spec.expressions import DerivedExpr, ExtremeRef, MetricExpr, MetricRef
 from dse.spec.grammar import parse_derived
 from dse.spec.scan import unquoted
+from dse.timelimit import in_time
 from dse.units import DIMENSIONLESS, Quantity, shown
 
 _CORE = re.compile(r"(?:core\s+(?P<core>[0-9]{1,9})|each\s+core)\s+of\s+(?P<processor>.+)", re.DOTALL)
@@ -162,16 +163,22 @@ def all_disparities(space: Space, numbers: Iterable[int]) -> tuple[Metric, ...]:
     """The disparities of those of some components at which flows meet, under the profile that defines them."""
     if space.profile != "dse":
         return ()
-    return tuple(metric for number in numbers if (metric := _disparity(space, number)) is not None)
+    places: dict[int, dict[int, int]] = {}
+    for index, flow in enumerate(space.flows):
+        for at, step in enumerate(flow.steps):
+            if step.kind == "component":
+                places.setdefault(step.index, {}).setdefault(index, at)
+    found = (_disparity(space, number, places[number]) for number in in_time(numbers) if number in places)
+    return tuple(metric for metric in found if metric is not None)
 
 
-def _disparity(space: Space, number: int) -> Metric | None:
+def _disparity(space: Space, number: int, places: Mapping[int, int]) -> Metric | None:
+    """That of a component with the place of its first step in each flow that comes by."""
     component, one = space.components[number], Quantity(Fraction(1), DIMENSIONLESS, "")
     ways: dict[tuple[tuple[str, int], ...], int] = {}
-    for index, flow in enumerate(space.flows):
-        places = [at for at, step in enumerate(flow.steps) if (step.kind, step.index) == ("component", number)]
-        if places and places[0] and has_age(space, flow):
-            ways.setdefault(tuple((step.kind, step.index) for step in flow.steps[: places[0]]), index)
+    for index, at in places.items():
+        if at and has_age(space, space.flows[index]):
+            ways.setdefault(tuple((step.kind, step.index) for step in space.flows[index].steps[:at]), index)
     if len(ways) < 2 or not is_always_timed(component):
         return None
 
