@@ -178,8 +178,7 @@ class EncodedSpace:
             found = self.contention.settled(design, lambda literal: bool(value(literal)), with_rows, is_best=is_best)
         if found is None or self.core_limits is None:
             return found
-        is_kept = self.core_limits.settled(found, lambda literal: bool(value(literal)), is_best=is_best)
-        return found if is_kept else None
+        return found if self.core_limits.settled(found, lambda one: bool(value(one)), is_best=is_best) else None
 
     def sharpen(self, design: Design, value: Callable[[cp_model.IntVar], int]) -> bool:
         """Make open terms exact where a solution has other figures; whether there were any.
