@@ -25,6 +25,7 @@ TAKES_SECONDS = (
     *("test_extremes", "extremes", "test_figures_of_a_flow", "test_overwriting", "test_no_design_meets"),
     *("[inmark", "[autoware", "move_base", "[ekf_node", "[buses", "[large_rule", "dse.report.widget.widget"),
     *("test_fine_times", "test_schemas_are_told_apart", "test_every_semantic_message_has", "test_every_combination_of"),
+    *("[perception", "test_no_design_is_better", "write_report", "test_lines_left_out"),
     *("test_exactly_the_non_dominated_points", "test_valid_documents", "test_second_model_has_exactly"),
 )
 """What of it does not belong to it, by a part of its name."""

@@ -6,6 +6,7 @@ import inspect
 import json
 import re
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -13,6 +14,7 @@ import pytest
 
 import dse
 from dse.cli.main import COMMANDS, run
+from dse.results.compare import DesignComparison
 
 NAMES = [name for name in dse.__all__ if name != "__version__"]
 PUMP = Path(__file__).parent / "fuzz" / "pump.yaml"
@@ -240,6 +242,7 @@ def test_every_answer_is_a_table_in_a_notebook() -> None:
     answers: list[Any] = [result, analysis, dse.check(PUMP), dse.explain(PUMP, max_jitter="5 ms")]
     answers += [dse.simulate(result, point, runs=1), dse.sensitivity(result, point, front=False)]
     answers += [dse.compare(result, result), dse.compare(analysis, analysis), dse.sweep(PUMP, VARY, store=None)]
+    answers += [dse.verify(result), dse.sizes("geometry_msgs/PoseArray")]
     for answer in answers:
         assert "<table" in answer._repr_html_() and len(answer.frame()), answer
     latency = analysis.frame("ms")["latency of sensor_to_valve [ms]"][0]
@@ -249,6 +252,33 @@ def test_every_answer_is_a_table_in_a_notebook() -> None:
     assert "max [ms]" in dse.simulate(result, point, runs=1).frame("ms")
     with pytest.raises(dse.UsageError, match="no flow is called 'x'"):
         analysis.flow_frame("x")
+
+
+def test_figures_of_every_table_come_in_the_unit_that_is_wanted(tmp_path: Path) -> None:
+    """Also where each row has its own, which then stands beside them."""
+    result = dse.solve(PUMP)
+    point = result.front[0]
+    margins = dse.sensitivity(result, point, front=False)
+    exact, wanted = margins.frame().set_index("path"), margins.frame(("ms", "%")).set_index("path")
+    assert set(exact["unit"]) > {"ns"} and not {"ns", "ppm"} & set(wanted["unit"])
+    times = exact[exact["unit"] == "ns"]
+    assert (times["nominal"] / 1e6).to_dict() == wanted["nominal"][times.index].to_dict()
+    said = dse.explain(PUMP, max_jitter="5 ms")
+    assert (said.frame("us")["limit"].dropna() == said.frame()["limit"].dropna() / 1000).all()
+    told = dse.compare(dse.analyse(result, point), dse.analyse(result, result.front[1]))
+    assert isinstance(told, DesignComparison)
+    prices = told.frame("readable").set_index("name").loc["price"]
+    assert (prices["one"], prices["unit"]) == (float(point.metrics["price"] / 100), "EUR")
+    assert "ct" in set(replace(told, currencies=("EUR", "USD")).frame("readable")["unit"])
+    assert list(dse.verify(result).frame()["kind"].unique()) == ["checked"]
+    sizes = dse.sizes("geometry_msgs/PoseArray", lengths={"poses": 32}, distribution="ros1_noetic")
+    assert sizes.frame("KB")["stated [KB]"].tolist() == [1.812] and "stated [B]" in sizes.frame()
+    times_us = tmp_path / "delays.csv"
+    times_us.write_text("size_bytes,min_us,max_us\n0,10,20\n100,12,24\n300,20,29\n", encoding="utf-8")
+    fit = dse.fit(times_us)
+    assert fit.frame("us")["fixed most [us]"][0] == fit.frame()["fixed most [ns]"][0] / 1000
+    with pytest.raises(dse.UsageError, match="units 'furlong'"):
+        margins.frame("furlong")
 
 
 def test_types_are_known_of_all_that_is_exported() -> None:

@@ -4,12 +4,17 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 from dse.errors import UsageError
 from dse.importers.ros_bags import Topic, read_bag
 from dse.importers.ros_messages import DEFAULT, LONGEST, MessageSize, Types, message_sizes
 from dse.records import dataclass
 from dse.results.answer import DataAnswer
+from dse.results.frames import unit_frame
+
+if TYPE_CHECKING:
+    import pandas
 
 
 @dataclass(frozen=True, repr=False)
@@ -30,6 +35,23 @@ class Sizes(DataAnswer):
     lengths: Mapping[str, int]
     types: tuple[MessageSize, ...]
     topics: tuple[Topic, ...]
+
+    def frame(self, units: str | Sequence[str] | None = None) -> pandas.DataFrame:
+        """A row for each type, and one for each topic of bags.
+
+        Columns: ``type``; ``rule [B]``, ``least [B]``, ``stated [B]``, ``most [B]`` as in `types` (missing where there
+        is none, ``most`` where it has no bound); where bags were read ``topic``, ``count``, ``mean [B]``,
+        ``shortest [ns]``, ``mean time [ns]`` and ``longest [ns]``, as in `topics`. `units` as for `Result.frame`.
+        """
+        columns = ["type", "rule", "least", "stated", "most"]
+        rows: list[Mapping[str, Any]] = [{**vars(item), "type": item.name} for item in self.types]
+        if self.topics:
+            columns = ["topic", *columns, "count", "mean", "shortest", "mean time", "longest"]
+        for item in self.topics:
+            times = {"shortest": item.shortest_ns, "mean time": item.mean_ns, "longest": item.longest_ns}
+            rows.append({**vars(item), "topic": item.name, **times})
+        counted = dict.fromkeys(("rule", "least", "stated", "most", "mean"), "B")
+        return unit_frame(columns, rows, counted | dict.fromkeys(("shortest", "mean time", "longest"), "ns"), units)
 
 
 def sizes(

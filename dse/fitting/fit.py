@@ -7,7 +7,7 @@ from dataclasses import field, replace
 from fractions import Fraction
 from itertools import groupby
 from pathlib import Path
-from typing import Any, get_args
+from typing import TYPE_CHECKING, Any, get_args
 
 from dse.errors import Diagnostic, ProblemError, UsageError
 from dse.fitting.extremes import Tail, tails
@@ -36,9 +36,14 @@ from dse.fitting.lines import (
 from dse.fitting.measurements import Group, Measurements, Summary, read_measurements
 from dse.records import dataclass
 from dse.results.answer import Answer, With
+from dse.results.display import exact
+from dse.results.frames import unit_frame
 from dse.units import format_duration
 from dse.units.parse import round_to_int
 from dse.units.table import Rounding, SizeRange
+
+if TYPE_CHECKING:
+    import pandas
 
 DIGITS = 4
 """Figures are rounded outwards to so many digits: minima down, maxima up."""
@@ -131,6 +136,29 @@ class Fit(Answer):
         from dse.fitting.catalogue import catalogue_text
 
         return catalogue_text(self, samples_file)
+
+    def frame(self, units: str | Sequence[str] | None = None) -> pandas.DataFrame:
+        """A row for each transport, or thread, on each platform.
+
+        Columns: ``name``, ``platform``; of a transport ``from [B]`` and ``to [B]`` (the sizes that it holds for),
+        ``fixed least [ns]``, ``fixed most [ns]``, ``per byte least [ns/B]`` and ``per byte most [ns/B]``, as they go
+        into a problem file; of a thread ``least [ns]``, ``most [ns]`` and ``count``, missing where no file says it.
+        Exact; `units` as for `Result.frame`.
+        """
+        slopes = ("per byte least", "per byte most")
+        times = ("fixed least", "fixed most", *slopes)
+        rows: list[Mapping[str, Any]] = []
+        for line in self.transports:
+            sizes = {"from": line.sizes_bytes.min_bytes, "to": line.sizes_bytes.max_bytes}
+            figures = dict(zip(times, map(exact, (*line.fixed_ns, *line.per_byte_ns)), strict=True))
+            rows.append({"name": line.transport, "platform": line.platform, **sizes, **figures})
+        for item in self.executions:
+            ends = {"least": exact(item.summary.min_ns), "most": exact(item.summary.max_ns)}
+            rows.append({"name": item.name, "platform": item.platform, **ends, "count": item.summary.count})
+        own = ("from", "to", *times) if self.transports else ("least", "most", "count")
+        counted = {"from": "B", "to": "B"} | dict.fromkeys((*times, "least", "most"), "ns")
+        counted |= dict.fromkeys(slopes, "ns/B")
+        return unit_frame(["name", "platform", *own], rows, counted, units)
 
     def _told(self) -> Mapping[str, Any]:
         transports = [

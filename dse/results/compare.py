@@ -12,6 +12,7 @@ from dse.records import dataclass
 from dse.results.analyse import Analysis
 from dse.results.answer import Answer
 from dse.results.display import scaled_unit
+from dse.results.frames import mixed_frame
 from dse.results.points import ObjectiveInfo, Point
 from dse.results.renumbering import numbered_like
 from dse.results.solve import Result, decisions_of
@@ -81,17 +82,21 @@ class DesignComparison(Answer):
             "requirements": {line.name: (line.one, line.other) for line in self.verdicts},
         }
 
-    def frame(self) -> pandas.DataFrame:
+    def frame(self, units: str | Sequence[str] | None = None) -> pandas.DataFrame:
         """A row for each decision, metric and requirement.
 
-        Columns: ``kind``, ``name``, ``one`` and ``other`` (None where only one of the designs has it), ``unit``.
+        Columns: ``kind``, ``name``, ``one`` and ``other`` (None where only one of the designs has it; exact where it is
+        a figure), ``unit``. `units` as for `Result.frame`: rows of their kind are in that unit, which then stands in
+        ``unit``; money of two currencies stays as it is.
         """
-        import pandas
-
         listed = {"decision": self.decisions, "metric": self.metrics, "requirement": self.verdicts}
         named = [(kind, line) for kind, lines in listed.items() for line in lines]
-        rows = [[kind, line.name, line.one, line.other, line.unit or None] for kind, line in named]
-        return pandas.DataFrame(rows, columns=["kind", "name", "one", "other", "unit"])
+        rows = [
+            {"kind": kind, "name": line.name, "one": line.one, "other": line.other, "unit": line.unit}
+            for kind, line in named
+        ]
+        currency = self.currencies[0] if len(set(self.currencies)) == 1 else None
+        return mixed_frame(["kind", "name", "one", "other", "unit"], rows, ["one", "other"], units, currency)
 
 
 @dataclass(frozen=True)

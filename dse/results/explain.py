@@ -12,6 +12,7 @@ from dse.analysis.lateness import Late
 from dse.errors import EXIT_COMPLETE, EXIT_INCOMPLETE, EXIT_NO
 from dse.records import dataclass
 from dse.results.answer import Answer, With
+from dse.results.frames import mixed_frame
 from dse.results.points import Origin
 from dse.results.solve import csv_text
 
@@ -177,11 +178,13 @@ class Explanation(Answer):
         """
         return csv_text([[*COLUMNS], *self._rows()])
 
-    def frame(self) -> pandas.DataFrame:
-        """The rows of `to_csv` as a frame, with the same columns."""
-        import pandas
+    def frame(self, units: str | Sequence[str] | None = None) -> pandas.DataFrame:
+        """The rows of `to_csv` as a frame, with its columns: ``limit`` and ``closest`` count in the row's ``unit``.
 
-        return pandas.DataFrame(self._rows(), columns=list(COLUMNS))
+        `units` as for `Result.frame`: rows of their kind are in that unit, which then stands in ``unit``.
+        """
+        rows = [dict(zip(COLUMNS, row, strict=True)) for row in self._rows()]
+        return mixed_frame(COLUMNS, rows, ("limit", "closest"), units, self.currency)
 
     def _rows(self) -> list[list[Any]]:
         from dse.results.forms.verdicts import Relaxation as RelaxationForm

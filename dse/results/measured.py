@@ -2,14 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from fractions import Fraction
-from typing import Any, Literal
+from typing import TYPE_CHECKING, Any, Literal
 
 from dse.analysis.terms import PPM
 from dse.records import dataclass
 from dse.results.answer import Answer
+from dse.results.frames import mixed_frame
 from dse.units import is_unbounded
+
+if TYPE_CHECKING:
+    import pandas
 
 
 @dataclass(frozen=True)
@@ -164,6 +168,30 @@ class MeasuredComparison(Answer):
     def still_holds(self) -> bool:
         """Whether every requirement holds with the measured figures, and as far as its metric itself was measured."""
         return all(item.holds[1] and item.observed_holds is not False for item in self.requirements)
+
+    def frame(self, units: str | Sequence[str] | None = None) -> pandas.DataFrame:
+        """A row for each metric, each figure of the file, and each requirement.
+
+        Columns: ``kind`` (``metric``, ``figure`` or ``requirement``), ``name``; ``from`` and ``to``, what is predicted
+        or stated (of a requirement the value with the figures of the file, and with those that were measured);
+        ``measured from`` and ``measured to``; ``verdict``; all figures exact in the row's ``unit``. `units` as for
+        `Result.frame`: rows of their kind are in that unit, which then stands in ``unit``.
+        """
+        rows: list[list[Any]] = []
+        for metric in self.predictions:
+            ends = (metric.low, metric.high, metric.seen.low, metric.seen.high)
+            rows.append(["metric", metric.name, *ends, metric.verdict, metric.unit])
+        for figure in self.inputs:
+            ends = (figure.low, figure.high, figure.seen.low, figure.seen.high)
+            rows.append(["figure", figure.name, *ends, "drifted" if figure.drifted else "as stated", figure.unit])
+        for kept in self.requirements:
+            verdict = "holds" if kept.holds[1] and kept.observed_holds is not False else "broken"
+            rows.append(["requirement", kept.text, *kept.values, kept.observed, kept.observed, verdict, kept.unit])
+        figures = ("from", "to", "measured from", "measured to")
+        columns = ("kind", "name", *figures, "verdict", "unit")
+        return mixed_frame(
+            columns, [dict(zip(columns, row, strict=True)) for row in rows], figures, units, self.currency
+        )
 
     def _told(self) -> Mapping[str, Any]:
         return {"tolerance_ppm": self.tolerance * PPM}

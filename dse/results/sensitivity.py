@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import csv
 import io
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import field
 from fractions import Fraction
 from typing import TYPE_CHECKING, Any
@@ -13,6 +13,7 @@ from dse.errors import EXIT_COMPLETE, EXIT_INCOMPLETE, EXIT_NO
 from dse.records import dataclass
 from dse.results.answer import DataAnswer
 from dse.results.display import exact
+from dse.results.frames import mixed_frame
 
 if TYPE_CHECKING:
     import pandas
@@ -215,8 +216,11 @@ class SensitivityResult(DataAnswer):
         writer.writerows(self._rows())
         return out.getvalue()
 
-    def frame(self) -> pandas.DataFrame:
-        """The margins as a frame; columns as in `to_csv`."""
-        import pandas
+    def frame(self, units: str | Sequence[str] | None = None) -> pandas.DataFrame:
+        """The margins as a frame; columns as in `to_csv`: each row counts in its ``unit``.
 
-        return pandas.DataFrame(self._rows(), columns=list(self.COLUMNS))
+        `units` as for `Result.frame`: rows of their kind are in that unit, which then stands in ``unit``.
+        """
+        rows = [dict(zip(self.COLUMNS, row, strict=True)) for row in self._rows()]
+        figures = ("nominal", "least that holds", "greatest that holds")
+        return mixed_frame(self.COLUMNS, rows, figures, units, self.currency)

@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
-from typing import Literal
+from typing import TYPE_CHECKING, Literal
 
 from dse.errors import EXIT_COMPLETE, EXIT_INCOMPLETE, EXIT_NO
 from dse.records import dataclass
 from dse.results.answer import DataAnswer
+
+if TYPE_CHECKING:
+    import pandas
 
 
 @dataclass(frozen=True)
@@ -46,6 +49,19 @@ class Verification(DataAnswer):
     left_open: tuple[str, ...] = ()
     remarks: tuple[str, ...] = ()
     wall_s: float = 0.0
+
+    def frame(self) -> pandas.DataFrame:
+        """A row for each line of the verdict.
+
+        Columns: ``kind`` (``finding``, ``checked``, ``left open`` or ``remark``), ``place`` in the result (None but for
+        a finding), ``text``.
+        """
+        import pandas
+
+        rows = [("finding", item.place, item.text) for item in self.findings]
+        listed = {"checked": self.checked, "left open": self.left_open, "remark": self.remarks}
+        rest = [(kind, None, text) for kind, texts in listed.items() for text in texts]
+        return pandas.DataFrame([*rows, *rest], columns=["kind", "place", "text"])
 
     @property
     def exit_code(self) -> int:
