@@ -7,11 +7,13 @@ design, ``dse.check`` a description of the space. Everything is imported on firs
 from __future__ import annotations
 
 from importlib import import_module
-from typing import TYPE_CHECKING, Any
 
 from dse.version import __version__
 
+TYPE_CHECKING = False  # as that of `typing`, which is not imported here: Ctrl-C is heeded from `dse.cli.entry` on
 if TYPE_CHECKING:
+    from typing import Any
+
     from dse.api.analyse import analyse as analyse
     from dse.api.check import Description as Description
     from dse.api.check import check as check

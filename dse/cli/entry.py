@@ -1,45 +1,23 @@
-"""The ``dse`` program: from its first import on, Ctrl-C and closed streams are no reason for a traceback."""
+"""The ``dse`` program: from its first import on, Ctrl-C and closed streams are no reason for a traceback.
+
+Until `main` runs, Ctrl-C ends the process as it ends a program without Python: nothing is said, and nothing was begun.
+"""
 
 from __future__ import annotations
 
-import io
-import os
 import signal
 import sys
+
+if "dse.cli.main" not in sys.modules and signal.getsignal(signal.SIGINT) is signal.default_int_handler:
+    signal.signal(signal.SIGINT, signal.SIG_DFL)
+
+import io
+import os
 import threading
 from contextlib import suppress
-from types import FrameType
-from typing import TYPE_CHECKING, Any, TextIO
+from typing import Any, TextIO
 
-if TYPE_CHECKING:
-    from sys import UnraisableHookArgs
-
-AGAIN_S = 0.02
-"""After so long the callback in which Ctrl-C came is over."""
-
-
-class Interrupts:
-    """Whether Ctrl-C came: compiled modules that are being imported turn it into errors of their own."""
-
-    came = False
-
-    @classmethod
-    def note(cls, number: int, frame: FrameType | None) -> None:
-        """The handler of SIGINT."""
-        cls.came = True
-        raise KeyboardInterrupt
-
-    @staticmethod
-    def repeat(lost: UnraisableHookArgs) -> None:
-        """The hook for what cannot be raised: a Ctrl-C that came in a callback of Python's own comes again."""
-        if lost.exc_type is not KeyboardInterrupt:
-            sys.__unraisablehook__(lost)
-            return
-        main_thread = threading.main_thread().ident
-        assert main_thread is not None
-        again = threading.Timer(AGAIN_S, signal.pthread_kill, (main_thread, signal.SIGINT))
-        again.daemon = True
-        again.start()
+from dse.cli.interrupts import Interrupts
 
 
 class Unheard(io.FileIO):

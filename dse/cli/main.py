@@ -10,7 +10,7 @@ from importlib import import_module
 import click
 
 from dse.cli.common import discard_output
-from dse.cli.entry import Interrupts
+from dse.cli.interrupts import Interrupts
 from dse.errors import EXIT_BUG, EXIT_INCOMPLETE, EXIT_MEANINGS, EXIT_USAGE, DseError, ProblemError
 from dse.files.guard import guarding
 from dse.version import __version__

@@ -79,3 +79,18 @@ assert parse_spec("{dse: 1, name: x, clocks: {a: {}}}").spec.clocks["a"] == Cloc
 """
     done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stderr
+
+
+def test_ctrl_c_ends_the_program_quietly_before_it_can_answer_and_is_left_alone_in_a_library() -> None:
+    program = """
+import signal, sys, types
+import dse
+assert signal.getsignal(signal.SIGINT) is signal.default_int_handler
+import dse.cli.main
+assert signal.getsignal(signal.SIGINT) is signal.default_int_handler
+del sys.modules["dse.cli.main"]
+import dse.cli.entry
+signal.raise_signal(signal.SIGINT)
+"""
+    done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=False)
+    assert (done.returncode, done.stdout, done.stderr) == (-2, "", "")
