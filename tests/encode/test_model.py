@@ -10,6 +10,7 @@ from dataclasses import replace
 from pathlib import Path
 
 import pytest
+from effort import LONG
 from ortools.sat.python import cp_model
 from support import PROBLEMS, counted_down, evaluated, load_space, space_of
 
@@ -23,6 +24,16 @@ from dse.space.types import INACTIVE, Design, Space
 
 BY_NAME = {path.stem: path for path in PROBLEMS}
 each_problem = pytest.mark.parametrize("path", PROBLEMS, ids=lambda path: path.stem)
+
+
+def in_turn(names: list[str], forms: list[tuple[int, int]]) -> list[tuple[str, int, int]]:
+    """Each problem in one of the forms, in turn; in all of them where there is time."""
+    return [
+        (name, *form)
+        for at, name in enumerate(names)
+        for number, form in enumerate(forms)
+        if LONG or number == at % len(forms)
+    ]
 
 
 def fixed_objectives(encoded: EncodedSpace, design: Design) -> tuple[int, ...] | None:
@@ -90,8 +101,10 @@ def test_profiles(profile: str, worst_case: str) -> None:
     assert_model_is_analysis(replace(load_space(BY_NAME["protocols"]), profile=profile, worst_case=worst_case))
 
 
-@pytest.mark.parametrize(("shared_by", "pair_limit"), [(1, 0), (10**6, 1_000)])
-@pytest.mark.parametrize("name", ["protocols", "cycle", "derived", "bindings", "buses", "types", "extremes"])
+@pytest.mark.parametrize(
+    ("name", "shared_by", "pair_limit"),
+    in_turn(["protocols", "cycle", "derived", "bindings", "buses", "types", "extremes"], [(1, 0), (10**6, 1_000)]),
+)
 def test_rates_apart_give_the_same(name: str, pair_limit: int, shared_by: int, monkeypatch: pytest.MonkeyPatch) -> None:
     """Products by pairs of coefficient and rate, or with a rate variable; for each shared option, or at once."""
     used = []
@@ -104,8 +117,10 @@ def test_rates_apart_give_the_same(name: str, pair_limit: int, shared_by: int, m
     assert used
 
 
-@pytest.mark.parametrize(("shared_by", "pair_limit"), [(1, 1_000), (10**6, 0)])
-@pytest.mark.parametrize("name", ["protocols", "derived", "equal", "buses", "types", "extremes"])
+@pytest.mark.parametrize(
+    ("name", "shared_by", "pair_limit"),
+    in_turn(["types", "derived", "equal", "buses", "protocols", "extremes"], [(1, 1_000), (10**6, 0)]),
+)
 def test_rounded_measures_lose_no_design(
     name: str, shared_by: int, pair_limit: int, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -7,6 +7,7 @@ from itertools import product
 from math import prod
 
 import pytest
+from effort import cases
 
 from .evaluator import (
     InvalidDesign,
@@ -441,7 +442,7 @@ def test_includes_are_merged(tmp_path) -> None:
     assert front(load_file(tmp_path / "robot.yaml")) == front(load_text(ROBOT))
 
 
-@pytest.mark.parametrize("seed", range(40))
+@pytest.mark.parametrize("seed", cases(75))
 def test_designs_are_all_canonical_combinations(seed: int) -> None:
     """Every combination of options, made canonical or rejected, is a design, and each design comes up once."""
     problem = load_text(random_problem(seed, "tiny"))
@@ -698,11 +699,11 @@ def test_the_generator_covers_every_kind() -> None:
 
 
 def test_the_generator_makes_feasible_and_infeasible_problems_and_small_fronts() -> None:
-    problems = [load_text(random_problem(seed, "tiny")) for seed in range(30)]
+    problems = [load_text(random_problem(seed, "tiny")) for seed in range(20)]
     assert all(len(list(designs(problem))) <= 400 for problem in problems)
     sizes = [len(front(problem)) for problem in problems]
-    assert 0 < sizes.count(0) < 15
-    assert sum(size > 2 for size in sizes) > 5
+    assert 0 < sizes.count(0) < 10
+    assert sum(size > 2 for size in sizes) >= 3
 
 
 def test_the_generator_repeats_itself() -> None:

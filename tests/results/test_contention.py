@@ -15,6 +15,7 @@ import networkx
 import pytest
 import yaml
 from click.testing import CliRunner
+from effort import cases
 
 import dse
 from dse.analysis.contention import cores_of, is_left_out, with_contention
@@ -131,7 +132,7 @@ def test_where_contention_is_counted_nothing_more_is_said() -> None:
         assert all("contention" not in point for point in result.to_dict()["front"])
 
 
-@pytest.mark.parametrize("seed", range(40))
+@pytest.mark.parametrize("seed", cases(80))
 def test_the_word_of_the_referee_is_that_of_the_analysis_and_of_the_simulation(seed: int) -> None:
     """A design is kept where it is feasible with response times and deadlines; such a one is never observed outside.
 

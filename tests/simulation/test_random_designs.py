@@ -5,6 +5,7 @@ from __future__ import annotations
 import random
 from collections.abc import Iterator
 
+from effort import LONG
 from oracle import generator
 
 import dse
@@ -14,6 +15,8 @@ from dse.results.simulate import Simulation
 from dse.results.solve import decisions_of
 
 SEEDS = range(24)
+WITHOUT = SEEDS if LONG else (0, 1, 2, 4, 5, 7, 8, 10, 12, 14, 17, 18)
+"""Without contention some take a second each and say little: half of them, with all whose flows reach their bounds."""
 
 
 def random_simulation(seed: int, *, contention: bool) -> Simulation | None:
@@ -31,7 +34,7 @@ def random_simulation(seed: int, *, contention: bool) -> Simulation | None:
 
 
 def simulations(*, contention: bool) -> Iterator[tuple[int, Simulation]]:
-    for seed in SEEDS:
+    for seed in SEEDS if contention else WITHOUT:
         result = random_simulation(seed, contention=contention)
         if result is not None:
             yield seed, result

@@ -22,7 +22,7 @@ from dse.study.fronts import minimised
 from dse.study.quantities import Inputs, merged_data
 from tests.benchmarks.vectorised import VectorisedEvaluator
 
-GRID = 4000 if LONG else 400
+GRID = 4000 if LONG else 100
 Vector = tuple[Fraction, ...]
 
 

@@ -25,7 +25,7 @@ from dse.study.sweep import SweepProgress, sweep
 from dse.study.workers import LostRunError, run_all
 
 RUN = "from dse.cli.main import main; main()"
-RUNS, KILLS = (200, 5) if LONG else (30, 2)
+RUNS, KILLS = (200, 5) if LONG else (16, 1)
 
 
 def first_path(name: str, end: str) -> str:
