@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 from dse.pareto.answer import Answer, Found, NoSuchDesign, Unfinished, weighted
 from dse.pareto.regions import Bound
-from dse.pareto.settings import BARE, BRIEF, CUTTING, LOWEST, NARROWING, RELAXED
+from dse.pareto.settings import BARE, BRIEF, CUTTING, LOWEST, NARROWING, RELAXED, Settings
 
 if TYPE_CHECKING:
     from dse.pareto.subproblem import Solver
@@ -16,8 +16,10 @@ APART_WAYS = (CUTTING, RELAXED, BARE)
 """The settings for parts for which that was not enough, in turn ..."""
 PACKING_WAYS = (CUTTING, LOWEST, RELAXED)
 """... where threads have to end in time on cores that they share, ..."""
+FULL_WAYS = (LOWEST, RELAXED, CUTTING)
+"""... where these are so full that the model has rows of them: then its bounds are known to be good ..."""
 APART_WORK = 1.5
-"""... with so much work in the first round, and twice as much in each further one."""
+"""... and designs are missing; with so much work in the first round, and twice as much in each further one."""
 APART_CHEAP = 0.1
 """A part for which linear relaxation has needed less than this is asked with it at once the next time."""
 MOST_MISSED_BRIEFLY = 4
@@ -64,6 +66,12 @@ class Apart:
                     return Unfinished(best=self.best)
         return self.best or NoSuchDesign()
 
+    def _ways(self) -> Sequence[Settings]:
+        contention = self.solver.encoded.contention
+        if contention is None:
+            return APART_WAYS
+        return FULL_WAYS if contention.known else PACKING_WAYS
+
     def _ask(self, number: int, turn: int, least: int) -> Answer:
         """One attempt at a part: bare settings for a moment, then linear relaxation with limits that double.
 
@@ -72,7 +80,7 @@ class Apart:
         if turn == 0:
             attempt = BRIEF
         else:
-            ways = PACKING_WAYS if self.solver.encoded.contention is not None else APART_WAYS
+            ways = self._ways()
             rounds, way = divmod(turn - 1, len(ways))
             attempt = ways[way], APART_WORK * 2**rounds
             if self.solver.encoded.is_loose:

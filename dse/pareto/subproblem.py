@@ -71,6 +71,7 @@ class Solver:
         self._weights: Sequence[int] | None = None
         self._regions: Sequence[Bound] | None = None
         self._ceiling: int | None = None
+        self._is_apart = False
         self._least: int | None = None  # of the values on the grid
         self._grid = EVERY
         self.slices = FIRST  # of the gap between bound and design (`dse.pareto.narrowing`)
@@ -198,12 +199,13 @@ class Solver:
         regions = part.open(regions)
         if not regions or (best is not None and not any(weights)):
             return NoSuchDesign()
+        self._is_apart = True
         self._ceiling = better_than = None if best is None else weighted(weights, best.point)
         self._restrict(regions, part.floor(regions))
         try:
             answer = self._within(part, *attempt, least=least)
         finally:
-            self._ceiling = None
+            self._ceiling, self._is_apart = None, False
         part.learn(answer, weights, regions, better_than)
         return answer
 
@@ -262,12 +264,17 @@ class Solver:
             return narrowed(self, work)
         if settings.lowest and self._weights is not None:
             return lowest(self, work)
+        known = self._rows()
         while True:
             answer, best = self._once(settings, work, best, most)
             if answer is not None:
                 return answer
-            if self._is_stuck():
+            if self._is_stuck() or (self._is_apart and self._rows() > known):
                 return Unfinished(best=best)
+
+    def _rows(self) -> int:
+        """Of how many processors the model has rows: with the first of them other settings are better for a part."""
+        return 0 if self.encoded.contention is None else len(self.encoded.contention.known)
 
     def _is_stuck(self) -> bool:
         return self.encoded.contention is not None and self.encoded.contention.is_stuck
