@@ -39,6 +39,7 @@ from dse.encode.contention import Deadline
 from dse.encode.model import EncodedSpace
 from dse.encode.places import Places, Thread
 from dse.encode.schedulability import jobs_within, scheduling_points
+from dse.pareto import subproblem
 from dse.space.trees import at
 from dse.space.types import Design, Space
 
@@ -185,7 +186,8 @@ WAYS = ("rows per thread", "unschedulability cores")
 
 @contextmanager
 def in_our_search(way: str) -> Iterator[None]:
-    """Within it, our search meets deadlines as a peer does: no threads are moved, and there are no rows of levels.
+    """Within it, our search meets deadlines as a peer does: no threads are moved, no design is
+    exchanged for a roomier one, and there are no rows of levels.
 
     What remains is the search itself, and clauses from late threads (ours). With no way everything is as it is.
     """
@@ -194,6 +196,7 @@ def in_our_search(way: str) -> Iterator[None]:
             rows = add_thread_rows if way == "rows per thread" else lambda *_: None
             stack.enter_context(patch.object(contention, "placements", lambda *_: ()))
             stack.enter_context(patch.object(contention, "add_rows", rows))
+            stack.enter_context(patch.object(subproblem, "roomier", lambda *_: None))
         yield
 
 
