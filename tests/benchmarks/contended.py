@@ -186,10 +186,10 @@ WAYS = ("rows per thread", "unschedulability cores")
 
 @contextmanager
 def in_our_search(way: str) -> Iterator[None]:
-    """Within it, our search meets deadlines as a peer does: no threads are moved, no design is
-    exchanged for a roomier one, and there are no rows of levels.
+    """Within it, our search meets deadlines as a peer does.
 
-    What remains is the search itself, and clauses from late threads (ours). With no way everything is as it is.
+    No threads are moved, no design is exchanged for a roomier one, and there are no rows of levels. What remains is
+    the search itself, and clauses from late threads (ours). With no way everything is as it is.
     """
     with ExitStack() as stack:
         if way:
