@@ -309,3 +309,4 @@ def test_every_answer_is_one_line_in_a_terminal() -> None:
     assert repr(analysis) == "<Analysis of 'Pump'>"
     assert [repr(answer) for answer in answers if "Pump" not in repr(answer)] == ["<Verification: verified>"]
     assert [repr(answer) for answer in answers if len(repr(answer)) > 100] == []
+    assert repr(result.front[0]).startswith("<Point 1, rank 1: ") and len(repr(result.front[0])) < 200

@@ -36,8 +36,6 @@ from dse.fitting.lines import (
 from dse.fitting.measurements import Group, Measurements, Summary, read_measurements
 from dse.records import dataclass
 from dse.results.answer import Answer, With
-from dse.results.display import exact
-from dse.results.frames import unit_frame
 from dse.units import format_duration
 from dse.units.parse import round_to_int
 from dse.units.table import Rounding, SizeRange
@@ -145,20 +143,9 @@ class Fit(Answer):
         into a problem file; of a thread ``least [ns]``, ``most [ns]`` and ``count``, missing where no file says it.
         Exact; `units` as for `Result.frame`.
         """
-        slopes = ("per byte least", "per byte most")
-        times = ("fixed least", "fixed most", *slopes)
-        rows: list[Mapping[str, Any]] = []
-        for line in self.transports:
-            sizes = {"from": line.sizes_bytes.min_bytes, "to": line.sizes_bytes.max_bytes}
-            figures = dict(zip(times, map(exact, (*line.fixed_ns, *line.per_byte_ns)), strict=True))
-            rows.append({"name": line.transport, "platform": line.platform, **sizes, **figures})
-        for item in self.executions:
-            ends = {"least": exact(item.summary.min_ns), "most": exact(item.summary.max_ns)}
-            rows.append({"name": item.name, "platform": item.platform, **ends, "count": item.summary.count})
-        own = ("from", "to", *times) if self.transports else ("least", "most", "count")
-        counted = {"from": "B", "to": "B"} | dict.fromkeys((*times, "least", "most"), "ns")
-        counted |= dict.fromkeys(slopes, "ns/B")
-        return unit_frame(["name", "platform", *own], rows, counted, units)
+        from dse.fitting.table import fit_frame
+
+        return fit_frame(self, units)
 
     def _told(self) -> Mapping[str, Any]:
         transports = [

@@ -92,7 +92,7 @@ class DesignComparison(Answer):
         listed = {"decision": self.decisions, "metric": self.metrics, "requirement": self.verdicts}
         named = [(kind, line) for kind, lines in listed.items() for line in lines]
         rows = [
-            {"kind": kind, "name": line.name, "one": line.one, "other": line.other, "unit": line.unit}
+            {"kind": kind, "name": line.name, "one": line.one, "other": line.other, "unit": line.unit or None}
             for kind, line in named
         ]
         currency = self.currencies[0] if len(set(self.currencies)) == 1 else None

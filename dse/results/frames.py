@@ -90,7 +90,7 @@ def mixed_frame(
     for row in rows:
         factor, unit = _factor(row.get("unit") or "", texts, currency)
         shown = {name: _in_unit(row.get(name), factor if _is_figure(row.get(name)) else None) for name in figures}
-        values.append([{**row, **shown, "unit": unit or None}.get(name) for name in columns])
+        values.append([{**row, **shown, "unit": unit or row.get("unit")}.get(name) for name in columns])
     return pandas.DataFrame(values, columns=list(columns))
 
 

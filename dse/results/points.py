@@ -23,7 +23,7 @@ class ObjectiveInfo:
     unit: str
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Point:
     """A non-dominated design.
 
@@ -40,6 +40,11 @@ class Point:
     design: Design
     score: str = ""
     is_first: bool = True
+
+    def __repr__(self) -> str:
+        """One line: its number, rank and objectives."""
+        told = ", ".join(f"{name} = {value}" for name, value in self.objectives.items())
+        return f"<Point {self.id}, rank {self.rank}: {told}>"
 
 
 @dataclass(frozen=True)
