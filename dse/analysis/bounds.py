@@ -12,7 +12,7 @@ from functools import partial
 from math import ceil, floor
 from typing import Literal, TypeVar
 
-from dse.analysis.limits import HOLDS, Limit, build_limit
+from dse.analysis.limits import HOLDS, Limit
 from dse.analysis.terms import Measure, Term
 from dse.analysis.views import View, tabulate
 from dse.records import dataclass
@@ -39,38 +39,66 @@ class Impossible:
     unit: str
 
 
-def impossible(space: Space, requirements: Iterable[Requirement]) -> Iterator[Impossible]:
+class Ends:
+    """What summands may be, over all designs of a space: each is looked at once, however many ask."""
+
+    def __init__(self, space: Space) -> None:
+        self.space = space
+        self._found: dict[int, tuple[Term, list[tuple[Fraction, Fraction]] | None]] = {}
+
+    def of(self, term: Term) -> list[tuple[Fraction, Fraction]] | None:
+        """The least and the most that a summand may be, case by case; None where that is not known."""
+        if id(term) not in self._found:
+            self._found[id(term)] = term, _cases(self.space, partial(_both, term))
+        return self._found[id(term)][1]
+
+
+def _both(term: Term, view: View) -> tuple[Fraction, Fraction]:
+    if term.ends is not None:
+        return term.ends(view)
+    value = term.value(view)
+    return value, value
+
+
+def impossible(limits: Iterable[Limit], ends: Ends) -> Iterator[Impossible]:
     """Those of some requirements that no design meets, as far as bounds show it, with both figures."""
-    for requirement in requirements:
-        limit = build_limit(space, requirement)
+    for limit in limits:
+        requirement = limit.requirement
         sides: tuple[tuple[Side, str], ...] = (("least", "<"), ("most", ">"))
         for side, direction in sides:
             if requirement.operator[0] in (direction, "="):
-                found = _beyond(space, limit, side, requirement.operator)
+                found = _beyond(ends, limit, side, requirement.operator)
                 if found is not None:
                     yield Impossible(requirement, side, *found, limit.measure.unit)
                     break
 
 
-def _beyond(space: Space, limit: Limit, side: Side, operator: str) -> tuple[Fraction, Fraction] | None:
+def _beyond(ends: Ends, limit: Limit, side: Side, operator: str) -> tuple[Fraction, Fraction] | None:
     """The bound of the figure and the limit, where no design keeps it; None where one may."""
     compare = HOLDS[{"==": "<=" if side == "least" else ">="}.get(operator, operator)]
     pick = min if side == "least" else max
     terms = limit.measure.terms
-    if (
-        len(terms) == 1 and terms[0].extreme is None
-    ):  # a figure and its limit may hang on the same decision: together they say more
-        [term] = terms
-        pairs = _cases(space, lambda view: (_end(term, side, view), limit.bound(view)))
+    bounds = _cases(ends.space, limit.bound)
+    if len(terms) == 1 and terms[0].extreme is None:
+        pairs = _with_limit(ends, terms[0], side, limit, bounds)
         if pairs is None or any(compare(value, bound) for value, bound in pairs):
             return None
         return pick(pairs, key=lambda pair: pair[0] - pair[1], default=None)
-    value = _total(space, terms, side, nonnegative=limit.measure.metric.kind not in SUMS_OF_SUMS)
-    bounds = _cases(space, limit.bound)
+    value = _total(ends, terms, side, nonnegative=limit.measure.metric.kind not in SUMS_OF_SUMS)
     if not bounds or value is None:
         return None
     furthest = max(bounds) if side == "least" else min(bounds)
     return None if compare(value, furthest) else (value, furthest)
+
+
+def _with_limit(
+    ends: Ends, term: Term, side: Side, limit: Limit, bounds: list[Fraction] | None
+) -> list[tuple[Fraction, Fraction]] | None:
+    """A figure and its limit, case by case: both may hang on the same decision."""
+    if bounds is None or len(bounds) != 1:
+        return _cases(ends.space, lambda view: (_end(term, side, view), limit.bound(view)))
+    found = ends.of(term)
+    return None if found is None else [(pair[0 if side == "least" else 1], bounds[0]) for pair in found]
 
 
 def best_possible(space: Space, measure: Measure, sense: str) -> int | None:
@@ -78,7 +106,7 @@ def best_possible(space: Space, measure: Measure, sense: str) -> int | None:
     side: Side = "least" if sense == "minimise" else "most"
     nonnegative = measure.metric.kind not in SUMS_OF_SUMS
     try:
-        total = _total(space, measure.terms, side, nonnegative=nonnegative)
+        total = _total(Ends(space), measure.terms, side, nonnegative=nonnegative)
     except OutOfTime:
         return 0 if nonnegative and side == "least" else None
     if total is None:
@@ -93,47 +121,43 @@ def _summands(terms: Iterable[Term]) -> int:
     return sum(1 if term.extreme is None else sum(map(_summands, term.extreme.sums)) for term in terms)
 
 
-def largest(space: Space, measure: Measure) -> Fraction | None:
+def largest(ends: Ends, measure: Measure) -> Fraction | None:
     """A figure that no design exceeds, by its absolute value, in units of 1 / `scale`; None where that is not known."""
-    found = _largest(space, measure.terms)
+    found = _largest(ends, measure.terms)
     return None if found is None else measure.scale * found
 
 
-def _largest(space: Space, terms: Iterable[Term]) -> Fraction | None:
+def _largest(ends: Ends, terms: Iterable[Term]) -> Fraction | None:
     total = Fraction(0)
     for term in terms:
         if term.extreme is not None:
-            totals = [_largest(space, inner) for inner in term.extreme.sums]
+            totals = [_largest(ends, inner) for inner in term.extreme.sums]
             if None in totals:
                 return None
             total += max(one for one in totals if one is not None)
             continue
-
-        def ends(view: View, term: Term = term) -> tuple[Fraction, Fraction]:
-            return _end(term, "least", view), _end(term, "most", view)
-
-        pairs = _cases(space, ends)
+        pairs = ends.of(term)
         if pairs is None:
             return None
         total += max((abs(end) for pair in pairs for end in pair), default=Fraction(0))
     return total
 
 
-def _total(space: Space, terms: Iterable[Term], side: Side, *, nonnegative: bool = False) -> Fraction | None:
+def _total(ends: Ends, terms: Iterable[Term], side: Side, *, nonnegative: bool = False) -> Fraction | None:
     """The least or most that a sum may have, each summand for itself; None where that is not known."""
-    ends = [_bound(space, term, side, nonnegative=nonnegative) for term in terms]
-    return None if None in ends else sum((end for end in ends if end is not None), Fraction(0))
+    bounds = [_bound(ends, term, side, nonnegative=nonnegative) for term in terms]
+    return None if None in bounds else sum((bound for bound in bounds if bound is not None), Fraction(0))
 
 
-def _bound(space: Space, term: Term, side: Side, *, nonnegative: bool) -> Fraction | None:
+def _bound(ends: Ends, term: Term, side: Side, *, nonnegative: bool) -> Fraction | None:
     """The least or most that a summand has in any design; None where that is not known."""
     if term.extreme is not None:
-        totals = [_total(space, terms, side) for terms in term.extreme.sums]
+        totals = [_total(ends, terms, side) for terms in term.extreme.sums]
         found: Fraction | None = None if None in totals else term.extreme.pick(totals)
         return found
-    values = _cases(space, partial(_end, term, side))
-    if values:
-        return min(values) if side == "least" else max(values)
+    pairs = ends.of(term)
+    if pairs:
+        return min(least for least, _ in pairs) if side == "least" else max(most for _, most in pairs)
     return Fraction(0) if nonnegative and side == "least" else None
 
 

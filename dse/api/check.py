@@ -6,8 +6,9 @@ from collections.abc import Iterator, Mapping
 from fractions import Fraction
 from typing import TYPE_CHECKING, Any, Unpack
 
-from dse.analysis.bounds import Impossible, impossible
+from dse.analysis.bounds import Ends, Impossible, impossible
 from dse.analysis.changes import counted_decisions
+from dse.analysis.evaluate import Evaluator
 from dse.analysis.remarks import problem_remarks
 from dse.analysis.validity import slot_users
 from dse.api.exactness import too_large
@@ -115,9 +116,10 @@ def check(problem: Source, **question: Unpack[Question]) -> Description:
     asked = load(problem).ask(**question)
     space = asked.space
     decisions = tuple(item for item in space.decisions if item.is_open)
-    found = tuple(impossible(space, space.requirements))
+    evaluator, ends = Evaluator(space), Ends(space)
+    found = tuple(impossible(evaluator.limits, ends))
     remarks = (
-        *too_large(space),
+        *too_large(evaluator, ends),
         *_remarks(space),
         *_setting_remarks(asked, space),
         *changed_meanings(asked),

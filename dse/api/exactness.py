@@ -4,10 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from dse.analysis.bounds import largest
+from dse.analysis.bounds import Ends, largest
 from dse.analysis.evaluate import Evaluator
 from dse.errors import TooLargeError
-from dse.space.types import Space
 from dse.timelimit import OutOfTime, TimeLimit, look_at_the_clock, until
 
 SURELY_EXACT = 2**43
@@ -16,11 +15,10 @@ TIME_S = 10.0
 """So long the model may take that tells."""
 
 
-def too_large(space: Space) -> Iterator[str]:
+def too_large(evaluator: Evaluator, ends: Ends) -> Iterator[str]:
     """The first objective or requirement that the search cannot count exactly, with its place, as the search says."""
-    evaluator = Evaluator(space)
     measures = [*evaluator.objectives, *(limit.measure for limit in evaluator.limits)]
-    found = (largest(space, measure) for measure in measures)
+    found = (largest(ends, measure) for measure in measures)
     if all(figure is not None and figure < SURELY_EXACT for figure in found):
         return
     from dse.encode.model import encode

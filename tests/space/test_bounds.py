@@ -13,7 +13,7 @@ from oracle.generator import random_problem
 from support import evaluated
 
 import dse
-from dse.analysis.bounds import best_possible, impossible
+from dse.analysis.bounds import Ends, best_possible, impossible
 from dse.analysis.evaluate import Evaluator
 from dse.analysis.limits import build_limit
 from dse.analysis.views import View
@@ -68,12 +68,12 @@ def test_no_design_meets_what_is_called_impossible(seed: int) -> None:
     space = replace(space, processing=rng.choice(["execution_time", "response_time"]), deadlines="all", open_cores=())
     wanted = (*tightened(space, rng), *deadline_requirements(space, lambda _: ""))
     asked = replace(space, requirements=wanted, objectives=())
-    called = [item.requirement for item in impossible(asked, asked.requirements)]
+    called = [item.requirement for item in impossible(Evaluator(asked).limits, Ends(asked))]
     seen = [item for item in evaluated(Evaluator(asked)).values() if not item.breaches]
     for evaluation in seen:
         for verdict in evaluation.verdicts:
             assert not (verdict.holds and any(verdict.requirement is item for item in called)), verdict
-    for found in impossible(asked, asked.requirements):
+    for found in impossible(Evaluator(asked).limits, Ends(asked)):
         limit = build_limit(asked, found.requirement)  # a verdict has the figures of the core that decides
         values = [limit.measure.value(View(item.design)) for item in seen]
         assert all(found.value <= value if found.side == "least" else found.value >= value for value in values)
@@ -87,7 +87,9 @@ def test_random_requirements_are_of_both_kinds() -> None:
         except ProblemError:
             continue
         wanted = tightened(space, random.Random(seed))
-        called = list(impossible(replace(space, requirements=tuple(wanted)), wanted))
+        called = list(
+            impossible(Evaluator(limited := replace(space, requirements=tuple(wanted))).limits, Ends(limited))
+        )
         counts[0] += len(called)
         counts[1] += len(wanted) - len(called)
     assert min(counts) >= 30
