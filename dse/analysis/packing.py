@@ -143,8 +143,10 @@ def first_placement(
     limits: Sequence[Limit],
     beside: Sequence[Limit] = (),
     orders: Sequence[OpenPriority] = (),
-) -> Design | None:
-    """The design with the first cores, in the order of the file, on which all limits hold; None where that is hard.
+) -> tuple[Design | None, bool]:
+    """The design with the first cores, in the order of the file, on which all limits hold, and whether that is sure.
+
+    None where there are no such cores; it is not sure where looking for them was given up.
 
     `limits` are those on response times, `beside` others that the cores must keep. Thread after thread gets the first
     core where those that have one already are not late for sure, and not too many for a limit of that core: with fewer
@@ -194,7 +196,8 @@ def first_placement(
     most = max((max(1, at(slot.cores, view)) for slot in space.processors), default=1)
     whole = all(set(range(1, most + 1)) <= set(item.decision.values) for item in order)
     bare = whole and not any(taken.values()) and sum(len(item.threads) for item in order) == len(where)
-    return place(0)
+    found = place(0)
+    return found, found is not None or left[0] > 0
 
 
 def _room_check(space: Space, view: View, beside: Sequence[Limit]) -> Callable[[int, Sequence[int]], bool]:

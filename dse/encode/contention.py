@@ -184,8 +184,8 @@ class Contention:
         open_ = [item for item in self.space.open_cores if self.movable and self._is_free(item)]
         orders = [item for item in self.space.open_priorities if self.reorders and self._is_free(item)]
         if self._seeks_first and (self.movable or self.reorders):
-            first = first_placement(self.space, design, open_, limits, beside, orders)
-            self.is_first &= first is not None and (not orders or self._is_sure(view))
+            first, is_sure = first_placement(self.space, design, open_, limits, beside, orders)
+            self.is_first &= is_sure and (not orders or self._is_sure(view))
             if first is not None:
                 return first
         late = [item for item in held if not judge(item.limit, view).holds]

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+from fractions import Fraction
+
 import pytest
 from ortools.sat.python import cp_model
 from support import space_of
@@ -93,7 +96,19 @@ def test_the_first_cores_are_looked_for_within_what_cores_may_use() -> None:
     space = evaluator.space
     late = [item for item in evaluator.limits if is_late_limit(item)]
     full = [item for item in evaluator.limits if item.cores is not None]
-    found = first_placement(space, tuple(0 for _ in space.decisions), space.open_cores, late, full)
-    assert found is not None
+    found, is_sure = first_placement(space, tuple(0 for _ in space.decisions), space.open_cores, late, full)
+    assert found is not None and is_sure
     chosen = [item.decision.values[found[item.index]] for item in space.open_cores]
     assert chosen == [1, 1, 1, 2, 2, 2]
+
+
+@pytest.mark.parametrize(("worst_ms", "is_sure"), [((4, 4, 4), True), ((1,) * 12, False)])
+def test_that_there_are_no_first_cores_may_be_sure(worst_ms: tuple[int, ...], *, is_sure: bool) -> None:
+    """Three of 4 ms have none, as is seen at once; twelve that no core may have could be in too many places."""
+    evaluator = crowd(*worst_ms)
+    space = evaluator.space
+    late = [item for item in evaluator.limits if is_late_limit(item)]
+    full = [item for item in evaluator.limits if item.cores is not None]
+    if not is_sure:
+        full = [*full, *(replace(item, bound=lambda _: Fraction(-1)) for item in late)]
+    assert first_placement(space, tuple(0 for _ in space.decisions), space.open_cores, late, full) == (None, is_sure)
