@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 from dse.analysis.evaluate import Evaluator
 from dse.encode.linear import EXACT_LIMIT
 from dse.encode.model import EncodedObjective, EncodedSpace
@@ -59,7 +61,7 @@ def minimise_in(
 
 
 def _lexicographic(solver: Solver, regions: tuple[Bound, ...], axis: int, hint: Design | None) -> Answer:
-    """One call with a weight that puts `axis` first, or two calls where that weight would leave exact arithmetic."""
+    """One call with a weight that puts `axis` first; where that leaves exact arithmetic two calls, or one an axis."""
     most = [max(bounds) - 1 for bounds in zip(*regions, strict=True)]
     if not most:
         return solver.minimise([], regions, hint=hint)
@@ -67,9 +69,14 @@ def _lexicographic(solver: Solver, regions: tuple[Bound, ...], axis: int, hint: 
     weight = others + 1
     if weight * most[axis] + others < EXACT_LIMIT:
         return solver.minimise([weight if position == axis else 1 for position in range(len(most))], regions, hint=hint)
-    first = solver.minimise([int(position == axis) for position in range(len(most))], regions, hint=hint)
-    if not isinstance(first, Found):
-        return first
-    least = tuple(value + 1 for value in first.point)
-    tightened = [capped(region, axis, least) for region in regions]
-    return solver.minimise([int(position != axis) for position in range(len(most))], tightened, hint=first.design)
+    tightened: Sequence[Bound] = regions
+    rest = [position for position in range(len(most)) if position != axis]
+    for first in (axis, *rest) if others >= EXACT_LIMIT else (axis,):
+        answer = solver.minimise([int(position == first) for position in range(len(most))], tightened, hint=hint)
+        if not isinstance(answer, Found):
+            return answer
+        least, hint = tuple(value + 1 for value in answer.point), answer.design
+        tightened = [capped(region, first, least) for region in tightened]
+    if others >= EXACT_LIMIT:
+        return answer
+    return solver.minimise([int(position != axis) for position in range(len(most))], tightened, hint=hint)

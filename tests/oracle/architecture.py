@@ -574,3 +574,22 @@ def state_overload(rng: random.Random, document: dict[str, Any]) -> None:
     elif draw < 0.8:
         slots = [*document["processors"].values(), *document.get("buses", {}).values()]
         rng.choice(slots)["overload"] = "allowed"
+
+
+def state_executors(rng: random.Random, document: dict[str, Any]) -> None:
+    """One OS thread runs the jobs of two or three threads; sometimes of a kind that is to be chosen."""
+    threads = [body for body in document["threads"].values() if "processor" in body]
+    if len(threads) < 2:
+        return
+    kinds = rng.sample(["fifo", "callback_group", "wait_set"], rng.choice([1, 1, 2]))
+    executor = {"kind": kinds if len(kinds) > 1 else kinds[0], "core": "1"}
+    executor["processor"] = rng.choice(as_list(rng.choice(threads)["processor"]))
+    if rng.random() < 0.4:
+        executor["priority"] = rng.choice(["1", "2"])
+    for body in rng.sample(threads, rng.randint(2, min(3, len(threads)))):
+        for field in ("processor", "core", "process"):
+            body.pop(field, None)
+        body["executor"] = "node"
+        if kinds == ["callback_group"] and rng.random() < 0.4:
+            body["priority"] = rng.choice(["1", "2", "7"])
+    document["executors"] = {"node": executor}

@@ -17,15 +17,16 @@ SAMPLE = 40
 """Designs whose response times are looked at."""
 
 
-def state_deadlines(rng: random.Random, document: dict[str, Any]) -> None:
+def state_deadlines(rng: random.Random, document: dict[str, Any], share: float = 0.2) -> None:
     """Sometimes deadlines, and what response times follow from; else those at which data pass are no limits."""
-    threads = {name: body for name, body in document["threads"].items() if "processor" in body}
-    if not threads or rng.random() < 0.8:
+    threads = {name: body for name, body in document["threads"].items() if {"processor", "executor"} & set(body)}
+    if not threads or rng.random() < 1 - share:
         if any("deadline" in body for body in document["threads"].values()):
             document["deadlines"] = "none"
         return
     for body in threads.values():
-        _prioritise(rng, body)
+        if "executor" not in body:
+            _prioritise(rng, body)
     if rng.random() < 0.2:
         document["priorities"] = "deadline_monotonic"
     document["deadlines"] = "all"

@@ -61,10 +61,12 @@ Where the documents leave something open, this is how they are read here:
     rate delivers once in each whole ns of 1 / rate, of what nothing dispatches once; a stated response_time changes
     nothing of it, and goes before it in latencies. Threads without a core are where a decision puts them; where none
     does (nothing that is asked depends on it) no response time is told.
-26. Not judged: executors, segments, `priority: any`, priority levels, non-preemptive sections, context switches,
+26. What an executor runs has its processor and core. Of a callback group what has begun before does so a moment sooner;
+    of a first-in-first-out queue any of those that come together may be the last; in a wait set all others go first.
+27. Not judged: reservations, segments, `priority: any`, priority levels, non-preemptive sections, context switches,
     interrupts, throttling, groups of cores (``tests/thread_systems.py`` has an own reading of each of these), and
     what shares an accelerator.
-27. Lists inside a ``totals`` mapping, and inside a map of a virtual bus per processor type, are not supported here.
+28. Lists inside a ``totals`` mapping, and inside a map of a virtual bus per processor type, are not supported here.
 """
 
 from __future__ import annotations

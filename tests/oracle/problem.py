@@ -12,7 +12,7 @@ import yaml
 
 from . import grammar, quantities
 
-SECTIONS = ("processors", "buses", "devices", "threads", "connections")
+SECTIONS = ("processors", "buses", "executors", "devices", "threads", "connections")
 CATALOGUES = {
     "processors": "processor_types",
     "buses": "bus_types",
@@ -45,6 +45,7 @@ FIELDS = {
         "price",
         "power",
     ),
+    "executors": ("kind",),
     "devices": ("type", *_TASK_FIELDS, *_CLOCKED),
     "threads": ("type", "process", "processor", *_TASK_FIELDS, *_CLOCKED, "priority"),
     "connections": ("data_size", "bus", "rate", "data_rate", "port", "queue_size", "latency"),
@@ -70,6 +71,10 @@ class Problem:
         self.sections: dict[str, dict[str, dict[str, Any]]] = {}
         for key in (*SECTIONS, *CATALOGUES.values(), "flows"):
             self.sections[key] = {name: body or {} for name, body in (document.get(key) or {}).items()}
+        for name, body in self.sections["threads"].items():
+            if "executor" in body:  # it runs where the executor does
+                home = self.sections["executors"][body["executor"]]
+                self.sections["threads"][name] = {**body, "processor": home["processor"], "core": home["core"]}
         self.section_of = {name: section for section in SECTIONS for name in self.sections[section]}
         self.totals: dict[str, str] = document.get("totals") or {}
         self.requirements = [grammar.requirement(text) for text in document.get("requirements") or []]

@@ -129,6 +129,8 @@ class Scheduling:
         own, work = self._releases(job), self._times(job)[1]
         if work == 0:
             return Fraction(0)
+        if self._executor(job[0]) is not None:
+            return self._played_inside(job)
         rivals = [
             (self._releases(other), self._times(other)[1])
             for other in self.cores[self._core(job[0])]
@@ -141,15 +143,62 @@ class Scheduling:
             return None
         return play(own, work, before)
 
+    def _played_inside(self, job: Job) -> Fraction | None:
+        """The same of a job that shares an OS thread: of an executor one job runs at a time, to its end.
+
+        What goes before the executor preempts all of it.
+        """
+        here = [other for other in self.cores[self._core(job[0])] if other != job and self._times(other)[1]]
+        executor = self._executor(job[0])
+        fellows = [other for other in here if self._executor(other[0]) == executor]
+        outside = [other for other in here if other not in fellows and self._goes_before(other, job)]
+        assert executor is not None
+        kind, begun = self.reading.get(executor, "kind"), 0
+        if kind == "callback_group":
+            urgent = [other for other in fellows if self._goes_first_inside(other, job)]
+            begun = max((self._times(other)[1] for other in fellows if other not in urgent), default=0)
+            fellows = urgent
+        given = [(self._releases(other), self._times(other)[1]) for other in (job, *fellows, *outside)]
+        known = [(releases, work) for releases, work in given if releases is not None]
+        used = sum((releases.often * work for releases, work in known), Fraction(0))
+        if len(known) < len(given) or used > 1 or (used == 1 and begun):
+            return None
+        inside, others = known[: len(fellows) + 1], known[len(fellows) + 1 :]
+        return play_inside(inside, others, begun, in_order=kind == "fifo")
+
     # Who goes first
 
-    def _goes_before(self, other: Job, job: Job) -> bool:
+    def _executor(self, name: str) -> str | None:
+        found: str | None = self.problem.component(name).get("executor")
+        return found
+
+    def _goes_first_inside(self, other: Job, job: Job) -> bool:
         if other[0] == job[0]:
             return other[1] == "callback"
         one, two = self._turn(other[0]), self._turn(job[0])
         if one[0] == two[0] == 0 and one == two:
-            return True  # one number: each may be before the other
+            return True
         return (one, self.threads.index(other[0])) < (two, self.threads.index(job[0]))
+
+    def _place(self, name: str) -> tuple[tuple[int, Fraction], int]:
+        """The turn of an OS thread on its core, and the place in the file of its first thread."""
+        executor = self._executor(name)
+        if executor is None:
+            return self._turn(name), self.threads.index(name)
+        members = [other for other in self.threads if self._executor(other) == executor]
+        number = self.problem.component(executor).get("priority")
+        if number is not None:
+            return (0, Fraction(-int(number))), self.threads.index(members[0])
+        rate = max(self.reading.rate(member) for member in members)
+        return ((1, NS_PER_S / rate) if rate else (2, Fraction(0))), self.threads.index(members[0])
+
+    def _goes_before(self, other: Job, job: Job) -> bool:
+        if other[0] == job[0]:
+            return other[1] == "callback"
+        (one, first), (two, second) = self._place(other[0]), self._place(job[0])
+        if one[0] == two[0] == 0 and one == two:
+            return True  # one number: each may be before the other
+        return (one, first) < (two, second)
 
     def _turn(self, name: str) -> tuple[int, Fraction]:
         """Numbers before times before nothing; the lesser goes first."""
@@ -252,4 +301,63 @@ def play(own: Releases, work: int, before: Sequence[tuple[Releases, int]]) -> Fr
         following = next(times, None)
         if following is not None:
             heappush(coming, (following, number, cost, times))
+    return None
+
+
+MOMENT = Fraction(1, 10**12)
+"""How much sooner than what waits for it something has begun, in ns."""
+
+
+def play_inside(
+    inside: Sequence[tuple[Releases, int]], outside: Sequence[tuple[Releases, int]], begun: int, *, in_order: bool
+) -> Fraction | None:
+    """The longest time from the release of a job of the first of `inside` to its end: one job at a time, to its end.
+
+    What is `outside` preempts. The others inside go first among what waits, or all go `in_order` of their release: then
+    whoever comes at that time may be the first of them. Something else inside may have `begun` a moment before.
+
+    >>> timer, callback = (Releases(((period, Fraction(0)),)) for period in (10, 20))
+    >>> [play_inside([(timer, 1), (callback, 3)], [], 0, in_order=in_order) for in_order in (True, False)]
+    [Fraction(4, 1), Fraction(4, 1)]
+    """
+    coming: list[tuple[Fraction, int, int, Iterator[Any]]] = []
+    for number, (releases, cost) in enumerate([*inside, *outside]):
+        times = releases.densest()
+        heappush(coming, (next(times), number, cost, times))
+    sooner = MOMENT if begun else Fraction(0)
+    now, worst = Fraction(0), Fraction(0)
+    running: list[Any] = [None, Fraction(begun) - sooner] if begun else []
+    preempting = Fraction(0)
+    waiting: list[tuple[Any, Fraction, int]] = []  # what goes first, the release, the cost
+
+    for _ in range(MOST_PLAYED):
+        while coming and coming[0][0] <= now:
+            time, number, cost, times = heappop(coming)
+            if number >= len(inside):
+                preempting += cost
+            else:
+                rank: Any = (time, number == 0) if in_order else (number == 0, time)
+                heappush(waiting, (rank, time, cost))
+            following = next(times, None)
+            if following is not None:
+                heappush(coming, (following, number, cost, times))
+        if not preempting and not running and not waiting:
+            return worst
+        upcoming = coming[0][0] if coming else None
+        if not preempting and not running:
+            rank, time, cost = heappop(waiting)
+            running = [(time, in_order or rank[0] is True), Fraction(cost)]
+        need = preempting or running[1]
+        done = need if upcoming is None else min(need, upcoming - now)
+        now += done
+        if preempting:
+            preempting -= done
+        else:
+            running[1] -= done
+            if not running[1]:
+                if running[0] is not None and running[0][1]:
+                    worst = max(worst, now + sooner - running[0][0])
+                running = []
+        if not preempting and not running and not waiting and coming and coming[0][0] >= now > 0:
+            return worst  # all is done when the next begins
     return None

@@ -19,6 +19,7 @@ from tests.properties.pair import Pair, exact_value
 
 PROBLEMS = [("tiny", seed) for seed in cases(400)]
 PROBLEMS += [("small", seed) for seed in cases(25)]
+PROBLEMS += [("grouped", seed) for seed in cases(8, 102)]
 MOST_COMPARED = 250
 """Designs of a problem whose figures are compared, evenly spread; a tiny problem has fewer."""
 MOST_COMBINATIONS = 1500

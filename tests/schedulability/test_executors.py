@@ -166,8 +166,9 @@ def test_an_executor_without_threads_decides_nothing() -> None:
     """
     problem = loads(GROUPS.format(kind="fifo", more="", inner="", other="", cores=2))
     designs = {canonical(problem.space, design) for design in raw_designs(problem.space)}
-    kind, core = (problem.space.decision_index(f"second.{field}") for field in ("kind", "core"))
-    beside = [design for design in designs if design[problem.space.decision_index("callback.executor")] == 0]
+    where, kind, core = ([item.name for item in problem.space.decisions].index(name)
+                         for name in ("callback.executor", "second.kind", "second.core"))  # fmt: skip
+    beside = [design for design in designs if design[where] == 0]
     assert (len(designs), len(beside)) == (20, 4)
     assert {(design[kind], design[core]) for design in beside} == {(INACTIVE, INACTIVE)}
     [point] = dse.solve(problem, fix=["callback.executor = node"], require=["second.kind != fifo"]).front
