@@ -198,7 +198,7 @@ def test_a_front_is_printed_without_reasons_where_there_is_no_time_for_them(
 ) -> None:
     """The front was there in time; to find out why an alternative is there takes longer than what is left."""
 
-    def slow(*_: object, **__: object) -> object:
+    def slow(*given: object, **more: object) -> object:
         for _ in range(100):
             look_at_the_clock()
         raise AssertionError

@@ -81,7 +81,7 @@ def test_no_design_meets_what_is_called_impossible(seed: int) -> None:
 
 def test_random_requirements_are_of_both_kinds() -> None:
     counts = [0, 0]
-    for seed in range(60):
+    for seed in cases(120):
         try:
             space = loads(random_problem(seed, "tiny")).space
         except ProblemError:
