@@ -39,7 +39,7 @@ class Late:
 
     `work_ns` is what its own jobs take up to then, `blocked_ns` what has begun before, `delays` what goes before it;
     of an `executor` the others that it runs do. Each of `shorter` is enough by itself. A thread that `has_segments`
-    waits for what its pieces wait for. `budget` is that of the reservation it is in.
+    waits for what its pieces wait for, also on `accelerators`. `budget` is that of the reservation it is in.
     """
 
     thread: str
@@ -53,6 +53,7 @@ class Late:
     shorter: tuple[Shorter, ...]
     has_segments: bool = False
     budget: Budget | None = None
+    accelerators: tuple[str, ...] = ()
 
 
 def late_threads(space: Space, verdicts: Sequence[Verdict], view: View) -> Iterator[Late]:
@@ -82,8 +83,17 @@ def _late(space: Space, found: Response, verdict: Verdict, view: View) -> Late:
     budget = budget_of(space, found.component, view, lambda response: _holds(verdict, response))
     return Late(
         found.name, name, core, late, work, found.blocked_ns, found.executor, found.delays, shorter, found.is_piece,
-        budget,
+        budget, tuple(_accelerators(space, found.component, view)) if found.is_piece else (),
     )  # fmt: skip
+
+
+def _accelerators(space: Space, number: int, view: View) -> dict[str, None]:
+    """The processors that serve pieces of a thread as they come, or by priority."""
+    pieces = space.components[number].pieces
+    served = (space.components[one] for one in (pieces.members if pieces is not None else ()))
+    return dict.fromkeys(
+        space.processors[at(item.processor, view)].name for item in served if at(item.executor, view) is not None
+    )
 
 
 def _holds(verdict: Verdict, response_ns: Exact | None) -> bool:

@@ -280,6 +280,9 @@ def late_words(late: Late) -> str:
 
 def _why_endless(late: Late) -> str:
     """Why a response time has no bound, and the budget with which it has one that is soon enough."""
+    if late.has_segments:
+        away = f" and on {', '.join(late.accelerators)}" if late.accelerators else ""
+        return f"with what its segments wait for on its core{away}, they need not all end before its next job comes"
     if late.budget is None:
         return "it and what goes before it need more than there is"
     has = f"{_time(late.budget.budget_ns)} of every {_time(late.budget.period_ns)}"

@@ -166,3 +166,17 @@ threads:
         "reservation": "share", "budget_ns": 6_000_000, "period_ns": 10_000_000, "is_served": False,
         "enough_ns": 2_000_000,
     }  # fmt: skip
+
+
+def test_what_has_no_bound_for_its_segments_is_not_said_to_need_more_than_its_core_has() -> None:
+    """Two pieces of 12 ms every 20 ms do not fit on an accelerator, however little the core has to do."""
+    text = HEAD.replace("{cpu: {}}", "{cpu: {}, gpu: {serves: fifo}}").replace(
+        "{type: cpu}}", "{type: cpu}, g: {type: gpu}}"
+    )
+    ends = "{compute_execution_time: 1 ms}"
+    pieces = f"[{ends}, {{processor: g, compute_execution_time: 12 ms}}, {ends}]"
+    text += "threads:\n" + "".join(f"  {name}: {{processor: p, period: 20 ms, segments: {pieces}}}\n" for name in "cd")
+    for item in found(text + "objectives: [minimise power]\n").values():
+        said = "with what its segments wait for on its core and on g, they need not all end before its next job comes"
+        assert late_words(item) == f"{item.thread} ends late without a bound on core 1 of p: {said}"
+        assert item.late_ns is None
