@@ -7,6 +7,7 @@ import tomllib
 from collections import Counter
 from pathlib import Path
 
+import commands
 import pytest
 from documents import ROOT, run
 from formats import page
@@ -47,6 +48,7 @@ def test_docstrings_cite_sections_that_there_are_and_every_rule_has_its_code() -
     sources = {path: path.read_text(encoding="utf-8") for path in (ROOT / "dse").rglob("*.py")}
     cited = {section for text in sources.values() for section in CITED.findall(text)}
     assert cited <= sections
+    assert {section.partition(".")[0] for section in sections} <= sections
     rules = {section for section in sections if not any(other.startswith(f"{section}.") for other in sections)}
     prose = {"3.4", "3.5", "8"}  # a list of settings, a worked example, and what there is no code for
     assert rules - prose <= cited
@@ -64,6 +66,11 @@ def test_the_picture_of_the_layers_is_the_import_contract() -> None:
 def test_the_reference_of_formats_is_what_the_schemas_say() -> None:
     text = (DOCS / "formats.md").read_text(encoding="utf-8")
     assert text == page(text), "python -m tests.formats"
+
+
+def test_the_reference_of_commands_is_what_they_say() -> None:
+    text = (DOCS / "commands.md").read_text(encoding="utf-8")
+    assert text == commands.page(text), "python -m tests.commands"
 
 
 @pytest.mark.parametrize("name", ["solve", "sweep", "sensitivity", "explain"])
