@@ -17,7 +17,7 @@ from tests.oracle import evaluator as oracle
 from tests.oracle.generator import random_problem
 from tests.properties.pair import Pair, exact_value
 
-PROBLEMS = [("tiny", seed) for seed in cases(400)]
+PROBLEMS = [("tiny", seed) for seed in cases(300)]
 PROBLEMS += [("small", seed) for seed in cases(25)]
 PROBLEMS += [("grouped", seed) for seed in cases(8, 102)]
 MOST_COMPARED = 250
