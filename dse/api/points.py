@@ -17,7 +17,7 @@ from dse.errors import UsageError
 from dse.records import dataclass
 from dse.results.display import NO_BOUND, figures_of, without_stand_in
 from dse.results.points import unused_choices
-from dse.results.ranking import FORMER_WORDS, rank, same_score
+from dse.results.ranking import rank, same_score
 from dse.results.solve import decisions_of, ranked
 from dse.results.variants import find_variants
 from dse.results.verify import Finding
@@ -290,7 +290,7 @@ def check_ranks(bench: Bench) -> None:
     if base is not None:
         changed = [cost_of_changes(bench.space, View(design)) for design in bench.designs]
     ranking = rank(method, vectors, list(zip(bench.names, senses, strict=True)), changed)
-    if data["ranking"]["words"] not in (ranking.words, FORMER_WORDS.get(method)):
+    if data["ranking"]["words"] != ranking.words:
         bench.find("ranking.words", f"do not describe the method {method!r}")
     rows = zip(ranking.ranks, ranking.scores, data["front"], strict=True)
     for at, (number, score, point) in enumerate(rows):

@@ -21,11 +21,6 @@ from dse.units import is_unbounded
 
 METHOD = "distance to the ideal point, objectives scaled to their range on the front (equal weights)"
 METHODS = ("ideal", "topsis", "knee", "weights", "order", "baseline")
-FORMER_WORDS = {
-    "knee": "knee: how much worse, per unit of what gets better, the least painful move to another point is; "
-    "objectives scaled to their range on the front",
-}
-"""How methods were described once: results that say so are still right."""
 MOST_DIGITS = 6
 UNBOUNDED_LOSS = 2
 """What an unbounded value loses, in ranges of the bounded ones from the best of these."""

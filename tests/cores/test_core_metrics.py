@@ -1,18 +1,15 @@
-"""The utilisation of single cores: what it means, what it refuses, and the search against an enumeration of its own.
-
-``DSE_RANDOM_PROBLEMS=5000`` looks at a tenth as many problems instead of the default.
-"""
+"""The utilisation of single cores: what it means, what it refuses, and the search against an enumeration of its own."""
 
 from __future__ import annotations
 
 import itertools
-import os
 import random
 from collections.abc import Iterator
 from fractions import Fraction
 from pathlib import Path
 
 import pytest
+from effort import cases
 
 import dse
 from dse.analysis.evaluate import Evaluator
@@ -22,7 +19,6 @@ from dse.pareto.settings import Settings
 from dse.pareto.subproblem import Solver
 from dse.results.solve import Result
 
-COUNT = int(os.environ.get("DSE_RANDOM_PROBLEMS", "500")) // 10
 PERIODS = ("8 ms", "10 ms", "12 ms", "20 ms")
 TYPES = {"duo": (2, 10), "trio": (3, 20), "solo": (1, 5)}
 CATALOGUE = ", ".join(f"{name}: {{cores: {count}, price: {price} EUR}}" for name, (count, price) in TYPES.items())
@@ -113,7 +109,7 @@ def _front(vectors: set[tuple[Fraction, ...]]) -> set[tuple[Fraction, ...]]:
     }
 
 
-@pytest.mark.parametrize("seed", range(COUNT))
+@pytest.mark.parametrize("seed", cases(50))
 def test_the_front_is_that_of_the_enumeration(seed: int) -> None:
     drawn = Drawn(seed)
     problem = dse.loads(drawn.text)
@@ -136,7 +132,7 @@ def _expected(vectors: Iterator[tuple[Fraction, ...]]) -> set[tuple[Fraction, ..
     return {(used * 10**6, price * 100, -whole * 10**6) for used, price, whole in _front(set(vectors))}
 
 
-@pytest.mark.parametrize("seed", range(2000, 2000 + COUNT // 4))
+@pytest.mark.parametrize("seed", cases(12, 2000))
 def test_a_robust_front_is_that_of_the_enumeration(seed: int) -> None:
     """Execution times between 80 and 120 %: limits on single cores, stated and implied, hold for all of them."""
     drawn = Drawn(seed)
@@ -149,7 +145,7 @@ def test_a_robust_front_is_that_of_the_enumeration(seed: int) -> None:
         assert dse.verify(found.to_dict(), problem=problem).status == "verified"
 
 
-@pytest.mark.parametrize("seed", range(3000, 3000 + COUNT // 4))
+@pytest.mark.parametrize("seed", cases(12, 3000))
 def test_a_resumed_front_is_that_of_the_enumeration(seed: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     drawn = Drawn(seed)
     path, out = tmp_path / "p.yaml", tmp_path / "r.json"

@@ -1,17 +1,14 @@
-"""Threads that fill the cores of a processor: the search, both second proofs and robust fronts against exhaustion.
-
-``DSE_RANDOM_PROBLEMS=5000`` looks at a tenth as many problems instead of the default.
-"""
+"""Threads that fill the cores of a processor: the search, both second proofs and robust fronts against exhaustion."""
 
 from __future__ import annotations
 
-import os
 import random
 import re
 from dataclasses import replace
 from fractions import Fraction
 
 import pytest
+from effort import cases
 
 import dse
 from dse.analysis.evaluate import Evaluator
@@ -22,7 +19,6 @@ from tests.oracle import evaluator as oracle
 from tests.properties.pair import Pair
 from tests.properties.test_against_oracle import figures_agree, fronts_agree
 
-COUNT = int(os.environ.get("DSE_RANDOM_PROBLEMS", "500")) // 10
 PERIODS = ("8 ms", "10 ms", "12 ms", "15 ms", "20 ms", "24 ms")
 
 
@@ -52,7 +48,7 @@ def crowded(seed: int, *, limit: str = "", objectives: str = "minimise utilisati
     return "\n".join(lines) + "\n"
 
 
-@pytest.mark.parametrize("seed", range(COUNT))
+@pytest.mark.parametrize("seed", cases(50))
 def test_the_front_is_that_of_exhaustion(seed: int) -> None:
     pair = Pair(crowded(seed))
     figures_agree(pair)
@@ -62,7 +58,7 @@ def test_the_front_is_that_of_exhaustion(seed: int) -> None:
     assert found.points == pair.own_front()
 
 
-@pytest.mark.parametrize("seed", range(1000, 1000 + COUNT // 4))
+@pytest.mark.parametrize("seed", cases(12, 1000))
 def test_both_second_proofs_confirm_it(seed: int) -> None:
     problem = dse.loads(crowded(seed))
     result = dse.solve(problem)
@@ -94,7 +90,7 @@ def with_decided_cores(seed: int) -> str:
     return "\n".join([*lines, "flows: {f: {path: [a]}}", f"objectives: [{', '.join(wanted)}]"]) + "\n"
 
 
-@pytest.mark.parametrize("seed", range(3000, 3000 + COUNT // 2))
+@pytest.mark.parametrize("seed", cases(25, 3000))
 def test_each_front_with_an_option_is_that_with_it_fixed(seed: int) -> None:
     """A fixed core changes what figures there may be: what the whole front tells is read in those of the fixed one."""
     space = dse.loads(with_decided_cores(seed)).ask().space
@@ -106,7 +102,7 @@ def test_each_front_with_an_option_is_that_with_it_fixed(seed: int) -> None:
         assert found.is_complete and found.points == fixed.points, (decision, option)
 
 
-@pytest.mark.parametrize("seed", range(2000, 2000 + COUNT // 2))
+@pytest.mark.parametrize("seed", cases(25, 2000))
 def test_the_closest_limit_is_that_of_exhaustion(seed: int) -> None:
     text = crowded(seed, limit="<= 5 %")
     pair = Pair(text)
@@ -120,7 +116,7 @@ def test_the_closest_limit_is_that_of_exhaustion(seed: int) -> None:
     assert dse.solve(mended, overload="allowed" if advice.overload else "forbidden").status == "complete"
 
 
-@pytest.mark.parametrize("seed", range(3000, 3000 + COUNT // 4))
+@pytest.mark.parametrize("seed", cases(12, 3000))
 def test_break_points_of_the_limit_are_those_of_exhaustion(seed: int) -> None:
     text = crowded(seed, limit="<= 100 %", objectives="minimise price, maximise latency")
     pair = Pair(text)
@@ -141,7 +137,7 @@ def test_break_points_of_the_limit_are_those_of_exhaustion(seed: int) -> None:
         assert Fraction(stretches[0]["from"]) == max(least * 10**6, 10_000)
 
 
-@pytest.mark.parametrize("seed", range(4000, 4000 + COUNT // 4))
+@pytest.mark.parametrize("seed", cases(12, 4000))
 def test_a_robust_front_is_that_of_the_longest_times(seed: int) -> None:
     """With every execution time up to a tenth longer, the robust front is the front with a tenth more everywhere."""
     text = crowded(seed, limit="<= 100 %", objectives="minimise price, maximise min latency of f")
