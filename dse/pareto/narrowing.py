@@ -11,6 +11,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from dse.encode.linear import EXACT_LIMIT
 from dse.pareto.answer import Answer, Found, NoSuchDesign, Unfinished
 from dse.pareto.settings import CLOSING, FROM_BELOW, RELAXED
 
@@ -65,8 +66,9 @@ def lowest(solver: Solver, work: float) -> Answer:
     """
     end, width = solver.work + work, 0
     while True:
-        least, most = solver.raise_least(0), solver.most(None)
-        middle = least + width if most is None else min(most, least + width)
+        least, known = solver.raise_least(0), solver.most(None)
+        most = EXACT_LIMIT if known is None else known  # no sum is beyond it
+        middle = min(most, least + width)
         answer = solver.run(RELAXED, max(0.0, end - solver.work), None, middle)
         if isinstance(answer, Unfinished):
             return Unfinished(max(least, answer.bound or 0), answer.best)
