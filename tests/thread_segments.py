@@ -235,8 +235,8 @@ class Judge:
     ) -> int:
         """On an accelerator: in the order of arrival, or the most urgent of those that wait."""
         order = self.orders[self.threads[i]["pieces"][k]["place"]]
-        if any(self.jitter(*key) >= LATE for key in others):
-            return LATE
+        if any(self.jitter(*key) >= LATE for key in (others if order == "fifo" else urgent)):
+            return LATE  # of what is less urgent one job counts, however often it comes
         if order == "fifo" and single and all(self.threads[key[0]]["kind"] == "segments" for key in others):
             longest: dict[int, int] = {}
             for key in others:

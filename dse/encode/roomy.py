@@ -24,7 +24,7 @@ def least_used(encoded: EncodedSpace, design: Design, point: Sequence[int]) -> c
     """A model of the designs with the objectives `point` and the processors of `design`, the least used first.
 
     What counts is the sum of what threads use of the processors on which they run in `design`, in ppm; rates that are
-    too many to list do not.
+    too many to list do not, nor do threads that first-fit places there.
     """
     assert encoded.contention is not None, "nothing is asked about response times"
     places = encoded.contention.places
@@ -49,6 +49,8 @@ def _terms(places: Places, view: View) -> Iterator[tuple[int, int]]:
     """Literals of rates with what a thread uses of its processor while they are true, in ppm."""
     for number, thread in places.threads.items():
         processor = places.processor_of(number, view)
+        if (processor, number) not in places.worst_on:
+            continue
         slot = places.space.processors[processor]
         chosen = places.chosen(slot.type_decision, view.design[slot.type_decision])
         worst = places.worst_on[processor, number][places.types[processor].index(chosen)]
