@@ -26,7 +26,7 @@ from dse.units import Exact, is_unbounded
 MOST_CASES = 10_000
 """What a reader gains from a clock is looked for where it depends on no more combinations of options than this."""
 MOST_OFFSETS = 256
-"""So many offsets of a reader are compared for each neighbour with which it may meet."""
+"""The greatest number of offsets of a reader that are compared for each neighbour with which it may meet."""
 
 
 @dataclass(frozen=True)

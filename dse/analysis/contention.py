@@ -29,7 +29,7 @@ from dse.space.types import EMPTY, Component, Design, Space
 from dse.timelimit import in_time
 
 SHARED = 256
-"""So many plans of a processor are shared by the designs in which it has the same threads at the same rates."""
+"""The number of plans of a processor that are shared by designs in which it has the same threads at the same rates."""
 
 
 @dataclass(frozen=True)

@@ -22,7 +22,7 @@ REMEMBERED = 4096
 MANY = 500
 """With more limits than this the figures of a design take a noticeable part of a second."""
 SHARED = 256
-"""So many values of a figure are shared by the designs that agree in what it looks at."""
+"""The number of values of a figure that are shared by the designs that agree in what it looks at."""
 
 
 @dataclass(frozen=True)

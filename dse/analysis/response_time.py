@@ -23,7 +23,7 @@ from dse.timelimit import look_at_the_clock
 from dse.units import Exact
 
 STEPS_A_LOOK = 256
-"""So many steps, about a millisecond, go by between two looks at the clock."""
+"""The number of steps, about a millisecond, between two looks at the clock."""
 MOST_STEPS = 100_000
 """A busy period that takes more steps than this is reported as unbounded, which is safe."""
 JOBS_BEFORE_REPETITION = 16

@@ -40,7 +40,7 @@ ONLY = "only these groups"
 
 @dataclass(frozen=True)
 class Delay:
-    """So many jobs of a more urgent task, which take so long together, until the end of a task's worst job."""
+    """The jobs of a more urgent task until the end of a task's worst job: their number, and their work together."""
 
     name: str
     jobs: int

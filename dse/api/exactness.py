@@ -12,7 +12,7 @@ from dse.timelimit import OutOfTime, TimeLimit, look_at_the_clock, until
 SURELY_EXACT = 2**43
 """Sums below this are exact whatever the search makes of them; of others it is asked."""
 TIME_S = 10.0
-"""So long the model may take that tells."""
+"""Seconds that the model which tells it may take."""
 
 
 def too_large(evaluator: Evaluator, ends: Ends) -> Iterator[str]:

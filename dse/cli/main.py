@@ -36,7 +36,7 @@ COMMANDS = {
 MODULES = {"import": "importing"}
 """Where commands are whose name is a word of Python."""
 MOST_MISTAKES = 250
-"""So many are shown."""
+"""The greatest number of mistakes that is shown."""
 EXIT_CODES = f"Exit codes: {'; '.join(f'{code} {meaning}' for code, meaning in EXIT_MEANINGS.items())}."
 
 

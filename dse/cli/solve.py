@@ -47,7 +47,7 @@ if TYPE_CHECKING:
 
 PLAIN_STEP_S = 2.0
 REPORT_S = 2.0
-"""So much of a time limit is kept for a report that is asked for, at most a quarter of it."""
+"""Seconds of a time limit that are kept for a report that is asked for, at most a quarter of it."""
 
 
 @click.command("solve", cls=OrderedCommand)

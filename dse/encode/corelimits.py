@@ -37,7 +37,7 @@ from dse.space.trees import Choice, at, leaves
 from dse.space.types import Design, Space
 
 SHARED = 256
-"""So many verdicts on a processor are shared by the designs that agree in what it carries."""
+"""The number of verdicts on a processor that are shared by the designs that agree in what it carries."""
 MOST_CASES = 2_000
 """A thread whose use depends on more combinations of options has no rows."""
 

@@ -25,7 +25,7 @@ SHARED_BY = 3
 """A decision on which the coefficients of so many products hang is worth a form for each of its options."""
 
 MOST_BRANCHES = 16
-"""So many forms of one sum at most."""
+"""The greatest number of forms of one sum."""
 
 PAIR_LIMIT = 1_000
 """Products of more coefficients and rates than this are left to a rate variable."""

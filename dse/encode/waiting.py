@@ -40,7 +40,7 @@ from dse.timelimit import look_at_the_clock
 from dse.units import Exact
 
 MOST_JOBS = 32
-"""So many jobs of one thread at most are counted within the response time of another."""
+"""The greatest number of jobs of one thread that are counted within the response time of another."""
 MOST_BOUNDS = 256
 """A limit with more values than this bounds no response time directly."""
 

@@ -17,7 +17,7 @@ from dse.files.guard import PathLike, current
 PAGES = (".html", ".htm", ".md")
 """How the names of pages end, which reports are written as."""
 READER_WAIT_S = 10.0
-"""So long a named pipe waits for somebody to read from it."""
+"""Seconds that a named pipe waits for somebody to read from it."""
 
 
 def check_writable(*paths: PathLike | None) -> None:

@@ -164,7 +164,7 @@ IMPORTERS: tuple[Importer, ...] = (
 
 
 MOST_LOOKED_AT = 4_000_000
-"""So many characters of a file are looked at for what tells its format."""
+"""The number of characters of a file that are looked at for what tells its format."""
 NODES = "nodes"
 """The option by which parameter files learn which nodes the files named before them have."""
 CHOICES = "choices"

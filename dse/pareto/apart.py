@@ -25,7 +25,7 @@ APART_CHEAP = 0.1
 MOST_MISSED_BRIEFLY = 4
 """A part that bare settings have left open so many times in a row is asked with linear relaxation at once."""
 APART = 4
-"""How much longer questions are asked part by part than as a whole."""
+"""The factor by which questions are asked longer part by part than as a whole."""
 READING = 6e-6
 """Work to read a model, for each variable: the solver does not count it, and it is read again for each part."""
 

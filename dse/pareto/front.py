@@ -41,7 +41,7 @@ from dse.timelimit import NEVER, OutOfTime, TimeLimit, until
 __all__ = ["ANYTHING", "Budget", "FrontSearch", "Progress", "Watch", "search_front"]
 
 CHAIN = 16
-"""So many points in a row get their canonical designs one from another, whatever the number of workers."""
+"""The number of points in a row that get their canonical designs one from another, whatever the number of workers."""
 HELP_AFTER_S = 0.5
 """After how long further solvers join: a small problem is done before they are ready."""
 MOST_CERTIFYING = 20_000

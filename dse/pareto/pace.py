@@ -8,7 +8,7 @@ from collections.abc import Callable
 from dse.records import dataclass
 
 CHECKPOINT_S = 1.0
-"""So long at least from the end of one checkpoint to the next; a quarter of it to the first, which is small."""
+"""The least seconds from the end of one checkpoint to the next; a quarter of it to the first, which is small."""
 SHARE = 0.02
 """Of the time, so much is meant for checkpoints; it stays below 5 %, as one may cost more than was expected."""
 AGAIN = 0.25

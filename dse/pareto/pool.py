@@ -17,7 +17,7 @@ Tag = TypeVar("Tag")
 Outcome = TypeVar("Outcome")
 
 END_S = 5.0
-"""So long a call that was told to stop is waited for; it takes milliseconds."""
+"""Seconds to wait for a call that was told to stop; it takes milliseconds."""
 STEP_S = 0.2
 
 

@@ -12,7 +12,7 @@ INPROCESSING_FROM = 2.0
 """Work from which on simplifying the clauses in between pays."""
 
 CONFLICTS_IN_ORDER = 200_000
-"""So many conflicts of a depth-first search are a unit of work at most.
+"""The greatest number of conflicts of a depth-first search that are a unit of work.
 
 Deterministic time hardly counts the values that it tries one by one: 0.05 units took 38,000 conflicts and 1.9 CPU
 seconds, where searches that find their design have some 1,000 conflicts in 0.01.

@@ -41,12 +41,12 @@ WATERFALL = (
     "Contributions without time are in the table only."
 )
 FEW = 3
-"""So many decisions, processors and buses are told on a terminal."""
+"""The greatest number of decisions, of processors and of buses that are told on a terminal."""
 FEW_REQUIREMENTS = 5
 FEW_FLOWS = 4
 FEW_THREADS = 7
 MANY = 6
-"""So many other metrics are told before the table of all."""
+"""The greatest number of other metrics that are told before the table of all."""
 MORE_REQUIREMENTS = "and {} more requirements (--all)"
 OF_COMPONENTS = ("latency", "min latency", "jitter", "utilisation", "load", "busy")
 """Metrics that the tables of flows, processors and buses tell."""

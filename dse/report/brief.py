@@ -27,15 +27,15 @@ from dse.results.variants import varying
 from dse.units.text import count_words
 
 SCREEN = 5
-"""So many alternatives leave room on a screen of 40 lines for all that is said of them, where nobody says how many."""
+"""The number of alternatives that leave room on a screen of 40 lines for all that is said of them."""
 DECISIONS = 3
-"""So many decisions are told of each."""
+"""The greatest number of decisions that are told of each."""
 ROOM = 280
 """Letters of a sentence that is said in full: three lines."""
 SHARED = 98
 """Letters of what all alternatives share: a line."""
 REASONS = 2
-"""So many sentences say why the first alternative is first: what stands out, and the nearest comparison."""
+"""The number of sentences that say why the first alternative is first: what stands out, and the nearest comparison."""
 
 
 def fitting_page(

@@ -11,9 +11,9 @@ from dse.units.text import count_words
 FEW = 3
 """More requirements, rules or objectives than this have a line each."""
 SCREEN = 3
-"""So many of these lines are on a terminal, and twice as many decisions."""
+"""The greatest number of such lines on a terminal; twice as many decisions are told."""
 MANY = 12
-"""So many flows."""
+"""The greatest number of flows."""
 
 
 def description_page(description: Description) -> Page:

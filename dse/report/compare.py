@@ -13,7 +13,7 @@ from dse.units import is_unbounded
 from dse.units.text import count_words
 
 MOST = 8
-"""So many rows of a table are printed."""
+"""The greatest number of rows of a table that are printed."""
 IN_BOTH = "Points in both"
 """How the part begins that says what does not differ; `.ci/comment` ends there."""
 

@@ -19,7 +19,7 @@ CAPTION = (
 DEADLINE_ROW = 32
 """Pixels of a bar with its title."""
 MOST = 40
-"""So many bars are drawn: those nearest to their deadlines."""
+"""The greatest number of bars that are drawn: those nearest to their deadlines."""
 WIDEST = 200.0
 """Where a bar ends that is later than this share of its deadline, or has no end at all."""
 NAME = 26

@@ -15,7 +15,7 @@ from dse.report.charts import Spec, whole_spec
 from dse.report.page import Plot
 
 MOST_POINTS = 4000
-"""So many samples are drawn for each plot: an even choice of them, with least and greatest always."""
+"""The greatest number of samples that are drawn for a plot: an even choice of them, with least and greatest always."""
 HUES = {"samples": "var(--line)", "maximum": "var(--c2)", "mean": "var(--soft)", "minimum": "var(--c1)"}
 
 

@@ -19,7 +19,7 @@ DIGITS = 4
 VERDICTS = {"inside": "inside", "above": "above", "below": "below", "both": "above and below"}
 
 MOST = 8
-"""So many rows of a table are printed."""
+"""The greatest number of rows of a table that are printed."""
 REST = "and {} more (--all)"
 
 

@@ -10,7 +10,7 @@ from dse.report.page import Block, Section, Table, listing, texts
 from dse.results.display import counted, figure
 
 NAMED = 2
-"""So many inputs, and designs that are lost, are told on one screen."""
+"""The greatest number of inputs, and of designs that are lost, that are told on one screen."""
 
 
 def robust_section(data: Data, *, is_brief: bool = False) -> Section:

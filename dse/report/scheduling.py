@@ -19,7 +19,7 @@ HEADINGS = (
 )  # fmt: skip
 NUMBERS = (0, 2, 4, 5, 7, 8)
 LEAST = 2
-"""So many rows a table has on a terminal, however many there are."""
+"""The greatest number of rows of a table on a terminal."""
 ALWAYS = 7
 """Columns from here on are there where they say something."""
 

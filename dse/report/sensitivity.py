@@ -23,7 +23,7 @@ BRIEF_BARS = 8
 SHOWN_MARGINS = 6
 BRIEF_METRICS = 4
 FEW = 3
-"""So many margins, metrics and uncertain inputs, and decisions are on a terminal."""
+"""The greatest numbers of margins, of metrics and uncertain inputs, and of decisions on a terminal."""
 INDICES = (
     "share of its variance (Sobol); effect: mean change from one end of the input's range to the other "
     "(where it has no bounds, of the middle 95 % of its values)"

@@ -20,7 +20,7 @@ from dse.units.text import count_words
 FEW = 3
 MANY = 4
 MOST = 10
-"""So many threads are printed."""
+"""The greatest number of threads that are printed."""
 HISTOGRAM = (
     "Latencies of {} as they were observed; the lines are the least and the greatest that the analysis allows, without "
     "and with waiting for the CPU."

@@ -13,7 +13,7 @@ from dse.report.charts import Spec, whole_spec
 HUES = ("var(--c1)", "var(--c2)", "var(--c3)", "var(--c4)", "var(--c5)", "var(--c6)")
 BAR_HEIGHT = 34
 SERIES = 6
-"""So many lines are told apart by colour; more are drawn alike."""
+"""The greatest number of lines that are told apart by colour; more are drawn alike."""
 
 
 def lines_chart(

@@ -21,7 +21,7 @@ from dse.units.text import count_words
 SHOWN_DESIGNS = 3
 """How many designs of each front are told."""
 SCREEN: dict[str, Any] = {"brief": 10, "rest": "and {} more (--all)"}
-"""How much of a table is printed."""
+"""The part of a table that is printed."""
 TOLD = 180
 """Letters of a design below a table: two lines."""
 KEPT: Data = {"status": "kept"}

@@ -32,7 +32,7 @@ MOST_VARIANTS = 6
 SAME = "With the same objectives"
 """The label of what another offset saves for nothing."""
 FEW_CHANGES = 2
-"""So many changes are named, and as many that follow from them, where there is little room."""
+"""The greatest number of changes that are named, and of those that follow from them, where there is little room."""
 NEARNESS = f"no objective more than {readable(NEAR * PPM, 'ppm')} of its range away"
 GAPS = (
     "The sum of periods over-estimates when sender and receiver are harmonic and synchronised without stated offsets.",

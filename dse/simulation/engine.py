@@ -45,7 +45,7 @@ def simulate_once(plan: Plan, setting: Setting) -> Observation:
 
 END, ARRIVE, DISPATCH = 0, 1, 2
 EVENTS_A_LOOK = 512
-"""So many events, some milliseconds, go by between two looks at the clock."""
+"""The number of events, some milliseconds, between two looks at the clock."""
 
 
 class _Run:

@@ -25,7 +25,7 @@ from dse.spec.model import Spec
 OWNERS = ("reservations", "executors", "threads")
 """Sections whose entries have a core: each that of its threads, where it is the first of these."""
 MOST_WAYS = 256
-"""So many ways through the executors of threads are looked at, to tell where one has none."""
+"""The greatest number of ways through the executors of threads that are looked at, to tell where one has none."""
 PER_CORE = ("execution_ns", "callback_ns", "response_ns", "section_ns")
 """Figures of a thread that may be those of its core."""
 

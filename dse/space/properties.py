@@ -28,7 +28,7 @@ NAMED = (
 )  # fmt: skip
 
 MOST_COMPARED = 300_000
-"""So many names are compared in the search for closest ones, a second or two; mistakes beyond have no such hint."""
+"""The greatest number of names that the search for close ones compares, a second or two; what is beyond has no hint."""
 
 
 @dataclass

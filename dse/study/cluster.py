@@ -17,9 +17,9 @@ if TYPE_CHECKING:
     from distributed import Client
 
 REACH_S = 5
-"""So long something has to answer at all."""
+"""Seconds within which something has to answer at all."""
 CONNECT_S = 10
-"""So long what answers has to turn out to be a scheduler."""
+"""Seconds within which what answers has to turn out to be a scheduler."""
 LAST_PORT = 65535
 NO_SCHEDULER = (OSError, TimeoutError, EOFError, LookupError, MemoryError, TypeError, ValueError)
 """What Dask makes of a peer that does not answer, or of an answer that is not of Dask (a length read from its text)."""

@@ -38,9 +38,9 @@ from dse.timelimit import look_at_the_clock
 from dse.units import is_unbounded
 
 CHUNK = 8192
-"""So many samples are evaluated at a time: what they need stays in the cache."""
+"""The number of samples that are evaluated at a time: what they need stays in the cache."""
 KEPT_PROGRAMS = 30
-"""So many expressions are remembered besides the one of the values in the file."""
+"""The number of expressions that are remembered besides the one of the values in the file."""
 CHECKS = 3
 """At how many random inputs a function is held to the analysis."""
 

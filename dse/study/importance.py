@@ -20,7 +20,7 @@ SAMPLES = 100_000
 SOBOL_SAMPLES = 2**12
 """Base samples of the Sobol indices; the function is evaluated (inputs + 2) times as often."""
 EFFECT_SAMPLES = 256
-"""How often the other inputs are drawn where one goes from one end of its range to the other."""
+"""The number of draws of the other inputs where one goes from one end of its range to the other."""
 SLACK = 1e-12
 """Samples are floating-point numbers: a value that meets its limit to this relative difference holds."""
 

@@ -24,7 +24,7 @@ from dse.study.workers import check_workers, run_all
 from dse.timelimit import OutOfTime, TimeLimit, in_force
 
 ALONE_S = 2.0
-"""So long options are searched in this process before others are started."""
+"""Seconds for which options are searched in this process before others are started."""
 Status: TypeAlias = Literal["complete", "incomplete", "infeasible"]
 Fronts: TypeAlias = "dict[tuple[int, int], tuple[Status, list[InsistedPoint]]]"
 

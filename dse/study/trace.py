@@ -72,7 +72,7 @@ COMPARISONS: Mapping[str, Callable[[Any, Any], Any]] = {
 STEPS = ("floor", "ceil")
 """Guards at whose borders a figure jumps."""
 STEPS_A_LOOK = 4096
-"""So many steps, some milliseconds, go by between two looks at the clock."""
+"""The number of steps, some milliseconds, between two looks at the clock."""
 MOST_GUARDS = 5_000
 """Figures that need more comparisons (busy periods of thousands of jobs) are quicker computed than remembered."""
 

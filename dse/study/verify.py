@@ -35,7 +35,7 @@ from dse.study.resume import nominal_data
 from dse.verification.prover import Method
 
 MOST_CORNERS = 32
-"""So many corners of the box, and as many places inside, are looked at for each point."""
+"""The greatest number of corners of the box, and of places inside, that are looked at for each point."""
 
 
 def verify(

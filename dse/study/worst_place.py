@@ -32,7 +32,7 @@ from dse.study.uncertainty import Uncertain
 from dse.units import is_unbounded
 
 MOST_FREE = 10
-"""So many inputs without a proved direction are tried at both ends together."""
+"""The greatest number of inputs without a proved direction that are tried at both ends together."""
 Corner = tuple[int, ...]
 """For each uncertain input its end: 0 low, 1 high."""
 

@@ -15,9 +15,9 @@ from dse.verification.tables import Tables, build_tables
 
 Method: TypeAlias = Literal["auto", "exhaustion", "model"]
 FEW_JUDGED = 2_000
-"""So many where the analysis has to judge each of them."""
+"""The greatest number of combinations where the analysis has to judge each of them."""
 FEW = 200_000
-"""So many combinations are looked at one by one before a model is asked instead."""
+"""The greatest number of combinations that are looked at one by one; beyond it a model is asked instead."""
 
 
 class Prover(Protocol):
@@ -55,7 +55,7 @@ class AllDesigns:
     def __init__(self, found: Exhaustion, compared: int) -> None:
         self.found = found
         self.compared = compared
-        """So many decisions tell which design comes first."""
+        """The number of decisions that tell which design comes first."""
 
     @property
     def words(self) -> str:

@@ -25,7 +25,7 @@ from dse.verification.contention import place_of
 from dse.verification.sums import Waits
 
 MOST_JOBS = 24
-"""So many jobs of one thread at most are counted within the response time of another."""
+"""The greatest number of jobs of one thread that are counted within the response time of another."""
 
 
 class Waiting:

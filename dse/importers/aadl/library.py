@@ -18,7 +18,7 @@ from dse.records import dataclass
 
 MAX_BYTES = 20_000_000
 MAX_FILES = 3000
-"""So many files of a folder are looked at."""
+"""The greatest number of files of a folder that are looked at."""
 SUFFIX = ".aadl"
 _DECLARES = re.compile(r"^[ \t]*(?:package[ \t]+([\w:]+)|property[ \t]+set[ \t]+(\w+)[ \t\r\n]+is)", re.M | re.I)
 

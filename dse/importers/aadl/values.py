@@ -27,7 +27,7 @@ from dse.importers.aadl.syntax import (
 _ESCAPED = re.compile(r'""|\\(["\\nt])')
 _MEANT = {"n": "\n", "t": "\t"}
 MOST_DIGITS = 60
-"""So many digits and so large an exponent a number may have."""
+"""The greatest number of digits, and the greatest exponent, that a number may have."""
 
 
 def text_within(quoted: str) -> str:
