@@ -84,6 +84,7 @@ assert parse_spec("{dse: 1, name: x, clocks: {a: {}}}").spec.clocks["a"] == Cloc
 def test_ctrl_c_ends_the_program_quietly_before_it_can_answer_and_is_left_alone_in_a_library() -> None:
     program = """
 import signal, sys, types
+signal.signal(signal.SIGINT, signal.default_int_handler)  # where the tests run in the background it is ignored
 import dse
 assert signal.getsignal(signal.SIGINT) is signal.default_int_handler
 import dse.cli.main

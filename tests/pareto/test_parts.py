@@ -337,7 +337,9 @@ def test_a_part_that_bare_settings_leave_open_again_and_again_is_spared_them(sha
     model = SimpleNamespace(proto=SimpleNamespace(variables=[]))
     solver: Any = Stub(
         parts=SimpleNamespace(all=[Part(())], best=lambda *_: None),
-        encoded=SimpleNamespace(contention=shares_cores or None, is_loose=False, model=model),
+        encoded=SimpleNamespace(
+            contention=SimpleNamespace(known=()) if shares_cores else None, is_loose=False, model=model
+        ),
         relaxed_first=set(),
         missed_briefly=Counter(),
         out_of_time=lambda: False,
