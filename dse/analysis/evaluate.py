@@ -9,7 +9,7 @@ from dse.analysis.flow_terms import flow_figure_ns
 from dse.analysis.limits import Limit, Verdict, build_limit, judge
 from dse.analysis.measures import Measure, all_metrics, build_measure
 from dse.analysis.memo import Recall
-from dse.analysis.rates import active_circle, rate_hz
+from dse.analysis.rates import active_cycle, rate_hz
 from dse.analysis.rows import counts_responses
 from dse.analysis.validity import Rulebook, canonical
 from dse.analysis.views import CyclicActivation, View
@@ -115,8 +115,8 @@ class Evaluator:
             for number in range(len(self.space.components)):
                 rate_hz(self.space, ("activation", number), view)
         except CyclicActivation:
-            circle = " -> ".join(self.space.components[number].name for number in active_circle(self.space, view))
-            found.append(f"event-triggered components dispatch each other in a circle and have no rate: {circle}")
+            cycle = " -> ".join(self.space.components[number].name for number in active_cycle(self.space, view))
+            found.append(f"event-triggered components dispatch each other in a cycle and have no rate: {cycle}")
         except NotOffered:
             found.append("a chosen option is not offered")
         return found

@@ -7,7 +7,7 @@ from fractions import Fraction
 from typing import Literal, NamedTuple, TypeAlias
 
 from dse.analysis.views import CyclicActivation, View
-from dse.space.cycles import shortest_circle, strong_components
+from dse.space.cycles import shortest_cycle, strong_components
 from dse.space.protocols import Arrivals, arrivals_of
 from dse.space.trees import NotOffered, at, leaves
 from dse.space.types import Component, Connection, Space
@@ -46,7 +46,7 @@ def rate_hz(space: Space, key: RateKey, view: View) -> Fraction:
     Raises
     ------
     CyclicActivation
-        when event-triggered components dispatch each other in a circle.
+        when event-triggered components dispatch each other in a cycle.
     """
     known = view.memo.get(key)
     if known is _PENDING:
@@ -137,17 +137,17 @@ def source_rates_of(space: Space, key: RateKey) -> frozenset[Fraction]:
     return frozenset(Fraction(leaf) / size for leaf in leaves(connection.data_rate) for size in sizes)
 
 
-def active_circle(space: Space, view: View) -> list[int]:
-    """The components of a shortest circle of dispatches in a design that has one, the first again at the end."""
+def active_cycle(space: Space, view: View) -> list[int]:
+    """The components of a shortest cycle of dispatches in a design that has one, the first again at the end."""
     eager = {number for number, item in enumerate(space.components) if _is_surely_eager(item, view)}
     graph: dict[int, list[int]] = {number: [] for number in eager}
     for target in sorted(eager):
         for connection in (space.connections[number] for number in space.components[target].triggers):
             if connection.sender in eager:
                 graph[connection.sender].append(target)
-    circles = [members for members in strong_components(graph) if len(members) > 1 or members[0] in graph[members[0]]]
-    circle = shortest_circle(graph, min(min(members) for members in circles))
-    return [*circle, circle[0]]
+    cycles = [members for members in strong_components(graph) if len(members) > 1 or members[0] in graph[members[0]]]
+    cycle = shortest_cycle(graph, min(min(members) for members in cycles))
+    return [*cycle, cycle[0]]
 
 
 def _is_surely_eager(component: Component, view: View) -> bool:

@@ -43,7 +43,7 @@ class Undecided(Exception):
 
 
 class CyclicActivation(Exception):
-    """Event-triggered components dispatch each other in a circle: the design has no rates."""
+    """Event-triggered components dispatch each other in a cycle: the design has no rates."""
 
 
 class PartialView(View):

@@ -33,7 +33,7 @@ class RateTables:
     def table(self, key: RateKey) -> RateTable | None:
         """The literals and values (Hz) of a rate."""
         if key not in self._made:
-            self._made[key] = None  # a circle of event-triggered components is asked for again and has no table
+            self._made[key] = None  # a cycle of event-triggered components is asked for again and has no table
             self._made[key] = self._make(key)
         return self._made[key]
 

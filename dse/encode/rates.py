@@ -143,7 +143,7 @@ class RateVariables:
     def _bounds(self) -> dict[RateKey, int]:
         """Upper bounds on all rates, over the designs whose dispatch is acyclic.
 
-        There no chain of dispatches comes back to where it was: as many rounds as a circle has members are enough.
+        There no chain of dispatches comes back to where it was: as many rounds as a cycle has members are enough.
         """
         space = self.board.space
         bounds = dict.fromkeys(all_keys(space), 0)

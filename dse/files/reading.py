@@ -156,7 +156,7 @@ def _why(path: PathLike, error: OSError | ValueError) -> str:
     if isinstance(error, FileNotFoundError | NotADirectoryError | ValueError):  # no name has a NUL
         return "no such file"
     if error.errno == errno.ELOOP:
-        return "cannot be read: its symbolic links lead in a circle"
+        return "cannot be read: its symbolic links lead in a cycle"
     try:
         mode = Path(path).stat().st_mode
     except OSError:

@@ -36,7 +36,7 @@ def check_writable(*paths: PathLike | None) -> None:
         except (OSError, ValueError) as error:
             strerror = error.strerror if isinstance(error, OSError) else None
             looped = isinstance(error, OSError) and error.errno == errno.ELOOP
-            reason = "its symbolic links lead in a circle" if looped else strerror or str(error)
+            reason = "its symbolic links lead in a cycle" if looped else strerror or str(error)
         if reason is not None:
             raise UsageError(f"{path}: {reason}")
 

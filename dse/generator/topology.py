@@ -34,7 +34,7 @@ def draw_topology(rng: random.Random, threads: int) -> Topology:
     """Flows over the first threads, the others as consumers beside them or alone.
 
     Every flow but a few joins an earlier one (its own sensor, then the rest of that flow) or forks from it. There are
-    no circles.
+    no cycles.
     """
     result = Topology(threads)
     used = 0

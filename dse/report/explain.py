@@ -40,7 +40,7 @@ def explanation_page(explanation: Explanation) -> Page:
     elif explanation.status == "no structure":
         say.strongly(
             "Infeasible, proved: the structure alone has no design, whatever is required (bindings, options that the "
-            "chosen types do not offer, threads that dispatch each other in a circle)."
+            "chosen types do not offer, threads that dispatch each other in a cycle)."
         )
     elif explanation.status == "incomplete":
         say.strongly("Stopped before it was known whether there is a design.")

@@ -51,7 +51,7 @@ def layered(count: int, edges: Sequence[tuple[int, int]]) -> Layout:
 
 
 def _downward(count: int, edges: Sequence[tuple[int, int]]) -> list[tuple[int, int]]:
-    """The edges with those turned round that close a circle, by a depth-first walk in the order of the nodes."""
+    """The edges with those turned round that close a cycle, by a depth-first walk in the order of the nodes."""
     following: dict[int, list[int]] = {node: [] for node in range(count)}
     for source, target in edges:
         following[source].append(target)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 
-from dse.space.cycles import shortest_circle, strong_components
+from dse.space.cycles import shortest_cycle, strong_components
 from dse.space.properties import Ledger, closest
 from dse.space.protocols import BY_INPUTS
 from dse.space.trees import leaves
@@ -94,40 +94,40 @@ def check_activation(ledger: Ledger, space: Space) -> None:
         _check_delivery(ledger, space, connection, needed)
 
 
-def possible_circles(space: Space) -> Iterator[str]:
-    """Components that would dispatch each other in a circle in some designs: ``a -> b -> a``.
+def possible_cycles(space: Space) -> Iterator[str]:
+    """Components that would dispatch each other in a cycle in some designs: ``a -> b -> a``.
 
-    One shortest circle for each set of components that all reach each other. Such designs have no rates and are none.
+    One shortest cycle for each set of components that all reach each other. Such designs have no rates and are none.
     """
     graph = {source: sorted(targets) for source, targets in trigger_graph(space).items()}
     for members in strong_components(graph):
         first = min(members)
         if len(members) > 1 or first in graph[first]:
-            circle = [space.components[number].name for number in shortest_circle(graph, first)]
-            yield " -> ".join([*circle, circle[0]])
+            cycle = [space.components[number].name for number in shortest_cycle(graph, first)]
+            yield " -> ".join([*cycle, cycle[0]])
 
 
 def exclusions(space: Space) -> Iterator[str]:
     """Which combinations of options are no designs, though nothing in the file forbids them: sentences for people."""
-    for circle in possible_circles(space):
-        yield f"designs are excluded in which event-triggered components dispatch each other in a circle: {circle}"
+    for cycle in possible_cycles(space):
+        yield f"designs are excluded in which event-triggered components dispatch each other in a cycle: {cycle}"
 
 
 def _check_cycles(ledger: Ledger, space: Space) -> None:
-    """A circle of components that are event-triggered whatever is chosen has no rate in any design."""
+    """A cycle of components that are event-triggered whatever is chosen has no rate in any design."""
     always = {number for number, item in enumerate(space.components) if must_be_event_triggered(item)}
     graph = {source: sorted(targets & always) for source, targets in trigger_graph(space).items() if source in always}
     for members in strong_components(graph):
         first = min(members)
         if len(members) == 1 and first not in graph[first]:
             continue
-        circle = [space.components[number] for number in shortest_circle(graph, first)]
-        if ledger.is_doubtful(*(item.name for item in circle)):
+        cycle = [space.components[number] for number in shortest_cycle(graph, first)]
+        if ledger.is_doubtful(*(item.name for item in cycle)):
             continue
-        names = " -> ".join(item.name for item in [*circle, circle[0]])
-        message = f"event-triggered components dispatch each other in a circle and have no rate: {names}"
-        hint = "make one of them periodic, or state the `rate` of a connection of the circle"
-        ledger.error((circle[0].section, circle[0].stated_as), message, hint)
+        names = " -> ".join(item.name for item in [*cycle, cycle[0]])
+        message = f"event-triggered components dispatch each other in a cycle and have no rate: {names}"
+        hint = "make one of them periodic, or state the `rate` of a connection of the cycle"
+        ledger.error((cycle[0].section, cycle[0].stated_as), message, hint)
 
 
 def _check_sources(ledger: Ledger, space: Space, needed: set[int]) -> None:

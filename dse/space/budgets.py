@@ -34,7 +34,7 @@ def build_resources(ledger: Ledger, spec: Spec, names: Sequence[str], processors
     )
     for name, given in spec.budgets.items():
         _check(ledger, spec, name, given)
-    _check_circles(ledger, entries)
+    _check_cycles(ledger, entries)
     return Resources(
         entries,
         {name: MemorySizes(item.size, item.ram, item.rom) for name, item in spec.memories.items()},
@@ -66,7 +66,7 @@ def _check(ledger: Ledger, spec: Spec, name: str, given: ResourceBudget) -> None
         ledger.error(("budgets", name, "instructions"), "only a thread has instructions of a dispatch")
 
 
-def _check_circles(ledger: Ledger, entries: Sequence[Budgeted]) -> None:
+def _check_cycles(ledger: Ledger, entries: Sequence[Budgeted]) -> None:
     for number, entry in enumerate(entries):
         at, seen = entry.within, {number}
         while at is not None and at not in seen:

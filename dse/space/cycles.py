@@ -52,10 +52,10 @@ def strong_components(successors: Mapping[N, Iterable[N]]) -> list[list[N]]:
     return components
 
 
-def shortest_circle(successors: Mapping[N, Iterable[N]], start: N) -> list[N]:
+def shortest_cycle(successors: Mapping[N, Iterable[N]], start: N) -> list[N]:
     """The nodes of a shortest way from `start` back to itself, `start` first; there must be one.
 
-    >>> shortest_circle({"a": "b", "b": "ca", "c": "a"}, "a")
+    >>> shortest_cycle({"a": "b", "b": "ca", "c": "a"}, "a")
     ['a', 'b']
     """
     before: dict[N, N] = {}

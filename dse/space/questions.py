@@ -91,10 +91,10 @@ def _with_derived(ledger: Ledger, space: Space, spec: Spec) -> Space:
             order = list(TopologicalSorter(graph).static_order())
             break
         except CycleError as error:
-            circle: list[str] = error.args[1]
-            ledger.error(("metrics", circle[-1]), f"defined by itself: {' -> '.join(reversed(circle))}")
-            ledger.doubt_metric(circle[-1])
-            graph = {name: used - {circle[-1]} for name, used in graph.items() if name != circle[-1]}
+            cycle: list[str] = error.args[1]
+            ledger.error(("metrics", cycle[-1]), f"defined by itself: {' -> '.join(reversed(cycle))}")
+            ledger.doubt_metric(cycle[-1])
+            graph = {name: used - {cycle[-1]} for name, used in graph.items() if name != cycle[-1]}
     for name in order:
         path: Path = ("metrics", name)
         text = spec.metrics[name]

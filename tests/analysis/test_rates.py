@@ -172,7 +172,7 @@ CIRCLE = """
     """
 
 
-def test_a_circle_of_events_is_no_design() -> None:
+def test_a_cycle_of_events_is_no_design() -> None:
     space = space_of(CIRCLE)
     evaluator = Evaluator(space)
     for plan in ("periodic", "aperiodic"):
@@ -185,7 +185,7 @@ def test_a_circle_of_events_is_no_design() -> None:
                     activation_hz(space, "plan", options)
 
 
-def test_a_timer_breaks_the_circle() -> None:
+def test_a_timer_breaks_the_cycle() -> None:
     """With act at its own 100 Hz plan gets 20 + 100; with plan at its own 10 Hz act gets 10."""
     space = space_of(CIRCLE)
     options = {"plan.dispatch_protocol": "aperiodic", "act.dispatch_protocol": "periodic"}
@@ -194,7 +194,7 @@ def test_a_timer_breaks_the_circle() -> None:
     assert activation_hz(space, "act", options) == 10
 
 
-def test_a_stated_rate_breaks_the_circle() -> None:
+def test_a_stated_rate_breaks_the_cycle() -> None:
     """Plan gets 20 + 2, act what plan gives."""
     space = space_of(CIRCLE.replace("echo: {", "echo: {rate: 2 Hz, "))
     options = {"plan.dispatch_protocol": "aperiodic", "act.dispatch_protocol": "aperiodic"}

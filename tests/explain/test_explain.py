@@ -198,7 +198,7 @@ def test_which_way_a_limit_must_move(
 
 CIRCLE = """
 dse: 1
-name: circle
+name: cycle
 processor_types: {cpu: {}}
 processors: {computer: {type: cpu}}
 devices: {tick: {period: 10 ms}}
@@ -210,11 +210,11 @@ objectives: [minimise utilisation of computer]
 """
 
 
-def test_designs_that_are_excluded_for_a_circle_are_told_of(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_designs_that_are_excluded_for_a_cycle_are_told_of(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     """Both aperiodic is no design, although a timer drives a: who dispatches whom has no rate."""
-    path = tmp_path / "circle.yaml"
+    path = tmp_path / "cycle.yaml"
     path.write_text(CIRCLE)
-    said = "esigns are excluded in which event-triggered components dispatch each other in a circle: a -> b -> a"
+    said = "esigns are excluded in which event-triggered components dispatch each other in a cycle: a -> b -> a"
     both = ["--require", "a.dispatch_protocol == aperiodic", "--require", "b.dispatch_protocol == aperiodic"]
     for command, code in ((["check"], 0), (["solve"], 0), (["solve", *both], 4), (["explain", *both], 4)):
         assert run([command[0], str(path), *command[1:]]) == code
@@ -225,7 +225,7 @@ def test_designs_that_are_excluded_for_a_circle_are_told_of(tmp_path: Path, caps
     assert [text.rpartition(": ")[2] for text in broken] == ["a -> b -> a"]
 
 
-def test_without_a_possible_circle_nothing_is_said_of_one(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_without_a_possible_cycle_nothing_is_said_of_one(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     path = tmp_path / "line.yaml"
     path.write_text(CIRCLE.replace(", ba: {from: b, to: a}", ""))
     assert run(["check", str(path)]) == run(["solve", str(path)]) == 0

@@ -223,7 +223,7 @@ def test_what_is_replaced_keeps_its_mode_and_links_are_followed(origin: Path, tm
         ("missing/x.json", "there is no folder"),
         ("sub", "is a folder"),
         ("x" * 300 + ".json", "File name too long"),
-        ("circle.json", "links lead in a circle"),
+        ("cycle.json", "links lead in a cycle"),
         ("own.yaml/x.json", "there is no folder"),
     ],
 )
@@ -236,7 +236,7 @@ def test_what_cannot_be_written_is_told_before_the_work(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     folder = copied(origin, tmp_path)
-    (folder / "circle.json").symlink_to("circle.json")
+    (folder / "cycle.json").symlink_to("cycle.json")
     monkeypatch.setattr("dse.api.solve.solve_asked", lambda *_: pytest.fail("the search began"))
     assert run(["solve", str(folder / "own.yaml"), "--json", str(folder / name)]) == 2
     assert said in capsys.readouterr().err

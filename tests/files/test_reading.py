@@ -34,7 +34,7 @@ KINDS = {
     "device": "this is a device",
     "directory": "this is a directory",
     "socket": "this is a socket",
-    "circle": "links lead in a circle",
+    "cycle": "links lead in a cycle",
     "huge": "larger than",
 }
 
@@ -50,7 +50,7 @@ def placed(path: Path, kind: str) -> Path:
     elif kind == "socket":
         with contextlib.chdir(path.parent), socket.socket(socket.AF_UNIX) as there:
             there.bind(path.name)
-    elif kind == "circle":
+    elif kind == "cycle":
         path.symlink_to(path.name)
     else:
         with path.open("wb") as stream:
@@ -86,7 +86,7 @@ def test_no_command_waits_for_a_file_without_an_end(
     (folder / "samples.yaml").write_text(f"{PUMP}{BASELINE}{stated}\n", encoding="utf-8")
     assert run(["solve", "pump.yaml", "-q", "--json", "result.json"]) == 0
     vary = ["--vary", "jitter of sensor_to_valve=5ms..20ms", "--workers", "1"]
-    told_by_click = ("directory", "circle")
+    told_by_click = ("directory", "cycle")
     capsys.readouterr()
     for arguments, code in [
         (["check", name], 3),
@@ -115,13 +115,13 @@ def test_no_command_waits_for_a_file_without_an_end(
 
 def test_the_api_reads_the_same(folder: Path) -> None:
     os.mkfifo(folder / "pipe")
-    (folder / "circle").symlink_to("circle")
-    for name, words in (("pipe", "this is a pipe"), ("circle", "links lead in a circle")):
+    (folder / "cycle").symlink_to("cycle")
+    for name, words in (("pipe", "this is a pipe"), ("cycle", "links lead in a cycle")):
         with pytest.raises(dse.ProblemError, match=words):
             dse.load(folder / name)
         with pytest.raises(UsageError, match=words):
             dse.verify(folder / name)
-        with pytest.raises(UsageError, match=words if name == "pipe" else "store|circle"):
+        with pytest.raises(UsageError, match=words if name == "pipe" else "store|cycle"):
             dse.sweep(folder / "pump.yaml", "price=100 EUR..500 EUR", store=folder / name)
 
 

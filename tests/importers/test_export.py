@@ -296,11 +296,11 @@ objectives: [minimise load of b, maximise latency of e]
 
 
 def test_margins_and_simulations_of_models_with_budgets_and_messages_of_no_size(tmp_path: Path) -> None:
-    """Before, margins took a budget for a list of options, and a circle of messages without a size had no end."""
+    """Before, margins took a budget for a list of options, and a cycle of messages without a size had no end."""
     stated = "SEI::BandWidthBudget => 9.0 KBytesps applies to k;"
     (tmp_path / "w.aadl").write_text(WIRED.replace("STATED", stated), encoding="utf-8")
     assert dse.sensitivity(tmp_path / "w.aadl", require="latency of e <= 50 ms").margins
-    text = """{dse: 1, name: circle, threads: {t: {dispatch_protocol: aperiodic, compute_execution_time: 1 ms},
+    text = """{dse: 1, name: cycle, threads: {t: {dispatch_protocol: aperiodic, compute_execution_time: 1 ms},
       u: {dispatch_protocol: aperiodic, compute_execution_time: 1 ms}}, devices: {d: {period: 10 ms}},
       connections: {a: {from: d, to: t}, b: {from: t, to: u}, c: {from: u, to: t, data_rate: 10 B/s}},
       flows: {f: {path: [d, t, u]}}}"""

@@ -7,7 +7,7 @@ import random
 import networkx
 import pytest
 
-from dse.space.cycles import shortest_circle, strong_components
+from dse.space.cycles import shortest_cycle, strong_components
 
 
 @pytest.mark.parametrize("seed", range(60))
@@ -23,7 +23,7 @@ def test_components_are_those_of_networkx_and_come_after_what_they_lead_to(seed:
     assert all(place[other] <= place[one] for one in graph for other in graph[one])
     for members in ours:
         if len(members) > 1:
-            way = shortest_circle(graph, members[0])
+            way = shortest_cycle(graph, members[0])
             assert way[0] == members[0]
             assert len(set(way)) == len(way)
             assert all(other in graph[one] for one, other in zip(way, [*way[1:], way[0]], strict=True))
@@ -33,4 +33,4 @@ def test_long_chains_need_no_recursion() -> None:
     count = 20_000
     graph = {number: [number + 1] if number + 1 < count else [0] for number in range(count)}
     assert len(strong_components(graph)) == 1
-    assert len(shortest_circle(graph, 5)) == count
+    assert len(shortest_cycle(graph, 5)) == count

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from dse.importers.aadl.circles import NO_DATA
+from dse.importers.aadl.cycles import NO_DATA
 from dse.importers.aadl.figures import (
     data_rate,
     message_rate,

@@ -256,7 +256,7 @@ class Properties:
 
         if steps > MAX_STEPS:
             self.library.fail("this value leads back to itself", found.place)
-            return Computed("a circle", found.place)
+            return Computed("a cycle", found.place)
         match value:
             case Word(package="", name=("true" | "false")):
                 return value

@@ -11,9 +11,9 @@ from pathlib import Path as FilePath
 from typing import Any
 
 from dse.importers.aadl.budgets import BudgetWriter
-from dse.importers.aadl.circles import NO_DATA, broken_circles
 from dse.importers.aadl.components import ComponentWriter
 from dse.importers.aadl.connecting import ConnectionWriter
+from dse.importers.aadl.cycles import NO_DATA, broken_cycles
 from dse.importers.aadl.figures import shown_place, text_of, time_range
 from dse.importers.aadl.flowing import EndToEnd, Stop, grouped
 from dse.importers.aadl.hardware import HardwareWriter, Sheet
@@ -62,9 +62,9 @@ class Writer:
         flows = dict(self._flow(item, by_name) for item in self.model.flows)
         requirements = self.hardware.budgets()
         resources = BudgetWriter(self.model, self.places, self.components).sections(used)
-        for name in list(broken_circles({**sections, "connections": wires})):
+        for name in list(broken_cycles({**sections, "connections": wires})):
             wires[name]["data_rate"] = NO_DATA
-            message = f"{name} closes a circle of components without a Period: it counts as sending nothing"
+            message = f"{name} closes a cycle of components without a Period: it counts as sending nothing"
             self.model.library.remark(message, self.places["connections", name])
         found |= {name: entries for name, entries in self.hardware.sections().items() if entries}
         found |= {name: entries for name, entries in (*sections.items(), *resources.items()) if entries}

@@ -1,4 +1,4 @@
-"""Components without a period that would dispatch each other in a circle: what nothing starts sends nothing."""
+"""Components without a period that would dispatch each other in a cycle: what nothing starts sends nothing."""
 
 from __future__ import annotations
 
@@ -8,10 +8,10 @@ from typing import Any
 NO_DATA = "0 B/s"
 
 
-def broken_circles(document: Mapping[str, Any]) -> Iterator[str]:
-    """The connections that close circles of event-triggered components, by name.
+def broken_cycles(document: Mapping[str, Any]) -> Iterator[str]:
+    """The connections that close cycles of event-triggered components, by name.
 
-    For OSATE a component without a Period sends nothing; we let it send at the rate of what triggers it, which a circle
+    For OSATE a component without a Period sends nothing; we let it send at the rate of what triggers it, which a cycle
     has not: so these are to state a rate of 0.
     """
     components = {**document.get("devices", {}), **document.get("threads", {})}
