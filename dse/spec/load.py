@@ -19,6 +19,7 @@ from dse.spec.foreign import offered, overlaid, strangers, tree_of
 from dse.spec.messages import CARRIED, Sized, read_sizes, with_sizes
 from dse.spec.model import Catalogue, Spec
 from dse.spec.reader import MAX_BYTES, Node, PathPart, RepeatedKeysError, decode_text, dotted, read_yaml
+from dse.spec.recognising import no_answer
 from dse.spec.salvage import WHOLE, Place, Remains, remains, salvaged
 from dse.spec.samples import Samples, read_samples
 from dse.spec.sources import Carried, Files, OnDisk, name_from, read_source
@@ -215,7 +216,7 @@ class _Loader:
             self._files.append(file)
         lost: tuple[Place, ...] = ()
         try:
-            source = Source(file, read_yaml(text, file))
+            source = Source(file, no_answer(read_yaml(text, file), file))
         except RepeatedKeysError as error:
             self.findings += error.diagnostics
             source, lost = Source(file, error.root), error.paths

@@ -4,8 +4,13 @@ from __future__ import annotations
 
 import re
 
+from dse.errors import Diagnostic, ProblemError
+from dse.spec.reader import Node
+
 _YAML = re.compile(r"""^["']?dse["']?\s*:""", re.MULTILINE)
 _JSON = re.compile(r'[{,]\s*"dse"\s*:\s*\d')
+NO_PROBLEM = "this is what a command of dse has written, not a problem file"
+ANSWER_HINT = "name the problem file; an alternative of a result is --design RESULT.json#ID, its question --resume"
 _ANSWER = re.compile(r'\{\s*"format"\s*:\s*"dse-')
 
 
@@ -22,3 +27,20 @@ def is_problem(text: str) -> bool:
     if text.lstrip().startswith("{"):
         return _ANSWER.match(text.lstrip()) is None and _JSON.search(text) is not None
     return _YAML.search(text) is not None
+
+
+def no_answer(root: Node, file: str) -> Node:
+    """The tree of a file, where that is not one of the formats that commands write.
+
+    Raises
+    ------
+    ProblemError
+        when it is, with the place that says so.
+    """
+    form = root.at(["format"]).value if isinstance(root.value, dict) else None
+    if isinstance(form, str) and form.startswith("dse-"):
+        place = root.place(["format"])
+        raise ProblemError(
+            [Diagnostic(NO_PROBLEM, "format", place.file or file, place.line, place.column, ANSWER_HINT)]
+        )
+    return root
