@@ -11,6 +11,7 @@ import sys
 if "dse.cli.main" not in sys.modules and signal.getsignal(signal.SIGINT) is signal.default_int_handler:
     signal.signal(signal.SIGINT, signal.SIG_DFL)
 
+import atexit
 import io
 import os
 import threading
@@ -55,13 +56,16 @@ def main() -> None:
 
 
 def _leave(code: int) -> None:
-    """End the process; Python, tidying up, ends threads that are inside the solver in the midst of C++: an abort."""
-    if threading.active_count() > 1:
-        for stream in (sys.stdout, sys.stderr):
-            with suppress(OSError, ValueError):
-                stream.flush()
-        os._exit(code)
-    sys.exit(code)
+    """End the process without tidying up, which takes seconds after large problems and is of no use.
+
+    It would end threads that are inside the solver in the midst of C++, too: an abort.
+    """
+    if threading.active_count() == 1:
+        atexit._run_exitfuncs()
+    for stream in (sys.stdout, sys.stderr):
+        with suppress(OSError, ValueError):
+            stream.flush()
+    os._exit(code)
 
 
 def _outlive_readers() -> None:
