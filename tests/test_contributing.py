@@ -84,6 +84,28 @@ def test_what_the_steps_add_is_searched_and_proved_again(changed: Path) -> None:
         assert "Verified" in called(changed, "verify", "r.json", "--method", method)
 
 
+def test_timers_on_one_clock_know_what_the_steps_add(changed: Path) -> None:
+    """Data of a are there 4 + 2 ms after its release: b reads them then and ends 4 + 1 ms later, 11 ms in all."""
+    text = """
+dse: 1
+name: clock
+offset_grid: 1 ms
+processors: {p: {type: cpu}}
+processor_types: {cpu: {}}
+threads:
+  a: {processor: p, period: 20 ms, offset: 0 ms, compute_execution_time: 1 ms .. 4 ms, release_jitter: 2 ms}
+  b: {processor: p, period: 20 ms, offset: any, compute_execution_time: 1 ms .. 4 ms, release_jitter: [1 ms, 3 ms]}
+connections: {ab: {from: a, to: b}}
+flows: {f: {path: [a, b]}}
+objectives: [minimise latency of f]
+"""
+    (changed / "clock.yaml").write_text(text, encoding="utf-8")
+    called(changed, "solve", "clock.yaml", "-q", "--json", "c.json")
+    (point,) = json.loads((changed / "c.json").read_text(encoding="utf-8"))["front"]
+    assert (point["objectives"], point["decisions"]["b.offset"]) == ({"latency of f": 11_000_000}, "6 ms")
+    assert "Verified" in called(changed, "verify", "c.json", "--method", "model")
+
+
 def test_a_metric_of_its_own_and_another_arrival_work_everywhere(changed: Path) -> None:
     """Threads b and c share a core; c has 50 or 25 inputs a second, and 10 jobs of its timer where it is timed."""
     timed = "  c: {processor: p, dispatch_protocol: [timed, aperiodic], period: 100 ms, compute_execution_time: 1 ms}\n"

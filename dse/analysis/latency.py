@@ -56,7 +56,7 @@ def step_rows(space: Space, step: Step, view: View) -> tuple[Row, ...]:
         if row is not None:
             rows.append(row)
     if not step.only_reads:
-        rows.append(_processing_row(space, component, view))
+        rows += _job_rows(space, component, view)
     return tuple(rows)
 
 
@@ -133,7 +133,7 @@ def _arrival_ns(space: Space, step: Step, view: View) -> tuple[Step, Exact, Exac
     rows = _callback_rows(space, step, space.components[step.index], view)
     for earlier in reversed(step.since):
         if earlier.kind == "component" and is_periodic(space.components[earlier.index], view):
-            rows.append(_processing_row(space, _in_flow(space, earlier, view), view))
+            rows += _job_rows(space, _in_flow(space, earlier, view), view)
             return earlier, sum(row.min_ns for row in rows), sum(row.max_ns for row in rows)
         rows += step_rows(space, earlier, view)
     return None
@@ -175,7 +175,7 @@ def phased_parts(space: Space, step: Step, view: View) -> tuple[tuple[Exact, Exa
     found = neighbours(space, step, view, offsets=False)
     rows = _callback_rows(space, step, component, view)
     if not step.only_reads:
-        rows.append(_processing_row(space, _in_flow(space, step, view), view))
+        rows += _job_rows(space, _in_flow(space, step, view), view)
     least, most = sum(row.min_ns for row in rows), sum(row.max_ns for row in rows)
     period = at(component.period_ns, view)
     if found is None:
@@ -232,6 +232,11 @@ def _queuing_row(space: Space, step: Step, component: Component, view: View) -> 
 def is_logical(space: Space, component: Component, view: View) -> bool:
     """Whether data pass at release and deadline: logical execution time, which OSATE does not look at."""
     return space.profile == "dse" and at(component.communication, view) == LET
+
+
+def _job_rows(space: Space, component: Component, view: View) -> list[Row]:
+    """What a component takes from its release on: what clocks say of those behind it counts these rows, too."""
+    return [_processing_row(space, component, view)]
 
 
 def _processing_row(space: Space, component: Component, view: View) -> Row:

@@ -7,10 +7,10 @@ rows.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 from fractions import Fraction
-from functools import lru_cache
+from functools import lru_cache, partial
 from math import lcm
 from typing import Any
 
@@ -27,6 +27,8 @@ from dse.units import Exact, is_unbounded
 MOST_RELEASES = 2_000
 """With more releases before a pattern repeats only what is left of whole steps is looked at."""
 Ends = tuple[Any, Any]
+KINDS = ("latency", "min latency", "jitter", "run jitter", "oldest input")
+"""The metrics that have formulas here; of others the analysis is asked."""
 
 
 def sampled_ns(sampled: Sampled, view: View) -> Fraction:
@@ -57,7 +59,14 @@ def _value(term: Term, view: View) -> Fraction:
     if term.extreme is not None:
         found: Fraction = term.extreme.pick(sum(_value(item, view) for item in terms) for terms in term.extreme.sums)
         return found
-    return term.value(view) if term.sampled is None else sampled_ns(term.sampled, view)
+    return formula_of(term)(view)
+
+
+def formula_of(term: Term) -> Callable[[View], Fraction]:
+    """What a term is worth in a design: by a formula of this module, where there is one."""
+    if term.sampled is None or term.sampled.kind not in KINDS:
+        return term.value
+    return partial(sampled_ns, term.sampled)
 
 
 def _parts(space: Space, step: Step, view: View) -> tuple[Any, Any, Any]:
@@ -98,8 +107,9 @@ def _start_ns(space: Space, step: Step, view: View) -> Any:
     is_first = step.via is None  # the clock of a latency starts with it
     if is_first or at(component.communication, view) in ("let", "at_dispatch"):
         return 0
-    last = step_rows(space, replace(step, only_reads=False), view)[-1]
-    if "response time" not in last.max_method:
+    rows = step_rows(space, replace(step, only_reads=False), view)
+    last = next((row for row in reversed(rows) if "response time" in row.max_method), None)
+    if last is None:
         return 0
     work = at(component.execution_ns, view)
     return max(0, last.max_ns - (last.min_ns if work is None else work[1]))
@@ -119,14 +129,18 @@ def _before(space: Space, step: Step, view: View) -> tuple[Step, Any, Any] | Non
 def _ways(space: Space, step: Step, view: View) -> Iterator[Row | Step]:
     """The rows from an element back to the timer before it, and that at last."""
     here = step_rows(space, step, view)
-    yield from here[: next(number for number, row in enumerate(here) if "sampling" in row.max_method)]
+    yield from here[: _sampled_at(here)]
     for earlier in step.since[::-1]:
         rows = step_rows(space, earlier, view)
         if earlier.kind == "component" and is_periodic(space.components[earlier.index], view):
-            yield rows[-1]  # its timer's work
+            yield from rows[_sampled_at(rows) + 1 :]  # its timer's work
             yield earlier
             return
         yield from rows
+
+
+def _sampled_at(rows: Sequence[Row]) -> int:
+    return next(number for number, row in enumerate(rows) if "sampling" in row.max_method)
 
 
 def _error_ns(one: Component, other: Component, view: View) -> Any:

@@ -25,7 +25,7 @@ from dse.space.types import EMPTY, Space
 from dse.verification.contention import has_number, is_late_limit, is_simple, place_of
 from dse.verification.cores import CoreTable, core_table
 from dse.verification.diagrams import NO_DESIGN, Diagram, Diagrams, TooLarge, as_fraction, leaves
-from dse.verification.releases import sampled_ns
+from dse.verification.releases import formula_of
 from dse.verification.sums import Bound, Figures, Pick, Sum, Waits
 
 EXACT = 2**52
@@ -156,7 +156,7 @@ class _Builder:
     def term(self, term: Term, owner: str) -> Diagram:
         """A summand as a diagram of exact fractions."""
         name = f"{owner}: {term.label}"
-        formula = term.value if term.sampled is None else partial(sampled_ns, term.sampled)
+        formula = formula_of(term)
         found = self.make.diagram(formula, name)
         self.defined(found, name)
         return self.make.mapped(found, as_fraction)
