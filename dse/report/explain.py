@@ -264,13 +264,16 @@ def late_words(late: Late) -> str:
     ``b ends 4 ms late on core 1 of p: 8 ms of its own, behind 2 x a (8 ms); in time with 4 ms less of b each time, or
     2 ms less of a``.
     """
-    where = f"on core {late.core} of {late.processor}"
+    is_served = late.processor in (late.executor, *late.accelerators)
+    where = f"on {late.processor}" if is_served else f"on core {late.core} of {late.processor}"
     if late.late_ns is None:
         return f"{late.thread} ends late without a bound {where}: {_why_endless(late)}"
     before = [f"{item.jobs} x {item.name} ({_time(item.work_ns)})" for item in late.delays]
     before += [f"{_time(late.blocked_ns)} of less urgent work that has begun"] if late.blocked_ns else []
-    before += [f"what else {late.executor} runs"] if late.executor and not late.delays else []
-    before += ["what its segments wait for on cores and accelerators"] if late.has_segments else []
+    if late.has_segments:
+        before.append(f"what its segments wait for {_places(late)}")
+    elif late.executor and not late.delays:
+        before.append(f"what else {late.executor} runs")
     text = f"{late.thread} ends {_time(late.late_ns)} late {where}: {_time(late.work_ns)} of its own"
     text += f", behind {', '.join(before)}" if before else ""
     enough = [f"{_time(item.by_ns)} less of {item.name} each time" for item in late.shorter]
@@ -281,8 +284,7 @@ def late_words(late: Late) -> str:
 def _why_endless(late: Late) -> str:
     """Why a response time has no bound, and the budget with which it has one that is soon enough."""
     if late.has_segments:
-        away = f" and on {', '.join(late.accelerators)}" if late.accelerators else ""
-        return f"with what its segments wait for on its core{away}, they need not all end before its next job comes"
+        return f"with what its segments wait for {_places(late)}, they need not all end before its next job comes"
     if late.budget is None:
         return "it and what goes before it need more than there is"
     has = f"{_time(late.budget.budget_ns)} of every {_time(late.budget.period_ns)}"
@@ -291,6 +293,11 @@ def _why_endless(late: Late) -> str:
     else:
         why = f"{late.budget.reservation} does not get its {has} behind what goes before it"
     return why if late.budget.enough_ns is None else f"{why}; in time with {_enough_budget(late.budget)}"
+
+
+def _places(late: Late) -> str:
+    """Where the segments of a thread wait."""
+    return f"on its core and on {', '.join(late.accelerators)}" if late.accelerators else "on its core"
 
 
 def _enough_budget(budget: Budget) -> str:

@@ -90,6 +90,7 @@ def test_lateness_in_json() -> None:
     [late] = relaxation["late"]
     assert (late["thread"], late["processor"], late["core"], late["late_ns"]) == ("b", "p", 1, 4 * 10**6)
     assert late["delays"] == [{"name": "a", "jobs": 2, "work_ns": 8 * 10**6}]
+    assert late["accelerators"] == []
     assert late["shorter"] == [{"name": "b", "by_ns": 2 * 10**6}, {"name": "a", "by_ns": 2 * 10**6}]
     pieces = (
         "{compute_execution_time: 2 ms}, {processor: g, compute_execution_time: 8 ms}, {compute_execution_time: 1 ms}"
@@ -100,7 +101,14 @@ def test_lateness_in_json() -> None:
     text += f"threads: {{c: {{processor: p, period: 20 ms, deadline: 9 ms, segments: [{pieces}]}}}}\n"
     [item] = found(text + "objectives: [minimise power]\n").values()
     assert (item.late_ns, item.work_ns, item.delays, item.shorter) == (2 * 10**6, 11 * 10**6, (), ())
-    assert late_words(item).endswith("11 ms of its own, behind what its segments wait for on cores and accelerators")
+    behind = "11 ms of its own, behind what its segments wait for on its core and on g"
+    assert late_words(item) == f"c ends 2 ms late on core 1 of p: {behind}"
+    [relaxation] = dse.explain(text + "objectives: [minimise power]\n").to_dict()["relaxations"]
+    assert [item["accelerators"] for item in relaxation["late"]] == [["g"]]
+    without_last = text.replace(", {compute_execution_time: 1 ms}", "") + "objectives: [minimise power]\n"
+    assert next(iter(found(without_last).values())).processor == "g"
+    [said] = map(late_words, found(without_last).values())
+    assert said.startswith("c ends 1 ms late on g: 10 ms of its own, behind what its segments wait for on its core")
 
 
 def reserved(rng: random.Random) -> dict[str, Any]:

@@ -83,6 +83,9 @@ class Late(Form):
     delays: list[Delay] = field("What goes before it, the most urgent first; empty without a bound, and of segments.")
     shorter: list[Shorter] = field("Each of these is enough by itself.")
     budget: Budget | None = field("Of the reservation that it is in; null outside of any.", earlier=None)
+    accelerators: list[str] = field(
+        "The accelerators that its segments wait for, in the order of these; empty where it has none.", earlier=[]
+    )
 
 
 class Relaxation(Demand):
