@@ -16,6 +16,7 @@ from itertools import takewhile
 from dse.analysis.executors import WorstJob, executor_worst_job
 from dse.analysis.response_time import Task, densest_releases_ns, most_jobs, worst_job_ns
 from dse.analysis.scheduling import Response
+from dse.analysis.segments import single
 from dse.records import dataclass
 from dse.units import Exact
 
@@ -37,7 +38,10 @@ class Piece:
 
 @dataclass(frozen=True)
 class BusyPeriod:
-    """The pieces of a busy period of `core` up to the end of the job of `name` that responds last."""
+    """The pieces of a busy period of `core` up to the end of the job of `name` that responds last.
+
+    Of one that `is_segment` of a thread it begins with the release of the segment, and of the thread the deadline is.
+    """
 
     core: int
     name: str
@@ -45,13 +49,15 @@ class BusyPeriod:
     released_ns: Exact
     end_ns: Exact
     deadline_ns: int | None
+    is_segment: bool = False
 
 
 def worst_busy_period(core: int, responses: Sequence[Response]) -> BusyPeriod | None:
     """The busy period of the thread of a core that has the least time left to its deadline.
 
-    Of threads without deadlines it is the one that responds last. None where no response time has a bound but those
-    of segments and wait sets, which no run has to reach, and where there are more than `MOST_JOBS` jobs.
+    Of threads without deadlines it is the one that responds last. Where all others are segments of threads it is that
+    of the segment which takes longest on the core. None where no response time has a bound but those of wait sets and
+    accelerators' segments, which no run has to reach, and where there are more than `MOST_JOBS` jobs.
     """
     here = [item for item in responses if item.core == core and item.response_ns is not None and item.task.worst_ns]
     for item in sorted((item for item in here if item.kind != "wait_set" and not item.is_piece), key=_urgency):
@@ -64,7 +70,24 @@ def worst_busy_period(core: int, responses: Sequence[Response]) -> BusyPeriod | 
             return None
         pieces = played(item.task, item.rivals, item.blocked_ns, found)
         return BusyPeriod(core, item.name, pieces, found[0], found[1], item.deadline_ns)
-    return None
+    return _of_segments(core, [item for item in here if item.is_piece and not item.executor])
+
+
+def _of_segments(core: int, segments: Sequence[Response]) -> BusyPeriod | None:
+    """That of the segment that ends longest after its own release: one job, for those before it have ended."""
+    found = []
+    for item in segments:
+        job = single(item.task)
+        worst_job = worst_job_ns(job, item.rivals, item.blocked_ns)
+        if worst_job is not None:
+            found.append((worst_job[1], item, job))
+    if not found:
+        return None
+    end, item, job = max(found, key=lambda one: one[0])
+    if sum(most_jobs(rival, end) for rival in item.rivals) > MOST_JOBS:
+        return None
+    pieces = played(job, item.rivals, item.blocked_ns, (0, end))
+    return BusyPeriod(core, item.name, pieces, 0, end, None, is_segment=True)
 
 
 def _of_executor(core: int, item: Response) -> BusyPeriod | None:

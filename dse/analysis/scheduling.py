@@ -57,7 +57,8 @@ class Response:
     `executor` is what runs it beside others, and `reservation` what both are in, else empty; `rivals` are the tasks
     that go before it, the most urgent first, `delays` the jobs of these and of its `fellows` in the executor, of a
     `kind`, before its worst one: nothing where it has no bound. Of one that `is_piece` of a thread with segments the
-    response time counts from the release of the thread.
+    response time counts from the release of the thread, and `rivals` are there on a core. An accelerator has one core,
+    which has no number to anybody: what it runs `is_served`.
     """
 
     component: int
@@ -77,6 +78,7 @@ class Response:
     kind: ExecutorKind | None = None
     is_piece: bool = False
     reservation: str = ""
+    is_served: bool = False
 
     @property
     def name(self) -> str:
@@ -208,7 +210,8 @@ def _responses(schedule: Schedule, wanted: Sequence[TaskKey]) -> tuple[Response,
         made = Response(*key, place[1] + 1, rank, task or lost, best, response, deadline, blocked, worst, name, delays)
         is_piece = component.pieces is not None
         share = "" if component.reservation is None else space.reservations[component.reservation].name
-        beside = {"rivals": rivals, "fellows": fellows, "kind": kind}
+        is_served = at(space.processors[place[0]].serves, view) is not None
+        beside = {"rivals": rivals, "fellows": fellows, "kind": kind, "is_served": is_served}
         found.append(replace(made, **beside, is_piece=is_piece, reservation=share))  # type: ignore[arg-type]
     return tuple(found)
 
@@ -224,7 +227,7 @@ def _before(
     space, view = schedule.space, schedule.view
     processor, core, turn = place
     turns = schedule.cores(processor)[core]
-    if task is None or known[turn.key] is None or not task.worst_ns or turn.pieces:
+    if task is None or known[turn.key] is None or not task.worst_ns or (turn.pieces and turn.executor is not None):
         return NOTHING
     tasks = [task_of(space, other.key, known, view) for other in turns]
     first = before_task(space, turns, turn, tasks, interrupting(space, [turn.key[0]], view), view)
@@ -232,6 +235,8 @@ def _before(
         beside = around(space, turns, tasks, first, turn, view)
         return NOTHING if beside is None else _in_executor(task, *beside, blocking_ns(turn))
     given = [item for item in (*first, *(tasks[position] for position in turn.rivals(turns))) if item is not None]
+    if turn.pieces:
+        return (), tuple(given), (), None
     found = worst_job_ns(task, given, blocking_ns(turn))
     if found is None:
         return NOTHING

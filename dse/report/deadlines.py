@@ -39,7 +39,7 @@ def deadline_records(responses: Mapping[str, Sequence[Response]]) -> list[dict[s
             share = WIDEST if item.response_ns is None else float(item.response_ns) / item.deadline_ns * 100
             response = "unbounded" if item.response_ns is None else counted(item.response_ns, "ns")
             said = f"{response} of {counted(item.deadline_ns, 'ns')}"
-            where = f"core {item.core}" + (f" of {processor}" if several else "")
+            where = processor if item.is_served else f"core {item.core}" + (f" of {processor}" if several else "")
             record = {
                 "label": item.name,
                 "where": where,

@@ -18,21 +18,27 @@ HEADINGS = (
     "core", "thread", "execution", "releases", "response time", "deadline", "", "slack", "blocked", "waits for",
 )  # fmt: skip
 NUMBERS = (0, 2, 4, 5, 7, 8)
+CORES = "Response times on {}, by core and priority"
 LEAST = 2
 """The greatest number of rows of a table on a terminal."""
+NAMED = 1
+"""The column of threads."""
 ALWAYS = 7
 """Columns from here on are there where they say something."""
 
 
 def response_table(processor: str, responses: Sequence[Response]) -> Table:
     """What runs on a processor, by core and priority, what it waits for, and when it is done at the latest."""
-    rows = [_row(item) for item in responses]
-    caption = f"Response times on {processor}, by core and priority"
-    kept = [at for at in range(len(HEADINGS)) if at < ALWAYS or any(row[at] for row in rows)]
+    rows = [_row(item, processor) for item in responses]
+    is_served = any(item.is_served for item in responses)
+    caption = f"Response times on {processor}, which serves one job at a time" if is_served else CORES.format(processor)
+    kept = [at for at in range(int(is_served), len(HEADINGS)) if at < ALWAYS or any(row[at] for row in rows)]
     shown = tuple(tuple(row[at] for at in kept) for row in rows)
     numbers = tuple(position for position, at in enumerate(kept) if at in NUMBERS)
     bars = tuple(map(_share, responses)) if any(item.deadline_ns for item in responses) else ()
-    return Table(caption, tuple(HEADINGS[at] for at in kept), shown, numbers, wide=ALWAYS, label=1, bars=bars)
+    named = kept.index(NAMED)
+    wide = kept.index(ALWAYS - 1) + 1
+    return Table(caption, tuple(HEADINGS[at] for at in kept), shown, numbers, wide=wide, label=named, bars=bars)
 
 
 def _share(item: Response) -> float:
@@ -59,10 +65,11 @@ def busy_timelines(responses: Mapping[str, Sequence[Response]]) -> Iterator[Time
         for core in sorted({item.core for item in found}):
             busy = worst_busy_period(core, found)
             if busy is not None and len({piece.name for piece in busy.pieces}) > 1:
-                yield busy_timeline(processor, busy)
+                is_served = any(item.is_served for item in found)
+                yield busy_timeline(processor if is_served else f"Core {core} of {processor}", busy)
 
 
-def busy_timeline(processor: str, busy: BusyPeriod) -> Timeline:
+def busy_timeline(where: str, busy: BusyPeriod) -> Timeline:
     """Who has the core until the end of the job that has the least time left; the lowest lane is its thread's."""
     whole = float(busy.end_ns)
     names = dict.fromkeys(piece.name for piece in busy.pieces)
@@ -76,18 +83,21 @@ def busy_timeline(processor: str, busy: BusyPeriod) -> Timeline:
     if busy.deadline_ns is not None:
         left = busy.deadline_ns - response
         said += f", {_ms(left)} before its deadline" if left >= 0 else f", {_ms(-left)} after its deadline"
-    caption = f"Core {busy.core} of {processor} where it is tightest: {said}"
+    caption = f"{where} where it is tightest: {said}"
+    if busy.is_segment:
+        said = f"{busy.name} ends at most {_ms(response)} after its own release, with all that may go before it"
+        caption = f"{where} where a segment takes longest: {said}"
     marks = ((float(busy.released_ns) / whole, f"| is the release of that job, at {_ms(busy.released_ns)}."),)
     return Timeline(caption, tuple(lanes), ("0", _ms(busy.end_ns)), marks if busy.released_ns else ())
 
 
-def _row(item: Response) -> tuple[str, ...]:
+def _row(item: Response, processor: str) -> tuple[str, ...]:
     releases = [
         f"every {_ms(stream.period_ns)}" + (f" +{_ms(stream.jitter_ns)}" if stream.jitter_ns else "")
         for stream in item.task.streams
     ]
     response, deadline = item.response_ns, item.deadline_ns
-    hosts = ", ".join(host for host in (item.executor, item.reservation) if host)
+    hosts = ", ".join(host for host in (item.executor, item.reservation) if host not in ("", processor))
     named = f"{item.name} ({hosts})" if hosts else item.name
     switching = item.task.worst_ns - item.worst_ns
     return (

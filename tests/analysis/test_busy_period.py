@@ -13,6 +13,8 @@ from pathlib import Path
 import pytest
 from effort import cases
 from rich.console import Console
+from thread_segments import draw as draw_segments
+from thread_segments import text_of as segments_text
 from thread_systems import draw, text_of
 
 import dse
@@ -108,6 +110,56 @@ def test_the_busy_period_of_an_executor(kind: str, expected: list[tuple[str, int
     busy = worst_busy_period(1, [timer])
     assert busy is not None and (busy.name, busy.end_ns) == ("timer", 8 * 10**6)
     assert [(item.name, item.end_ns // 10**6) for item in busy.pieces] == expected
+
+
+SEGMENTS = """
+dse: 1
+name: a core of segments alone
+deadlines: all
+processing: response_time
+processor_types: {cpu: {cores: 2}, gpu: {serves: fifo}}
+processors: {p: {type: cpu}, g: {type: gpu}}
+threads:
+  a: {processor: p, core: 1, period: 20 ms, segments: [
+    {compute_execution_time: 2 ms}, {processor: g, compute_execution_time: 8 ms}, {compute_execution_time: 1 ms}]}
+  b: {processor: p, core: 1, period: 50 ms, segments: [
+    {compute_execution_time: 4 ms}, {processor: g, compute_execution_time: 5 ms}]}
+objectives: [minimise price]
+"""
+
+
+def test_a_core_of_segments_alone_shows_the_one_that_takes_longest() -> None:
+    """The first segment of b waits for one job of each segment of a: 2 + 1 + 4 ms; an accelerator has no core."""
+    analysis = dse.analyse(dse.loads(SEGMENTS), response_times=True)
+    busy = worst_busy_period(1, analysis.responses["p"])
+    assert busy is not None and busy.is_segment and busy.deadline_ns is None
+    assert [(item.name, item.end_ns // 10**6) for item in busy.pieces] == [
+        ("a (piece 1)", 2),
+        ("a", 3),
+        ("b (piece 1)", 7),
+    ]
+    assert worst_busy_period(1, analysis.responses["g"]) is None
+    sections = analysis_page(analysis).sections
+    captions = [block.caption for section in sections for block in section.blocks if hasattr(block, "caption")]
+    assert "Response times on g, which serves one job at a time" in captions
+    ends = "b (piece 1) ends at most 7 ms after its own release, with all that may go before it"
+    assert f"Core 1 of p where a segment takes longest: {ends}" in captions
+    assert {item["where"] for item in deadline_records(analysis.responses)} == {"core 1 of p", "g"}
+
+
+@pytest.mark.parametrize("seed", cases(20))
+def test_what_is_played_of_segments_takes_no_longer_than_their_bound(seed: int) -> None:
+    """The bound counts from the release of the thread; the segment executes at least what it takes alone."""
+    space, rng = dse.loads(segments_text(draw_segments(seed))).space, random.Random(seed)
+    evaluator = Evaluator(space)
+    drawn = (tuple(rng.randrange(len(item.options)) for item in space.decisions) for _ in count())
+    design = next(design for design in drawn if not evaluator.invalid(design))
+    for item in processor_responses(space, 0, View(evaluator.evaluate(design).design)):
+        busy = worst_busy_period(item.core, [item])
+        if busy is not None and busy.is_segment:
+            assert busy.pieces[-1].name == item.name and busy.pieces[0].start_ns == 0
+            assert item.response_ns is not None and item.worst_ns <= busy.end_ns <= item.response_ns
+            assert all(one.end_ns == next_one.start_ns for one, next_one in pairwise(busy.pieces))
 
 
 @pytest.mark.parametrize("kind", ["grouped", "joined", "reserved"])
