@@ -58,12 +58,14 @@ class CoreLimits:
         self.known: set[int] = set()
         self.tables: dict[tuple[int, str], list[Case[int]] | None] = {}
         """What each thread uses, by limit and name, as its options are; with every copy."""
+        self.places: list[tuple[int, list[int]]] = []
+        """Of each thread in the rows its greatest use, and the variables of its cores."""
         self._kept: Recall[bool] = Recall(SHARED)
 
     def copy(self, model: cp_model.CpModel) -> CoreLimits:
         """The same for a copy of the model."""
         other = CoreLimits(self.space, model, self.literals, self.limits)
-        other.known = set(self.known)
+        other.known, other.places = set(self.known), list(self.places)
         other.tables, other._kept = self.tables, self._kept
         return other
 
@@ -164,8 +166,9 @@ class _Rows:
         for case in cases:
             if case.value:
                 self.model.add(whole >= case.value).only_enforce_if(self._all(case.conditions))
-        shares = []
-        for place in self._places(number):
+        shares, places = [], self._places(number)
+        self.owner.places.append((most, [place.index for place in places if isinstance(place, cp_model.IntVar)]))
+        for place in places:
             share = self.model.new_int_var(0, most, "")
             self.model.add(share >= whole - most * (1 - place))
             shares.append(share)

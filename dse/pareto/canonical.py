@@ -8,14 +8,15 @@ budget, the design of the search stays, which may depend on its way (decision re
 
 from __future__ import annotations
 
+from collections import Counter
+from dataclasses import field
 from typing import Any
 
 from ortools.sat.python import cp_model
 
-from dse.encode.inorder import searched_by
 from dse.encode.linear import EXACT_LIMIT
 from dse.pareto.answer import Answer, Found, Unfinished
-from dse.pareto.settings import BARE_IN_ORDER, MOST_MISSED, ORDERED_SEARCH, ORDERED_TO_THE_END, Settings
+from dse.pareto.settings import BARE_IN_ORDER, ORDERED_SEARCH, ORDERED_TO_THE_END, Settings
 from dse.pareto.subproblem import Solver
 from dse.records import dataclass
 from dse.space.types import Design
@@ -29,28 +30,39 @@ class InOrder:
     """How depth-first searches in the order of the file went, from point to point: with which settings, if at all."""
 
     settings: Settings = BARE_IN_ORDER
-    missed: int = 0
+    missed: Counter[Settings] = field(default_factory=Counter)  # how often in a row
+
+    def elsewhere(self) -> InOrder:
+        """What this says of points that are not near: which relaxations are in vain."""
+        missed = Counter({settings: times for settings, times in self.missed.items() if settings.linearization_level})
+        return InOrder(missed=missed)
 
     def first(self, solver: Solver, *, to_the_end: bool) -> Answer:
         """The first solution in the order of the model's decision strategy; unfinished when that takes too long.
 
         The strategy is followed strictly (fixed search), linear relaxation only refutes branches; `to_the_end` tries
-        longer. The settings that did it last time come first; after a few misses in a row it is not tried any more.
+        longer. The settings that did it last time come first; those that missed too often in a row are not tried any
+        more.
         """
-        if self.missed >= MOST_MISSED and not to_the_end:
-            return Unfinished()
-        solver.calls += 1
-        attempts = list(ORDERED_TO_THE_END if to_the_end else ORDERED_SEARCH)
-        if not to_the_end and len(solver.encoded.model.proto.variables) > FEW_VARIABLES:
-            attempts = attempts[:1]
-        attempts.sort(key=lambda attempt: attempt[0] is not self.settings)
+        attempts = list(ORDERED_TO_THE_END) if to_the_end else self._promising(solver)
+        solver.calls += bool(attempts)
         for settings, work in attempts:
             answer = solver.run(settings, work)
             if not isinstance(answer, Unfinished):
-                self.settings, self.missed = settings, 0
+                self.settings, self.missed[settings] = settings, 0
                 return answer
-        self.missed += 1
+            self.missed[settings] += 1
         return Unfinished()
+
+    def _promising(self, solver: Solver) -> list[tuple[Settings, float]]:
+        """Settings and work of the attempts that are worth it."""
+        is_large = len(solver.encoded.model.proto.variables) > FEW_VARIABLES
+        attempts = [
+            (settings, work)
+            for settings, work, most_missed in ORDERED_SEARCH
+            if self.missed[settings] < most_missed and not (is_large and settings.linearization_level)
+        ]
+        return sorted(attempts, key=lambda attempt: attempt[0] is not self.settings)
 
 
 def canonical_design(
@@ -82,8 +94,7 @@ def _canonical(
     solver.set_point(known.point)
     model.clear_objective()
     model.clear_hints()
-    with searched_by(model, solver.encoded.order):
-        answer = order.first(solver, to_the_end=strictly)
+    answer = order.first(solver, to_the_end=strictly)
     if isinstance(answer, Found):
         return answer.design, True
     if strictly:

@@ -273,28 +273,32 @@ def _make_canonical(state: _State) -> None:
         solver.deadline = limit.deadline
     points = sorted(state.designs)
     waiting = [points[start : start + CHAIN] for start in range(0, len(points), CHAIN)][::-1]
+    order, is_known = InOrder(), False  # how it goes with the first chain, which the others wait for
     while waiting or pool.busy:
         for solver in pool.idle:
-            if waiting:
+            if waiting and (is_known or not pool.busy):
                 chain = waiting.pop()
                 known = [Found(point, state.designs[point]) for point in chain]
                 if state.untaught is not None:  # what a search has learnt depends on its way
                     solver.encoded = state.untaught.copy()
-                pool.start(solver, chain, partial(_canonical_designs, solver, state.evaluator, known))
+                way = order.elsewhere() if is_known else order
+                pool.start(solver, chain, partial(_canonical_designs, solver, state.evaluator, known, way))
         chain, designs = pool.wait()
+        is_known = True
         for point, (design, is_first) in zip(chain, designs, strict=True):
             state.designs[point] = design
             if is_first:
                 state.first.add(point)
 
 
-def _canonical_designs(solver: Solver, evaluator: Evaluator, chain: list[Found]) -> list[tuple[Design, bool]]:
+def _canonical_designs(
+    solver: Solver, evaluator: Evaluator, chain: list[Found], order: InOrder
+) -> list[tuple[Design, bool]]:
     """The canonical design of each point, and whether it is the first; each is looked for near the one before.
 
     Where time is up the design that is known stays.
     """
     designs: list[tuple[Design, bool]] = []
-    order = InOrder()
     for known in chain:
         try:
             found = _first_accepted(solver, evaluator, known, designs[-1][0] if designs else None, order)

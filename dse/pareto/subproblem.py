@@ -173,11 +173,10 @@ class Solver:
         model.clear_objective()
         self._weights = None
         answer: Answer = Unfinished()
-        with searched_by(model, self.encoded.order):
-            for settings, work in FIRST_DESIGN:
-                answer = self.run(settings, work)
-                if not isinstance(answer, Unfinished):
-                    break
+        for settings, work in FIRST_DESIGN:
+            answer = self.run(settings, work)
+            if not isinstance(answer, Unfinished):
+                break
         return answer
 
     def _solve_whole(self, settings: Settings, work: float) -> Answer:
@@ -329,7 +328,8 @@ class Solver:
     def solved(self, solver: cp_model.CpSolver, model: cp_model.CpModel, settings: Settings) -> Any:
         """The status with which a solver of `limited` ends on a model; what it takes counts."""
         self._running = solver
-        status = solver.solve(model)
+        with searched_by(model, self.encoded.in_order() if settings.in_order else ()):
+            status = solver.solve(model)
         self._running = None
         self.work += solver.response_proto.deterministic_time * settings.weight
         assert status != cp_model.MODEL_INVALID, "the model is invalid"
