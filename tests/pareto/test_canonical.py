@@ -68,7 +68,7 @@ def test_cores_are_packed_largest_first_where_the_model_has_rows_of_them() -> No
     assert len(encoded.in_order()) == 1, "there is nothing to pack"
     limits = encoded.core_limits
     assert limits is not None
-    assert not limits.settled((0, 0), lambda _: 1), "the small one is too much beside either of the others"
+    assert not limits.settled((0, 0), lambda _: True), "the small one is too much beside either of the others"
     use = [most for most, _ in limits.places]
     assert (use[0], use[1]) == (min(use), max(use)), "as they stand in the file"
     places = dict(limits.places)
