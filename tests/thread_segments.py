@@ -186,16 +186,18 @@ class Judge:
         last = self.end[i, len(pieces) - 1]
         others = [key for key in self.keys if key[0] != i and self._home(*key) == self._home(i, k)]
         urgent = [key for key in others if self._goes_before(key, (i, k))]
+        alone = own and not any(self._goes_before((i, k), key) for key in urgent)  # nothing waits for its other pieces
+        earlier = [key for key in self.keys if key[0] == i and key[1] != k and self._home(*key) == self._home(i, k)]
         if pieces[k]["place"] is None:
-            self.span[i, k] = self._run(i, k, urgent, self.cost[i, k], own)
+            self.span[i, k] = self._run(i, k, [*urgent, *([] if alone else earlier)], self.cost[i, k], alone)
         else:
-            self.span[i, k] = self._served(i, k, others, urgent, own)
+            self.span[i, k] = self._served(i, k, (others, urgent, earlier), alone)
         if max(begin, last, self.span[i, k], self.first(i)) >= LATE:
             return LATE
         found = begin + self.span[i, k]
         if k and pieces[k]["place"] is None:
             whole = sum(self.cost[i, m] if pieces[m]["place"] is None else self.span[i, m] for m in range(k + 1))
-            found = min(found, self._run(i, k, urgent, whole, True))
+            found = min(found, self._run(i, k, urgent, whole, alone, self.first(i)))
         if own and found > self.period[i] - self.first(i):
             return LATE
         return found
@@ -213,9 +215,12 @@ class Judge:
         load = sum((Fraction(self.cost[key], self.period[key[0]]) for key in keys), Fraction(0))
         return load > 1 or (load == 1 and (single or blocked > 0 or any(self.jitter(*key) for key in keys)))
 
-    def _run(self, i: int, k: int, urgent: Sequence[tuple[int, int]], work: int, single: bool) -> int:
-        """On a core: the jobs of a busy period one after the other, or one job alone."""
-        if self._full([*urgent, *([] if single else [(i, k)])]):
+    def _run(
+        self, i: int, k: int, urgent: Sequence[tuple[int, int]], work: int, single: bool, late: int | None = None
+    ) -> int:
+        """On a core: the jobs of a busy period one after the other, or one job alone; `late` is its jitter."""
+        late = self.jitter(i, k) if late is None else late
+        if self._full([*urgent, *([] if single else [(i, k)])]) or late >= LATE:
             return LATE
         worst, number, end = 0, 0, 0
         while True:
@@ -226,14 +231,17 @@ class Judge:
                     return LATE
             if single:
                 return end
-            worst = max(worst, end - max(0, (number - 1) * self.period[i] - self.jitter(i, k)))
-            if end <= max(0, number * self.period[i] - self.jitter(i, k)):
+            worst = max(worst, end - max(0, (number - 1) * self.period[i] - late))
+            if end <= max(0, number * self.period[i] - late):
                 return worst
 
-    def _served(
-        self, i: int, k: int, others: Sequence[tuple[int, int]], urgent: Sequence[tuple[int, int]], single: bool
-    ) -> int:
-        """On an accelerator: in the order of arrival, or the most urgent of those that wait."""
+    def _served(self, i: int, k: int, given: Sequence[Sequence[tuple[int, int]]], alone: bool) -> int:
+        """On an accelerator: in the order of arrival, or the most urgent of those that wait.
+
+        Given are what else it serves, what of that goes first, and the other pieces of the thread.
+        """
+        others, urgent, earlier = given
+        single = self.threads[i]["kind"] == "segments"
         order = self.orders[self.threads[i]["pieces"][k]["place"]]
         if any(self.jitter(*key) >= LATE for key in (others if order == "fifo" else urgent)):
             return LATE  # of what is less urgent one job counts, however often it comes
@@ -242,32 +250,80 @@ class Judge:
             for key in others:
                 longest[key[0]] = max(longest.get(key[0], 0), self.cost[key])
             return self.cost[i, k] + sum(longest.values())
-        before = list(others) if order == "fifo" else list(urgent)
-        blocked = 0 if order == "fifo" else max((self.cost[key] for key in others if key not in urgent), default=0)
-        own = [] if single else [(i, k)]
-        if self._is_endless([*before, *own], blocked, single and order != "fifo"):
+        if order == "fifo" and single:
+            return self._queued(i, k, others, earlier)
+        blocked = max((self.cost[key] for key in others if key not in urgent), default=0)
+        if order == "priority" and alone:
+            ends = [self._behind(i, k, urgent, blocked)]
+            for key in [*earlier, (i, k)] if urgent else ():
+                since = max(0, self.period[i] - self.first(i) - self.end[key]) if key[1] >= k else 0
+                ends.append(self._behind(i, k, urgent, self.cost[key]) - self.cost[key] - since)
+            return max(ends)
+        if order == "priority":
+            return self._many(i, k, [*urgent, *(earlier if single else ())], blocked)
+        return self._many(i, k, others, None)
+
+    def _many(self, i: int, k: int, before: Sequence[tuple[int, int]], behind: int | None) -> int:
+        """Job after job of an accelerator's busy period; `behind` may have begun, None in the order of arrival."""
+        own, blocked = [(i, k)], behind or 0
+        if self._is_endless([*before, *own], blocked, False):
             return LATE
 
         def came(keys: Sequence[tuple[int, int]], until: int) -> int:
             return sum(self._jobs(key, until + 1) * self.cost[key] for key in keys)
 
-        alone = self.cost[i, k] if single else 0
         busy = 1
-        while (needed := blocked + alone + came([*before, *own], busy - 1)) > busy:
+        while (needed := blocked + came([*before, *own], busy - 1)) > busy:
             busy = needed
             if busy > 5_000:
                 return LATE
-        if order == "fifo":
-            return max(blocked + alone + came([*before, *own], at) - at for at in range(busy))
+        if behind is None:
+            return max(came([*before, *own], at) - at for at in range(busy))
         worst, number = 0, 0
-        while not number or (own and number * self.period[i] - self.jitter(i, k) < busy):
+        while not number or number * self.period[i] - self.jitter(i, k) < busy:
+            sooner = int(blocked > 0)  # what has begun has done so a moment sooner
             start = blocked + number * self.cost[i, k]
-            while (later := blocked + number * self.cost[i, k] + came(before, start)) > start:
+            while (later := blocked + number * self.cost[i, k] + came(before, start - sooner)) > start:
                 start = later
-            end = blocked + (number + 1) * self.cost[i, k] + came(before, start)
-            worst = max(worst, end - max(0, number * self.period[i] - (self.jitter(i, k) if own else 0)))
+            end = blocked + (number + 1) * self.cost[i, k] + came(before, start - sooner)
+            worst = max(worst, end - max(0, number * self.period[i] - self.jitter(i, k)))
             number += 1
         return worst
+
+    def _behind(self, i: int, k: int, urgent: Sequence[tuple[int, int]], begun: int) -> int:
+        """By priority: one job alone, where something has begun a moment before all that goes first came."""
+        if self._is_endless(urgent, begun, True):
+            return LATE
+        start = begun
+        while True:
+            window = start + 1 if not begun else start
+            later = begun + sum(self._jobs(key, window) * self.cost[key] for key in urgent)
+            if later <= start:
+                return start + self.cost[i, k]
+            start = later
+            if start > 5_000:
+                return LATE
+
+    def _queued(self, i: int, k: int, others: Sequence[tuple[int, int]], earlier: Sequence[tuple[int, int]]) -> int:
+        """In the order of arrival, each ms at which a piece may come after the accelerator was idle.
+
+        What its own thread ran before has ended by then; what came of others meanwhile has not all run.
+        """
+        everything = [*others, *earlier, (i, k)]
+        if self._is_endless(everything, 0, False):
+            return LATE
+
+        def came(keys: Sequence[tuple[int, int]], until: int) -> int:
+            return sum(self._jobs(key, until + 1) * self.cost[key] for key in keys)
+
+        worst, at = 0, 0
+        while at == 0 or came(everything, at - 1) > at:
+            idle = max(0, at - came([*earlier, (i, k)], at) + self.cost[i, k])
+            worst = max(worst, came(others, at) - idle)
+            at += 1
+            if at > 5_000:
+                return LATE
+        return worst + self.cost[i, k]
 
     def response(self, i: int) -> int:
         """When the thread ends after its release, `LATE` without a bound."""

@@ -216,6 +216,38 @@ def _grouped(work: _Work, behind_ns: Exact) -> WorstJob:
     return worst
 
 
+def queued_ns(task: Task, own: Sequence[Task], fellows: Sequence[Task]) -> Exact | None:
+    """The longest time that a job waits and runs where jobs run as they come, when all `own` before it have ended.
+
+    It comes a after the executor was idle last. What the `fellows` released until then has run for a, less what its
+    `own` jobs took of that, and these are not before it: they have ended.
+
+    Examples
+    --------
+    While a piece of 8 runs, three jobs of 2 every 4 come, before the next piece of 2; strangers would take 8 + 2 + 2.
+
+    >>> from dse.analysis.response_time import periodic
+    >>> queued_ns(periodic("last", 2, 40), [periodic("first", 8, 40)], [periodic("other", 2, 4)])
+    8
+    """
+    inside = [item for item in (*own, *fellows) if item.worst_ns]
+    used = sum(item.utilisation for item in (task, *inside))
+    if used > 1 or (used == 1 and any(map(is_late, (task, *inside)))):
+        return None
+    work = _Work(task, inside, (), 0)
+    longest: Exact = 0
+    try:
+        busy = work.busy_ns()
+        for arrival in _until(merge(*map(densest_releases_ns, (task, *inside))), busy):
+            work.step()
+            came = sum(jobs_by(item, arrival) * item.worst_ns for item in fellows)
+            ended = sum(jobs_by(item, arrival) * item.worst_ns for item in (task, *own)) - task.worst_ns
+            longest = max(longest, came - max(0, arrival - ended))
+    except _Endless:
+        return None
+    return longest + task.worst_ns
+
+
 def _until(releases: Iterator[Exact], end: Exact) -> Iterator[Exact]:
     """The releases before an end, the first in any case."""
     for count, release in enumerate(releases):

@@ -13,7 +13,7 @@ from functools import lru_cache, partial
 from typing import TypeAlias
 
 from dse.analysis.binding import transmission_ns
-from dse.analysis.executors import Fellow, executor_response_ns
+from dse.analysis.executors import Fellow, executor_response_ns, queued_ns
 from dse.analysis.overheads import interrupting, switching_ns
 from dse.analysis.rates import NS_PER_S, arrivals, is_event_triggered, rate_hz
 from dse.analysis.reservations import before_task, blocking_ns
@@ -58,18 +58,19 @@ def fixed_point(space: Space, cores: Sequence[Sequence[Turn]], view: View) -> di
             if rounds > 1 and all(map(_is_same, tasks, before_that[place])) and not any(turn.pieces for turn in turns):
                 continue  # as in the round before
             before_that[place] = tasks
-            for turn, task in zip(turns, tasks, strict=True):
+            for turn in turns:
                 key = turn.key
                 first = before_task(space, turns, turn, tasks, before, view)
                 rivals = [*first, *(tasks[position] for position in turn.rivals(turns))]
+                released = _thread_releases(space, turn.pieces[0], known, view) if turn.pieces else ((), None)
                 if turn.executor is None:
-                    own = task if task is None or not turn.pieces else single(task)
-                    found = respond(own, rivals, blocking_ns(turn))
+                    found = respond(*beside_piece(turn, turns, tasks, rivals), blocking_ns(turn))
                 else:
-                    found = _respond_in(space, turns, tasks, first, turn, view)
+                    since = segments.since_ns(turn, known, *released) if turn.pieces else {}
+                    found = _respond_in(space, turns, tasks, first, turn, view, since)
                 if turn.pieces:
-                    released = _thread_releases(space, turn.pieces[0], known, view)
-                    found = segments.end_ns(turn, found, known, *released, partial(_beside, rivals))
+                    again = ((released[0] or ()), released[1]) if turn.shares_turn(turns) else ((), None)
+                    found = segments.end_ns(turn, found, known, *released, partial(_beside, rivals, again))
                 if found is not None and rounds > 1 and (found > horizon or rounds > MOST_ROUNDS):
                     found = found if found == known[key] else None
                 if known[key] is not None and found != known[key]:
@@ -77,8 +78,25 @@ def fixed_point(space: Space, cores: Sequence[Sequence[Turn]], view: View) -> di
     return known
 
 
-def _beside(rivals: Sequence[Task | None], task: Task, blocked_ns: Exact) -> Exact | None:
-    return respond(task, rivals, blocked_ns)
+def _beside(
+    rivals: Sequence[Task | None], released: tuple[tuple[Stream, ...], int | None], worst_ns: int, blocked_ns: Exact
+) -> Exact | None:
+    return respond(Task("", worst_ns, *released), rivals, blocked_ns)
+
+
+def beside_piece(
+    turn: Turn, turns: Sequence[Turn], tasks: Sequence[Task | None], rivals: Sequence[Task | None]
+) -> tuple[Task | None, Sequence[Task | None]]:
+    """A task of a core, and what may delay it: a piece of a thread is one job, those before it have ended.
+
+    Where it shares its turn with others these have waited for the pieces before it, which count as they do.
+    """
+    task = tasks[turns.index(turn)]
+    if not turn.pieces or task is None:
+        return task, rivals
+    if turn.shares_turn(turns):
+        return task, [*rivals, *(tasks[position] for position in turn.siblings(turns))]
+    return single(task), rivals
 
 
 def _thread_releases(
@@ -158,20 +176,55 @@ def _respond_in(
     before: Sequence[Task | None],
     turn: Turn,
     view: View,
+    since_ns: Mapping[int, Exact],
 ) -> Exact | None:
-    """The response time of a task in an executor."""
+    """The response time of a task in an executor; each piece of its thread has ended so long `since_ns` before it."""
     found, task = around(space, turns, tasks, before, turn, view), tasks[turns.index(turn)]
     if found is None or task is None:
         return None
     kind, beside, higher = found
-    fellows = list(beside.values())
-    task = single(task) if turn.pieces else task
-    if turn.pieces and kind == "fifo" and not higher:
-        others = {turns[position].key[0]: item.task for position, item in beside.items()}
-        waiting = most_waiting_ns(space, others)
+    blocked = blocking_ns(turn)
+    if not turn.pieces:
+        return _respond_to(kind, task, list(beside.values()), higher, blocked)
+    siblings = [tasks[position] for position in turn.siblings(turns)]
+    own = [item for item in siblings if item is not None]
+    if len(own) < len(siblings):
+        return None
+    if kind == "fifo" and not higher:
+        waiting = most_waiting_ns(space, {turns[position].key[0]: item.task for position, item in beside.items()})
         if waiting is not None:
             return task.worst_ns + turn.blocked_ns + waiting
-    blocked = blocking_ns(turn)
+        found_ns = queued_ns(task, own, [item.task for item in beside.values()])
+        return None if found_ns is None else found_ns + turn.blocked_ns
+    if kind != "callback_group" or higher or turn.shares_turn(turns):
+        fellows = [*beside.values(), *(Fellow(item, True) for item in own)]
+        return _respond_to(kind, task, fellows, higher, blocked)
+    ran = [(tasks[at], since_ns[one.key[0]]) for at, one in enumerate(turns) if one.key[0] in since_ns]
+    return _behind_own(task, [(one, time) for one, time in ran if one is not None], list(beside.values()), blocked)
+
+
+def _behind_own(
+    task: Task, own: Sequence[tuple[Task, Exact]], fellows: Sequence[Fellow], blocked_ns: Exact
+) -> Exact | None:
+    """The response time of a piece on an accelerator that serves by priority.
+
+    Something less urgent may have begun before all that is more urgent came, or an earlier piece of its `own` thread:
+    that has ended some time before the piece is released, and kept it from nothing, but what came since goes first.
+    """
+    job = single(task)
+    longest = _respond_to("callback_group", job, fellows, [], blocked_ns)
+    urgent = [item for item in fellows if item.goes_first]
+    for item, time in own if urgent else ():
+        found = _respond_to("callback_group", job, urgent, [], item.worst_ns)
+        if found is None or longest is None:
+            return None
+        longest = max(longest, found - item.worst_ns - time)
+    return longest
+
+
+def _respond_to(
+    kind: ExecutorKind, task: Task, fellows: Sequence[Fellow], higher: Sequence[Task], blocked: Exact
+) -> Exact | None:
     if type(blocked) in PLAIN and all(map(_is_plain, (task, *higher, *(item.task for item in fellows)))):
         return _respond_in_alone(kind, task, tuple(fellows), tuple(higher), blocked)
     return executor_response_ns(kind, task, fellows, higher, blocked)

@@ -14,7 +14,7 @@ from dataclasses import replace
 from typing import TypeAlias
 
 from dse.analysis.executors import Fellow, executor_worst_job
-from dse.analysis.holistic import around, fixed_point, respond, task_of
+from dse.analysis.holistic import around, beside_piece, fixed_point, respond, task_of
 from dse.analysis.memo import Recall
 from dse.analysis.overheads import interrupting
 from dse.analysis.priorities import deadline_ns
@@ -236,7 +236,8 @@ def _before(
         return NOTHING if beside is None else _in_executor(task, *beside, blocking_ns(turn))
     given = [item for item in (*first, *(tasks[position] for position in turn.rivals(turns))) if item is not None]
     if turn.pieces:
-        return (), tuple(given), (), None
+        rivals = beside_piece(turn, turns, tasks, given)[1]
+        return (), tuple(item for item in rivals if item is not None), (), None
     found = worst_job_ns(task, given, blocking_ns(turn))
     if found is None:
         return NOTHING

@@ -15,7 +15,11 @@ its thread is bounded twice, and the lesser bound counts:
 The pieces of one thread never wait for each other: those of one job come one after the other, and a job ends before
 the next is released. Where that cannot be shown, no piece of the thread has a bound: of all jobs that end later than
 that the first would contradict its bound. On an accelerator that serves in the order of arrival each other thread with
-segments has at most one piece before a new one, for the same reason. (docs/semantics.md, section 4.7)
+segments has at most one piece before a new one, for the same reason.
+
+They may delay what delays them: jobs of others that have waited for a piece go before the next one. That cannot be
+where all of these are more urgent and preempt it. Else such jobs are counted: of an accelerator those that come while
+the earlier pieces run, and among equal priorities the pieces count as others' do. (docs/semantics.md, section 4.7)
 """
 
 from __future__ import annotations
@@ -31,8 +35,8 @@ from dse.analysis.views import View
 from dse.space.types import Space
 from dse.units import Exact
 
-Respond = Callable[[Task, Exact], "Exact | None"]
-"""The response time of a task, with what blocks it, beside all that delays a piece on its core."""
+Respond = Callable[[int, Exact], "Exact | None"]
+"""The response time of a job that takes so long, with what blocks it, beside all that delays a piece on its core."""
 
 
 class Segments:
@@ -77,6 +81,26 @@ class Segments:
         apart = _apart_ns(releases, separation_ns)
         return found if apart is None or found <= apart else None
 
+    def since_ns(
+        self,
+        turn: Turn,
+        known: Mapping[TaskKey, Exact | None],
+        releases: tuple[Stream, ...] | None,
+        separation_ns: int | None,
+    ) -> dict[int, Exact]:
+        """How long before the release of a piece each piece of its thread has ended that ran before, at least.
+
+        Those behind it, and it itself, have done so in an earlier job; where there is none they are left out.
+        """
+        position = turn.pieces.index(turn.key[0])
+        found: dict[int, Exact] = dict.fromkeys(turn.pieces[:position], 0)
+        apart = None if releases is None else _apart_ns(releases, separation_ns)
+        if apart is not None:
+            for number in turn.pieces[position:]:
+                end = known.get((number, "thread"), self.alone_ns(number))
+                found[number] = 0 if end is None else max(0, apart - end)
+        return found
+
     def _together(self, pieces: Sequence[int], respond: Respond) -> Exact | None:
         """The end of the last of these pieces of a thread as if all of them, and the times away, were one job."""
         taken: Exact = 0
@@ -92,7 +116,7 @@ class Segments:
             if span is None:
                 return None
             taken += span
-        return respond(Task("", int(taken) if taken == int(taken) else taken, ()), blocked)  # type: ignore[arg-type]
+        return respond(int(taken) if taken == int(taken) else taken, blocked)  # type: ignore[arg-type]
 
 
 def elapsed_ns(space: Space, number: int, view: View) -> tuple[int, int]:

@@ -54,6 +54,17 @@ class Turn:
             if not is_own and turn.reservation == self.reservation:
                 yield position
 
+    def siblings(self, order: Sequence[Turn]) -> list[int]:
+        """The positions of the other pieces of its thread."""
+        return [at for at, turn in enumerate(order) if turn.key[0] in self.pieces and turn.key != self.key]
+
+    def shares_turn(self, order: Sequence[Turn]) -> bool:
+        """Whether something may delay a piece that another piece of its thread, or an earlier job of it, may delay."""
+        if self.executor is None:
+            return any(position >= self.rank for position in self.rivals(order))
+        first = min([self.level, *(order[at].level for at in self.siblings(order))])
+        return any(first <= order[position].level <= self.level for position in self.rivals(order))
+
     def outside(self, order: Sequence[Turn]) -> Iterator[int]:
         """The positions of what is in no reservation and may delay that of the task."""
         return (position for position, turn in enumerate(order[: self.reach]) if turn.reservation is None)

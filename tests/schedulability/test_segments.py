@@ -116,6 +116,41 @@ def test_the_example_of_the_document() -> None:
     }  # fmt: skip
 
 
+BEHIND = """
+dse: 1
+name: behind an earlier piece
+processing: response_time
+overload: allowed
+processor_types: {cpu: {}, gpu: {serves: SERVES}}
+processors: {p: {type: cpu}, g: {type: gpu}}
+threads:
+  one: {processor: p, priority: 1, period: 40 ms, segments: [PIECES]}
+  other: {processor: HERE, period: 4 ms, compute_execution_time: 2 ms, priority: OTHER}
+objectives: [minimise price]
+"""
+SERVED = "{compute_execution_time: 1 ms}, {processor: g, compute_execution_time: 8 ms}, {processor: g, LAST}"
+BETWEEN = "{compute_execution_time: 8 ms}, {processor: g, compute_execution_time: 1 us}, {LAST}"
+
+
+@pytest.mark.parametrize(
+    ("serves", "here", "other", "end_ms"),
+    [("fifo", "g", 2, 19), ("priority", "g", 2, 21), ("priority", "g", 1, None), ("fifo", "p", 1, None)],
+)
+def test_what_waited_for_a_piece_goes_before_the_next(serves: str, here: str, other: int, end_ms: int | None) -> None:
+    """While the 8 ms run jobs of the other come: a run shows that the last piece waits for more than one of them.
+
+    The first two are those of the document.
+    """
+    pieces = (SERVED if here == "g" else BETWEEN).replace("LAST", "compute_execution_time: 2 ms")
+    text = BEHIND.replace("SERVES", serves).replace("PIECES", pieces).replace("HERE", here).replace("OTHER", str(other))
+    end = ends_ms(text)["one"]
+    assert end is not None and end_ms in (None, end)
+    simulation = dse.simulate(loads(text), runs=12, execution="max")
+    [seen_ns] = [item.observed_ns for item in simulation.tasks if item.name == "one"]
+    assert 13 * MS < seen_ns <= end * MS
+    assert simulation.contradictions == ()
+
+
 def test_pieces_alone_never_wait_for_each_other() -> None:
     """Twice the CPU and twice the GPU within one period: what they take together, though each uses 4 of 10 ms."""
     pieces = ", ".join(
