@@ -30,6 +30,7 @@ from dse.analysis.limits import Limit, keeps_cores
 from dse.analysis.measures import Term
 from dse.analysis.memo import Recall, Watching
 from dse.analysis.views import Case, View, tabulate
+from dse.encode.inorder import strategy_of_places
 from dse.encode.linear import Board, greatest
 from dse.records import dataclass
 from dse.space.interchangeable import interchangeable_cores
@@ -60,6 +61,7 @@ class CoreLimits:
         """What each thread uses, by limit and name, as its options are; with every copy."""
         self.places: list[tuple[int, list[int]]] = []
         """Of each thread in the rows its greatest use, and the variables of its cores."""
+        self._packing: tuple[int, Any] = (0, None)
         self._kept: Recall[bool] = Recall(SHARED)
 
     def copy(self, model: cp_model.CpModel) -> CoreLimits:
@@ -68,6 +70,12 @@ class CoreLimits:
         other.known, other.places = set(self.known), list(self.places)
         other.tables, other._kept = self.tables, self._kept
         return other
+
+    def packing(self) -> list[Any]:
+        """The strategy that packs the cores once the options are chosen; none where the model has no rows."""
+        if self._packing[0] < len(self.places):
+            self._packing = len(self.places), strategy_of_places(self.model, self.places)
+        return [self._packing[1]] if self.places else []
 
     def settled(self, design: Design, is_true: Callable[[cp_model.IntVar], bool], *, is_best: bool = True) -> bool:
         """Whether every core keeps its limits in a design; where one does not, the model has learnt from it.

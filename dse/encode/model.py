@@ -23,7 +23,7 @@ from dse.analysis.views import View
 from dse.encode.contention import Contention, contention_of, is_better_shorter, is_upward
 from dse.encode.corelimits import CoreLimits, core_limits_of
 from dse.encode.decisions import add_activity, add_decisions, add_validity
-from dse.encode.inorder import strategy_in_order, strategy_of_places
+from dse.encode.inorder import strategy_in_order
 from dse.encode.linear import Board, OpenTerm, placed
 from dse.encode.rates import RateVariables, add_acyclic_activation
 from dse.encode.requirements import add_limit
@@ -130,8 +130,7 @@ class EncodedSpace:
 
     def in_order(self) -> list[Any]:
         """The strategies of a search in the order of the file, one after the other."""
-        places = self.core_limits.places if self.core_limits is not None else ()
-        return [self._order, *([strategy_of_places(self.model, places)] if places else ())]
+        return [self._order, *(self.core_limits.packing() if self.core_limits is not None else ())]
 
     @cached_property
     def _order(self) -> Any:
