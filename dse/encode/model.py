@@ -32,7 +32,7 @@ from dse.encode.sums import measure_branches
 from dse.errors import TooLargeError
 from dse.records import dataclass
 from dse.space.criteria import Objective
-from dse.space.types import INACTIVE, Design
+from dse.space.types import INACTIVE, Design, Space
 
 MOST_REGIONS = 4
 """How many regions of the objective space a question can be about (decision record 9)."""
@@ -80,6 +80,7 @@ class EncodedSpace:
     weigh: Callable[[Design], tuple[int, ...] | None] = lambda _: None
     """The objectives of a design as the analysis has them, in steps; None where it refuses the design."""
     attained: Sequence[int] = ()  # literals that say which of several sums is the greatest (or the least)
+    space: Space | None = None
 
     @property
     def everywhere(self) -> tuple[int, ...]:
@@ -105,6 +106,7 @@ class EncodedSpace:
             [replace(region, literal=again(region.literal)) for region in self.regions],
             self.weigh,
             self.attained,
+            self.space,
         )
 
     def design(self, solution: Sequence[int]) -> Design:
@@ -340,7 +342,7 @@ def _encode(evaluator: Evaluator) -> EncodedSpace:
     problem = board.model.validate()
     assert not problem, problem
     weigh = partial(_weigh, evaluator, objectives)
-    return replace(_encoded(board, objectives, contention), regions=regions, weigh=weigh)
+    return replace(_encoded(board, objectives, contention), regions=regions, weigh=weigh, space=space)
 
 
 def _weigh(evaluator: Evaluator, objectives: Sequence[EncodedObjective], design: Design) -> tuple[int, ...] | None:

@@ -76,6 +76,9 @@ def canonical_design(
     the lexicographically smallest, inactive before every option, however long it takes; for models that the search has
     changed.
     """
+    first = solver.parts.first(known.point)
+    if first is not None:
+        return first, True
     contention = solver.encoded.contention
     if contention is None:
         return _canonical(solver, known, near, order, strictly=strictly)

@@ -7,16 +7,20 @@ of a part stays true in later questions: many parts need not be asked again.
 from __future__ import annotations
 
 from collections.abc import Collection, Iterable, Sequence
+from functools import cached_property
 from itertools import product
 from math import prod
 
 from dse.encode.model import EncodedSpace
 from dse.pareto.answer import Answer, Found, NoSuchDesign, Unfinished, weighted
 from dse.pareto.grid import Grid, grids_of
+from dse.pareto.knapsack import Knapsacks, knapsacks_of
 from dse.pareto.regions import Bound, RefutedRegions, strictly_inside
 from dse.space.types import Design
 
 MOST_PARTS = 64
+TABLES_AFTER = 0.1
+"""Work from which on what the sums have without the limits is looked up in tables, which have to be made first."""
 
 
 class Part:
@@ -85,6 +89,7 @@ class Parts:
         combinations = _combinations(encoded)
         every = {index for one in combinations for index in one}
         self.all = [Part(one, grids_of(encoded.objectives, one, every.difference(one))) for one in combinations]
+        self._encoded: EncodedSpace | None = encoded
 
     def __len__(self) -> int:
         return len(self.all)
@@ -93,6 +98,41 @@ class Parts:
         """The design is not wanted any more."""
         for part in self.all:
             part.forget(design)
+        self._encoded, self.knapsacks = None, None
+
+    @cached_property
+    def knapsacks(self) -> Knapsacks | None:
+        """The tables of the parts without what is forbidden; None where there are none, or designs are not wanted."""
+        return None if self._encoded is None else knapsacks_of(self._encoded, [part.literals for part in self.all])
+
+    def bounded(
+        self, weights: Sequence[int], regions: Sequence[Bound], work: float
+    ) -> tuple[Answer | None, int | None]:
+        """What the tables tell of the least weighted sum in a region: an answer, or a bound (and the parts learn).
+
+        Nothing before a search has done so much `work` that making them pays.
+        """
+        if work < TABLES_AFTER or len(regions) > 1 or not any(weights) or self.knapsacks is None:
+            return None, None
+        [region] = regions
+        bounds = [table.least(weights, region) for table in self.knapsacks.tables]
+        known = [(least.weighted, number, least.point) for number, least in enumerate(bounds) if least is not None]
+        if not known:
+            return NoSuchDesign(), None
+        least, number, point = min(known)
+        design = self.knapsacks.design(number, point)
+        if design is not None:
+            return Found(point, design), None
+        for part, bound in zip(self.all, bounds, strict=True):
+            if bound is None:
+                part.refuted.add(region)
+            else:
+                part.learn(Unfinished(bound.weighted), weights, [region], None)
+        return None, least
+
+    def first(self, point: Bound) -> Design | None:
+        """The first design in the order of the file that has a point, where the tables tell."""
+        return None if self.knapsacks is None else self.knapsacks.first(point)
 
     def best(self, weights: Sequence[int], regions: Collection[Bound]) -> Found | None:
         """The known design in one of the regions that has the least weighted sum."""

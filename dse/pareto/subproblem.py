@@ -53,12 +53,9 @@ class Solver:
     def __init__(
         self, encoded: EncodedSpace, *, seed: int = 0, deadline: float | None = None, parts: Parts | None = None
     ) -> None:
-        self.encoded = encoded
-        self.seed = seed
-        self.deadline = deadline
+        self.encoded, self.seed, self.deadline = encoded, seed, deadline
         self.parts = parts if parts is not None else Parts(encoded)
-        self.calls = 0
-        self.work = 0.0
+        self.calls, self.work = 0, 0.0
         self.stopped = False
         self._ways = WAYS_WITH_WAITING if encoded.is_loose else WAYS
         expected = [settings.least_work(encoded.model) for settings in self._ways]
@@ -106,7 +103,10 @@ class Solver:
         if not regions:
             return NoSuchDesign()
         self.calls += 1
-        self._has_relaxed, self._least = False, None
+        known, least = self.parts.bounded(weights, regions, self.work)
+        if known is not None:
+            return known
+        self._has_relaxed, self._least = False, least
         self._set_objective(weights)
         most = [max(bounds) - 1 for bounds in zip(*regions, strict=True)]
         assert weighted(weights, most) < EXACT_LIMIT, "weights leave exact arithmetic"

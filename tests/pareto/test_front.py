@@ -18,7 +18,7 @@ from dse.analysis.views import View
 from dse.encode.linear import EXACT_LIMIT
 from dse.encode.model import encode
 from dse.errors import RefereeError
-from dse.pareto import best, canonical, front, pace
+from dse.pareto import best, canonical, front, pace, parts
 from dse.pareto.answer import Answer, Found, NoSuchDesign, Unfinished
 from dse.pareto.canonical import InOrder, canonical_design
 from dse.pareto.front import Budget, FrontSearch, Progress, Watch, search_front
@@ -287,6 +287,7 @@ def test_canonical_designs_from_a_fresh_start_do_not_depend_on_the_way(
     name: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Where the depth-first search takes too long: the same designs with other hints, orders and workers."""
+    monkeypatch.setattr(parts, "knapsacks_of", lambda *_: None)
     evaluator = Evaluator(load_space(BY_NAME[name]))
     monkeypatch.setattr(InOrder, "first", lambda self, solver, to_the_end: Unfinished())
     monkeypatch.setattr(front, "HELP_AFTER_S", 0.0)
