@@ -10,6 +10,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from functools import cached_property
 
+from dse.analysis.flow_terms import flow_figure_ns
 from dse.analysis.limits import Limit, Verdict, build_limit, judge
 from dse.analysis.memo import Recall
 from dse.analysis.packing import placed
@@ -114,7 +115,7 @@ class ContentionReferee:
         view = View(design)  # one for all: response times are found together, once for a view
         for number in range(len(space.processors)):
             view.memo["turns", number] = self._turns.recall(space, number, view, turns_on)
-        verdicts = [judge(limit, view) for limit in in_time(limits)]
+        verdicts = [judge(item, view, flow_figure_ns(space, item.requirement.metric, view)) for item in in_time(limits)]
         return tuple(
             Miss(verdict, unbounded_in(space, verdict.requirement.metric, view))
             for verdict in verdicts

@@ -8,13 +8,14 @@ from fractions import Fraction
 
 from dse.analysis.chains import exact_range_ns
 from dse.analysis.clocks import LET
+from dse.analysis.holistic import PLAIN
 from dse.analysis.latency import element_rows, elements_of, phased_parts, run_spread_ns, start_delay_ns, step_rows
-from dse.analysis.memo import Recall
+from dse.analysis.memo import Answering, Recall
 from dse.analysis.osate import Place, place_rows, place_step, rivals, waiting_for_ns
 from dse.analysis.rates import is_periodic
 from dse.analysis.rows import counts_responses
-from dse.analysis.scheduling import UNBOUNDED_NS
-from dse.analysis.terms import ZERO, Phased, Rest, Sampled, Term, picked
+from dse.analysis.scheduling import UNBOUNDED_NS, all_responses
+from dse.analysis.terms import ZERO, Phased, Rest, Sampled, Term, exact_sum, picked
 from dse.analysis.views import View
 from dse.space.clocks import is_always_timed, reads_when_jobs_begin
 from dse.space.criteria import Metric
@@ -272,6 +273,7 @@ def _figure_of(kind: str, range_ns: tuple[int | Fraction, int | Fraction]) -> in
 
 
 _RANGES: Recall[tuple[int | Fraction, int | Fraction]] = Recall()
+_WAITING: Recall[tuple[Exact, Exact]] = Recall(256)
 
 
 def flow_figure_ns(space: Space, metric: Metric, view: View) -> int | Fraction | None:
@@ -286,7 +288,7 @@ def flow_figure_ns(space: Space, metric: Metric, view: View) -> int | Fraction |
     found: tuple[int | Fraction, int | Fraction] | None = view.memo.get(key)
     if found is None:
         ranges = [_element_range_ns(space, item, view) for item in elements_of(space, flow)]
-        found = view.memo[key] = (sum(least for least, _ in ranges), sum(most for _, most in ranges))
+        found = view.memo[key] = exact_sum(least for least, _ in ranges), exact_sum(most for _, most in ranges)
     return _figure_of(metric.kind, found)
 
 
@@ -304,7 +306,7 @@ def _element_range_ns(space: Space, element: Step | Place, view: View) -> tuple[
     found: tuple[Exact, Exact] | None = view.memo.get(key)
     if found is None:
         if counts_responses(space) and not _is_delivery(element):  # which consult whatever shares a processor
-            found = _rows_range_ns(space, element, view)
+            found = _waiting_range_ns(space, element, view)
         else:
             found = _RANGES.recall(space, element, view, _rows_range_ns)
         view.memo[key] = found
@@ -314,6 +316,19 @@ def _element_range_ns(space: Space, element: Step | Place, view: View) -> tuple[
 def _is_delivery(element: Step | Place) -> bool:
     """Whether an element is a connection, which waits for no processor."""
     return isinstance(element, Step) and element.kind == "connection"
+
+
+def _waiting_range_ns(space: Space, element: Step | Place, view: View) -> tuple[Exact, Exact]:
+    """The same where response times count: of a whole design they are found together, and the rows by them."""
+    if type(view) is not View:
+        return _rows_range_ns(space, element, view)
+    answering: Answering | None = view.memo.get("answering")
+    if answering is None:
+        known = all_responses(space, view)
+        if not all(type(found) in PLAIN for found in known.values()):
+            return _rows_range_ns(space, element, view)
+        answering = view.memo["answering"] = Answering(view, known)
+    return _WAITING.recall(space, element, answering, _rows_range_ns)
 
 
 def _rows_range_ns(space: Space, element: Step | Place, view: View) -> tuple[Exact, Exact]:

@@ -10,10 +10,11 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from fractions import Fraction
 from functools import lru_cache, partial
-from typing import TypeAlias
+from typing import Any, TypeAlias
 
 from dse.analysis.binding import transmission_ns
 from dse.analysis.executors import Fellow, executor_response_ns, queued_ns
+from dse.analysis.memo import Answering, Recall, knowing
 from dse.analysis.overheads import interrupting, switching_ns
 from dse.analysis.rates import NS_PER_S, arrivals, is_event_triggered, rate_hz
 from dse.analysis.reservations import before_task, blocking_ns
@@ -22,13 +23,18 @@ from dse.analysis.segments import Segments, elapsed_ns, most_waiting_ns, single
 from dse.analysis.tasks import Part, TaskKey, alone_ns, task_name
 from dse.analysis.turns import Turn
 from dse.analysis.views import View
+from dse.records import dataclass
 from dse.space.hosts import ExecutorKind
 from dse.space.trees import at, leaves
-from dse.space.types import Space
+from dse.space.types import Component, Space
 from dse.timelimit import look_at_the_clock
 from dse.units import Exact, Rounded
 
 MOST_ROUNDS = 64
+SHARED = 256
+"""The number of tasks that designs share, for each thread: as many as its releases have jitter."""
+KEPT_CORES = 4096
+"""The number of cores whose response times are remembered."""
 
 
 PLAIN = (int, Fraction, Rounded, type(None))
@@ -43,38 +49,41 @@ def fixed_point(space: Space, cores: Sequence[Sequence[Turn]], view: View) -> di
     known |= {turn.key: segments.alone_ns(turn.key[0]) for turns in cores for turn in turns if turn.pieces}
     interrupts = [interrupting(space, [turn.key[0] for turn in turns[:1]], view) for turns in cores]
     rounds, changed, horizon = 0, True, _horizon_ns(space)
-    lone = {
-        turn.key: task_of(space, turn.key, known, view)
-        for turns in cores
-        for turn in turns
-        if _is_lone(space, turn, view)
-    }
+    asked = _answering(view, known)
+    lone = _lone(space, cores, known, view, asked)
     before_that: list[list[Task | None]] = [[] for _ in cores]
     while changed:
         rounds, changed = rounds + 1, False
         look_at_the_clock()
         for place, (turns, before) in enumerate(zip(cores, interrupts, strict=True)):
-            tasks = [lone[turn.key] if turn.key in lone else task_of(space, turn.key, known, view) for turn in turns]
+            tasks = [
+                lone[turn.key] if turn.key in lone else _task(space, turn.key, known, view, asked) for turn in turns
+            ]
             if rounds > 1 and all(map(_is_same, tasks, before_that[place])) and not any(turn.pieces for turn in turns):
                 continue  # as in the round before
             before_that[place] = tasks
-            for turn in turns:
+            together = None if asked is None or before else _on_core(turns, tasks)
+            for number, turn in enumerate(turns):
                 key = turn.key
-                first = before_task(space, turns, turn, tasks, before, view)
-                rivals = [*first, *(tasks[position] for position in turn.rivals(turns))]
-                released = _thread_releases(space, turn.pieces[0], known, view) if turn.pieces else ((), None)
-                if turn.executor is None:
-                    found = respond(*beside_piece(turn, turns, tasks, rivals), blocking_ns(turn))
+                if together is not None:
+                    found = together[number]
                 else:
-                    since = segments.since_ns(turn, known, *released) if turn.pieces else {}
-                    found = _respond_in(space, turns, tasks, first, turn, view, since)
-                if turn.pieces:
-                    again = ((released[0] or ()), released[1]) if turn.shares_turn(turns) else ((), None)
-                    found = segments.end_ns(turn, found, known, *released, partial(_beside, rivals, again))
+                    first = before_task(space, turns, turn, tasks, before, view)
+                    rivals = [*first, *(tasks[position] for position in turn.rivals(turns))]
+                    released = _thread_releases(space, turn.pieces[0], known, view) if turn.pieces else ((), None)
+                    if turn.executor is None:
+                        found = respond(*beside_piece(turn, turns, tasks, rivals), blocking_ns(turn))
+                    else:
+                        since = segments.since_ns(turn, known, *released) if turn.pieces else {}
+                        found = _respond_in(space, turns, tasks, first, turn, view, since)
+                    if turn.pieces:
+                        again = ((released[0] or ()), released[1]) if turn.shares_turn(turns) else ((), None)
+                        found = segments.end_ns(turn, found, known, *released, partial(_beside, rivals, again))
                 if found is not None and rounds > 1 and (found > horizon or rounds > MOST_ROUNDS):
                     found = found if found == known[key] else None
                 if known[key] is not None and found != known[key]:
                     known[key], changed = found, True
+                    asked = asked if type(found) in PLAIN else None
     return known
 
 
@@ -108,9 +117,77 @@ def _thread_releases(
     return _releases(space, first, "thread", known, view), separation
 
 
-def _is_lone(space: Space, turn: Turn, view: View) -> bool:
+def _answering(view: View, known: Mapping[TaskKey, Exact | None]) -> Answering | None:
+    """A whole design that answers what is known; None where figures carry more than a number (`_is_plain`)."""
+    if type(view) is View and all(type(found) in PLAIN for found in known.values()):
+        return Answering(view, known)
+    return None
+
+
+@dataclass(frozen=True)
+class _Shared:
+    """A task that designs share, and whether its releases depend on no other task."""
+
+    task: Task | None
+    is_lone: bool
+
+
+_TASKS: Recall[_Shared] = Recall(SHARED)
+
+
+def _shared(space: Space, key: TaskKey, view: View) -> _Shared:
+    known: Any = knowing(view)
+    return _Shared(task_of(space, key, known, view), _is_lone(space, key, view))
+
+
+def _task(
+    space: Space, key: TaskKey, known: Mapping[TaskKey, Exact | None], view: View, asked: Answering | None
+) -> Task | None:
+    """A task as its releases are known; where the design answers, the same object wherever the answers are the same."""
+    return task_of(space, key, known, view) if asked is None else _TASKS.recall(space, key, asked, _shared).task
+
+
+def _lone(
+    space: Space,
+    cores: Sequence[Sequence[Turn]],
+    known: Mapping[TaskKey, Exact | None],
+    view: View,
+    asked: Answering | None,
+) -> dict[TaskKey, Task | None]:
+    """The tasks whose releases depend on no other task: they stay as they are."""
+    keys = [turn.key for turns in cores for turn in turns]
+    if asked is None:
+        return {key: task_of(space, key, known, view) for key in keys if _is_lone(space, key, view)}
+    found = [(key, _TASKS.recall(space, key, asked, _shared)) for key in keys]
+    return {key: item.task for key, item in found if item.is_lone}
+
+
+_CORES: dict[tuple[int, ...], tuple[Any, Any, list[Exact | None]]] = {}
+
+
+def _on_core(turns: Sequence[Turn], tasks: Sequence[Task | None]) -> list[Exact | None] | None:
+    """The response times of the tasks of a core that nothing else goes before, remembered by what shares it.
+
+    None where an executor, a reservation or segments have a part in them.
+    """
+    key = (id(turns), *map(id, tasks))
+    if key in _CORES:
+        return _CORES[key][2]
+    if any(turn.executor is not None or turn.pieces or turn.reservation is not None for turn in turns):
+        return None
+    found = [
+        respond(task, [tasks[position] for position in turn.rivals(turns)], blocking_ns(turn))
+        for turn, task in zip(turns, tasks, strict=True)
+    ]
+    if len(_CORES) >= KEPT_CORES:
+        _CORES.clear()
+    _CORES[key] = turns, tasks, found  # which keeps alive whatever the key names
+    return found
+
+
+def _is_lone(space: Space, key: TaskKey, view: View) -> bool:
     """Whether a task's releases depend on no other task."""
-    number, part = turn.key
+    number, part = key
     return part == "thread" and not is_event_triggered(space.components[number], view)
 
 
@@ -123,8 +200,17 @@ def _is_same(one: Task | None, other: Task | None) -> bool:
 
 def _horizon_ns(space: Space) -> int:
     """Ten times the longest period: response times that grow beyond it by their own jitter have no bound."""
+    for components, known in _HORIZON:
+        if components is space.components:
+            return known
     periods = [leaf for item in space.components for leaf in leaves(item.period_ns) if leaf is not None]
-    return 10 * max(periods, default=NS_PER_S)
+    found: int = 10 * max(periods, default=NS_PER_S)
+    _HORIZON[:] = [(space.components, found)]
+    return found
+
+
+_HORIZON: list[tuple[tuple[Component, ...], int]] = []
+"""That of the components that were asked about last."""
 
 
 def respond(task: Task | None, rivals: Sequence[Task | None], blocked_ns: Exact) -> Exact | None:

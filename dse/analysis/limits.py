@@ -34,6 +34,7 @@ from dse.space.criteria import Requirement
 from dse.space.metric_kinds import metric_dimension
 from dse.space.trees import Choice, Tree, at, leaves
 from dse.space.types import EMPTY, Bus, Component, Space
+from dse.units import Exact
 
 MANY_CASES = 10_000
 FULLEST = "the fullest core"
@@ -311,13 +312,15 @@ def core_words(found: Spread) -> str:
     return FULLEST if found.is_open else f"core {found.fullest}"
 
 
-def judge(limit: Limit, view: View) -> Verdict:
+def judge(limit: Limit, view: View, value: Exact | None = None) -> Verdict:
     """The verdict on a design, with the figures of what is tightest: the sum, a core, or a thread that breaks a limit.
 
     Of threads without a core another partition could use the fullest core less: it counts where it alone is broken.
+    `value` is the sum where that is known, and no core is limited.
     """
     requirement, compare = limit.requirement, HOLDS[limit.requirement.operator]
-    whole, *parts = comparisons(limit, view)
+    known = [] if value is None else [Comparison(ZERO + value, limit.bound(view))]
+    whole, *parts = known or comparisons(limit, view)
     broken = [item for item in (whole, *parts) if not compare(item.value, item.bound)]
     shown = broken or [whole, *(item for item in parts if item.core)]
     sure = [item for item in shown if item.spread is None or not item.spread.is_open]

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import fields
 from typing import Any, Generic, TypeVar
 
@@ -37,15 +37,45 @@ def _limits_on_cores(space: Space) -> list[tuple[int | None, str, object]]:
     ]
 
 
+ABSENT = object()
+"""Stands for a response time that nothing has."""
+
+
+class Answering(View):
+    """A whole design whose response times are known, by task: whoever asks for one asks for no decision behind it."""
+
+    __slots__ = ("known",)
+
+    def __init__(self, view: View, known: Mapping[Any, Any]) -> None:
+        super().__init__(view.design)
+        self.known = known
+
+    def __getitem__(self, decision: Any) -> Any:
+        return self.known.get(decision, ABSENT) if type(decision) is tuple else int(self.design[decision])
+
+    def get(self, key: tuple[int, str], default: Any = None) -> Any:
+        """A response time, by task; the default where there is none."""
+        return self.known.get(key, default)
+
+    def apart(self) -> View:
+        """The same design for other figures, with which nothing is known."""
+        return View(self.design)
+
+
 class Watching(View):
-    """Another view, with a note of every decision that is asked for."""
+    """Another view, with a note of every decision that is asked for, and of every response time that it knows."""
 
     __slots__ = ("asked",)
 
     def __init__(self, view: View) -> None:
         self.design = view
         self.memo = {}
-        self.asked: dict[int, int] = {}
+        self.asked: dict[Any, Any] = {}
+
+    def get(self, key: tuple[int, str], default: Any = None) -> Any:
+        """A response time that is known, by task; the default where there is none."""
+        found = self.asked[key] = self.design[key]
+        return default if found is ABSENT else found
 
     def __getitem__(self, decision: int) -> int:
         option = self.design[decision]
@@ -57,14 +87,21 @@ class Watching(View):
         return Watching(self)
 
 
+def knowing(view: View) -> Answering | Watching | None:
+    """The view where it knows response times."""
+    if isinstance(view, Answering) or (isinstance(view, Watching) and isinstance(view.design, Answering)):
+        return view
+    return None
+
+
 class _Node(Generic[T]):
     """After the same answers a formula asks for the same decision next, or is done."""
 
     __slots__ = ("branches", "decision", "value")
 
     def __init__(self) -> None:
-        self.decision: int | None = None
-        self.branches: dict[int, _Node[T]] = {}
+        self.decision: Any = None
+        self.branches: dict[Any, _Node[T]] = {}
         self.value: T | None = None
 
 
@@ -93,7 +130,10 @@ class Recall(Generic[T]):
         """``formula(space, key, view)``, from memory where it has been asked before."""
         if id(space) not in self._trees:
             self._admit(space)
-        tree = self._trees[id(space)][1].setdefault(key, _Tree())
+        trees = self._trees[id(space)][1]
+        tree = trees.get(key)
+        if tree is None:
+            tree = trees[key] = _Tree()
         if self.most is not None and tree.values >= TRIED and tree.recalled < tree.values:
             return formula(space, key, view)
         node = tree.root
@@ -121,7 +161,7 @@ class Recall(Generic[T]):
         self._trees[id(space)] = (space, shared)
 
     @staticmethod
-    def _plant(node: _Node[T], asked: dict[int, int], value: T) -> None:
+    def _plant(node: _Node[T], asked: dict[Any, Any], value: T) -> None:
         for decision, option in asked.items():
             node.decision = decision
             node = node.branches.setdefault(option, _Node())

@@ -15,7 +15,7 @@ from typing import TypeAlias
 
 from dse.analysis.executors import Fellow, executor_worst_job
 from dse.analysis.holistic import around, beside_piece, fixed_point, respond, task_of
-from dse.analysis.memo import Recall
+from dse.analysis.memo import ABSENT, Recall, knowing
 from dse.analysis.overheads import interrupting
 from dse.analysis.priorities import deadline_ns
 from dse.analysis.reservations import before_task, blocking_ns
@@ -174,6 +174,10 @@ def bounded_response_ns(space: Space, component: int, part: Part, view: View) ->
         if (component, part) not in known:
             return alone
         response = known[component, part]
+    elif (knows := knowing(view)) is not None:
+        response = knows.get((component, part), ABSENT)
+        if response is ABSENT:
+            return alone
     else:
         found = response_of(space, component, part, view)
         if found is None:

@@ -167,7 +167,7 @@ class Measure:
         return self.unit if self.scale == 1 else f"1/{self.scale} {self.unit}"
 
 
-def exact_sum(values: Iterable[Fraction]) -> Fraction:
+def exact_sum(values: Iterable[int | Fraction]) -> Fraction:
     """The sum, with one reduction for each denominator instead of one for each value.
 
     >>> exact_sum([Fraction(1, 3), Fraction(2, 3), Fraction(1, 2)])

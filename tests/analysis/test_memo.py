@@ -3,13 +3,21 @@
 from __future__ import annotations
 
 import random
+from typing import cast
 
 import pytest
+from effort import cases
+from thread_systems import draw, text_of
 
+from dse.analysis.contention import ContentionReferee, with_contention
 from dse.analysis.evaluate import Evaluator
+from dse.analysis.flow_terms import flow_figure_ns
+from dse.analysis.limits import Limit, Verdict, build_limit, judge
 from dse.analysis.memo import TRIED, Recall
+from dse.analysis.unbounded import unbounded_in
 from dse.analysis.views import View
 from dse.generator import random_problem
+from dse.space.cores import is_scheduled
 from dse.space.types import Design, Space
 from tests.support import space_of
 
@@ -73,3 +81,44 @@ def test_an_evaluator_says_of_each_design_what_a_new_one_does(space: Space) -> N
         assert shared.evaluate(design) == anew.evaluate(design)
         if not anew.evaluate(design).breaches:
             assert shared.metric_values(design) == anew.metric_values(design)
+
+
+class Alone(View):
+    """A design whose response times are found one by one, each from what decides it."""
+
+    __slots__ = ()
+
+
+def _told(space: Space, limits: list[Limit], view: View) -> list[tuple[object, ...]]:
+    found: list[tuple[object, ...]] = []
+    for limit in limits:
+        metric = limit.requirement.metric
+        found.append((judge(limit, view), flow_figure_ns(space, metric, view), unbounded_in(space, metric, view)))
+    return found
+
+
+@pytest.mark.parametrize("kind", ["chained", "stated", "blocked", "ordered", "best", "grouped", "reserved", "mixed"])
+@pytest.mark.parametrize("seed", cases(20))
+def test_designs_share_response_times_that_each_has_alone(kind: str, seed: int) -> None:
+    space = with_contention(space_of(text_of(draw(seed, kind=kind)))) or space_of(text_of(draw(seed, kind=kind)))
+    _compare(space)
+
+
+@pytest.mark.parametrize("seed", cases(10))
+def test_large_designs_share_response_times_that_each_has_alone(seed: int) -> None:
+    space = with_contention(space_of(random_problem(14, seed, 2, "many-buses")))
+    assert space is not None
+    _compare(space)
+
+
+def _compare(space: Space) -> None:
+    limits = [build_limit(space, item) for item in space.requirements if is_scheduled(space, item.metric)]
+    referee = ContentionReferee(space)
+    for design in _drawn(space, 12):
+        if Evaluator(space).evaluate(design).breaches:
+            continue
+        shared = _told(space, limits, View(design))
+        assert shared == _told(space, limits, Alone(design))
+        misses = [item[0] for item in shared if not cast(Verdict, item[0]).holds]
+        if not space.open_priorities:
+            assert [miss.verdict for miss in referee.judge(design).misses] == misses
