@@ -16,6 +16,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+import yaml
 from effort import LONG, count
 
 ROOT = Path(__file__).parents[2]
@@ -191,6 +192,11 @@ INTERRUPTED = {
     "simulate": ["simulate", str(INMARK), "--runs", "20", "--json", "JSON"],
     "sweep": [*SWEEP, "--json", "JSON"],
     "check": ["check", str(INMARK), "--json", "JSON"],
+    "fit": ["fit", "TIMES", "-o", "MADE", "--json", "JSON"],
+    "sizes": ["sizes", "--json", "JSON"],
+    "import": ["import", str(ROOT / "problems" / "aadl" / "inmark_chapter3.aadl"), "-o", "MADE"],
+    "new": ["new", "--force", "--random", "MADE"],
+    "schema": ["schema", "-o", "JSON"],
 }
 
 
@@ -235,6 +241,9 @@ def test_ctrl_c_at_any_moment(command: str, tmp_path: Path, result: Path, usual:
     """From the first line of the program on; what Python itself does before that is not ours."""
     rng = random.Random(command)
     names = {"JSON": str(tmp_path / "out.json"), "RESULT": str(result), "REPORT": str(tmp_path / "report")}
+    names |= {"TIMES": str(tmp_path / "times.csv"), "MADE": str(tmp_path / "made.yaml")}
+    lines = (f"t{number % 5},{rng.randint(100, 900)}\n" for number in range(500))
+    Path(names["TIMES"]).write_text("thread,delay_us\n" + "".join(lines), encoding="utf-8")
     arguments = [names.get(part, part) for part in INTERRUPTED[command]]
     for _ in range(INTERRUPTS):
         run = subprocess.Popen(
@@ -254,4 +263,6 @@ def test_ctrl_c_at_any_moment(command: str, tmp_path: Path, result: Path, usual:
         assert "Traceback" not in said and "Exception ignored" not in said and "a bug" not in said, said
         if Path(names["JSON"]).exists():
             json.loads(Path(names["JSON"]).read_text(encoding="utf-8"))
+        if Path(names["MADE"]).exists():
+            assert yaml.safe_load(Path(names["MADE"]).read_text(encoding="utf-8"))
         assert not list(tmp_path.rglob(".*"))
