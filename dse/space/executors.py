@@ -193,7 +193,7 @@ def build_reservations(
         if not members and is_whole:
             ledger.error(path, "no thread runs in this reservation")
         for number in members:
-            if components[number].section_ns is not None:
+            if any(leaf is not None for leaf in leaves(components[number].section_ns)):
                 thread = components[number].name
                 message = f"in a reservation nothing is non-preemptive: the budget of {shown(name)} may end inside"
                 ledger.error(("threads", thread, "non_preemptive"), message, "leave it out")

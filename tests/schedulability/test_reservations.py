@@ -14,6 +14,7 @@ from dse.analysis.response_time import Stream, Task, periodic, response_time_ns
 from dse.analysis.scheduling import processor_responses
 from dse.analysis.views import View
 from dse.api.problem import load, loads
+from dse.errors import ProblemError
 from dse.report.contention import bound_words
 
 MS = 10**6
@@ -114,3 +115,14 @@ def test_reports_simulation_and_conflicts_know_reservations(tmp_path: Path) -> N
     assert not dse.simulate(problem, runs=4).contradictions
     late = dse.explain(loads(text(other=", deadline: 7 ms")))
     assert "other" in str(late.to_dict())
+
+
+def test_a_thread_of_several_types_may_be_in_a_reservation() -> None:
+    """None of the types has a section; one that has is told."""
+    types = "thread_types: {slow: {compute_execution_time: 1 ms}, quick: {compute_execution_time: 500 us}}\n"
+    typed = text().replace(
+        "threads:\n", types + "threads:\n  d: {type: [slow, quick], reservation: nav, period: 40 ms}\n"
+    )
+    assert "d.type" in {item.name for item in loads(typed).space.decisions}
+    with pytest.raises(ProblemError, match="in a reservation nothing is non-preemptive"):
+        loads(typed.replace("quick: {", "quick: {non_preemptive: 10 us, "))
