@@ -576,6 +576,30 @@ def state_overload(rng: random.Random, document: dict[str, Any]) -> None:
         rng.choice(slots)["overload"] = "allowed"
 
 
+def state_reservations(rng: random.Random, document: dict[str, Any]) -> None:
+    """One or two reservations of a core, for some threads and perhaps the executor."""
+    threads = [body for body in document["threads"].values() if "processor" in body]
+    if not threads:
+        return
+    slots = [slot for body in threads for slot in as_list(body["processor"])]
+    for name in ["share", "other share"][: rng.choice([1, 1, 2])]:
+        period = rng.choice([2, 3, 4, 5])
+        budgets = sorted(rng.sample(range(1, 2 * period + 1), rng.choice([1, 1, 2])))
+        texts = [f"{500 * budget} us" for budget in budgets]
+        share = {"budget": texts if len(texts) > 1 else texts[0], "period": f"{period} ms", "core": "1"}
+        share["processor"] = rng.choice(slots)
+        if rng.random() < 0.4:
+            share["priority"] = rng.choice(["1", "2"])
+        free = [body for body in threads if "reservation" not in body]
+        homes = rng.sample(free, min(len(free), rng.randint(1, 2)))
+        for body in [*homes, *(document.get("executors", {}).values() if not homes or rng.random() < 0.5 else ())]:
+            if "reservation" not in body:
+                for field in ("processor", "core", "process"):
+                    body.pop(field, None)
+                body["reservation"] = name
+                document.setdefault("reservations", {})[name] = share
+
+
 def state_executors(rng: random.Random, document: dict[str, Any]) -> None:
     """One OS thread runs the jobs of two or three threads; sometimes of a kind that is to be chosen."""
     threads = [body for body in document["threads"].values() if "processor" in body]

@@ -19,7 +19,9 @@ SAMPLE = 40
 
 def state_deadlines(rng: random.Random, document: dict[str, Any], share: float = 0.2) -> None:
     """Sometimes deadlines, and what response times follow from; else those at which data pass are no limits."""
-    threads = {name: body for name, body in document["threads"].items() if {"processor", "executor"} & set(body)}
+    threads = {
+        name: body for name, body in document["threads"].items() if {"processor", "executor", "reservation"} & set(body)
+    }
     if not threads or rng.random() < 1 - share:
         if any("deadline" in body for body in document["threads"].values()):
             document["deadlines"] = "none"

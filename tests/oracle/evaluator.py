@@ -63,10 +63,13 @@ Where the documents leave something open, this is how they are read here:
     does (nothing that is asked depends on it) no response time is told.
 26. What an executor runs has its processor and core. Of a callback group what has begun before does so a moment sooner;
     of a first-in-first-out queue any of those that come together may be the last; in a wait set all others go first.
-27. Not judged: reservations, segments, `priority: any`, priority levels, non-preemptive sections, context switches,
+27. A reservation goes by its priority, else by its period; to what it goes before it is a job of its budget each
+    period, up to the rest of a period late; in there jobs find nothing for twice that rest, then a budget, and so on.
+    That counts where a budget, wanted at the start of a period, is had by its end. Its decisions are always there.
+28. Not judged: segments, `priority: any`, priority levels, non-preemptive sections, context switches,
     interrupts, throttling, groups of cores (``tests/thread_systems.py`` has an own reading of each of these), and
     what shares an accelerator.
-28. Lists inside a ``totals`` mapping, and inside a map of a virtual bus per processor type, are not supported here.
+29. Lists inside a ``totals`` mapping, and inside a map of a virtual bus per processor type, are not supported here.
 """
 
 from __future__ import annotations

@@ -20,7 +20,14 @@ from itertools import islice
 from math import prod
 from typing import Any
 
-from .architecture import Architecture, state_clocks, state_cores, state_executors, state_overload
+from .architecture import (
+    Architecture,
+    state_clocks,
+    state_cores,
+    state_executors,
+    state_overload,
+    state_reservations,
+)
 from .coverage import features
 from .deadlines import state_deadlines
 from .evaluator import designs
@@ -29,7 +36,7 @@ from .question import add_question, add_rules, allow_what_is_needed
 
 __all__ = ["features", "random_problem"]
 
-CAPS = {"tiny": 200, "small": 2000, "grouped": 200}
+CAPS = {"tiny": 200, "small": 2000, "grouped": 200, "reserved": 200}
 NOT_DECISIONS = ("path", "dispatch_trigger", "assumptions")
 
 
@@ -37,18 +44,22 @@ NOT_DECISIONS = ("path", "dispatch_trigger", "assumptions")
 def random_problem(seed: int, size: str = "small") -> str:
     """YAML text of a random problem with at most 2000 (`small`) or 200 (`tiny`) designs; the same for the same seed.
 
-    One that is `grouped` is tiny but for kinds of executors, and has one for some threads wherever it can.
+    One that is `grouped` is tiny but for kinds of executors, and has one for some threads wherever it can; one that is
+    `reserved` has reservations in the same way, and perhaps an executor.
     """
     rng = random.Random(f"{size} {seed}")
-    document = Architecture(rng, "tiny" if size == "grouped" else size).document
+    document = Architecture(rng, size if size == "small" else "tiny").document
     document["name"] = f"random {size} {seed}"
     _thin_out(rng, document, CAPS[size])
     state_cores(random.Random(f"cores {size} {seed}"), document)  # drawn apart from all else
     state_overload(random.Random(f"overload {size} {seed}"), document)
     state_clocks(random.Random(f"clocks {size} {seed}"), document)
-    if size == "grouped":
-        state_executors(random.Random(f"executors {seed}"), document)
-    share = 0.9 if size == "grouped" else 0.2
+    drawn = random.Random(f"executors {seed}")
+    if size == "grouped" or (size == "reserved" and drawn.random() < 0.5):
+        state_executors(drawn, document)
+    if size == "reserved":
+        state_reservations(random.Random(f"reservations {seed}"), document)
+    share = 0.9 if size in ("grouped", "reserved") else 0.2
     state_deadlines(random.Random(f"deadlines {size} {seed}"), document, share)
     add_rules(rng, document)
     add_question(rng, document)

@@ -12,7 +12,7 @@ import yaml
 
 from . import grammar, quantities
 
-SECTIONS = ("processors", "buses", "executors", "devices", "threads", "connections")
+SECTIONS = ("processors", "buses", "reservations", "executors", "devices", "threads", "connections")
 CATALOGUES = {
     "processors": "processor_types",
     "buses": "bus_types",
@@ -45,6 +45,7 @@ FIELDS = {
         "price",
         "power",
     ),
+    "reservations": ("budget", "period"),
     "executors": ("kind",),
     "devices": ("type", *_TASK_FIELDS, *_CLOCKED),
     "threads": ("type", "process", "processor", *_TASK_FIELDS, *_CLOCKED, "priority"),
@@ -71,10 +72,15 @@ class Problem:
         self.sections: dict[str, dict[str, dict[str, Any]]] = {}
         for key in (*SECTIONS, *CATALOGUES.values(), "flows"):
             self.sections[key] = {name: body or {} for name, body in (document.get(key) or {}).items()}
-        for name, body in self.sections["threads"].items():
-            if "executor" in body:  # it runs where the executor does
-                home = self.sections["executors"][body["executor"]]
-                self.sections["threads"][name] = {**body, "processor": home["processor"], "core": home["core"]}
+        for section in ("executors", "threads"):  # each runs where its executor does, or its reservation
+            for name, body in self.sections[section].items():
+                for key in ("executor", "reservation"):
+                    if key in body:
+                        home = self.sections[f"{key}s"][body[key]]
+                        shared: dict[str, Any] = {
+                            each: home[each] for each in ("processor", "core", "reservation") if each in home
+                        }
+                        self.sections[section][name] = {**body, **shared}
         self.section_of = {name: section for section in SECTIONS for name in self.sections[section]}
         self.totals: dict[str, str] = document.get("totals") or {}
         self.requirements = [grammar.requirement(text) for text in document.get("requirements") or []]
@@ -373,6 +379,7 @@ _READERS: dict[str, Callable[[str], Any]] = {
     "price": quantities.price,
     "power": quantities.power,
     "deadline": quantities.deadline,
+    "budget": quantities.deadline,
     "offset": quantities.duration,
     "queue_size": int,
     "cores": int,

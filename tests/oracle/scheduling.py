@@ -133,22 +133,23 @@ class Scheduling:
             return self._played_inside(job)
         rivals = [
             (self._releases(other), self._times(other)[1])
-            for other in self.cores[self._core(job[0])]
-            if other != job and self._goes_before(other, job)
+            for other in self._beside(job)
+            if self._goes_before(other, job)
         ]
         if own is None or any(releases is None for releases, _ in rivals):
             return None
         before = [(releases, time) for releases, time in rivals if releases is not None and time]
-        if own.often * work + sum((releases.often * time for releases, time in before), Fraction(0)) > 1:
+        shares = self._shares(job)
+        if shares is None or _has_no_end([(own, work), *before, *shares], 0):
             return None
-        return play(own, work, before)
+        return play(own, work, [*before, *shares])
 
     def _played_inside(self, job: Job) -> Fraction | None:
         """The same of a job that shares an OS thread: of an executor one job runs at a time, to its end.
 
         What goes before the executor preempts all of it.
         """
-        here = [other for other in self.cores[self._core(job[0])] if other != job and self._times(other)[1]]
+        here = [other for other in self._beside(job) if self._times(other)[1]]
         executor = self._executor(job[0])
         fellows = [other for other in here if self._executor(other[0]) == executor]
         outside = [other for other in here if other not in fellows and self._goes_before(other, job)]
@@ -160,11 +161,60 @@ class Scheduling:
             fellows = urgent
         given = [(self._releases(other), self._times(other)[1]) for other in (job, *fellows, *outside)]
         known = [(releases, work) for releases, work in given if releases is not None]
-        used = sum((releases.often * work for releases, work in known), Fraction(0))
-        if len(known) < len(given) or used > 1 or (used == 1 and begun):
+        shares = self._shares(job)
+        if len(known) < len(given) or shares is None or _has_no_end([*known, *shares], begun):
             return None
         inside, others = known[: len(fellows) + 1], known[len(fellows) + 1 :]
-        return play_inside(inside, others, begun, in_order=kind == "fifo")
+        return play_inside(inside, [*others, *shares], begun, in_order=kind == "fifo")
+
+    # Reservations
+
+    def _reservation(self, name: str) -> str | None:
+        found: str | None = self.problem.component(name).get("reservation")
+        return found
+
+    def _beside(self, job: Job) -> list[Job]:
+        """What else runs on the core of a job in the same reservation, or outside of all as the job does."""
+        home = self._reservation(job[0])
+        here = self.cores[self._core(job[0])]
+        return [other for other in here if other != job and self._reservation(other[0]) == home]
+
+    def _budget(self, reservation: str) -> tuple[int, int]:
+        """How much there is in each period."""
+        period = self.reading.get(reservation, "period")
+        return quantities.deadline(self.reading.get(reservation, "budget")), quantities.period(period)
+
+    def _shares(self, job: Job) -> list[tuple[Releases, int]] | None:
+        """What reservations take of the core of a job; inside of one, the times without a budget.
+
+        These are, from the worst moment on: nothing for twice the rest of a period, then a budget, and after each
+        budget nothing for one such rest. None where the budget itself may come too late.
+        """
+        home = self._reservation(job[0])
+        if home is None:
+            return self._reserved_before(job)
+        budget, period = self._budget(home)
+        outside = [other for other in self.cores[self._core(job[0])] if self._reservation(other[0]) is None]
+        given = [(self._releases(other), self._times(other)[1]) for other in outside if self._goes_before(other, job)]
+        before = [(releases, work) for releases, work in given if releases is not None and work]
+        before += self._reserved_before(job)
+        if any(releases is None for releases, _ in given):
+            return None
+        own = Releases(())
+        ends = None if _has_no_end([(own, budget), *before], 0) else play(own, budget, before)
+        if ends is None or ends > period:
+            return None
+        return [(Releases(((period, Fraction(budget)),)), period - budget)] if budget < period else []
+
+    def _reserved_before(self, job: Job) -> list[tuple[Releases, int]]:
+        """The budgets of other reservations that go before a job, each as late in its period as it may be wanted."""
+        found = {}
+        for other in self.cores[self._core(job[0])]:
+            reservation = self._reservation(other[0])
+            if reservation not in (None, self._reservation(job[0])) and self._goes_before(other, job):
+                budget, period = self._budget(reservation)
+                found[reservation] = (Releases(((period, Fraction(period - budget)),)), budget)
+        return list(found.values())
 
     # Who goes first
 
@@ -192,10 +242,22 @@ class Scheduling:
         rate = max(self.reading.rate(member) for member in members)
         return ((1, NS_PER_S / rate) if rate else (2, Fraction(0))), self.threads.index(members[0])
 
+    def _place_of_all(self, name: str) -> tuple[tuple[int, Fraction], int]:
+        """The same where what is in a reservation goes as that does."""
+        reservation = self._reservation(name)
+        if reservation is None:
+            return self._place(name)
+        first = next(i for i, other in enumerate(self.threads) if self._reservation(other) == reservation)
+        number = self.problem.component(reservation).get("priority")
+        turn = (0, Fraction(-int(number))) if number is not None else (1, Fraction(self._budget(reservation)[1]))
+        return turn, first
+
     def _goes_before(self, other: Job, job: Job) -> bool:
         if other[0] == job[0]:
             return other[1] == "callback"
-        (one, first), (two, second) = self._place(other[0]), self._place(job[0])
+        homes = [self._reservation(name) for name in (other[0], job[0])]
+        place = self._place if homes[0] == homes[1] else self._place_of_all
+        (one, first), (two, second) = place(other[0]), place(job[0])
         if one[0] == two[0] == 0 and one == two:
             return True  # one number: each may be before the other
         return (one, first) < (two, second)
@@ -257,6 +319,15 @@ class Scheduling:
         if releases.apart and sum(Fraction(1, period) for period, _ in streams) * releases.apart >= 1:
             streams = ((releases.apart, Fraction(0)),)
         return [(period, late + takes - self._times((name, "timer"))[0]) for period, late in streams]
+
+
+def _has_no_end(given: Sequence[tuple[Releases, int]], begun: int) -> bool:
+    """Whether there is more work than time, or as much and some of it is early: a stretch never ends then."""
+    used = sum((releases.often * work for releases, work in given), Fraction(0))
+    is_more = begun > 0 or any(
+        not releases.streams or any(late for _, late in releases.streams) for releases, _ in given
+    )
+    return used > 1 or (used == 1 and is_more)
 
 
 def play(own: Releases, work: int, before: Sequence[tuple[Releases, int]]) -> Fraction | None:

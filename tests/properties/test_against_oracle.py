@@ -8,6 +8,7 @@ from fractions import Fraction
 import pytest
 
 from dse.analysis.terms import Term
+from dse.errors import TooLargeError
 from dse.pareto.front import search_front
 from dse.space.size import space_size
 from dse.space.trees import consulted
@@ -20,6 +21,7 @@ from tests.properties.pair import Pair, exact_value
 PROBLEMS = [("tiny", seed) for seed in cases(300)]
 PROBLEMS += [("small", seed) for seed in cases(25)]
 PROBLEMS += [("grouped", seed) for seed in cases(8, 102)]
+PROBLEMS += [("reserved", seed) for seed in cases(15)]
 MOST_COMPARED = 250
 """Designs of a problem whose figures are compared, evenly spread; a tiny problem has fewer."""
 MOST_COMBINATIONS = 1500
@@ -28,9 +30,13 @@ MOST_COMBINATIONS = 1500
 
 @pytest.mark.parametrize(("size", "seed"), PROBLEMS)
 def test_a_random_problem(size: str, seed: int) -> None:
-    pair = Pair(random_problem(seed, size))
-    figures_agree(pair)
-    found = search_front(pair.evaluator)
+    try:
+        pair = Pair(random_problem(seed, size))
+        figures_agree(pair)
+        found = search_front(pair.evaluator)
+    except TooLargeError:
+        assert size == "reserved"  # limits and sums of response times without a bound
+        pytest.skip("too large to search exactly, by name")
     assert found.is_complete
     fronts_agree(pair, found.points)
     if pair.combinations <= MOST_COMBINATIONS:
