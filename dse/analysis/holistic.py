@@ -171,8 +171,8 @@ def _on_core(turns: Sequence[Turn], tasks: Sequence[Task | None]) -> list[Exact 
     None where an executor, a reservation or segments have a part in them.
     """
     key = (id(turns), *map(id, tasks))
-    if key in _CORES:
-        return _CORES[key][2]
+    if (kept := _CORES.get(key)) is not None:  # once: another thread may empty it
+        return kept[2]
     if any(turn.executor is not None or turn.pieces or turn.reservation is not None for turn in turns):
         return None
     found = [
