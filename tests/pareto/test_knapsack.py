@@ -14,10 +14,11 @@ from dse.analysis.evaluate import Evaluator
 from dse.encode import sums
 from dse.encode.model import encode
 from dse.pareto import knapsack, parts
-from dse.pareto.answer import Found
+from dse.pareto.answer import Answer, Found, Unfinished
 from dse.pareto.front import search_front
 from dse.pareto.knapsack import Knapsacks, knapsacks_of
 from dse.pareto.parts import Parts
+from dse.pareto.settings import CUTTING, RELAXED, Settings
 from dse.pareto.subproblem import Solver
 
 
@@ -184,3 +185,24 @@ def test_large_tables_are_not_made(monkeypatch: pytest.MonkeyPatch) -> None:
     encoded = encode(Evaluator(space_of(MANY)))
     monkeypatch.setattr(knapsack, "MOST_CELLS", 100)
     assert knapsacks_of(encoded, [()]) is None
+
+
+def test_another_relaxation_has_its_turn_before_one_is_asked_for_long(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Of designs with given figures: one relaxation may take a hundred times as long as the other."""
+    solver = Solver(encode(Evaluator(space_of(MANY))))
+    answer = solver.minimise((1, 1), [solver.encoded.everywhere])
+    assert isinstance(answer, Found)
+    run, asked = Solver.run, []
+
+    def missing(self: Solver, settings: Settings, work: float) -> Answer:
+        asked.append((settings, work))
+        return run(self, settings, work) if settings is RELAXED else Unfinished()
+
+    monkeypatch.setattr(Solver, "run", missing)
+    solver.set_point(answer.point)
+    solver.encoded.model.clear_objective()
+    found = solver.any_solution(answer.point)
+    assert isinstance(found, Found)
+    assert found.point == answer.point
+    assert CUTTING in dict(asked)
+    assert max(work for _, work in asked) <= 1.0
