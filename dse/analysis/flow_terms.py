@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from dataclasses import replace
 from fractions import Fraction
+from typing import cast
 
 from dse.analysis.chains import exact_range_ns
 from dse.analysis.clocks import LET
@@ -126,7 +127,7 @@ def _latency_terms(space: Space, flow: Flow, kind: str) -> Iterator[Term]:
             continue
 
         def value(view: View, step: Step = step, space: Space = space) -> Fraction:
-            figure: Fraction = ZERO + _figure_of(kind, _element_range_ns(space, step, view))
+            figure = cast(Fraction, _figure_of(kind, _element_range_ns(space, step, view)))  # sums of rows are
             if kind == "run jitter":
                 figure += _run_excess_ns(space, step, view)
             return figure
