@@ -72,6 +72,7 @@ class Contention:
         self.movable = movable and not tells_cores_apart(space)
         self.reorders = movable and not rules_on_order(space) and bool(space.open_priorities)
         self.known: set[int] = set()
+        self.numbering: list[int] = []  # clauses without which equal cores are interchangeable
         self.is_first = True
         self.is_upward = False
         self._seeks_first = False
@@ -113,7 +114,8 @@ class Contention:
             self.space, model, self.places, self.deadlines, movable=self.movable, core_limits=self.core_limits
         )
         other.is_upward, other.reorders = self.is_upward, self.reorders
-        other.known, other.combined = set(self.known), self.combined.copy(model)
+        other.known, other.numbering = set(self.known), list(self.numbering)
+        other.combined = self.combined.copy(model)
         other.waiting = self.waiting.copy(other.combined) if self.waiting is not None else None
         return other
 
@@ -125,7 +127,7 @@ class Contention:
 
     def _add_rows(self, processor: int) -> None:
         self.known.add(processor)
-        add_rows(self.space, self.model, self.places, processor, self.deadlines)
+        self.numbering += add_rows(self.space, self.model, self.places, processor, self.deadlines)
 
     def add_waiting(self, board: Board) -> None:
         """Rows of what threads wait for (`dse.encode.waiting`)."""
@@ -138,7 +140,7 @@ class Contention:
         """Number the interchangeable cores of processors that have no rows yet."""
         for processor in range(len(self.space.processors)):
             if processor not in self.known:
-                number_cores(self.space, self.model, self.places, processor)
+                self.numbering += number_cores(self.space, self.model, self.places, processor)
 
     def raised(self, terms: Sequence[OpenTerm], design: Design, value: Callable[[cp_model.IntVar], int]) -> bool:
         """Raise open terms that a solution has too low, for all designs with the same reason; whether there are any.

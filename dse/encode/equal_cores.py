@@ -13,12 +13,13 @@ from dse.space.types import Space
 from dse.timelimit import look_at_the_clock
 
 
-def number_cores(space: Space, model: cp_model.CpModel, places: Places, processor: int) -> None:
-    """Interchangeable cores are numbered as their first threads stand in the file.
+def number_cores(space: Space, model: cp_model.CpModel, places: Places, processor: int) -> list[int]:
+    """Interchangeable cores are numbered as their first threads stand in the file; returns the clauses that say so.
 
     Of two that follow each other in their class, the second needs an earlier thread on the first.
     """
     threads = places.on(processor)
+    clauses: list[int] = []
 
     def literal(index: int) -> Any:
         found = model.get_int_var_from_proto_index(index if index >= 0 else -index - 1)
@@ -33,7 +34,9 @@ def number_cores(space: Space, model: cp_model.CpModel, places: Places, processo
                     continue
                 look_at_the_clock()
                 before = [_column(other, processor, former, never) for other in threads[:position]]
-                model.add_bool_or([literal(-here - 1), *(literal(index) for index in before)])
+                clause = model.add_bool_or([literal(-here - 1), *(literal(index) for index in before)])
+                clauses.append(clause.index)
+    return clauses
 
 
 def _column(thread: Thread, processor: int, core: int, never: int) -> int:

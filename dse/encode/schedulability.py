@@ -59,8 +59,8 @@ class _Owners:
 
 def add_rows(
     space: Space, model: cp_model.CpModel, places: Places, processor: int, deadlines: Sequence[Deadline]
-) -> None:
-    """The rows of a processor's cores, and the symmetry of equal cores."""
+) -> list[int]:
+    """The rows of a processor's cores, and the symmetry of equal cores, whose clauses are returned."""
     threads = [thread for thread in places.on(processor) if not thread.is_odd]
     rows = _Rows(space, model, places, processor, threads)
     wanted: dict[int, list[Deadline]] = {}
@@ -73,7 +73,8 @@ def add_rows(
     if any(thread.numbers for thread in threads):
         rows.add_best_order(wanted)
     if len(threads) == len(places.on(processor)):
-        number_cores(space, model, places, processor)
+        return number_cores(space, model, places, processor)
+    return []
 
 
 class _Rows:

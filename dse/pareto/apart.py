@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 from dse.pareto.answer import Answer, Found, NoSuchDesign, Unfinished, weighted
 from dse.pareto.regions import Bound
-from dse.pareto.settings import BARE, BRIEF, CUTTING, LOWEST, NARROWING, RELAXED, Settings
+from dse.pareto.settings import BARE, BRIEF, BUILDING, CUTTING, LOWEST, NARROWING, RELAXED, Settings
 
 if TYPE_CHECKING:
     from dse.pareto.subproblem import Solver
@@ -16,7 +16,7 @@ APART_WAYS = (CUTTING, RELAXED, BARE)
 """The settings for parts for which that was not enough, in turn ..."""
 PACKING_WAYS = (CUTTING, LOWEST, RELAXED)
 """... where threads have to end in time on cores that they share, ..."""
-FULL_WAYS = (LOWEST, RELAXED, CUTTING)
+FULL_WAYS = (BUILDING, RELAXED, CUTTING)
 """... where these are so full that the model has rows of them: then its bounds are known to be good ..."""
 APART_WORK = 1.5
 """... and designs are missing; with so much work in the first round, and twice as much in each further one."""
@@ -48,13 +48,14 @@ class Apart:
         ]
 
     def attempt(self, work: float) -> Answer:
-        """Go on for so much work, and more: what was done is not lost."""
+        """Go on for so much work, and more: what was done is not lost; with rows of cores to the end."""
         solver = self.solver
         end = solver.work + APART * work
         while self.waiting:
             turn, bound, number = self.waiting.pop(self.waiting.index(min(self.waiting)))
             if self.best is not None and bound >= weighted(self.weights, self.best.point):
                 continue
+            was_full = self._is_full
             answer = self._ask(number, turn, bound)
             solver.work += READING * len(solver.encoded.model.proto.variables)
             if isinstance(answer, Found):
@@ -62,15 +63,21 @@ class Apart:
             elif isinstance(answer, Unfinished):
                 self.best = answer.best or self.best
                 self.waiting.append((turn + 1, bound if answer.bound is None else max(bound, answer.bound), number))
-                if solver.out_of_time() or solver.work >= end:
+                if self._is_full and not was_full:  # other settings are better from now on: their turns begin
+                    self.waiting = [(min(turn, 1), bound, number) for turn, bound, number in self.waiting]
+                if solver.out_of_time() or (solver.work >= end and not self._is_full):
                     return Unfinished(best=self.best)
         return self.best or NoSuchDesign()
 
+    @property
+    def _is_full(self) -> bool:
+        """Whether the model has rows of cores."""
+        return self.solver.encoded.contention is not None and bool(self.solver.encoded.contention.known)
+
     def _ways(self) -> Sequence[Settings]:
-        contention = self.solver.encoded.contention
-        if contention is None:
+        if self.solver.encoded.contention is None:
             return APART_WAYS
-        return FULL_WAYS if contention.known else PACKING_WAYS
+        return FULL_WAYS if self._is_full else PACKING_WAYS
 
     def _ask(self, number: int, turn: int, least: int) -> Answer:
         """One attempt at a part: bare settings for a moment, then linear relaxation with limits that double.

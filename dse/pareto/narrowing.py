@@ -13,7 +13,8 @@ from typing import TYPE_CHECKING
 
 from dse.encode.linear import EXACT_LIMIT
 from dse.pareto.answer import Answer, Found, NoSuchDesign, Unfinished
-from dse.pareto.settings import CLOSING, FROM_BELOW, RELAXED
+from dse.pareto.neighbours import neighbour
+from dse.pareto.settings import BUILD_WORK, CLOSING, FROM_BELOW, RELAXED
 
 if TYPE_CHECKING:
     from dse.pareto.subproblem import Solver
@@ -26,6 +27,8 @@ CHANGE = 4
 """By how much the next one is narrower where there was no answer, and wider where there was."""
 WIDEST, NARROWEST = 4, 256
 """One part in so many of the gap is asked for at once: the narrower the easier."""
+AT_ONCE = 0.1
+"""Work in which a range of values should be refuted or have a design, before one is built."""
 FIRST = 16
 """The same at first."""
 
@@ -58,22 +61,33 @@ def narrowed(solver: Solver, work: float) -> Answer:
     return answer
 
 
-def lowest(solver: Solver, work: float) -> Answer:
+def lowest(solver: Solver, work: float, *, builds: bool = False) -> Answer:
     """The best design from the known bound on: one value of the objective at first, then twice as many at a time.
 
     Where designs are hard to pack a solver finds those near its bound when it is asked for nothing else, or proves that
-    there are none.
+    there are none. Where it `builds`, what it does not find at once is looked for near other designs first
+    (`dse.pareto.neighbours`), and what is left is less.
     """
     end, width = solver.work + work, 0
+    best: Found | None = None
     while True:
-        least, known = solver.raise_least(0), solver.most(None)
+        least, known = solver.raise_least(0), solver.most(best)
+        if best is not None and known is not None and known < least:
+            return best
         most = EXACT_LIMIT if known is None else known  # no sum is beyond it
         middle = min(most, least + width)
-        answer = solver.run(RELAXED, max(0.0, end - solver.work), None, middle)
+        limit = max(0.0, end - solver.work)
+        answer = solver.run(RELAXED, min(limit, AT_ONCE) if builds else limit, None, middle)
+        if isinstance(answer, Unfinished) and builds:
+            builds, before = False, solver.work
+            near = neighbour(solver, solver.raise_least(answer.bound or 0), BUILD_WORK)
+            best = near if near is not None and solver.is_wanted(near.point, answer.best) else answer.best
+            end += solver.work - before
+            continue
         if isinstance(answer, Unfinished):
-            return Unfinished(max(least, answer.bound or 0), answer.best)
+            return Unfinished(max(least, answer.bound or 0), answer.best or best)
         if isinstance(answer, Found) or middle == most:
-            return answer
+            return best or answer if isinstance(answer, NoSuchDesign) else answer
         width = 2 * (solver.raise_least(middle + 1) - least)
         if solver.out_of_time() or solver.work >= end:
-            return Unfinished(middle + 1)
+            return Unfinished(middle + 1, best)

@@ -9,10 +9,16 @@ left, every point is dominated by a found one, equal to it, or proved to belong 
 from __future__ import annotations
 
 from collections.abc import Collection, Iterable, Iterator
+from contextlib import contextmanager
 from heapq import nsmallest
 from math import prod
 from operator import le, lt
-from typing import Any, TypeAlias
+from typing import TYPE_CHECKING, Any, TypeAlias
+
+from dse.encode.linear import EXACT_LIMIT
+
+if TYPE_CHECKING:
+    from ortools.sat.python import cp_model
 
 Bound: TypeAlias = tuple[int, ...]
 Question: TypeAlias = tuple[tuple[Bound, ...], int]
@@ -153,3 +159,17 @@ def set_domain(bounded: Any, low: int, high: int) -> None:
     """The domain of a variable or of a linear constraint."""
     bounded.domain.clear()
     bounded.domain.extend([low, high])
+
+
+@contextmanager
+def valued(model: cp_model.CpModel, least: int | None, most: int | None) -> Iterator[None]:
+    """What is minimised has only values from `least` to `most`, as far as they are known."""
+    if least is None and most is None:
+        yield  # without a look at the objective, which would make one where there is none
+        return
+    domain = model.proto.objective.domain
+    domain.extend([0 if least is None else least, EXACT_LIMIT if most is None else most])
+    try:
+        yield
+    finally:
+        domain.clear()

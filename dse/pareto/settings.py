@@ -27,8 +27,8 @@ class Settings:
     `per_variable` is how much work a call takes at least for each variable of the model.
     With `in_order` the search is depth first in the order of the model's decision strategy. With `from_below` it proves
     bounds of the objective, the least value first; it `narrows` where such bounds and good designs take turns
-    (`dse.pareto.narrowing`), or asks for the `lowest` values first. Long calls get simpler clauses on the way where it
-    `simplifies`.
+    (`dse.pareto.narrowing`), or asks for the `lowest` values first, where it `builds` with a
+    design made before. Long calls get simpler clauses on the way where it `simplifies`.
     """
 
     linearization_level: int
@@ -39,6 +39,7 @@ class Settings:
     from_below: bool = False
     narrows: bool = False
     lowest: bool = False
+    builds: bool = False
     simplifies: bool = True
 
     def least_work(self, model: cp_model.CpModel) -> float:
@@ -63,6 +64,8 @@ RELAXED = Settings(2, has_cuts=False, weight=1.8, per_variable=4e-5)
 """A linear relaxation of the sums and the clauses: for many summands and few rules, as in a knapsack."""
 LOWEST = Settings(2, has_cuts=False, weight=1.8, lowest=True)
 """The same for nothing but the lowest value that is not refuted, for cores that are nearly full."""
+BUILDING = Settings(2, has_cuts=False, weight=1.8, lowest=True, builds=True)
+"""The same, which builds a design where it does not find one at once."""
 CUTTING = Settings(2, has_cuts=True, weight=1.5, per_variable=6e-5)
 """The same with cuts, for sums at the edge of their limits under conditions."""
 WAYS = (BARE, RELAXED, CUTTING)
@@ -95,7 +98,7 @@ Where a design keeps limits with nothing to spare, one relaxation may take a hun
 """
 ANY_WITH_WAITING = (BRIEF, (CLOSING, 10.0), (CLOSING, 100.0))
 """The same where threads wait for each other."""
-ANY_PACKING = (BRIEF, (RELAXED, 0.5), (CUTTING, 0.5))
+ANY_PACKING = (BRIEF, (RELAXED, 0.1))
 """The same where threads share cores: what these do not find is as hard as the search, whose design stays."""
 
 
@@ -104,6 +107,12 @@ def ways_to_any(*, waits: bool, shares: bool) -> tuple[tuple[Settings, float], .
     return ANY_WITH_WAITING if waits else ANY_PACKING if shares else ANY
 
 
+START_WORK = 0.5
+"""Work to find a design to start from, whatever its objectives, where cores are nearly full."""
+NEIGHBOUR_WORK = ((2, 0.2), (3, 0.8))
+"""Work to make a design better by other rates and cores for the threads of two cores; then for those of three."""
+BUILD_WORK = 12.0
+"""Work for all of these together, at most."""
 ROOMY_WORK = (0.05, 0.5)
 """Work to look for a design with given figures that leaves more room on its cores, with linear relaxation."""
 BARE_FIRST = 0.25

@@ -7,8 +7,7 @@ from __future__ import annotations
 
 import time
 from collections import Counter
-from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Sequence
 from functools import partial
 from typing import Any
 
@@ -21,9 +20,10 @@ from dse.pareto.answer import Answer, Found, NoSuchDesign, Unfinished, weighted
 from dse.pareto.apart import Apart
 from dse.pareto.grid import EVERY, weighted_grid
 from dse.pareto.narrowing import FIRST, lowest, narrowed
+from dse.pareto.neighbours import Nearby
 from dse.pareto.parts import Part, Parts
 from dse.pareto.portfolio import PATIENCE, Attempt, Portfolio
-from dse.pareto.regions import Bound, set_domain, strictly_inside
+from dse.pareto.regions import Bound, set_domain, strictly_inside, valued
 from dse.pareto.roomier import roomier
 from dse.pareto.settings import (
     BARE_FIRST,
@@ -68,7 +68,8 @@ class Solver:
         self._weights: Sequence[int] | None = None
         self._regions: Sequence[Bound] | None = None
         self._ceiling: int | None = None
-        self._is_apart = False
+        self.within: tuple[int, ...] = ()  # the literals of the part that is asked about
+        self.nearby: dict[tuple[int, ...], Nearby] = {}  # what was built, by these literals
         self._least: int | None = None  # of the values on the grid
         self._grid = EVERY
         self.slices = FIRST  # of the gap between bound and design (`dse.pareto.narrowing`)
@@ -92,6 +93,7 @@ class Solver:
         """Forbid one design: at least one decision differs, or one of the literals `unless` is true."""
         self.encoded.model.add_bool_or([*self.encoded.differs_from(design), *unless])
         self.parts.forget(design)
+        self.nearby.clear()
 
     def minimise(self, weights: Sequence[int], regions: Sequence[Bound], hint: Design | None = None) -> Answer:
         """The design in one of the `regions` with the least weighted sum of counted objectives.
@@ -114,6 +116,7 @@ class Solver:
         attempts: list[Attempt] = [partial(self._solve_in, weights, regions, settings) for settings in self._ways]
         if len(self.parts) > 1:
             attempts[1:] = [Apart(self, weights, regions).attempt]
+            attempts[0] = attempts[1] if self._rows() else attempts[0]
         return self._whole.answer(attempts, lambda: self.work, self.out_of_time)
 
     def ask(self) -> Answer:
@@ -152,10 +155,10 @@ class Solver:
             self._has_looked_for_any = True
             found = self._any_design()
             self._set_objective(weights)
-            if isinstance(found, Found):
-                self.hint(found.design)
-                return Unfinished(answer.bound, found)
-            return found if isinstance(found, NoSuchDesign) else answer
+            if not isinstance(found, Found):
+                return found if isinstance(found, NoSuchDesign) else answer
+            self.hint(found.design)
+            return Unfinished(answer.bound, found)
         return answer
 
     def _set_objective(self, weights: Sequence[int]) -> None:
@@ -188,7 +191,7 @@ class Solver:
     def solve_part(
         self,
         part: Part,
-        attempt: tuple[Settings, float],
+        way: tuple[Settings, float],
         weights: Sequence[int],
         regions: Sequence[Bound],
         best: Found | None,
@@ -198,13 +201,13 @@ class Solver:
         regions = part.open(regions)
         if not regions or (best is not None and not any(weights)):
             return NoSuchDesign()
-        self._is_apart = True
+        self.within = part.literals
         self._ceiling = better_than = None if best is None else weighted(weights, best.point)
         self._restrict(regions, part.floor(regions))
         try:
-            answer = self._within(part, *attempt, least=least)
+            answer = self._within(part, *way, least=least)
         finally:
-            self._ceiling, self._is_apart = None, False
+            self._ceiling, self.within = None, ()
         part.learn(answer, weights, regions, better_than)
         return answer
 
@@ -262,14 +265,14 @@ class Solver:
         if settings.narrows and self._weights is not None:
             return narrowed(self, work)
         if settings.lowest and self._weights is not None:
-            return lowest(self, work)
+            return lowest(self, work, builds=settings.builds)
         known = self._rows()
         while True:
             answer, best = self._once(settings, work, best, most)
             if answer is not None:
                 return answer
-            if self._is_stuck() or (self._is_apart and self._rows() > known):
-                return Unfinished(best=best)
+            if self._is_stuck() or (self.within and self._rows() > known):
+                return Unfinished(self._least, best)
 
     def _rows(self) -> int:
         """Of how many processors the model has rows: with the first of them other settings are better for a part."""
@@ -308,7 +311,7 @@ class Solver:
             return refuted, best
         self._has_relaxed |= settings.linearization_level > 0
         solver = self.limited(settings, work)
-        with self._between(top):
+        with valued(self.encoded.model, *((None, None) if self._weights is None else (self._least, top))):
             status = self.solved(solver, self.encoded.model, settings)
         if status == cp_model.INFEASIBLE:
             return refuted, best
@@ -347,7 +350,7 @@ class Solver:
         is_loose = self.encoded.is_loose
         if is_loose:
             exact = self.encoded.weigh(design)
-            found = Found(exact, design) if exact is not None and self._is_wanted(exact, best) else None
+            found = Found(exact, design) if exact is not None and self.is_wanted(exact, best) else None
             if self._weights is None and found is not None:
                 return (found if is_optimal else Unfinished(self._bound(solver), found)), best
             best = found or best
@@ -359,6 +362,8 @@ class Solver:
         if settled is None and is_optimal and not has_learnt:
             settled = self._other(design, point) or self.encoded.settled(design, solver.value)
         if settled is None and (is_optimal or (has_learnt and not is_loose)):
+            if is_optimal and self._weights is not None:  # of a question that now is stricter
+                self.raise_least(self._bound(solver) or 0)
             return None, best
         if is_optimal and settled is not None:
             return Found(point, settled), best
@@ -377,7 +382,7 @@ class Solver:
             return False
         return weighted(self._weights, best.point) <= weighted(self._weights, point)
 
-    def _is_wanted(self, point: Bound, best: Found | None) -> bool:
+    def is_wanted(self, point: Bound, best: Found | None) -> bool:
         """Whether a point is one that the solver was asked for, and better than the best one."""
         if self._regions is not None and not any(strictly_inside(point, region) for region in self._regions):
             return False
@@ -385,16 +390,3 @@ class Solver:
             return True
         most = self.most(best)
         return most is None or weighted(self._weights, point) <= most
-
-    @contextmanager
-    def _between(self, most: int | None) -> Iterator[None]:
-        """Only what is better than what is known is looked for, and no less than what is proved."""
-        if self._weights is None or (most is None and self._least is None):
-            yield  # without a look at the objective, which would make one where there is none
-            return
-        domain = self.encoded.model.proto.objective.domain
-        domain.extend([0 if self._least is None else self._least, EXACT_LIMIT if most is None else most])
-        try:
-            yield
-        finally:
-            domain.clear()
