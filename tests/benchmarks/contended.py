@@ -193,7 +193,7 @@ def in_our_search(way: str) -> Iterator[None]:
     """
     with ExitStack() as stack:
         if way:
-            rows = add_thread_rows if way == "rows per thread" else lambda *_: None
+            rows = add_thread_rows if way == "rows per thread" else lambda *_: []
             stack.enter_context(patch.object(contention, "placements", lambda *_: ()))
             stack.enter_context(patch.object(contention, "add_rows", rows))
             stack.enter_context(patch.object(subproblem, "roomier", lambda *_: None))
@@ -219,14 +219,18 @@ def is_before(one: Member, other: Member) -> bool:
 
 def add_thread_rows(
     space: Space, model: cp_model.CpModel, places: Places, processor: int, deadlines: Sequence[Deadline]
-) -> None:
-    """On each core and for each period of each thread: some point has room for it and all that is more urgent there."""
+) -> list[int]:
+    """On each core and for each period of each thread: some point has room for it and all that is more urgent there.
+
+    Returns the clauses that number equal cores: none.
+    """
     rows = _Rows(model, places, processor)
     for item in deadlines:
         thread = places.threads[item.thread]
         for literal, rate in thread.modes if processor in thread.cores else ():
             for core in range(len(thread.cores[processor])) if rate is not None else ():
                 rows.add(thread, literal, rate, core)
+    return []
 
 
 class _Rows:

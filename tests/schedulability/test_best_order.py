@@ -79,7 +79,7 @@ def test_the_order_of_deadlines_is_shown_and_decides() -> None:
 
 
 def test_without_rows_and_moves_lessons_name_threads_that_no_order_saves(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(contention, "add_rows", lambda *_: None)
+    monkeypatch.setattr(contention, "add_rows", lambda *_: [])
     seen = []
 
     def noted(*given: object) -> object:
