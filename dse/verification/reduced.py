@@ -9,7 +9,7 @@ refuted, while a solution says nothing.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from functools import cached_property
 from typing import Any
 
@@ -19,9 +19,13 @@ from dse.records import dataclass
 from dse.timelimit import look_at_the_clock
 from dse.verification.calls import attempted
 from dse.verification.diagrams import Diagram, Node, changed, leaves, scope
+from dse.verification.levels import Demand, Levels, add_levels
 from dse.verification.lookups import Lookups
 from dse.verification.sums import Sum
 from dse.verification.tables import Tables
+
+FIRST_OF_CORES = 3
+"""The attempt at rows of cores that comes first: with linear relaxation (`dse.verification.calls.WAYS`)."""
 
 
 @dataclass(frozen=True)
@@ -68,29 +72,62 @@ class Reduction:
                 more.append(Row(tuple(_times(part, -1) for part in total.parts), -bound * divisor))
         left = [list(options) for options in self.left]
         is_empty = self.is_empty or not narrow([*self.rows, *more], left, more)
-        return ReducedRegion([*self.rows, *more], left, is_empty)
+        return ReducedRegion([*self.rows, *more], left, is_empty, self.tables.levels)
 
 
 class ReducedRegion:
-    """A smaller question, to be asked again with more time until it is answered."""
+    """A smaller question, to be asked again with more time until it is answered.
 
-    def __init__(self, rows: Sequence[Row], left: list[list[int]], is_empty: bool) -> None:
-        self.rows, self.left, self.is_empty = rows, left, is_empty
+    One that has a solution is asked with the rows of cores (`dse.verification.levels`), if there are any: there what is
+    never better by the other rows may be so. Where types of processors are open, one after the other is.
+    """
+
+    def __init__(self, rows: Sequence[Row], left: list[list[int]], is_empty: bool, levels: Levels | None) -> None:
+        self.rows, self.left, self.is_empty, self.levels = rows, left, is_empty, levels
         self._attempts = 0
         self._model: cp_model.CpModel | None = None
         self._has_solution = False
+        self._parts: list[ReducedRegion] = []
 
     def is_refuted(self, limit: float, deadline: float | None) -> bool:
         """Whether it can be shown, with so much deterministic time, that there is no solution."""
         if self.is_empty or self._has_solution:
             return self.is_empty
+        if self._parts:
+            return self._are_refuted(limit, deadline)
         if self._model is None:
-            leave_out_dominated(self.rows, self.left)
-            self._model = _model(self.rows, self.left)
+            left = [list(options) for options in self.left]
+            leave_out_dominated(self.rows, left)
+            self._model = _model(self.rows, left)
         status, solver = attempted(self._model, deadline, limit, self._attempts)
         self._attempts += 1
-        self._has_solution = solver is not None
         self.is_empty = status == cp_model.INFEASIBLE
+        if solver is not None and self.levels is not None:
+            self._parts = self._by_type(self.levels)
+            if not self._parts:
+                self._model, self._attempts = _model(self.rows, self.left, self.levels), FIRST_OF_CORES
+                self.levels = None
+            return self.is_refuted(limit, deadline)
+        self._has_solution = solver is not None
+        return self.is_empty
+
+    def _by_type(self, levels: Levels) -> list[ReducedRegion]:
+        """The same for each type of a processor that has several left; nothing where none has."""
+        decision = next((item for item in levels.types if len(self.left[item]) > 1), None)
+        found = []
+        for option in self.left[decision] if decision is not None else ():
+            left = [[option] if item == decision else list(options) for item, options in enumerate(self.left)]
+            is_empty = not narrow(self.rows, left, self.rows)
+            found.append(ReducedRegion(self.rows, left, is_empty, levels))
+        return found
+
+    def _are_refuted(self, limit: float, deadline: float | None) -> bool:
+        for part in self._parts:
+            part.is_refuted(limit, deadline)
+            if part._has_solution:
+                self._has_solution = True
+                return False
+        self.is_empty = all(part.is_empty for part in self._parts)
         return self.is_empty
 
 
@@ -210,12 +247,11 @@ def _is_below(
     return walk(one, other)
 
 
-def _model(rows: Sequence[Row], left: Sequence[Sequence[int]]) -> cp_model.CpModel:
-    """The rows with what is left: what one decision adds to a row is one figure."""
+def _model(rows: Sequence[Row], left: Sequence[Sequence[int]], levels: Levels | None = None) -> cp_model.CpModel:
+    """The rows with what is left: what one decision adds to a row is one figure. With those of `levels`, if any."""
     model = cp_model.CpModel()
     small: dict[tuple[Any, ...], Diagram] = {}
-    chosen = [model.new_int_var(0, max(0, len(options) - 1), "") for options in left]
-    lookups = Lookups(model, chosen)
+    options = _Options(model, left)
     for row in rows:
         look_at_the_clock()
         alone: dict[int, list[int]] = {}
@@ -224,15 +260,65 @@ def _model(rows: Sequence[Row], left: Sequence[Sequence[int]]) -> cp_model.CpMod
             if not isinstance(part, Node):
                 total += int(part)
             elif any(isinstance(branch, Node) for branch in part.branches):
-                total += lookups.value(part)
+                total += options.lookups.value(part)
             else:
                 known = alone.get(part.decision, [0] * len(part.branches))
                 alone[part.decision] = [value + int(more) for value, more in zip(known, part.branches, strict=True)]
         for decision, values in alone.items():
-            total += lookups.value(_node(decision, values, small))
+            if levels is None:
+                total += options.lookups.value(_node(decision, values, small))
+            else:
+                total += sum(value * literal for value, literal in zip(values, options.of(decision), strict=True))
         if not isinstance(total, int):  # else it holds, as `narrow` has left it
             model.add(total <= row.most)
+    if levels is not None:
+        add_levels(model, [_uses(levels, number, left, small, options) for number in sorted(levels.demands)])
     return model
+
+
+class _Options:
+    """What is left of each decision, as the position of an option and, where it is asked for, as literals."""
+
+    def __init__(self, model: cp_model.CpModel, left: Sequence[Sequence[int]]) -> None:
+        self.model, self.left = model, left
+        self.chosen = [model.new_int_var(0, max(0, len(options) - 1), "") for options in left]
+        self.lookups = Lookups(model, self.chosen)
+        self._literals: dict[int, list[Any]] = {}
+
+    def of(self, decision: int) -> list[Any]:
+        """A literal for each option."""
+        if decision not in self._literals:
+            self._literals[decision] = self.equal(self.chosen[decision], range(len(self.left[decision])))
+        return self._literals[decision]
+
+    def equal(self, variable: Any, values: Iterable[int]) -> list[Any]:
+        """A literal for each of the values that a variable may have."""
+        literals = []
+        for value in values:
+            literals.append(self.model.new_bool_var(""))
+            self.model.add(variable == value).only_enforce_if(literals[-1])
+        self.model.add_exactly_one(literals)
+        return literals
+
+
+def _uses(
+    levels: Levels, number: int, left: Sequence[Sequence[int]], known: dict[tuple[Any, ...], Diagram], options: _Options
+) -> dict[Demand, Any]:
+    """Whether a thread has each of its demands that are left: a sum of literals of which at most one is true."""
+    listed, diagram = levels.demands[number], _restricted(levels.positions[number], left, known)
+    uses: dict[Demand, Any] = {}
+    if not isinstance(diagram, Node):
+        pairs: Iterable[tuple[int, Any]] = [(int(diagram), 1)]
+    elif any(isinstance(branch, Node) for branch in diagram.branches):
+        values = sorted({int(leaf) for leaf in leaves(diagram)})
+        pairs = zip(values, options.equal(options.lookups.value(diagram), values), strict=True)
+    else:
+        pairs = zip(map(int, diagram.branches), options.of(diagram.decision), strict=True)
+    for position, literal in pairs:
+        demand = listed[position]
+        if demand is not None:
+            uses[demand] = uses.get(demand, 0) + literal
+    return uses
 
 
 def _node(decision: int, branches: Sequence[Diagram], known: dict[tuple[Any, ...], Diagram]) -> Diagram:

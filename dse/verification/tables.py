@@ -25,6 +25,7 @@ from dse.space.types import EMPTY, Space
 from dse.verification.contention import has_number, is_late_limit, is_simple, place_of
 from dse.verification.cores import CoreTable, core_table
 from dse.verification.diagrams import NO_DESIGN, Diagram, Diagrams, TooLarge, as_fraction, leaves
+from dse.verification.levels import Levels, levels_of, rooms, timely
 from dse.verification.releases import formula_of
 from dse.verification.sums import Bound, Figures, Pick, Sum, Waits
 
@@ -64,6 +65,8 @@ class Tables:
     """For each thread that may share a core with others a number for its core; empty where there are no such limits."""
     waits: Waits | None = None
     """Waiting in objectives and bounds; none where tables hold all of it."""
+    levels: Levels | None = None
+    """Rows of cores that designs keep whose threads are in time; none where they would be too large."""
 
     @property
     def is_exact(self) -> bool:
@@ -89,12 +92,13 @@ def build_tables(evaluator: Evaluator) -> Tables:
     bounds = tuple(bound for limit in evaluator.limits for bound in builder.limit(limit))
     builder.structure()
     late = tuple(builder.late)
+    threads = timely(evaluator.space, late)
     return Tables(
         space=evaluator.space,
         evaluator=evaluator,
         allowed=builder.make.allowed,
         conditions=tuple(builder.conditions),
-        bounds=bounds,
+        bounds=(*bounds, *(builder.room(*room) for room in rooms(builder.make, threads))),
         objectives=objectives,
         met=tuple(builder.met(number) for number in range(len(evaluator.space.decisions))),
         late=late,
@@ -102,6 +106,7 @@ def build_tables(evaluator: Evaluator) -> Tables:
         cores=tuple(builder.cores),
         places=builder.places() if late or builder.waiting else {},
         waits=builder.waits() if builder.waiting else None,
+        levels=levels_of(builder.make, threads),
     )
 
 
@@ -289,6 +294,11 @@ class _Builder:
         most = self._sum(edge, 1, lambda value: whole(-sign * value * scale) + (1 if strict and exact else 0))
         made = Sum((*low.parts, *most.parts), low.low + most.low, low.high + most.high, low.extremes, low.waits)
         return Bound(name, made, exact and not figures.is_open and not figures.is_loose)
+
+    def room(self, name: str, parts: Sequence[Diagram], count: Diagram) -> Bound:
+        """What threads use together is no more than so many cores."""
+        shares = Figures(tuple(self.make.mapped(part, as_fraction) for part in parts))
+        return self.bound(name, shares, self.make.mapped(count, as_fraction), 1, strict=False)
 
     def waits(self) -> Waits:
         """What the waiting of threads follows from."""

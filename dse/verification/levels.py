@@ -1,0 +1,147 @@
+"""Deadlines in the second proof: what the threads of a core need together, level by level.
+
+Threads that are periodic and preempted at any time, each of which must end before its next release, are in time on a
+core under some priorities only if they are so rate-monotonically (Liu and Layland, 1973), and for that the work that is
+released until some time t must fit into t: for the threads of each period and all shorter ones, t up to that period, a
+multiple of one of theirs (Lehoczky, Sha and Ding, 1989). All else that the analysis counts only makes response times
+longer. So every design that the analysis accepts keeps these rows, with some core for each thread; whether it may have
+that core is not asked, and equal cores are numbered as their first threads stand in the file.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from fractions import Fraction
+from functools import partial
+from typing import Any, TypeAlias
+
+from dse.analysis.limits import Limit
+from dse.analysis.partition import core_count
+from dse.analysis.rates import NS_PER_S, is_event_triggered, rate_hz
+from dse.analysis.tasks import work_ns
+from dse.analysis.views import View
+from dse.records import dataclass
+from dse.space.trees import at
+from dse.space.trees import leaves as leaves_of
+from dse.space.types import Space
+from dse.verification.contention import is_simple
+from dse.verification.diagrams import NO_DESIGN, Diagram, Diagrams, leaves
+
+MOST_ENTRIES = 100_000
+"""Rows with more entries than this, in all, are left out: they would cost more than they save."""
+
+Demand: TypeAlias = tuple[int, int, int, int]
+"""Of a thread in a design: its processor, how many cores that has, its period and the time of a job at most, in ns."""
+
+
+@dataclass(frozen=True)
+class Levels:
+    """For each thread that must be in time its `demands`, and the diagram of the position of the one that it has.
+
+    The first one stands for what is not looked at: a thread on no processor, or one of which events release a job.
+    `types` are the decisions on the types of processors.
+    """
+
+    demands: Mapping[int, tuple[Demand | None, ...]]
+    positions: Mapping[int, Diagram]
+    types: tuple[int, ...]
+
+
+def timely(space: Space, late: Sequence[Limit]) -> dict[int, Limit]:
+    """The threads that must be in time in every design, by number, of those whose jobs can be counted."""
+    found = {}
+    for limit in late:
+        number = limit.requirement.metric.index
+        if number is None or limit.is_elsewhere or limit.requirement.operator not in ("<=", "<"):
+            continue
+        component = space.components[number]
+        if is_simple(component) and component.response_ns is None:
+            found[number] = limit
+    return found
+
+
+def rooms(make: Diagrams, threads: Mapping[int, Limit]) -> Iterator[tuple[str, list[Diagram], Diagram]]:
+    """For each processor a name, what each of these threads uses there, and how many cores there are."""
+    for number, slot in enumerate(make.space.processors):
+        name = f"the cores of {slot.name}"
+        here = [thread for thread in threads if number in set(leaves_of(make.space.components[thread].processor))]
+        if here:
+            parts = [make.diagram(partial(_use, make.space, number, thread), name) for thread in here]
+            yield name, parts, make.diagram(partial(core_count, make.space, number), name)
+
+
+def _use(space: Space, processor: int, number: int, view: View) -> Fraction:
+    """The share of a core that a thread uses of a processor."""
+    if at(space.components[number].processor, view) != processor:
+        return Fraction(0)
+    return Fraction(work_ns(space, number, view)) * rate_hz(space, ("activation", number), view) / NS_PER_S
+
+
+def levels_of(make: Diagrams, threads: Mapping[int, Limit]) -> Levels | None:
+    """What the rows of these threads are made of; None where there are none, or too many."""
+    demands: dict[int, tuple[Demand | None, ...]] = {}
+    positions = {}
+    for number, limit in threads.items():
+        found = make.diagram(partial(_demand, make.space, number, limit), f"what {limit.requirement.text} asks for")
+        listed = (None, *sorted({leaf for leaf in leaves(found) if leaf is not None}))
+        demands[number], positions[number] = listed, make.mapped(found, partial(_position, listed))
+    levels = Levels(demands, positions, tuple(slot.type_decision for slot in make.space.processors))
+    return levels if 0 < _entries(levels) <= MOST_ENTRIES else None
+
+
+def _demand(space: Space, number: int, limit: Limit, view: View) -> Demand | None:
+    component = space.components[number]
+    processor = at(component.processor, view)
+    if processor is None or is_event_triggered(component, view):
+        return None
+    period = at(component.period_ns, view)
+    if limit.bound(view) > period:
+        return None
+    return processor, core_count(space, processor, view), period, work_ns(space, number, view)
+
+
+def _position(listed: Sequence[Demand | None], demand: Any) -> int:
+    return 0 if demand is NO_DESIGN else listed.index(demand)
+
+
+def add_levels(model: Any, uses: Sequence[Mapping[Demand, Any]]) -> None:
+    """The rows of every core; `uses` has for each thread, in the order of the file, whether it has a demand."""
+    cores: dict[tuple[int, int], list[tuple[int, int, Any]]] = {}
+    for place, use in enumerate(uses):
+        for (processor, count, period, work), is_so in use.items():
+            here = [model.new_bool_var("") for _ in range(min(count, place + 1))]
+            model.add(sum(here) == is_so)
+            for core, literal in enumerate(here):
+                cores.setdefault((processor, core), []).append((period, work, literal))
+    for held in cores.values():
+        for shorter, points in _levels(held):
+            fits = []
+            for point in points:
+                fit = model.new_bool_var("")
+                work = sum(-(-point // period) * work * literal for period, work, literal in shorter)
+                model.add(work <= point).only_enforce_if(fit)
+                fits.append(fit)
+            model.add_bool_or(fits)
+
+
+def _entries(levels: Levels) -> int:
+    """How many entries the rows have."""
+    held: dict[int, list[tuple[int, int, Any]]] = {}
+    most: dict[int, int] = {}
+    for demands in levels.demands.values():
+        for processor, count, period, work in filter(None, demands):
+            held.setdefault(processor, []).append((period, work, None))
+            most[processor] = max(most.get(processor, 0), count)
+    return sum(
+        most[processor] * len(shorter) * len(points)
+        for processor, here in held.items()
+        for shorter, points in _levels(here)
+    )
+
+
+def _levels(held: Sequence[tuple[int, int, Any]]) -> Iterator[tuple[list[tuple[int, int, Any]], list[int]]]:
+    """For each period of a core what is released as often or more often, and the times until which it may fit."""
+    periods = sorted({period for period, _, _ in held})
+    for level in periods:
+        shorter = [item for item in held if item[0] <= level]
+        yield shorter, sorted({time for period in periods for time in range(period, level + 1, period)})
