@@ -33,6 +33,7 @@ def changed_meanings(problem: Problem) -> Iterator[str]:
     yield from _late_reads(space)
     yield from _wait_sets(space)
     yield from _callback_groups(space)
+    yield from _segments(space)
 
 
 def _named(names: Sequence[str]) -> str:
@@ -158,6 +159,31 @@ def _callback_groups(space: Space) -> Iterator[str]:
             "a callback without a bound delays the more urgent ones of its group by one job "
             f"(none of them had a bound before): {_named(names)}"
         )
+
+
+def _segments(space: Space) -> Iterator[str]:
+    """Threads with segments beside work that may wait for one of these, and go before the next."""
+    names: dict[str, None] = {}
+    for item in space.components:
+        if item.pieces is not None and any(
+            _may_wait_for(space, other, item) for other in space.components if other.stated_as != item.stated_as
+        ):
+            names[item.stated_as] = None
+    if names:
+        yield (
+            "what waited for a segment of a thread goes before its next segment "
+            f"(it was not counted before): {_named([*names])}"
+        )
+
+
+def _may_wait_for(space: Space, other: Component, piece: Component) -> bool:
+    """Whether a piece may keep something waiting that goes before a later piece of its thread, where they meet."""
+    served = {index for index in leaves(piece.executor) if index is not None} & set(leaves(other.executor))
+    if served:
+        kinds = {kind for index in served for kind in leaves(space.executors[index].kind)}
+        return "callback_group" in kinds or other.pieces is None
+    ranks = {rank for rank in leaves(piece.priority) if isinstance(rank, int)} & set(leaves(other.priority))
+    return bool(ranks) and bool({*leaves(piece.processor)} & {*leaves(other.processor)} - {None})
 
 
 def _comes_late(space: Space, item: Component) -> bool:

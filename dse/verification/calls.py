@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import threading
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from itertools import count
 from typing import Any, TypeAlias
 
@@ -23,13 +23,16 @@ SHARE_OF_REFUTING = 4
 """The smaller question before an attempt may take so many times its limit: it mostly answers for all of them."""
 MOST_STOPS = 500
 """So often a call is told to stop, each 10 ms."""
-WAYS = (
-    (cp_model.AUTOMATIC_SEARCH, 0),
-    (cp_model.AUTOMATIC_SEARCH, 1),
-    (cp_model.PORTFOLIO_WITH_QUICK_RESTART_SEARCH, 0),
-    (cp_model.AUTOMATIC_SEARCH, 2),
+Ways: TypeAlias = Sequence[tuple[Any, int, int]]
+"""How a solver branches, with how much linear relaxation, and whether with cuts; the attempts take turns."""
+WAYS: Ways = (
+    (cp_model.AUTOMATIC_SEARCH, 0, 1),
+    (cp_model.AUTOMATIC_SEARCH, 1, 1),
+    (cp_model.PORTFOLIO_WITH_QUICK_RESTART_SEARCH, 0, 1),
+    (cp_model.AUTOMATIC_SEARCH, 2, 1),
 )
-"""How a solver branches, with how much linear relaxation."""
+PACKING: Ways = ((cp_model.AUTOMATIC_SEARCH, 2, 0), (cp_model.AUTOMATIC_SEARCH, 2, 1))
+"""Those where threads are put on cores: of what fills them to the brim only the relaxation tells (record 29)."""
 
 Outcome: TypeAlias = tuple[Any, cp_model.CpSolver | None]
 """A status, and the solver that has values for it."""
@@ -51,15 +54,21 @@ def ask(model: cp_model.CpModel, deadline: float | None, is_refuted: Callable[[f
     raise AssertionError("attempts have no end")
 
 
-def attempted(model: cp_model.CpModel, deadline: float | None, limit: float, attempt: int = 0) -> Outcome:
+def attempted(
+    model: cp_model.CpModel,
+    deadline: float | None,
+    limit: float,
+    attempt: int = 0,
+    ways: Ways = WAYS,
+) -> Outcome:
     """One attempt at a model, with settings and a seed of its own, for so much deterministic time; may be unknown."""
     if _is_over(deadline):
         return cp_model.UNKNOWN, None
-    branching, linearization = WAYS[attempt % len(WAYS)]
+    branching, linearization, cuts = ways[attempt % len(ways)]
     solver = other_solver()
     parameters: Any = solver.parameters
     parameters.search_branching = branching
-    parameters.linearization_level = linearization
+    parameters.linearization_level, parameters.cut_level = linearization, cuts
     parameters.random_seed = SEED + attempt
     parameters.max_deterministic_time = limit
     seconds = 1.0 + SECONDS_A_UNIT * limit

@@ -10,7 +10,7 @@ that core is not asked, and equal cores are numbered as their first threads stan
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from fractions import Fraction
 from functools import partial
 from typing import Any, TypeAlias
@@ -25,10 +25,14 @@ from dse.space.trees import at
 from dse.space.trees import leaves as leaves_of
 from dse.space.types import Space
 from dse.verification.contention import is_simple
-from dse.verification.diagrams import NO_DESIGN, Diagram, Diagrams, leaves
+from dse.verification.diagrams import NO_DESIGN, Diagram, Diagrams, TooLarge, as_fraction, leaves
+from dse.verification.sums import Figures
 
 MOST_ENTRIES = 100_000
 """Rows with more entries than this, in all, are left out: they would cost more than they save."""
+
+MOST_CASES = 1_000
+"""A thread whose demand depends on more combinations of options has no part in rows: they hold without it."""
 
 Demand: TypeAlias = tuple[int, int, int, int]
 """Of a thread in a design: its processor, how many cores that has, its period and the time of a job at most, in ns."""
@@ -60,14 +64,24 @@ def timely(space: Space, late: Sequence[Limit]) -> dict[int, Limit]:
     return found
 
 
-def rooms(make: Diagrams, threads: Mapping[int, Limit]) -> Iterator[tuple[str, list[Diagram], Diagram]]:
-    """For each processor a name, what each of these threads uses there, and how many cores there are."""
+def rooms(make: Diagrams, threads: Mapping[int, Limit]) -> Iterator[tuple[str, Figures, Diagram]]:
+    """For each processor a name, what these threads use there, and how many cores there are."""
     for number, slot in enumerate(make.space.processors):
         name = f"the cores of {slot.name}"
         here = [thread for thread in threads if number in set(leaves_of(make.space.components[thread].processor))]
-        if here:
-            parts = [make.diagram(partial(_use, make.space, number, thread), name) for thread in here]
-            yield name, parts, make.diagram(partial(core_count, make.space, number), name)
+        uses = (_diagram(make, partial(_use, make.space, number, thread), name) for thread in here)
+        parts = tuple(make.mapped(use, as_fraction) for use in uses if use is not None)
+        count = _diagram(make, partial(core_count, make.space, number), name)
+        if parts and count is not None:
+            yield name, Figures(parts), make.mapped(count, as_fraction)
+
+
+def _diagram(make: Diagrams, formula: Callable[[View], Any], name: str) -> Diagram | None:
+    """The diagram of a formula; None where it depends on so much that a row does without it."""
+    try:
+        return make.diagram(formula, name, MOST_CASES)
+    except TooLarge:
+        return None
 
 
 def _use(space: Space, processor: int, number: int, view: View) -> Fraction:
@@ -82,7 +96,9 @@ def levels_of(make: Diagrams, threads: Mapping[int, Limit]) -> Levels | None:
     demands: dict[int, tuple[Demand | None, ...]] = {}
     positions = {}
     for number, limit in threads.items():
-        found = make.diagram(partial(_demand, make.space, number, limit), f"what {limit.requirement.text} asks for")
+        found = _diagram(make, partial(_demand, make.space, number, limit), limit.requirement.text)
+        if found is None:
+            continue
         listed = (None, *sorted({leaf for leaf in leaves(found) if leaf is not None}))
         demands[number], positions[number] = listed, make.mapped(found, partial(_position, listed))
     levels = Levels(demands, positions, tuple(slot.type_decision for slot in make.space.processors))

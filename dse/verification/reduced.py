@@ -17,15 +17,15 @@ from ortools.sat.python import cp_model
 
 from dse.records import dataclass
 from dse.timelimit import look_at_the_clock
-from dse.verification.calls import attempted
+from dse.verification.calls import PACKING, WAYS, attempted
 from dse.verification.diagrams import Diagram, Node, changed, leaves, scope
 from dse.verification.levels import Demand, Levels, add_levels
 from dse.verification.lookups import Lookups
 from dse.verification.sums import Sum
 from dse.verification.tables import Tables
 
-FIRST_OF_CORES = 3
-"""The attempt at rows of cores that comes first: with linear relaxation (`dse.verification.calls.WAYS`)."""
+SHARE_OF_CORES = 2
+"""The rows of cores may take so many times the limit of a smaller question without them."""
 
 
 @dataclass(frozen=True)
@@ -88,6 +88,7 @@ class ReducedRegion:
         self._model: cp_model.CpModel | None = None
         self._has_solution = False
         self._parts: list[ReducedRegion] = []
+        self._ways = WAYS
 
     def is_refuted(self, limit: float, deadline: float | None) -> bool:
         """Whether it can be shown, with so much deterministic time, that there is no solution."""
@@ -99,14 +100,15 @@ class ReducedRegion:
             left = [list(options) for options in self.left]
             leave_out_dominated(self.rows, left)
             self._model = _model(self.rows, left)
-        status, solver = attempted(self._model, deadline, limit, self._attempts)
+        limit *= SHARE_OF_CORES if self._ways is PACKING else 1
+        status, solver = attempted(self._model, deadline, limit, self._attempts, self._ways)
         self._attempts += 1
         self.is_empty = status == cp_model.INFEASIBLE
         if solver is not None and self.levels is not None:
             self._parts = self._by_type(self.levels)
             if not self._parts:
-                self._model, self._attempts = _model(self.rows, self.left, self.levels), FIRST_OF_CORES
-                self.levels = None
+                self._model, self._attempts = _model(self.rows, self.left, self.levels), 0
+                self.levels, self._ways = None, PACKING
             return self.is_refuted(limit, deadline)
         self._has_solution = solver is not None
         return self.is_empty

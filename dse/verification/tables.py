@@ -98,7 +98,7 @@ def build_tables(evaluator: Evaluator) -> Tables:
         evaluator=evaluator,
         allowed=builder.make.allowed,
         conditions=tuple(builder.conditions),
-        bounds=(*bounds, *(builder.room(*room) for room in rooms(builder.make, threads))),
+        bounds=(*bounds, *(builder.bound(*room, 1, strict=False) for room in rooms(builder.make, threads))),
         objectives=objectives,
         met=tuple(builder.met(number) for number in range(len(evaluator.space.decisions))),
         late=late,
@@ -294,11 +294,6 @@ class _Builder:
         most = self._sum(edge, 1, lambda value: whole(-sign * value * scale) + (1 if strict and exact else 0))
         made = Sum((*low.parts, *most.parts), low.low + most.low, low.high + most.high, low.extremes, low.waits)
         return Bound(name, made, exact and not figures.is_open and not figures.is_loose)
-
-    def room(self, name: str, parts: Sequence[Diagram], count: Diagram) -> Bound:
-        """What threads use together is no more than so many cores."""
-        shares = Figures(tuple(self.make.mapped(part, as_fraction) for part in parts))
-        return self.bound(name, shares, self.make.mapped(count, as_fraction), 1, strict=False)
 
     def waits(self) -> Waits:
         """What the waiting of threads follows from."""

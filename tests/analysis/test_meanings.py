@@ -87,3 +87,46 @@ def test_what_counts_otherwise_is_told(edit: tuple[str, str], word: str, said: l
 def test_nothing_is_told_of_a_file_that_no_change_touches() -> None:
     text = TEXT.replace("{fixed: [5 us, 6 us], per_byte: 8 us}", "{per_byte: 8 us}")
     assert remarks(text, "before") == []
+
+
+SEGMENTS = """
+dse: 1
+name: pieces
+processor_types: {c: {}, g: {serves: fifo}}
+processors: {p: {type: c}, gpu: {type: g}}
+threads:
+  a:
+    processor: p
+    period: 40 ms
+    segments: [PIECES]
+  b: {processor: gpu, period: 4 ms, compute_execution_time: 2 ms}
+flows: {f: {path: [a]}}
+objectives: [minimise latency of f]
+"""
+PIECES = (
+    "{compute_execution_time: 1 ms}, {processor: gpu, compute_execution_time: 8 ms}, {compute_execution_time: 1 ms}"
+)
+WAITED = "what waited for a segment of a thread goes before its next segment (it was not counted before): "
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "said"),
+    [
+        ("", "", [f"{WAITED}a"]),
+        ("  b: {processor: gpu,", "  b: {processor: p,", []),
+        ("  b: {processor: gpu, period: 4 ms, compute_execution_time: 2 ms}",
+         "  b: {processor: p, period: 40 ms, segments: [PIECES]}", []),
+        ("  b: {processor: gpu, period: 4 ms, compute_execution_time: 2 ms}",
+         "  b: {processor: p, priority: 3, period: 40 ms, segments: [PIECES]}", []),
+    ],
+)  # fmt: skip
+def test_segments_beside_what_may_wait_for_them_are_told(old: str, new: str, said: list[str]) -> None:
+    text = SEGMENTS.replace(old, new) if old else SEGMENTS
+    assert remarks(text.replace("PIECES", PIECES), "segment") == said
+
+
+def test_segments_on_an_accelerator_that_serves_by_priority_are_told() -> None:
+    other = "  b: {processor: p, period: 40 ms, segments: [PIECES]}\nflows:"
+    text = SEGMENTS.replace("serves: fifo", "serves: priority")
+    text = text.replace("  b: {processor: gpu, period: 4 ms, compute_execution_time: 2 ms}\nflows:", other)
+    assert remarks(text.replace("PIECES", PIECES), "segment") == [f"{WAITED}a, b"]
