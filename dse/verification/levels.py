@@ -17,7 +17,7 @@ from typing import Any, TypeAlias
 
 from dse.analysis.limits import Limit
 from dse.analysis.partition import core_count
-from dse.analysis.rates import NS_PER_S, is_event_triggered, rate_hz
+from dse.analysis.rates import is_event_triggered
 from dse.analysis.tasks import work_ns
 from dse.analysis.views import View
 from dse.records import dataclass
@@ -85,10 +85,11 @@ def _diagram(make: Diagrams, formula: Callable[[View], Any], name: str) -> Diagr
 
 
 def _use(space: Space, processor: int, number: int, view: View) -> Fraction:
-    """The share of a core that a thread uses of a processor."""
-    if at(space.components[number].processor, view) != processor:
+    """The share of a core that a thread uses of a processor; nothing where events release it."""
+    component = space.components[number]
+    if at(component.processor, view) != processor or is_event_triggered(component, view):
         return Fraction(0)
-    return Fraction(work_ns(space, number, view)) * rate_hz(space, ("activation", number), view) / NS_PER_S
+    return Fraction(work_ns(space, number, view), at(component.period_ns, view))
 
 
 def levels_of(make: Diagrams, threads: Mapping[int, Limit]) -> Levels | None:
