@@ -127,7 +127,7 @@ def _latency_terms(space: Space, flow: Flow, kind: str) -> Iterator[Term]:
             continue
 
         def value(view: View, step: Step = step, space: Space = space) -> Fraction:
-            figure = cast(Fraction, _figure_of(kind, _element_range_ns(space, step, view)))  # sums of rows are
+            figure = cast(Fraction, _figure_of(kind, _element_range_ns(space, step, view)))  # as sums of rows are
             if kind == "run jitter":
                 figure += _run_excess_ns(space, step, view)
             return figure

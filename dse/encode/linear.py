@@ -30,6 +30,12 @@ Given: TypeAlias = Mapping[int, int]
 NOTHING: Given = MappingProxyType({})
 
 
+def set_domain(bounded: Any, low: int, high: int) -> None:
+    """The domain of a variable or of a linear constraint."""
+    bounded.domain.clear()
+    bounded.domain.extend([low, high])
+
+
 @dataclass
 class Form:
     """constant + sum of coefficient * variable, with bounds known term by term: ``low <= form <= high``."""

@@ -11,6 +11,7 @@ from typing import Any
 
 from ortools.sat.python import cp_model
 
+from dse.encode.linear import set_domain
 from dse.encode.model import EncodedSpace
 from dse.encode.places import Places, Thread
 
@@ -26,10 +27,10 @@ def unnumbered(encoded: EncodedSpace) -> cp_model.CpModel:
     for clause in encoded.contention.numbering:
         model.proto.constraints[clause].bool_or.literals.append(encoded.contention.places.true)
     for objective in encoded.objectives:
-        _bound(model.proto.variables[objective.variable.index], 0, objective.size)
+        set_domain(model.proto.variables[objective.variable.index], 0, objective.size)
     for switch in encoded.regions:
         for constraint, objective in zip(switch.constraints, encoded.objectives, strict=True):
-            _bound(model.proto.constraints[constraint].linear, 0, objective.size)
+            set_domain(model.proto.constraints[constraint].linear, 0, objective.size)
     return model
 
 
@@ -68,10 +69,10 @@ def neighbourhood(
             for processor, columns in thread.cores.items():
                 for core, index in enumerate(columns):
                     if (processor, core) not in cores and index not in (places.true, -places.true - 1):
-                        _bound(variables[_variable(index)], int(index < 0), int(index < 0))
+                        set_domain(variables[_variable(index)], int(index < 0), int(index < 0))
         else:
             for variable in _held(thread):
-                _bound(variables[variable], solution[variable], solution[variable])
+                set_domain(variables[variable], solution[variable], solution[variable])
     return near
 
 
@@ -94,9 +95,3 @@ def _is_true(solution: Sequence[int], index: int) -> bool:
 def _literal(model: cp_model.CpModel, index: int) -> Any:
     found = model.get_int_var_from_proto_index(_variable(index))
     return found if index >= 0 else found.negated()
-
-
-def _bound(bounded: Any, low: int, high: int) -> None:
-    """The domain of a variable or of a linear constraint."""
-    bounded.domain.clear()
-    bounded.domain.extend([low, high])

@@ -14,7 +14,7 @@ from typing import Any
 
 from ortools.sat.python import cp_model
 
-from dse.encode.linear import EXACT_LIMIT
+from dse.encode.linear import EXACT_LIMIT, set_domain
 from dse.pareto.answer import Answer, Found, Unfinished
 from dse.pareto.settings import BARE_IN_ORDER, ORDERED_SEARCH, ORDERED_TO_THE_END, Settings
 from dse.pareto.subproblem import Solver
@@ -131,9 +131,7 @@ def _by_digits(solver: Solver, known: Found) -> Design | None:
             restore += _fix(solver, design, [index for index, _ in digits])
     finally:
         for variable in restore:
-            domain = encoded.model.proto.variables[variable].domain
-            domain.clear()
-            domain.extend([0, 1])
+            set_domain(encoded.model.proto.variables[variable], 0, 1)
     return design
 
 
@@ -182,9 +180,8 @@ def _fix(solver: Solver, design: Design, indices: list[int]) -> list[int]:
         if inactive is not None:
             pairs.append((inactive, design[index] < 0))
         for literal, value in pairs:
-            domain = solver.encoded.model.proto.variables[literal.index].domain
-            if list(domain) == [0, 1]:
-                domain.clear()
-                domain.extend([int(value), int(value)])
+            variable = solver.encoded.model.proto.variables[literal.index]
+            if list(variable.domain) == [0, 1]:
+                set_domain(variable, int(value), int(value))
                 fixed.append(literal.index)
     return fixed

@@ -15,6 +15,7 @@ from dse.analysis.evaluate import Evaluator
 from dse.analysis.limits import Limit
 from dse.analysis.measures import Measure
 from dse.analysis.validity import canonical
+from dse.encode.linear import set_domain
 from dse.encode.model import Demands
 from dse.pareto.answer import Found, Unfinished
 from dse.pareto.pool import heard
@@ -93,6 +94,4 @@ class Switchboard:
                 self._bound(literal, 0, int(option == fixed or number not in kept))
 
     def _bound(self, variable: cp_model.IntVar, low: int, high: int) -> None:
-        domain = self.model.proto.variables[variable.index].domain
-        domain.clear()
-        domain.extend([low, high])
+        set_domain(self.model.proto.variables[variable.index], low, high)

@@ -13,7 +13,7 @@ from contextlib import contextmanager
 from heapq import nsmallest
 from math import prod
 from operator import le, lt
-from typing import TYPE_CHECKING, Any, TypeAlias
+from typing import TYPE_CHECKING, TypeAlias
 
 from dse.encode.linear import EXACT_LIMIT
 
@@ -153,12 +153,6 @@ def local_upper_bounds(start: Bound, points: Iterable[Bound], most: int) -> list
         if len(regions.open) > most:
             return None
     return sorted({*regions.open, *regions.refuted})
-
-
-def set_domain(bounded: Any, low: int, high: int) -> None:
-    """The domain of a variable or of a linear constraint."""
-    bounded.domain.clear()
-    bounded.domain.extend([low, high])
 
 
 @contextmanager

@@ -14,7 +14,7 @@ from typing import Any
 from ortools.sat.python import cp_model
 
 from dse.encode.inorder import searched_by
-from dse.encode.linear import EXACT_LIMIT
+from dse.encode.linear import EXACT_LIMIT, set_domain
 from dse.encode.model import EncodedSpace
 from dse.pareto.answer import Answer, Found, NoSuchDesign, Unfinished, weighted
 from dse.pareto.apart import Apart
@@ -23,7 +23,7 @@ from dse.pareto.narrowing import FIRST, lowest, narrowed
 from dse.pareto.neighbours import Nearby
 from dse.pareto.parts import Part, Parts
 from dse.pareto.portfolio import PATIENCE, Attempt, Portfolio
-from dse.pareto.regions import Bound, set_domain, strictly_inside, valued
+from dse.pareto.regions import Bound, strictly_inside, valued
 from dse.pareto.roomier import roomier
 from dse.pareto.settings import (
     BARE_FIRST,

@@ -7,6 +7,7 @@ from effort import cases
 from support import space_of
 
 from dse.analysis.evaluate import Evaluator
+from dse.encode.linear import set_domain
 from dse.encode.model import encode
 from dse.encode.neighbourhood import neighbourhood, threads_by_core, unnumbered
 from dse.pareto import apart, narrowing, subproblem
@@ -14,7 +15,6 @@ from dse.pareto.answer import Answer, Found, Unfinished
 from dse.pareto.best import claimed_by
 from dse.pareto.front import search_front
 from dse.pareto.neighbours import neighbour
-from dse.pareto.regions import set_domain
 from dse.pareto.settings import BARE, BUILD_WORK, BUILDING, RELAXED, Settings, sound_solver
 from dse.pareto.subproblem import Solver
 from tests.benchmarks.cases import nearly_full

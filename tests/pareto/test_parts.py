@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Callable, Sequence
 from itertools import product
+from operator import le
 from types import SimpleNamespace
 from typing import Any
 
@@ -12,23 +13,24 @@ import pytest
 from effort import cases
 from hypothesis import given
 from hypothesis import strategies as st
-from support import PROBLEMS, load_space
-from thread_systems import draw, front, text_of
+from support import PROBLEMS, load_space, raw_designs
 
 from dse.analysis.evaluate import Evaluator
 from dse.api.problem import loads
 from dse.encode import sums
 from dse.encode.model import EncodedSpace, encode
-from dse.pareto import apart
+from dse.pareto import apart, subproblem
 from dse.pareto.answer import Answer, Found, NoSuchDesign, Unfinished, weighted
 from dse.pareto.apart import Apart
 from dse.pareto.best import signed
 from dse.pareto.front import search_front
 from dse.pareto.grid import weighted_grid
+from dse.pareto.narrowing import lowest
 from dse.pareto.parts import Part, Parts
 from dse.pareto.regions import Bound, strictly_inside
 from dse.pareto.settings import BARE, CUTTING, LOWEST, Settings
 from dse.pareto.subproblem import Solver
+from tests.benchmarks.cases import nearly_full
 
 BY_NAME = {path.stem: path for path in PROBLEMS}
 Point = tuple[int, ...]
@@ -309,18 +311,25 @@ def test_what_a_design_has_is_on_the_grid_of_its_part(monkeypatch: pytest.Monkey
 
 @pytest.mark.parametrize("seed", cases(8))
 def test_cores_that_are_nearly_full_are_filled_from_the_bound_on(seed: int, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Part by part, with the lowest values first: the points of an own iteration over every design."""
+    """Part by part, with the lowest values first: the points of every design, one after the other."""
+    asked = []
+
+    def counted(solver: Solver, work: float, *, builds: bool) -> Answer:
+        asked.append(work)
+        return lowest(solver, work, builds=builds)
+
     monkeypatch.setattr(sums, "SHARED_BY", 1)
+    monkeypatch.setattr(subproblem, "lowest", counted)
     monkeypatch.setattr(apart, "PACKING_WAYS", (LOWEST,))
     monkeypatch.setattr(apart, "BRIEF", (BARE, 0.0))
-    for kind in ("plain", "stated", "mixed"):
-        system = draw(seed, kind=kind)
-        evaluator = Evaluator(loads(text_of(system)).space)
-        with monkeypatch.context() as changed:
-            if len(Parts(encode(evaluator))) > 1:
-                too_hard_as_a_whole(changed)
-            search = search_front(evaluator)
-        assert set(search.points) == front(system)
+    too_hard_as_a_whole(monkeypatch)
+    evaluator = Evaluator(loads(nearly_full(3, 2, 0.9, seed)).space)
+    search = search_front(evaluator)
+    assert asked
+    every = (evaluator.evaluate(design) for design in raw_designs(evaluator.space))
+    kept = {found.objectives for found in every if found.is_feasible}
+    least = {one for one in kept if not any(other != one and all(map(le, other, one)) for other in kept)}
+    assert set(search.points) == least
 
 
 @pytest.mark.parametrize("shares_cores", [False, True])
