@@ -21,6 +21,7 @@ from dse.errors import RefereeError
 from dse.pareto.answer import Answer, Found, NoSuchDesign, Unfinished
 from dse.pareto.pool import heard
 from dse.pareto.referee import accepted
+from dse.pareto.regions import Bound
 from dse.pareto.subproblem import Solver
 from dse.records import dataclass
 from dse.space.types import Design
@@ -79,7 +80,7 @@ class Finder:
         """
         encoded = self.encoded.copy()
         upper = self._upper(objectives, within)
-        lower = upper if not within else [0] * len(upper)
+        lower = upper if not within else (0,) * len(upper)
         self._running = solver = Solver(encoded, seed=self.seed, deadline=self.deadline)
         if self.stopped:
             solver.stop()
@@ -88,7 +89,7 @@ class Finder:
         spread = _Spread(encoded, [design])
         found: list[tuple[Design, tuple[int, ...]]] = []
         while True:
-            _bound(encoded, lower, upper)
+            solver.set_box(lower, upper)
             encoded.model.clear_objective()
             encoded.model.maximize(spread.goal())
             try:
@@ -121,7 +122,7 @@ class Finder:
 
         return ask
 
-    def _upper(self, objectives: Sequence[int], within: Fraction) -> list[int]:
+    def _upper(self, objectives: Sequence[int], within: Fraction) -> Bound:
         """The largest steps that keep each objective within the share of its own size."""
         bounds = []
         for value, objective, item in zip(
@@ -130,7 +131,7 @@ class Finder:
             minimised = value if objective.sense == "minimise" else -value
             most = minimised + floor(abs(value) * within)
             bounds.append(min(item.size, (most - item.offset) // item.step))
-        return bounds
+        return tuple(bounds)
 
     def _is_near(self, found: Sequence[int], wanted: Sequence[int], within: Fraction) -> bool:
         for value, target, objective in zip(found, wanted, self.evaluator.space.objectives, strict=True):
@@ -138,13 +139,6 @@ class Finder:
             if worse > abs(target) * within or (not within and worse):
                 return False
         return True
-
-
-def _bound(encoded: EncodedSpace, lower: Sequence[int], upper: Sequence[int]) -> None:
-    for objective, low, high in zip(encoded.objectives, lower, upper, strict=True):
-        domain = encoded.model.proto.variables[objective.variable.index].domain
-        domain.clear()
-        domain.extend([low, high])
 
 
 class _Spread:

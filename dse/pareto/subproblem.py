@@ -127,8 +127,12 @@ class Solver:
 
     def set_point(self, point: Bound) -> None:
         """Fix the objectives."""
+        self.set_box(point, point)
+
+    def set_box(self, least: Bound, most: Bound) -> None:
+        """Only designs with objectives from `least` to `most`, whatever solutions say of them."""
         self._weights = None
-        self._restrict([tuple(value + 1 for value in point)], point)
+        self._restrict([tuple(value + 1 for value in most)], least)
 
     def _restrict(self, regions: Sequence[Bound], floor: Bound | None = None) -> None:
         """Only designs in one of the regions, with objectives of at least `floor`."""

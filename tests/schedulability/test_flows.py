@@ -203,3 +203,14 @@ objectives: [minimise jitter of f, minimise utilisation, maximise min latency of
 def test_what_runs_on_no_processor_waits_for_none(clocks: str) -> None:
     space = loads(OFF_PROCESSORS + clocks).space
     assert found(space) == set(brute_front(Evaluator(space)))
+
+
+@pytest.mark.parametrize("seed", cases(30, 2))
+def test_further_designs_have_the_response_times_that_count(seed: int) -> None:
+    """All designs at a point, and some near it: `verify` looks at every design for what was left out."""
+    text = text_of(draw(seed, kind=KINDS[seed % len(KINDS)]))
+    problem = loads(text.replace("deadlines: all", "deadlines: all\nprocessing: response_time"))
+    result = dse.solve(problem, workers=1)
+    for number, within in ((100, None), (2, "20%")):
+        verified = dse.verify(dse.with_further_designs(result, number, within), problem=problem)
+        assert verified.status == "verified", verified.findings
