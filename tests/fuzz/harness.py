@@ -36,6 +36,16 @@ QUESTIONS = (
     "computer.type == small or control.period == 5 ms",
     "control.period is a multiple of filter.period",
 )
+OF_HOSTS = (
+    "response time of plan <= 8 ms",
+    "response time of detect <= 30 ms",
+    "latency of main <= 60 ms",
+    "utilisation of core 2 of computer <= 50 %",
+    "share.budget == 2 ms or left.core == right.core",
+    "grab.executor == left implies right.kind is in [fifo]",
+    "share.core == detect.core",
+)
+"""Of `hosts.yaml`, the same of `pump.yaml` above."""
 # (weight, arguments before the file, arguments after it)
 ON_PROBLEMS: tuple[tuple[int, tuple[str, ...], tuple[str, ...]], ...] = (
     (100, ("check",), ()),
@@ -77,6 +87,17 @@ ON_OPTIONS = (
     ("sweep", "--vary"),
     ("simulate", "--duration"),
 )
+
+
+ASKED = (
+    ("pump.yaml", QUESTIONS, ("computer.type += large", "jitter of sensor_to_valve=1ms..40ms", "10 ms")),
+    ("hosts.yaml", OF_HOSTS, ("share.budget=1 ms", "left.core=2", "latency of main=20ms..90ms", "10 ms")),
+)
+"""A file, what may be asked of it, and what else options take."""
+
+
+SOLVED: dict[str, str] = {}
+"""Results that were computed for an earlier folder, by name."""
 
 
 class Hangs(BaseException):
@@ -166,15 +187,16 @@ class Fuzzer:
     def _asked(self, rng: random.Random) -> Case:
         """A good file with a mutated option."""
         command, option = rng.choice(ON_OPTIONS)
-        text = rng.choice((*QUESTIONS, "computer.type += large", "jitter of sensor_to_valve=1ms..40ms", "10 ms"))
+        name, questions, more_texts = rng.choice(ASKED)
+        text = rng.choice((*questions, *more_texts))
         for _ in range(rng.randrange(4)):
             change = changed_number if rng.random() < 0.4 else changed_tokens
-            text = change(text, rng, (*QUESTIONS, " ".join(TOKENS)))
+            text = change(text, rng, (*questions, " ".join(TOKENS)))
         more = {"sweep": ("--no-store", "--workers", "1", "-q"), "simulate": SIMULATED[2:], "analyse": ()}
         short = () if option == "--time-limit" else SHORT
         safe = text.encode("utf-8", "replace").decode().replace("\0", "�")
-        data = (ROOT / "tests" / "fuzz" / "pump.yaml").read_bytes()
-        return Case("case.yaml", data, (command, "FILE", f"{option}={safe}", *more.get(command, short)), "pump.yaml")
+        data = (ROOT / "tests" / "fuzz" / name).read_bytes()
+        return Case("case.yaml", data, (command, "FILE", f"{option}={safe}", *more.get(command, short)), name)
 
     def run(self, case: Case) -> Outcome:
         """Run it, and keep its file where it reached new lines."""
@@ -279,10 +301,15 @@ def _corpus(folder: Path) -> tuple[list[tuple[str, str]], list[tuple[str, str]]]
             "why.json": ["explain", "pump.yaml", "--max-jitter", "5ms"],
             "all.json": ["solve", "everything.yaml", "--deadlines", "all", "--time-limit", "20"],
             "robust.json": ["solve", "everything.yaml", "--robust", "--time-limit", "20"],
+            "hosts.json": ["solve", "hosts.yaml"],
+            "shared.json": ["solve", "hosts.yaml", "--robust"],
             "swept.json": ["sweep", "pump.yaml", "--vary", "jitter of sensor_to_valve=1ms..40ms", "--no-store"],
         }
         for name, arguments in wanted.items():
-            if not Path(name).exists():
+            if name in SOLVED:
+                Path(name).write_text(SOLVED[name], encoding="utf-8")
+            elif not Path(name).exists():
                 run([*arguments, "--json", name])
+                SOLVED[name] = Path(name).read_text(encoding="utf-8")
         results = [(name, Path(name).read_text(encoding="utf-8")) for name in wanted]
     return problems, results

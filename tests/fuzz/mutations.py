@@ -170,6 +170,17 @@ TOKENS = (
         "*1e30",
         "all of",
     ),
+    *(
+        "executor",
+        "reservation",
+        "segments",
+        "budget",
+        "fifo",
+        "callback_group",
+        "wait_set",
+        "serves",
+        "non_preemptive",
+    ),
 )
 _PARTS = re.compile(r"\w+|\s+|[^\w\s]+")
 Mutation = Callable[[str, random.Random, Sequence[str]], str]

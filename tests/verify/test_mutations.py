@@ -17,10 +17,14 @@ from verify.shared import all_designs_once
 
 import dse
 from dse.api.problem import Problem
-from dse.errors import ProblemError
+from dse.errors import ProblemError, TooLargeError
 from dse.examples import example_files
 
-SEEDS = {"exhaustion": cases(40), "model": cases(20, 304)}
+SEEDS = {
+    "exhaustion": [*(("tiny", seed) for seed in cases(40)), *(("reserved", seed) for seed in cases(10, 3))],
+    "model": [*(("tiny", seed) for seed in cases(20, 304)), *(("reserved", seed) for seed in cases(5, 3))],
+}
+TOO_LARGE = "some figures are so large that a solver could not add them exactly"
 OF_EACH = 20 if LONG else 3
 LARGE = ("inmark", "autoware_reference", "perception")
 SMALL = [path.stem for path in example_files() if LONG or path.stem not in LARGE]
@@ -66,16 +70,18 @@ def test_random_problems(
 ) -> None:
     all_designs_once(monkeypatch)
     seen: Counter[str] = Counter()
-    for seed in SEEDS[method]:
+    for size, seed in SEEDS[method]:
         try:
-            problem = dse.loads(random_problem(seed, "tiny"))
-        except ProblemError:
+            problem = dse.loads(random_problem(seed, size))
+            data = solved(problem)
+        except (ProblemError, TooLargeError):  # sums of response times without a bound, of a reservation that has none
             continue
-        data = solved(problem)
         found = dse.verify(data, problem=problem, method=method)
-        assert found.status == "verified", (seed, found.findings, found.left_open)
+        if method == "model" and any(TOO_LARGE in text for text in found.left_open):
+            continue
+        assert found.status == "verified", (size, seed, found.findings, found.left_open)
         wrong = accepted(data, problem, seed, method, seen)
-        assert not wrong, (seed, wrong)
+        assert not wrong, (size, seed, wrong)
     record_property("rejected", seen["rejected"])
     assert seen["rejected"] >= 10 * len(SEEDS[method])
 
