@@ -9,6 +9,7 @@ from typing import Any
 
 from dse.analysis.views import View
 from dse.space.frames import Frame, bit_units, wire_ns
+from dse.space.hosts import at_home
 from dse.space.trees import FROM_BANDWIDTH, NotOffered, PerProcessorType, Tree, at, graft, leaves
 from dse.space.types import EMPTY, Bus, Connection, Space
 from dse.units import NS_PER_S, Exact
@@ -71,7 +72,7 @@ def own_core(space: Space, number: int, view: View, count: Exact) -> int | None:
 def machine_type(space: Space, connection: Connection, view: View) -> str:
     """The type of the processor that runs the connection's middleware: the sending thread's, else the receiver's."""
     for end in (connection.source, connection.target):
-        processor = at(space.components[end].processor, view) if end is not None else None
+        processor = at(at_home(space.components, end).processor, view) if end is not None else None
         if processor is not None:
             slot = space.processors[processor]
             name: str = slot.types[view[slot.type_decision]]
@@ -101,7 +102,7 @@ def is_local(space: Space, connection: Connection, view: View) -> bool:
     """Whether both ends are in one process: the connection costs nothing and binds to nothing."""
     if connection.source is None or connection.target is None:
         return False
-    one, other = (at(space.components[end].process, view) for end in (connection.source, connection.target))
+    one, other = (at(at_home(space.components, end).process, view) for end in (connection.source, connection.target))
     return one is not None and bool(one == other)
 
 

@@ -16,6 +16,7 @@ from dse.extras import needed_for
 from dse.results.display import exact
 from dse.results.graph import architecture_graph
 from dse.results.solve import csv_text
+from dse.space.hosts import at_home
 from dse.space.trees import at
 from dse.space.types import EMPTY, Design, Space
 from dse.spec.model import Ros2
@@ -41,7 +42,11 @@ def _nodes(space: Space, design: Design, names: Ros2) -> Iterator[str]:
     for number, component in enumerate(space.components):
         if component.section == "threads" and space.is_last_piece(number):
             own = names.nodes.get(component.name)  # of several nodes in one process
-            name = same.setdefault(own, component.name) if own else at(component.process, view) or component.name
+            name = (
+                same.setdefault(own, component.name)
+                if own
+                else at(at_home(space.components, number).process, view) or component.name
+            )
             nodes.setdefault(name, []).append(number)
     stated_of: dict[str, list[Parameter]] = {}
     for key, text in names.parameters.items():

@@ -8,6 +8,7 @@ from dse.analysis.binding import bus_stack
 from dse.analysis.contention import core_by, cores_of
 from dse.analysis.views import View
 from dse.extras import needed_for
+from dse.space.hosts import at_home
 from dse.space.trees import at
 from dse.space.types import EMPTY, Design, Space
 
@@ -58,7 +59,7 @@ def architecture_graph(space: Space, design: Design) -> networkx.MultiDiGraph[st
         facts = {
             "dispatch_protocol": at(component.protocol, view),
             "period_ns": at(component.period_ns, view),
-            "process": at(component.process, view),
+            "process": at(at_home(space.components, number).process, view),
             "type": _type(space, component.name, view),
             **decided.get(component.name, {}),
             "core": cores.get(number),

@@ -9,7 +9,7 @@ from typing import Any, TypeAlias
 from dse.records import dataclass
 from dse.space.clocks import AT_RELEASE
 from dse.space.frames import Frame, wire_ns
-from dse.space.hosts import ExecutorKind, Interference
+from dse.space.hosts import ExecutorKind, Interference, at_home
 from dse.space.trees import FROM_BANDWIDTH, PerProcessorType, at
 from dse.space.types import Component, Connection, Design, Space
 from dse.units import Exact
@@ -279,14 +279,14 @@ class _Reader:
         leaf = self.at(tree)
         if not isinstance(leaf, PerProcessorType):
             return leaf
-        ends = [self.space.components[end].processor for end in (item.source, item.target) if end is not None]
+        ends = [at_home(self.space.components, end).processor for end in (item.source, item.target) if end is not None]
         slot = next(self.space.processors[found] for found in map(self.at, ends) if found is not None)
         return self.at(leaf.by_type[slot.types[self.design[slot.type_decision]]])
 
     def is_local(self, item: Connection) -> bool:
         if item.source is None or item.target is None:
             return False
-        one, other = (self.at(self.space.components[end].process) for end in (item.source, item.target))
+        one, other = (self.at(at_home(self.space.components, end).process) for end in (item.source, item.target))
         return one is not None and bool(one == other)
 
 

@@ -11,7 +11,7 @@ from dse.space.buses import counted
 from dse.space.clocks import clock_of, read_communication, read_offset
 from dse.space.cores import check_core, cores_named
 from dse.space.executors import Homes, home_of, served_by
-from dse.space.hosts import Partition
+from dse.space.hosts import Partition, at_home
 from dse.space.priorities import read_priority
 from dse.space.properties import FieldReader, Ledger, Owner, Path, by_machine, closest
 from dse.space.protocols import PROTOCOLS
@@ -233,7 +233,7 @@ def _build_connection(
     bus = stated_bus = _connection_bus(ledger, spec, name, wires)
     if bus is not None and given.data_size is None and given.data_rate is None:
         ledger.error(path, "a connection over a bus needs `data_size` or `data_rate`")
-    bus = _unless_local(bus, [components[end].process if end is not None else None for end in ends])
+    bus = _unless_local(bus, [at_home(components, end).process if end is not None else None for end in ends])
     ledger.settle(decision_of(ledger, f"{name}.bus"), bus)
     reference = ledger.references.get(f"{name}.bus")
     if reference is not None:
@@ -367,6 +367,5 @@ def check_processes(ledger: Ledger, processors: Sequence[Processor], components:
 
 def machine_tree(components: Sequence[Component], connection: Connection) -> Tree:
     """The processor that runs a connection's middleware: the sending thread's, else the receiving one's."""
-    source = components[connection.source].processor if connection.source is not None else None
-    target = components[connection.target].processor if connection.target is not None else None
-    return source if source is not None else target
+    ends = [at_home(components, end).processor for end in (connection.source, connection.target) if end is not None]
+    return next((processor for processor in ends if processor is not None), None)

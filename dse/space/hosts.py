@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
-from typing import Literal, TypeAlias
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Literal, TypeAlias
 
 from dse.records import dataclass
 from dse.space.trees import Tree
 from dse.units import Exact
+
+if TYPE_CHECKING:
+    from dse.space.types import Component
 
 ExecutorKind: TypeAlias = Literal["fifo", "callback_group", "wait_set"]
 
@@ -44,10 +48,20 @@ class Reservation:
 
 @dataclass(frozen=True)
 class Pieces:
-    """The pieces of a thread's work, components by number in their order; the last one has the thread's name."""
+    """The pieces of a thread's work, components by number in their order; the last one has the thread's name.
+
+    `home` is the first of them that runs where the thread does, on no accelerator.
+    """
 
     thread: str
     members: tuple[int, ...]
+    home: int
+
+
+def at_home(components: Sequence[Component], number: int) -> Component:
+    """What has the processor and the process of a thread or device, wherever its last piece runs."""
+    pieces = components[number].pieces
+    return components[number if pieces is None else pieces.home]
 
 
 @dataclass(frozen=True)

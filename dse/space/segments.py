@@ -37,7 +37,8 @@ def with_pieces(
             continue
         _check_thread(ledger, spec, processors, component)
         members = tuple(range(len(found), len(found) + len(given)))
-        pieces = Pieces(component.name, members)
+        own = [number for number, segment in zip(members, given, strict=True) if segment.processor is None]
+        pieces = Pieces(component.name, members, next(iter(own), members[-1]))
         for position, segment in enumerate(given):
             piece = _placed(ledger, spec, processors, component, position, segment)
             found.append(_dispatched(replace(piece, pieces=pieces), position, is_last=position + 1 == len(given)))

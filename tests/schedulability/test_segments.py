@@ -258,3 +258,39 @@ def test_a_limit_on_pieces_with_too_many_cases_is_learnt_by_the_second_proof(
         cheapest = min(price for price, latency in points if latency <= limit)
         assert model.in_region([100 * cheapest]).answer == "none"
         assert model.in_region([100 * cheapest + 1]).answer == "design"
+
+
+LAST_ON_THE_ACCELERATOR = """
+dse: 1
+name: the last piece is served
+overload: allowed
+processor_types: {cpu: {}, gpu: {serves: fifo}}
+processors: {p: {type: cpu}, g: {type: gpu}}
+bus_types: {can: {bandwidth: 1 Mbit/s}, dds: {virtual: true, transmission_time: {cpu: {fixed: 1 ms}}}}
+buses: {wire: {type: can}, middleware: {type: dds, bus: wire}}
+devices: {valve: {}}
+threads:
+  one: {processor: p, process: node, period: 40 ms, segments: [
+        {processor: g, compute_execution_time: 1 ms}, {compute_execution_time: 1 ms},
+        {processor: g, compute_execution_time: 1 ms}]}
+  two: {processor: p, process: node, dispatch_protocol: aperiodic, compute_execution_time: 1 ms}
+connections:
+  inside: {from: one, to: two, data_size: 100 B, bus: middleware}
+  back: {from: two, to: one, data_size: 100 B, bus: middleware, port: data}
+  outside: {from: one, to: valve, data_size: 10 B, bus: middleware}
+flows: {f: {path: [one, two]}, g: {path: [one, outside, valve]}}
+objectives: [minimise price]
+"""
+
+
+def test_a_thread_sends_from_its_own_processor_and_process_wherever_its_last_piece_runs() -> None:
+    """docs/semantics.md, section 3.3: no bus inside a process, and middleware runs where the thread does."""
+    space = space_of(LAST_ON_THE_ACCELERATOR)
+    evaluator = Evaluator(space)
+    design = evaluator.evaluate((0,) * len(space.decisions)).design
+    found = evaluator.metric_values(design)
+    assert (found["latency of f"], found["latency of g"]) == (4 * MS, 4 * MS)
+    assert found["load of wire"] == 10 * 25
+    plan = build_plan(space, design, cores={}, endless_queues=True)
+    run = simulate_once(plan, Setting(200 * MS, 200 * MS, {}, execution="max", seed=0))
+    assert [max(times) for times in run.latencies] == [4 * MS, 4 * MS]
