@@ -578,7 +578,7 @@ def state_overload(rng: random.Random, document: dict[str, Any]) -> None:
 
 def state_reservations(rng: random.Random, document: dict[str, Any]) -> None:
     """One or two reservations of a core, for some threads and perhaps the executor."""
-    threads = [body for body in document["threads"].values() if "processor" in body]
+    threads = _on_cores(document)
     if not threads:
         return
     slots = [slot for body in threads for slot in as_list(body["processor"])]
@@ -600,9 +600,87 @@ def state_reservations(rng: random.Random, document: dict[str, Any]) -> None:
                 document.setdefault("reservations", {})[name] = share
 
 
+def _on_cores(document: dict[str, Any]) -> list[dict[str, Any]]:
+    """The threads that an executor or a reservation may hold: those on processors, whole."""
+    serves = [name for name, body in document["processor_types"].items() if "serves" in body]
+    homes = {name: as_list(body["type"]) for name, body in document["processors"].items()}
+    return [
+        body
+        for body in document["threads"].values()
+        if "segments" not in body
+        and "processor" in body
+        and not any(kind in serves for slot in as_list(body["processor"]) for kind in homes[slot])
+    ]
+
+
+def state_segments(rng: random.Random, document: dict[str, Any]) -> None:
+    """The work of some threads becomes pieces, some of them on one or two accelerators; others run there whole."""
+    threads = {name: body for name, body in document["threads"].items() if "processor" in body}
+    if not threads:
+        return
+    kinds = list(document["processor_types"])
+    for name in ("Streams", "Engine"):
+        document["processor_types"][name] = {
+            "serves": rng.choice(["fifo", "priority"]),
+            "price": rng.choice(["99 EUR", "300 EUR"]),
+        }
+    slots = ["gpu", "dsp"][: rng.choice([1, 1, 2])]
+    for name in slots:
+        types = rng.choice([["Streams"], ["Engine"], ["Streams", "Engine"]])
+        document["processors"][name] = {"type": types if len(types) > 1 else types[0]}
+        if rng.random() < 0.3:
+            document["processors"][name]["optional"] = "true"
+    for name in rng.sample(sorted(threads), min(len(threads), rng.choice([1, 1, 1, 2, 3]))):
+        document["threads"][name] = _in_pieces(rng, document, threads[name], kinds, slots)
+        for connection in document["connections"].values():
+            if connection.get("to") == name:
+                connection.pop("queue_size", None)
+    for name in ("render", "encode")[: rng.choice([0, 0, 1, 1, 2])]:
+        period = rng.choice(["4 ms", "5 ms", "7 ms", "20 ms"])
+        work = _work(rng, ["Streams", "Engine"])
+        document["threads"][name] = {"processor": rng.choice(slots), "period": period, "compute_execution_time": work}
+
+
+def _in_pieces(
+    rng: random.Random, document: dict[str, Any], stated: dict[str, Any], kinds: list[str], slots: list[str]
+) -> dict[str, Any]:
+    """A thread with segments, released as one without them was."""
+    typed = document.get("thread_types", {}).get((as_list(stated.get("type")) or [""])[0], {})
+    body = typed | {key: value for key, value in stated.items() if key != "type"}
+    for field in ("compute_execution_time", "callback_execution_time", "response_time", "latency", "queue_size"):
+        body.pop(field, None)
+    protocols = [text for text in as_list(body.get("dispatch_protocol")) if text != "hybrid"]
+    if "dispatch_protocol" in body:
+        body["dispatch_protocol"] = protocols if len(protocols) > 1 else [*protocols, "periodic"][0]
+    if body.get("dispatch_protocol") == "aperiodic":
+        body.pop("period", None)
+    places = [None, rng.choice(slots), *(rng.choice([None, *slots]) for _ in range(rng.randint(0, 2)))]
+    rng.shuffle(places)
+    body["segments"] = []
+    for place in places:
+        if place is None:
+            body["segments"].append({"compute_execution_time": _work(rng, kinds)})
+        else:
+            piece = {"processor": place, "compute_execution_time": _work(rng, ["Streams", "Engine"])}
+            body["segments"].append(piece)
+    return body
+
+
+def _work(rng: random.Random, kinds: list[str]) -> Any:
+    """A time or a range, perhaps one for each type."""
+    if rng.random() < 0.5:
+        return {kind: _work_of(rng) for kind in kinds}
+    return _work_of(rng)
+
+
+def _work_of(rng: random.Random) -> str:
+    least, most = sorted((rng.choice([100, 500, rng.randint(100, 3000)]), rng.randint(100, 3000)))
+    return f"{least} us .. {most} us" if rng.random() < 0.7 else f"{most}.{rng.randint(1, 9)} us"
+
+
 def state_executors(rng: random.Random, document: dict[str, Any]) -> None:
     """One OS thread runs the jobs of two or three threads; sometimes of a kind that is to be chosen."""
-    threads = [body for body in document["threads"].values() if "processor" in body]
+    threads = _on_cores(document)
     if len(threads) < 2:
         return
     kinds = rng.sample(["fifo", "callback_group", "wait_set"], rng.choice([1, 1, 2]))

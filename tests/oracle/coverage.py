@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from typing import Any
 
 import yaml
 
@@ -113,6 +114,30 @@ def _flow_features(problem: Problem) -> Iterator[str]:
             yield "required latency of a flow"
 
 
+def _segment_features(problem: Problem) -> Iterator[str]:
+    for body in problem.sections["processor_types"].values():
+        if "serves" in body:
+            yield f"accelerator by {body['serves']}"
+    for name, body in problem.sections["threads"].items():
+        for piece in body.get("segments", ()):
+            yield "segment on an accelerator" if "processor" in piece else "segment on the own processor"
+            yield from (
+                ["segment with a time for each type"] if isinstance(piece["compute_execution_time"], dict) else []
+            )
+        if "segments" in body and len(problem.types(name)) < 2 and not problem.is_always_timed(name):
+            yield "segments that events release"
+        slots = as_list(body.get("processor"))
+        kinds = [problem.sections["processor_types"][kind] for slot in slots for kind in as_list(_kinds(problem, slot))]
+        if any("serves" in kind for kind in kinds):
+            yield "whole thread on an accelerator"
+        for key in ("executor", "reservation"):
+            yield from [f"{key} beside segments"] if key in body else []
+
+
+def _kinds(problem: Problem, slot: str) -> Any:
+    return problem.component(slot)["type"]
+
+
 def _timeliness_features(problem: Problem) -> Iterator[str]:
     if any(problem.deadline_fields(name) for name in problem.sections["threads"]):
         yield f"deadlines {problem.document.get('deadlines', 'stated')}"
@@ -161,6 +186,7 @@ def _question_features(problem: Problem) -> Iterator[str]:
         )
         yield "rule without verb" if not rule.text.startswith(("require ", "forbid ")) else "rule with verb"
     yield from _timeliness_features(problem)
+    yield from _segment_features(problem)
     for key in ("metrics", "totals", "baseline", "cost_of_change"):
         if problem.document.get(key):
             yield key

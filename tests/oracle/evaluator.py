@@ -66,10 +66,13 @@ Where the documents leave something open, this is how they are read here:
 27. A reservation goes by its priority, else by its period; to what it goes before it is a job of its budget each
     period, up to the rest of a period late; in there jobs find nothing for twice that rest, then a budget, and so on.
     That counts where a budget, wanted at the start of a period, is had by its end. Its decisions are always there.
-28. Not judged: segments, `priority: any`, priority levels, non-preemptive sections, context switches,
-    interrupts, throttling, groups of cores (``tests/thread_systems.py`` has an own reading of each of these), and
-    what shares an accelerator.
-29. Lists inside a ``totals`` mapping, and inside a map of a virtual bus per processor type, are not supported here.
+28. A thread with segments is one in its flows and connections, which know its own processor and process; its pieces
+    use the processors where they run (`pieces`). What is more urgent than one of them but less than another does not
+    exist: all have the priority of the thread. One without a bound stands for as much as its last piece alone would.
+    Two releases that streams of two senders bring may come at once: what they release has no bound.
+29. Not judged: `priority: any`, priority levels, non-preemptive sections, context switches, interrupts, throttling,
+    groups of cores (``tests/thread_systems.py`` has an own reading of each of these).
+30. Lists inside a ``totals`` mapping, and inside a map of a virtual bus per processor type, are not supported here.
 """
 
 from __future__ import annotations

@@ -27,6 +27,7 @@ from .architecture import (
     state_executors,
     state_overload,
     state_reservations,
+    state_segments,
 )
 from .coverage import features
 from .deadlines import state_deadlines
@@ -36,7 +37,7 @@ from .question import add_question, add_rules, allow_what_is_needed
 
 __all__ = ["features", "random_problem"]
 
-CAPS = {"tiny": 200, "small": 2000, "grouped": 200, "reserved": 200}
+CAPS = {"tiny": 200, "small": 2000, "grouped": 200, "reserved": 200, "segmented": 200}
 NOT_DECISIONS = ("path", "dispatch_trigger", "assumptions")
 
 
@@ -45,7 +46,8 @@ def random_problem(seed: int, size: str = "small") -> str:
     """YAML text of a random problem with at most 2000 (`small`) or 200 (`tiny`) designs; the same for the same seed.
 
     One that is `grouped` is tiny but for kinds of executors, and has one for some threads wherever it can; one that is
-    `reserved` has reservations in the same way, and perhaps an executor.
+    `reserved` has reservations in the same way, and perhaps an executor; in one that is `segmented` some threads have
+    segments, others perhaps an executor or reservation, and there are no clocks.
     """
     rng = random.Random(f"{size} {seed}")
     document = Architecture(rng, size if size == "small" else "tiny").document
@@ -53,13 +55,17 @@ def random_problem(seed: int, size: str = "small") -> str:
     _thin_out(rng, document, CAPS[size])
     state_cores(random.Random(f"cores {size} {seed}"), document)  # drawn apart from all else
     state_overload(random.Random(f"overload {size} {seed}"), document)
-    state_clocks(random.Random(f"clocks {size} {seed}"), document)
+    if size == "segmented":
+        state_segments(random.Random(f"segments {seed}"), document)
+    else:
+        state_clocks(random.Random(f"clocks {size} {seed}"), document)
     drawn = random.Random(f"executors {seed}")
-    if size == "grouped" or (size == "reserved" and drawn.random() < 0.5):
+    if size == "grouped" or drawn.random() < {"reserved": 0.5, "segmented": 0.5}.get(size, 0):
         state_executors(drawn, document)
-    if size == "reserved":
-        state_reservations(random.Random(f"reservations {seed}"), document)
-    share = 0.9 if size in ("grouped", "reserved") else 0.2
+    reserved = random.Random(f"reservations {seed}")
+    if size == "reserved" or (size == "segmented" and reserved.random() < 0.5):
+        state_reservations(reserved, document)
+    share = 0.9 if size in ("grouped", "reserved", "segmented") else 0.2
     state_deadlines(random.Random(f"deadlines {size} {seed}"), document, share)
     add_rules(rng, document)
     add_question(rng, document)

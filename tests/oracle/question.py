@@ -196,6 +196,7 @@ def _ask_for_single_cores(rng: random.Random, document: dict[str, Any]) -> None:
     left = sum(count * wide**number <= FEW for number in (1, 2))
     for name in [name for name in document["threads"] if len(problem.cores(name)) > 1][left:]:
         document["threads"][name]["core"] = str(rng.randint(1, 2) if rng.random() < 0.5 else 1)
+        document.get("baseline", {}).get(name, {}).pop("core", None)
     core = rng.randint(1, most)
     of = rng.choice([f"core {core} of {_quote(slot)}", f"each core of {_quote(slot)}"])
     if rng.random() < 0.6 and len(document["objectives"]) < 4:

@@ -134,6 +134,34 @@ class Reading:
             return None
         return self.get(thread, "processor")
 
+    def segments(self, name: str) -> list[dict[str, Any]]:
+        """The pieces of a thread's work, one after the other."""
+        found: list[dict[str, Any]] = self.problem.component(name).get("segments", [])
+        return found
+
+    def piece_slot(self, name: str, place: int) -> str | None:
+        """Where a piece runs: on its accelerator, else where its thread does."""
+        accelerator: str | None = self.segments(name)[place].get("processor")
+        return accelerator or self.processor_of(name)
+
+    def piece_times(self, name: str, place: int | None = None, *, before: bool = False) -> tuple[int, int]:
+        """Shortest and longest time of a piece, of all those `before` it, or (None) of all together."""
+        count = len(self.segments(name))
+        places = range(count) if place is None else range(place) if before else [place]
+        found = [self._piece(name, each) for each in places]
+        return sum(least for least, _ in found), sum(most for _, most in found)
+
+    def _piece(self, name: str, place: int) -> tuple[int, int]:
+        text = self.segments(name)[place]["compute_execution_time"]
+        if isinstance(text, dict):
+            text = self._entry(name, f"segments[{place}]", text, self.piece_slot(name, place))
+        return quantities.time_range(text)
+
+    def order(self, slot: str) -> str | None:
+        """How an accelerator serves; None of a processor."""
+        kind = self.type_of(slot)
+        return None if kind in (None, NONE) else self.problem.sections["processor_types"][kind].get("serves")
+
     def is_local(self, connection: str) -> bool:
         """Whether both ends are threads of one process."""
         ends = self.problem.component(connection)
@@ -286,6 +314,11 @@ class Reading:
 
     def processing(self, name: str) -> tuple[int, Any]:
         """Best and worst processing time of a component."""
+        if self.segments(name):
+            best, worst = self.piece_times(name)
+            response = self.scheduling.of(name) if self.problem.counts_responses else worst
+            before = self.piece_times(name, len(self.segments(name)) - 1, before=True)[1]
+            return best, before + NO_BOUND_NS if response is None else min(response, before + NO_BOUND_NS)
         stated = self.get(name, "compute_execution_time") or self.get(name, "latency")
         best, worst = quantities.time_range(stated) if stated is not None else (0, 0)
         response = self.get(name, "response_time")
@@ -506,6 +539,12 @@ class Reading:
             slot = self.processor_of(thread)
             if slot is None:
                 continue
+            for place in range(len(self.segments(thread))):
+                home, longest = self.piece_slot(thread, place) or slot, self.piece_times(thread, place)[1]
+                found[home].setdefault(thread, Fraction(0))
+                found[home][thread] += longest * self.rate(thread) / NS_PER_S
+            if self.segments(thread):
+                continue
             work = self.get(thread, "compute_execution_time")
             share = self._worst(work) * self.rate(thread)
             if self.protocol(thread) == "hybrid":
@@ -643,7 +682,8 @@ class Reading:
     def bound(self) -> set[str]:
         """The processor and bus slots that something is bound to."""
         slots = {self.processor_of(thread) for thread in self.problem.sections["threads"]}
-        return {slot for slot in slots if slot is not None} | self.carrying()
+        pieces = {piece.get("processor") for name in self.problem.sections["threads"] for piece in self.segments(name)}
+        return {slot for slot in slots | pieces if slot is not None} | self.carrying()
 
     def check_slots(self) -> None:
         bound = self.bound()

@@ -8,52 +8,25 @@ again until nothing changes.
 
 from __future__ import annotations
 
-from collections import deque
-from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterator
 from fractions import Fraction
-from heapq import heappop, heappush, merge
 from itertools import count
 from typing import TYPE_CHECKING, Any, TypeAlias
 
 from . import quantities
+from .pieces import Pieces, piece_of
 from .problem import as_list
 from .quantities import NS_PER_S
+from .stretches import Releases, has_no_end, play, play_inside
 
 if TYPE_CHECKING:
     from .reading import Reading
 
 Job: TypeAlias = tuple[str, str]
-"""A thread, and ``timer`` or ``callback``: a hybrid thread runs both, whatever events dispatch is a timer here, too."""
-MOST_PLAYED = 200_000
-"""Releases of a stretch that has not ended by then: it is taken to have no end."""
+"""A thread, and ``timer`` or ``callback`` (a hybrid thread runs both, whatever events dispatch is a timer here, too).
 
-
-@dataclass(frozen=True)
-class Releases:
-    """Streams of (period, how late at most); jobs at least `apart` from each other. No stream: one job."""
-
-    streams: tuple[tuple[int, Fraction], ...]
-    apart: int = 0
-
-    def densest(self) -> Iterator[Fraction]:
-        """Times from the first release on, each as early as it can be."""
-        if not self.streams:
-            yield Fraction(0)
-            return
-        for number, time in enumerate(merge(*(_each(*stream) for stream in self.streams))):
-            yield max(time, Fraction(number * self.apart))
-
-    @property
-    def often(self) -> Fraction:
-        """Jobs per ns in the long run."""
-        whole = sum((Fraction(1, period) for period, _ in self.streams), Fraction(0))
-        return min(whole, Fraction(1, self.apart)) if self.apart else whole
-
-
-def _each(period: int, late: Fraction) -> Iterator[Fraction]:
-    """The releases of one stream."""
-    return (max(Fraction(0), number * period - late) for number in count())
+Of a thread with segments ``piece 0``, ``piece 1`` and so on.
+"""
 
 
 class Scheduling:
@@ -65,27 +38,38 @@ class Scheduling:
         self.jobs = [job for name in self.threads for job in self._jobs_of(name)]
         self.cores: dict[tuple[str, int], list[Job]] = {}
         for job in self.jobs:
-            self.cores.setdefault(self._core(job[0]), []).append(job)
-        self.longest = self._longest_period()
-        self.response: dict[Job, Fraction | None] = {job: Fraction(self._times(job)[1]) for job in self.jobs}
+            self.cores.setdefault(self._core(job), []).append(job)
+        self.longest, self.pieces = self._longest_period(), Pieces(self)
+        self.response: dict[Job, Fraction | None] = {job: self._alone(job) for job in self.jobs}
         self._settle()
 
     def of(self, name: str, part: str = "timer") -> Fraction | None:
         """The response time, None without a bound; what executes nothing on a processor takes what it takes."""
-        alone = Fraction(self._times((name, part))[1])
-        found = self.response.get((name, part), alone)
+        alone = Fraction(self.times((name, part))[1])
+        pieces = self.pieces_of(name)
+        found = self.response.get(pieces[-1] if pieces else (name, part), alone)
         return None if found is None else max(alone, found)
 
     def _jobs_of(self, name: str) -> Iterator[Job]:
         if self.reading.processor_of(name) is None:
             return
+        yield from self.pieces_of(name)
         if self.reading.protocol(name) == "hybrid" and self.reading.get(name, "callback_execution_time") is not None:
             yield name, "callback"
         if self.reading.get(name, "compute_execution_time") is not None:
             yield name, "timer"
 
-    def _core(self, name: str) -> tuple[str, int]:
-        slot = self.reading.processor_of(name)
+    def pieces_of(self, name: str) -> list[Job]:
+        """The pieces of a thread, one after the other; none of one without segments."""
+        return [(name, f"piece {place}") for place in range(len(self.reading.segments(name)))]
+
+    def order(self, job: Job) -> str | None:
+        """How the accelerator serves on which a job runs; None of a core."""
+        return self.reading.order(self._core(job)[0])
+
+    def _core(self, job: Job) -> tuple[str, int]:
+        name, place = job[0], piece_of(job)
+        slot = self.reading.processor_of(name) if place is None else self.reading.piece_slot(name, place)
         assert slot is not None
         if int(self.reading.get(slot, "cores") or 1) == 1:
             return slot, 1
@@ -93,8 +77,11 @@ class Scheduling:
         (core,) = chosen  # where it is open nobody may ask for a response time
         return slot, int(core)
 
-    def _times(self, job: Job) -> tuple[int, int]:
+    def times(self, job: Job) -> tuple[int, int]:
         """Shortest and longest time of one job alone."""
+        place = piece_of(job)
+        if self.reading.segments(job[0]):
+            return self.reading.piece_times(job[0], place)
         fields = ("compute_execution_time", "latency", "response_time")
         for field in ("callback_execution_time",) if job[1] == "callback" else fields:
             text = self.reading.get(job[0], field)
@@ -112,6 +99,12 @@ class Scheduling:
                     found += map(quantities.period, as_list(self.problem.stated(name, "period", kind)))
         return max(found, default=NS_PER_S)
 
+    def _alone(self, job: Job) -> Fraction:
+        """What a job takes where nothing else runs, from the release of its thread."""
+        place = piece_of(job)
+        before = 0 if place is None else self.reading.piece_times(job[0], place, before=True)[1]
+        return Fraction(before + self.times(job)[1])
+
     def _settle(self) -> None:
         """Plays all cores again and again; what grows beyond ten times the longest period has no bound."""
         for number in count():
@@ -126,21 +119,21 @@ class Scheduling:
 
     def _played(self, job: Job) -> Fraction | None:
         """The longest that a job takes in the busiest stretch of its core; None where the stretch may not end."""
-        own, work = self._releases(job), self._times(job)[1]
+        own, work = self.releases(job), self.times(job)[1]
+        if piece_of(job) is not None:
+            return self.pieces.end(job)
         if work == 0:
             return Fraction(0)
-        if self._executor(job[0]) is not None:
+        if self._executor(job[0]) is not None or self.order(job) is not None:
             return self._played_inside(job)
         rivals = [
-            (self._releases(other), self._times(other)[1])
-            for other in self._beside(job)
-            if self._goes_before(other, job)
+            (self.releases(other), self.times(other)[1]) for other in self.beside(job) if self.goes_before(other, job)
         ]
         if own is None or any(releases is None for releases, _ in rivals):
             return None
         before = [(releases, time) for releases, time in rivals if releases is not None and time]
-        shares = self._shares(job)
-        if shares is None or _has_no_end([(own, work), *before, *shares], 0):
+        shares = self.shares(job)
+        if shares is None or has_no_end([(own, work), *before, *shares], 0):
             return None
         return play(own, work, [*before, *shares])
 
@@ -149,20 +142,23 @@ class Scheduling:
 
         What goes before the executor preempts all of it.
         """
-        here = [other for other in self._beside(job) if self._times(other)[1]]
+        here = [other for other in self.beside(job) if self.times(other)[1]]
         executor = self._executor(job[0])
         fellows = [other for other in here if self._executor(other[0]) == executor]
-        outside = [other for other in here if other not in fellows and self._goes_before(other, job)]
-        assert executor is not None
-        kind, begun = self.reading.get(executor, "kind"), 0
-        if kind == "callback_group":
-            urgent = [other for other in fellows if self._goes_first_inside(other, job)]
-            begun = max((self._times(other)[1] for other in fellows if other not in urgent), default=0)
+        outside = [other for other in here if other not in fellows and self.goes_before(other, job)]
+        kind, begun = self.order(job) if executor is None else self.reading.get(executor, "kind"), 0
+        if kind == "priority":
+            urgent = [other for other in fellows if self.goes_before(other, job)]
+            begun = max((self.times(other)[1] for other in fellows if other not in urgent), default=0)
             fellows = urgent
-        given = [(self._releases(other), self._times(other)[1]) for other in (job, *fellows, *outside)]
+        elif kind == "callback_group":
+            urgent = [other for other in fellows if self._goes_first_inside(other, job)]
+            begun = max((self.times(other)[1] for other in fellows if other not in urgent), default=0)
+            fellows = urgent
+        given = [(self.releases(other), self.times(other)[1]) for other in (job, *fellows, *outside)]
         known = [(releases, work) for releases, work in given if releases is not None]
-        shares = self._shares(job)
-        if len(known) < len(given) or shares is None or _has_no_end([*known, *shares], begun):
+        shares = self.shares(job)
+        if len(known) < len(given) or shares is None or has_no_end([*known, *shares], begun):
             return None
         inside, others = known[: len(fellows) + 1], known[len(fellows) + 1 :]
         return play_inside(inside, [*others, *shares], begun, in_order=kind == "fifo")
@@ -173,10 +169,10 @@ class Scheduling:
         found: str | None = self.problem.component(name).get("reservation")
         return found
 
-    def _beside(self, job: Job) -> list[Job]:
+    def beside(self, job: Job) -> list[Job]:
         """What else runs on the core of a job in the same reservation, or outside of all as the job does."""
         home = self._reservation(job[0])
-        here = self.cores[self._core(job[0])]
+        here = self.cores[self._core(job)]
         return [other for other in here if other != job and self._reservation(other[0]) == home]
 
     def _budget(self, reservation: str) -> tuple[int, int]:
@@ -184,7 +180,7 @@ class Scheduling:
         period = self.reading.get(reservation, "period")
         return quantities.deadline(self.reading.get(reservation, "budget")), quantities.period(period)
 
-    def _shares(self, job: Job) -> list[tuple[Releases, int]] | None:
+    def shares(self, job: Job) -> list[tuple[Releases, int]] | None:
         """What reservations take of the core of a job; inside of one, the times without a budget.
 
         These are, from the worst moment on: nothing for twice the rest of a period, then a budget, and after each
@@ -194,14 +190,14 @@ class Scheduling:
         if home is None:
             return self._reserved_before(job)
         budget, period = self._budget(home)
-        outside = [other for other in self.cores[self._core(job[0])] if self._reservation(other[0]) is None]
-        given = [(self._releases(other), self._times(other)[1]) for other in outside if self._goes_before(other, job)]
+        outside = [other for other in self.cores[self._core(job)] if self._reservation(other[0]) is None]
+        given = [(self.releases(other), self.times(other)[1]) for other in outside if self.goes_before(other, job)]
         before = [(releases, work) for releases, work in given if releases is not None and work]
         before += self._reserved_before(job)
         if any(releases is None for releases, _ in given):
             return None
         own = Releases(())
-        ends = None if _has_no_end([(own, budget), *before], 0) else play(own, budget, before)
+        ends = None if has_no_end([(own, budget), *before], 0) else play(own, budget, before)
         if ends is None or ends > period:
             return None
         return [(Releases(((period, Fraction(budget)),)), period - budget)] if budget < period else []
@@ -209,9 +205,9 @@ class Scheduling:
     def _reserved_before(self, job: Job) -> list[tuple[Releases, int]]:
         """The budgets of other reservations that go before a job, each as late in its period as it may be wanted."""
         found = {}
-        for other in self.cores[self._core(job[0])]:
+        for other in self.cores[self._core(job)]:
             reservation = self._reservation(other[0])
-            if reservation not in (None, self._reservation(job[0])) and self._goes_before(other, job):
+            if reservation not in (None, self._reservation(job[0])) and self.goes_before(other, job):
                 budget, period = self._budget(reservation)
                 found[reservation] = (Releases(((period, Fraction(period - budget)),)), budget)
         return list(found.values())
@@ -252,7 +248,7 @@ class Scheduling:
         turn = (0, Fraction(-int(number))) if number is not None else (1, Fraction(self._budget(reservation)[1]))
         return turn, first
 
-    def _goes_before(self, other: Job, job: Job) -> bool:
+    def goes_before(self, other: Job, job: Job) -> bool:
         if other[0] == job[0]:
             return other[1] == "callback"
         homes = [self._reservation(name) for name in (other[0], job[0])]
@@ -278,9 +274,15 @@ class Scheduling:
 
     # What releases jobs
 
-    def _releases(self, job: Job) -> Releases | None:
+    def releases(self, job: Job) -> Releases | None:
         """None where they may be late without a bound."""
         name, part = job
+        place = piece_of(job)
+        if place:
+            return self._released_by(
+                name, (name, f"piece {place - 1}"), self.reading.piece_times(name, place, before=True)[0]
+            )
+        part = "timer" if place == 0 else part
         protocol = self.reading.protocol(name)
         period = self.reading.period_ns(name) if self.reading.has_period(name) else None
         if part == "timer" and protocol in ("periodic", "hybrid"):
@@ -310,125 +312,25 @@ class Scheduling:
         leaving = self._leaving(sender)
         return None if leaving is None else [(period, late + spread) for period, late in leaving]
 
-    def _leaving(self, name: str) -> list[tuple[int, Fraction]] | None:
-        """What a component sends, once for each of its jobs; one that keeps its distance sends no faster than that."""
-        releases, takes = self._releases((name, "timer")), self.of(name)
+    def _released_by(self, name: str, last: Job, least: int) -> Releases | None:
+        """What the end of a piece of a thread releases; that takes at `least` so long from the thread's release."""
+        releases, takes = self.releases((name, "timer")), self.response[last]
         if releases is None or takes is None:
             return None
-        streams = releases.streams
-        if releases.apart and sum(Fraction(1, period) for period, _ in streams) * releases.apart >= 1:
-            streams = ((releases.apart, Fraction(0)),)
-        return [(period, late + takes - self._times((name, "timer"))[0]) for period, late in streams]
+        return Releases(tuple((period, late + takes - least) for period, late in _kept_apart(releases)))
+
+    def _leaving(self, name: str) -> list[tuple[int, Fraction]] | None:
+        """What a component sends, once for each of its jobs; one that keeps its distance sends no faster than that."""
+        releases, takes = self.releases((name, "timer")), self.of(name)
+        if releases is None or takes is None:
+            return None
+        least = self.times((name, "timer"))[0]
+        return [(period, late + takes - least) for period, late in _kept_apart(releases)]
 
 
-def _has_no_end(given: Sequence[tuple[Releases, int]], begun: int) -> bool:
-    """Whether there is more work than time, or as much and some of it is early: a stretch never ends then."""
-    used = sum((releases.often * work for releases, work in given), Fraction(0))
-    is_more = begun > 0 or any(
-        not releases.streams or any(late for _, late in releases.streams) for releases, _ in given
-    )
-    return used > 1 or (used == 1 and is_more)
-
-
-def play(own: Releases, work: int, before: Sequence[tuple[Releases, int]]) -> Fraction | None:
-    """The longest time from the release of one of `own` jobs, of so much `work`, to its end.
-
-    The core is never idle meanwhile: all that is released goes `before` these jobs.
-
-    >>> a, b, c = (Releases(((period, Fraction(0)),)) for period in (7, 12, 20))
-    >>> play(c, 5, [(a, 3), (b, 3)])
-    Fraction(20, 1)
-    """
-    coming: list[tuple[Fraction, int, int, Iterator[Any]]] = []
-    for number, (releases, cost) in enumerate([(own, work), *before]):
-        times = releases.densest()
-        heappush(coming, (next(times), number, cost, times))
-    now = urgent = worst = Fraction(0)
-    waiting: deque[tuple[Fraction, Fraction]] = deque()
-    for _ in range(MOST_PLAYED):
-        upcoming = coming[0][0] if coming else None
-        while urgent or waiting:  # until the next release
-            left = None if upcoming is None else upcoming - now
-            need = urgent or waiting[0][1]
-            if left is not None and left <= 0:
-                break
-            done = need if left is None else min(need, left)
-            now += done
-            if urgent:
-                urgent -= done
-            elif done == need:
-                worst = max(worst, now - waiting.popleft()[0])
-            else:
-                waiting[0] = (waiting[0][0], need - done)
-        if upcoming is None or (now < upcoming and not urgent and not waiting):
-            return worst
-        if now == upcoming and now > 0 and not urgent and not waiting:
-            return worst  # all is done when the next begins: a stretch of its own
-        time, number, cost, times = heappop(coming)
-        if number:
-            urgent += cost
-        else:
-            waiting.append((time, Fraction(cost)))
-        following = next(times, None)
-        if following is not None:
-            heappush(coming, (following, number, cost, times))
-    return None
-
-
-MOMENT = Fraction(1, 10**12)
-"""How much sooner than what waits for it something has begun, in ns."""
-
-
-def play_inside(
-    inside: Sequence[tuple[Releases, int]], outside: Sequence[tuple[Releases, int]], begun: int, *, in_order: bool
-) -> Fraction | None:
-    """The longest time from the release of a job of the first of `inside` to its end: one job at a time, to its end.
-
-    What is `outside` preempts. The others inside go first among what waits, or all go `in_order` of their release: then
-    whoever comes at that time may be the first of them. Something else inside may have `begun` a moment before.
-
-    >>> timer, callback = (Releases(((period, Fraction(0)),)) for period in (10, 20))
-    >>> [play_inside([(timer, 1), (callback, 3)], [], 0, in_order=in_order) for in_order in (True, False)]
-    [Fraction(4, 1), Fraction(4, 1)]
-    """
-    coming: list[tuple[Fraction, int, int, Iterator[Any]]] = []
-    for number, (releases, cost) in enumerate([*inside, *outside]):
-        times = releases.densest()
-        heappush(coming, (next(times), number, cost, times))
-    sooner = MOMENT if begun else Fraction(0)
-    now, worst = Fraction(0), Fraction(0)
-    running: list[Any] = [None, Fraction(begun) - sooner] if begun else []
-    preempting = Fraction(0)
-    waiting: list[tuple[Any, Fraction, int]] = []  # what goes first, the release, the cost
-
-    for _ in range(MOST_PLAYED):
-        while coming and coming[0][0] <= now:
-            time, number, cost, times = heappop(coming)
-            if number >= len(inside):
-                preempting += cost
-            else:
-                rank: Any = (time, number == 0) if in_order else (number == 0, time)
-                heappush(waiting, (rank, time, cost))
-            following = next(times, None)
-            if following is not None:
-                heappush(coming, (following, number, cost, times))
-        if not preempting and not running and not waiting:
-            return worst
-        upcoming = coming[0][0] if coming else None
-        if not preempting and not running:
-            rank, time, cost = heappop(waiting)
-            running = [(time, in_order or rank[0] is True), Fraction(cost)]
-        need = preempting or running[1]
-        done = need if upcoming is None else min(need, upcoming - now)
-        now += done
-        if preempting:
-            preempting -= done
-        else:
-            running[1] -= done
-            if not running[1]:
-                if running[0] is not None and running[0][1]:
-                    worst = max(worst, now + sooner - running[0][0])
-                running = []
-        if not preempting and not running and not waiting and coming and coming[0][0] >= now > 0:
-            return worst  # all is done when the next begins
-    return None
+def _kept_apart(releases: Releases) -> tuple[tuple[int, Fraction], ...]:
+    """The streams of jobs; of those that always come as soon as they may, one stream."""
+    streams = releases.streams
+    if releases.apart and sum(Fraction(1, period) for period, _ in streams) * releases.apart >= 1:
+        return ((releases.apart, Fraction(0)),)
+    return streams

@@ -15,6 +15,7 @@ from .evaluator import (
     decisions,
     designs,
     evaluate,
+    evaluated,
     front,
     load_file,
     load_text,
@@ -696,6 +697,60 @@ def test_the_generator_covers_every_kind() -> None:
         if not missing:
             break
     assert missing == set()
+
+
+def test_the_generator_covers_segments() -> None:
+    """Within the first seeds."""
+    missing = {
+        *(
+            "accelerator by fifo",
+            "accelerator by priority",
+            "segment on an accelerator",
+            "segment on the own processor",
+        ),
+        *("segment with a time for each type", "segments that events release", "whole thread on an accelerator"),
+        *("executor beside segments", "reservation beside segments"),
+    }
+    for seed in dict.fromkeys((8, 11, 28, *range(40))):
+        missing -= features(random_problem(seed, "segmented")) if missing else set()
+    assert missing == set()
+
+
+PIECES = """
+dse: 1
+name: pieces
+deadlines: all
+processor_types: {cpu: {}, gpu: {serves: ORDER}}
+processors: {p: {type: cpu}, g: {type: gpu}}
+"""
+BESIDE_A_WHOLE_THREAD = """
+  one: {processor: p, priority: 1, period: 40 ms, segments: [{compute_execution_time: 1 ms},
+        {processor: g, compute_execution_time: 8 ms}, {processor: g, compute_execution_time: 2 ms}]}
+  other: {processor: g, period: 4 ms, compute_execution_time: 2 ms, priority: 2}
+"""
+BESIDE_EACH_OTHER = """
+  one: {processor: p, period: 33 ms, segments: [{compute_execution_time: 2 ms},
+        {processor: g, compute_execution_time: 8 ms}, {compute_execution_time: 1 ms}]}
+  other: {processor: p, period: 50 ms, segments: [{compute_execution_time: 4 ms},
+        {processor: g, compute_execution_time: 12 ms}, {compute_execution_time: 3 ms}]}
+"""
+
+
+@pytest.mark.parametrize(
+    ("order", "threads", "ends_ms"),
+    [
+        ("fifo", BESIDE_EACH_OTHER, {"one": 23, "other": 31}),
+        ("fifo", BESIDE_A_WHOLE_THREAD, {"one": 19}),
+        ("priority", BESIDE_A_WHOLE_THREAD, {"one": 21}),
+    ],
+)
+def test_threads_end_as_in_the_examples_of_the_documents(order: str, threads: str, ends_ms: dict[str, int]) -> None:
+    """docs/semantics.md, section 4.7."""
+    text = f"{PIECES.replace('ORDER', order)}threads:{threads}"
+    ((_, figures),) = evaluated(load_text(text))
+    assert {name: figures["responses"][name] for name in ends_ms} == {
+        name: end * 10**6 for name, end in ends_ms.items()
+    }
 
 
 def test_the_generator_makes_feasible_and_infeasible_problems_and_small_fronts() -> None:

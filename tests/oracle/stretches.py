@@ -1,0 +1,154 @@
+"""The busiest stretch of a core or an accelerator, played job by job."""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from fractions import Fraction
+from heapq import heappop, heappush, merge
+from itertools import count
+from typing import Any
+
+MOST_PLAYED = 200_000
+"""Releases of a stretch that has not ended by then: it is taken to have no end."""
+
+
+@dataclass(frozen=True)
+class Releases:
+    """Streams of (period, how late at most); jobs at least `apart` from each other. No stream: one job."""
+
+    streams: tuple[tuple[int, Fraction], ...]
+    apart: int = 0
+
+    def densest(self) -> Iterator[Fraction]:
+        """Times from the first release on, each as early as it can be."""
+        if not self.streams:
+            yield Fraction(0)
+            return
+        for number, time in enumerate(merge(*(_each(*stream) for stream in self.streams))):
+            yield max(time, Fraction(number * self.apart))
+
+    @property
+    def often(self) -> Fraction:
+        """Jobs per ns in the long run."""
+        whole = sum((Fraction(1, period) for period, _ in self.streams), Fraction(0))
+        return min(whole, Fraction(1, self.apart)) if self.apart else whole
+
+
+def _each(period: int, late: Fraction) -> Iterator[Fraction]:
+    """The releases of one stream."""
+    return (max(Fraction(0), number * period - late) for number in count())
+
+
+def has_no_end(given: Sequence[tuple[Releases, int | Fraction]], begun: int) -> bool:
+    """Whether there is more work than time, or as much and some of it is early: a stretch never ends then."""
+    used = sum((releases.often * work for releases, work in given), Fraction(0))
+    is_more = begun > 0 or any(
+        not releases.streams or any(late for _, late in releases.streams) for releases, _ in given
+    )
+    return used > 1 or (used == 1 and is_more)
+
+
+def play(own: Releases, work: int | Fraction, before: Sequence[tuple[Releases, int]]) -> Fraction | None:
+    """The longest time from the release of one of `own` jobs, of so much `work`, to its end.
+
+    The core is never idle meanwhile: all that is released goes `before` these jobs.
+
+    >>> a, b, c = (Releases(((period, Fraction(0)),)) for period in (7, 12, 20))
+    >>> play(c, 5, [(a, 3), (b, 3)])
+    Fraction(20, 1)
+    """
+    coming: list[tuple[Fraction, int, int | Fraction, Iterator[Any]]] = []
+    for number, (releases, cost) in enumerate([(own, work), *before]):
+        times = releases.densest()
+        heappush(coming, (next(times), number, cost, times))
+    now = urgent = worst = Fraction(0)
+    waiting: deque[tuple[Fraction, Fraction]] = deque()
+    for _ in range(MOST_PLAYED):
+        upcoming = coming[0][0] if coming else None
+        while urgent or waiting:  # until the next release
+            left = None if upcoming is None else upcoming - now
+            need = urgent or waiting[0][1]
+            if left is not None and left <= 0:
+                break
+            done = need if left is None else min(need, left)
+            now += done
+            if urgent:
+                urgent -= done
+            elif done == need:
+                worst = max(worst, now - waiting.popleft()[0])
+            else:
+                waiting[0] = (waiting[0][0], need - done)
+        if upcoming is None or (now < upcoming and not urgent and not waiting):
+            return worst
+        if now == upcoming and now > 0 and not urgent and not waiting:
+            return worst  # all is done when the next begins: a stretch of its own
+        time, number, cost, times = heappop(coming)
+        if number:
+            urgent += cost
+        else:
+            waiting.append((time, Fraction(cost)))
+        following = next(times, None)
+        if following is not None:
+            heappush(coming, (following, number, cost, times))
+    return None
+
+
+MOMENT = Fraction(1, 10**12)
+"""How much sooner than what waits for it something has begun, in ns."""
+
+
+def play_inside(
+    inside: Sequence[tuple[Releases, int]], outside: Sequence[tuple[Releases, int]], begun: int, *, in_order: bool
+) -> Fraction | None:
+    """The longest time from the release of a job of the first of `inside` to its end: one job at a time, to its end.
+
+    What is `outside` preempts. The others inside go first among what waits, or all go `in_order` of their release: then
+    whoever comes at that time may be the first of them. Something else inside may have `begun` a moment before.
+
+    >>> timer, callback = (Releases(((period, Fraction(0)),)) for period in (10, 20))
+    >>> [play_inside([(timer, 1), (callback, 3)], [], 0, in_order=in_order) for in_order in (True, False)]
+    [Fraction(4, 1), Fraction(4, 1)]
+    """
+    coming: list[tuple[Fraction, int, int, Iterator[Any]]] = []
+    for number, (releases, cost) in enumerate([*inside, *outside]):
+        times = releases.densest()
+        heappush(coming, (next(times), number, cost, times))
+    sooner = MOMENT if begun else Fraction(0)
+    now, worst = Fraction(0), Fraction(0)
+    running: list[Any] = [None, Fraction(begun) - sooner] if begun else []
+    preempting = Fraction(0)
+    waiting: list[tuple[Any, Fraction, int]] = []  # what goes first, the release, the cost
+
+    for _ in range(MOST_PLAYED):
+        while coming and coming[0][0] <= now:
+            time, number, cost, times = heappop(coming)
+            if number >= len(inside):
+                preempting += cost
+            else:
+                rank: Any = (time, number == 0) if in_order else (number == 0, time)
+                heappush(waiting, (rank, time, cost))
+            following = next(times, None)
+            if following is not None:
+                heappush(coming, (following, number, cost, times))
+        if not preempting and not running and not waiting:
+            return worst
+        upcoming = coming[0][0] if coming else None
+        if not preempting and not running:
+            rank, time, cost = heappop(waiting)
+            running = [(time, in_order or rank[0] is True), Fraction(cost)]
+        need = preempting or running[1]
+        done = need if upcoming is None else min(need, upcoming - now)
+        now += done
+        if preempting:
+            preempting -= done
+        else:
+            running[1] -= done
+            if not running[1]:
+                if running[0] is not None and running[0][1]:
+                    worst = max(worst, now + sooner - running[0][0])
+                running = []
+        if not preempting and not running and not waiting and coming and coming[0][0] >= now > 0:
+            return worst  # all is done when the next begins
+    return None
