@@ -8,12 +8,12 @@ from __future__ import annotations
 
 from collections.abc import Collection, Iterable, Sequence
 from functools import cached_property
-from itertools import product
+from itertools import product, repeat
 from math import prod
 
 from dse.encode.model import EncodedSpace
 from dse.pareto.answer import Answer, Found, NoSuchDesign, Unfinished, weighted
-from dse.pareto.grid import Grid, grids_of
+from dse.pareto.grid import EVERY, Grid, grids_of
 from dse.pareto.knapsack import Knapsacks, knapsacks_of
 from dse.pareto.regions import Bound, RefutedRegions, strictly_inside
 from dse.space.types import Design
@@ -60,7 +60,7 @@ class Part:
             if isinstance(answer, NoSuchDesign) and better_than is None:
                 self.refuted.add(region)
             elif least is not None:
-                for axis, bound in enumerate(_below(least, weights, region)):
+                for axis, bound in enumerate(_below(least, weights, region, self.grids)):
                     if bound > 0:
                         self.refuted.add((*region[:axis], bound, *region[axis + 1 :]))
 
@@ -69,15 +69,17 @@ class Part:
         self.found = [known for known in self.found if known.design != design]
 
 
-def _below(least: int, weights: Sequence[int], region: Bound) -> list[int]:
+def _below(least: int, weights: Sequence[int], region: Bound, grids: Sequence[Grid]) -> list[int]:
     """For each axis a bound below which nothing in the region has a weighted sum of `least` or more.
 
-    Whatever the other objectives are within the region: weight[axis] * value + the most of the others < least.
+    Whatever the other objectives are within the region, as far as their `grids` go:
+    weight[axis] * value + the most of the others < least.
     """
-    most = weighted(weights, [bound - 1 for bound in region])
+    tops = [bound - 1 for bound in region]
+    most = [weight * grid.down(top) for weight, grid, top in zip(weights, grids or repeat(EVERY), tops, strict=False)]
     bounds = []
-    for weight, bound in zip(weights, region, strict=True):
-        others = most - weight * (bound - 1)
+    for axis, (weight, bound) in enumerate(zip(weights, region, strict=True)):
+        others = sum(most) - most[axis]
         bounds.append(min(bound, max(0, -((others - least) // weight))) if weight else 0)
     return bounds
 
