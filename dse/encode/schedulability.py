@@ -19,7 +19,7 @@ do not exceed their periods they say exactly what response-time analysis says.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import field
 from fractions import Fraction
 from math import gcd
@@ -158,6 +158,7 @@ class _Rows:
         for core in range(self.cores):
             levels: dict[Level, _Owners] = {}
             alone: list[tuple[Thread, int, int]] = []
+            timely: dict[int, int] = {}
             for number, items in wanted.items():
                 thread = by_number[number]
                 if core >= len(thread.cores[self.processor]):
@@ -167,6 +168,7 @@ class _Rows:
                         pair = self._guarded(self._both(thread, core, literal), item.guard)
                         if pair is None:
                             continue
+                        timely[pair] = min(latest, timely.get(pair, latest))
                         if thread.priority is not None:
                             alone.append((thread, pair, latest))
                         elif order is not None:
@@ -175,7 +177,7 @@ class _Rows:
                             owners.demanding.append(pair)
             for (order, latest), owners in levels.items():
                 look_at_the_clock()
-                self._add_level(core, order, latest, owners)
+                self._add_level(core, order, latest, owners, timely)
             for thread, pair, latest in alone:
                 self._add_alone(core, thread, pair, latest)
 
@@ -224,8 +226,12 @@ class _Rows:
         self.model.add_implication(made, self.literal(guard))
         return made.index
 
-    def _add_level(self, core: int, level: Fraction, latest: int, owners: _Owners) -> None:
-        """What delays the last of the owners: each of them once, and whatever is more urgent."""
+    def _add_level(self, core: int, level: Fraction, latest: int, owners: _Owners, timely: Mapping[int, int]) -> None:
+        """What delays the last of the owners: each of them once, and whatever is more urgent.
+
+        Without owners it holds as well where all that is more urgent must end by `timely`, before its next job and no
+        later than this level: there is room for all jobs when the last of them ends.
+        """
         urgent: list[tuple[int, Rate, Thread]] = []
         for thread in self.threads:
             if core >= len(thread.cores[self.processor]):
@@ -233,7 +239,10 @@ class _Rows:
             for (order, rate), literals in self.here(thread, core).items():
                 if thread.is_numbered or (order is not None and order < level):
                     urgent += [(literal, rate, thread) for literal in literals]
-        self._add_demand(core, latest, urgent, list(owners.members.values()), owners.demanding)
+        is_kept = all(
+            pair in timely and timely[pair] <= latest and timely[pair] * rate <= NS_PER_S for pair, rate, _ in urgent
+        )
+        self._add_demand(core, latest, urgent, list(owners.members.values()), [] if is_kept else owners.demanding)
 
     def _add_alone(self, core: int, thread: Thread, pair: int, latest: int) -> None:
         """A thread with a stated priority: delayed by those whose stated priority is no lower."""
@@ -254,18 +263,21 @@ class _Rows:
         members: Sequence[tuple[Thread, int]],
         demanding: Sequence[int],
     ) -> None:
-        """Where one of the literals `demanding` is true, some point has room for what is urgent and for the members."""
+        """Some point has room for what is urgent and for the members, where one of the literals `demanding` is true.
+
+        Without any it has so always: then the linear relaxation sees it.
+        """
         points = scheduling_points(latest, sorted({rate for _, rate, _ in urgent}))
         if points is None:
             return
-        needed = demanding[0]
+        needed = demanding[0] if demanding else self.places.true
         if len(demanding) > 1:
             needed = self.model.new_bool_var("").index
             for pair in demanding:
                 self.model.add_implication(self.literal(pair), self.literal(needed))
         chosen = [needed] if len(points) == 1 else [self.model.new_bool_var("").index for _ in points]
         if len(points) > 1:
-            self.model.add_bool_or([self.literal(-needed - 1), *map(self.literal, chosen)])
+            self.model.add_bool_or([*([self.literal(-needed - 1)] if demanding else []), *map(self.literal, chosen)])
         for position, kind in enumerate(self.types):
             for point, literal in zip(points, chosen, strict=True):
                 parts = [
@@ -321,7 +333,7 @@ class _Rows:
                 look_at_the_clock()
                 urgent = [(pair, rate, thread) for latest, thread, pair, rate in entries.values() if latest < level]
                 members = [(thread, pair) for latest, thread, pair, _ in entries.values() if latest == level]
-                self._add_demand(core, level, urgent, members, [pair for _, pair in members])
+                self._add_demand(core, level, urgent, members, [])
 
     def add_utilisation(self, wanted: dict[int, list[Deadline]]) -> None:
         """The threads with a deadline use no more than their core: the last of them waits for all others."""
