@@ -141,3 +141,18 @@ def test_the_front_is_that_without(seed: int, monkeypatch: pytest.MonkeyPatch) -
     monkeypatch.setattr(apart, "PACKING_WAYS", (RELAXED,))
     assert search_front(evaluator).points.keys() == expected
     assert any(built)
+
+
+@pytest.mark.parametrize("late", [False, True])
+def test_rows_of_levels_hold_without_a_condition_where_all_must_be_in_time(late: bool) -> None:
+    """Where one that is more urgent may be late, a level without a thread says nothing of those above it."""
+    text = nearly_full(9, 3, 0.8, 1)
+    if late:
+        text = text.replace("deadlines: all", "deadlines: stated").replace(", period:", ", deadline: 40 ms, period:", 8)
+    encoded = solver_of(Evaluator(space_of(text))).encoded
+    constraints = encoded.model.proto.constraints
+    rooms = {index for item in constraints if item.has_linear() for index in item.enforcement_literal}
+    clauses = [list(item.bool_or.literals) for item in constraints if item.has_bool_or()]
+    choices = [literals for literals in clauses if len(rooms.intersection(literals)) > 1]
+    assert choices
+    assert any(min(literals) < 0 for literals in choices) is late

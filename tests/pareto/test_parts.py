@@ -24,7 +24,7 @@ from dse.pareto.answer import Answer, Found, NoSuchDesign, Unfinished, weighted
 from dse.pareto.apart import Apart
 from dse.pareto.best import signed
 from dse.pareto.front import search_front
-from dse.pareto.grid import weighted_grid
+from dse.pareto.grid import EVERY, Grid, weighted_grid
 from dse.pareto.narrowing import lowest
 from dse.pareto.parts import Part, Parts
 from dse.pareto.regions import Bound, strictly_inside
@@ -194,6 +194,7 @@ def stopped(answer: Answer, weights: Sequence[int]) -> Answer:
 
 
 @given(
+    st.tuples(*[st.builds(Grid, st.integers(0, 3), st.integers(0, 3))] * 3),
     st.lists(st.tuples(numbers, numbers, numbers), max_size=8),
     st.lists(
         st.tuples(
@@ -207,11 +208,15 @@ def stopped(answer: Answer, weights: Sequence[int]) -> Answer:
     regions,
 )
 def test_a_part_refutes_nothing_that_it_has(
-    points: list[Point],
+    grids: tuple[Grid, ...],
+    drawn: list[Point],
     questions: list[tuple[Point, list[Bound], int | None, Callable[..., Answer]]],
     later: list[Bound],
 ) -> None:
-    part = Part(())
+    points = [
+        tuple(grid.start + grid.step * value for grid, value in zip(grids, point, strict=True)) for point in drawn
+    ]
+    part = Part((), grids)
     for weights, asked, better_than, answer in questions:
         part.learn(answer(points, weights, asked, better_than), weights, asked, better_than)
     for point in points:
@@ -233,6 +238,13 @@ def test_a_part_learns_what_the_least_sum_leaves_no_room_for() -> None:
     assert part.floor([(6, 2, 2)]) == (5, 0, 0)
     part.learn(NoSuchDesign(), (10, 1, 1), [(6, 2, 2)], None)
     assert part.open([(6, 2, 2)]) == []
+
+
+def test_what_a_part_has_one_value_of_leaves_no_room() -> None:
+    """Least 100 * price + latency = 52 where the price is 0: no design has a latency below 52, whatever it may cost."""
+    part = Part((), (Grid(0, 0), EVERY))
+    part.learn(Found((0, 52), ()), (100, 1), [(9, 100)], None)
+    assert part.open([(9, 52), (9, 53)]) == [(9, 53)]
 
 
 # --- any design at all ---------------------------------------------------------------------------------------------
