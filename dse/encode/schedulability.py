@@ -158,7 +158,7 @@ class _Rows:
         for core in range(self.cores):
             levels: dict[Level, _Owners] = {}
             alone: list[tuple[Thread, int, int]] = []
-            timely: dict[int, int] = {}
+            timely: dict[tuple[int, int], int] = {}
             for number, items in wanted.items():
                 thread = by_number[number]
                 if core >= len(thread.cores[self.processor]):
@@ -168,7 +168,7 @@ class _Rows:
                         pair = self._guarded(self._both(thread, core, literal), item.guard)
                         if pair is None:
                             continue
-                        timely[pair] = min(latest, timely.get(pair, latest))
+                        timely[number, pair] = min(latest, timely.get((number, pair), latest))
                         if thread.priority is not None:
                             alone.append((thread, pair, latest))
                         elif order is not None:
@@ -226,7 +226,9 @@ class _Rows:
         self.model.add_implication(made, self.literal(guard))
         return made.index
 
-    def _add_level(self, core: int, level: Fraction, latest: int, owners: _Owners, timely: Mapping[int, int]) -> None:
+    def _add_level(
+        self, core: int, level: Fraction, latest: int, owners: _Owners, timely: Mapping[tuple[int, int], int]
+    ) -> None:
         """What delays the last of the owners: each of them once, and whatever is more urgent.
 
         Without owners it holds as well where all that is more urgent must end by `timely`, before its next job and no
@@ -240,7 +242,8 @@ class _Rows:
                 if thread.is_numbered or (order is not None and order < level):
                     urgent += [(literal, rate, thread) for literal in literals]
         is_kept = all(
-            pair in timely and timely[pair] <= latest and timely[pair] * rate <= NS_PER_S for pair, rate, _ in urgent
+            (end := timely.get((thread.number, pair))) is not None and end <= latest and end * rate <= NS_PER_S
+            for pair, rate, thread in urgent
         )
         self._add_demand(core, latest, urgent, list(owners.members.values()), [] if is_kept else owners.demanding)
 

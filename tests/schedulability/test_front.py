@@ -120,6 +120,30 @@ def test_bounds_from_below_and_limits_from_above_meet(monkeypatch: pytest.Monkey
     assert {Found, NoSuchDesign} <= set(limits)
 
 
+SAME_CHOICE = """
+dse: 1
+name: one choice gives the rate of two threads
+overload: allowed
+deadlines: all
+processor_types: {slow: {cores: 1, price: 10 EUR}, fast: {cores: 1, price: 30 EUR}}
+processors: {c: {type: [slow, fast]}}
+devices: {sensor: {period: 3 ms}}
+threads:
+  t0: {processor: c, compute_execution_time: {slow: 4 ms, fast: 2 ms}, period: [5 ms, 12 ms]}
+  t1: {processor: c, compute_execution_time: {slow: 3 ms, fast: 1 ms}, period: [6 ms, 10 ms]}
+  t2: {processor: c, compute_execution_time: {slow: 4 ms, fast: 4 ms}, dispatch_protocol: aperiodic}
+  t3: {processor: c, compute_execution_time: {slow: 2 ms, fast: 1 ms}, period: [4 ms, 8 ms]}
+connections: {w: {from: sensor, to: t0}, w1: {from: t0, to: t1}, w2: {from: t1, to: t2}, w3: {from: t2, to: t3}}
+flows: {f: {path: [sensor, t0, t1, t2, t3]}}
+objectives: [minimise price, minimise latency of f]
+"""
+
+
+def test_that_one_thread_must_be_in_time_says_nothing_of_another_with_the_same_rate() -> None:
+    """Where t1 has a deadline and t2, which it dispatches, has none."""
+    assert found(SAME_CHOICE) == set(brute_front(Evaluator(loads(SAME_CHOICE).space)))
+
+
 ONE_CORE = """
 dse: 1
 name: one core
