@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 from dse.pareto.answer import Answer, Found, NoSuchDesign, Unfinished, weighted
 from dse.pareto.regions import Bound
-from dse.pareto.settings import BARE, BRIEF, BUILDING, CUTTING, LOWEST, NARROWING, RELAXED, Settings
+from dse.pareto.settings import BARE, BRIEF, BUILDING, CUTTING, LOWEST, NARROWING, OPTIONS_FIRST, RELAXED, Settings
 
 if TYPE_CHECKING:
     from dse.pareto.subproblem import Solver
@@ -16,7 +16,7 @@ APART_WAYS = (CUTTING, RELAXED, BARE)
 """The settings for parts for which that was not enough, in turn ..."""
 PACKING_WAYS = (CUTTING, LOWEST, RELAXED)
 """... where threads have to end in time on cores that they share, ..."""
-FULL_WAYS = (BUILDING, RELAXED, CUTTING)
+FULL_WAYS = (BUILDING, OPTIONS_FIRST)
 """... where these are so full that the model has rows of them: then its bounds are known to be good ..."""
 APART_WORK = 1.5
 """... and designs are missing; with so much work in the first round, and twice as much in each further one."""

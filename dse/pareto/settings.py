@@ -25,7 +25,8 @@ class Settings:
 
     `weight` is how much work a unit of deterministic time is: linear programming takes longer than the solver counts.
     `per_variable` is how much work a call takes at least for each variable of the model.
-    With `in_order` the search is depth first in the order of the model's decision strategy. With `from_below` it proves
+    With `in_order` the search is depth first in the order of the model's decision strategy; with `options_first` it
+    decides in that order, but starts anew and goes on as it likes where that says no more. With `from_below` it proves
     bounds of the objective, the least value first; it `narrows` where such bounds and good designs take turns
     (`dse.pareto.narrowing`), or asks for the `lowest` values first, where it `builds` with a
     design made before. Long calls get simpler clauses on the way where it `simplifies`.
@@ -36,6 +37,7 @@ class Settings:
     weight: float
     per_variable: float = 0.0
     in_order: bool = False
+    options_first: bool = False
     from_below: bool = False
     narrows: bool = False
     lowest: bool = False
@@ -53,6 +55,8 @@ class Settings:
         parameters.use_objective_lb_search = self.from_below
         parameters.use_sat_inprocessing = self.simplifies and work >= INPROCESSING_FROM and not self.in_order
         parameters.max_deterministic_time = work / self.weight
+        if self.options_first:
+            parameters.search_branching = type(parameters.search_branching).PARTIAL_FIXED_SEARCH
         if self.in_order:
             parameters.search_branching = type(parameters.search_branching).FIXED_SEARCH
             parameters.max_number_of_conflicts = max(1, round(work * CONFLICTS_IN_ORDER))
@@ -66,6 +70,8 @@ LOWEST = Settings(2, has_cuts=False, weight=1.8, lowest=True)
 """The same for nothing but the lowest value that is not refuted, for cores that are nearly full."""
 BUILDING = Settings(2, has_cuts=False, weight=1.8, lowest=True, builds=True)
 """The same, which builds a design where it does not find one at once."""
+OPTIONS_FIRST = Settings(2, has_cuts=False, weight=1.8, options_first=True)
+"""The same, rates before cores: where cores are so full that few rates are left, each of these is soon refuted."""
 CUTTING = Settings(2, has_cuts=True, weight=1.5, per_variable=6e-5)
 """The same with cuts, for sums at the edge of their limits under conditions."""
 WAYS = (BARE, RELAXED, CUTTING)

@@ -335,7 +335,8 @@ class Solver:
     def solved(self, solver: cp_model.CpSolver, model: cp_model.CpModel, settings: Settings) -> Any:
         """The status with which a solver of `limited` ends on a model; what it takes counts."""
         self._running = solver
-        with searched_by(model, self.encoded.in_order() if settings.in_order else ()):
+        is_ordered = settings.in_order or settings.options_first
+        with searched_by(model, self.encoded.in_order() if is_ordered else ()):
             status = solver.solve(model)
         self._running = None
         self.work += solver.response_proto.deterministic_time * settings.weight

@@ -15,7 +15,8 @@ from dse.pareto.answer import Answer, Found, Unfinished
 from dse.pareto.best import claimed_by
 from dse.pareto.front import search_front
 from dse.pareto.neighbours import neighbour
-from dse.pareto.settings import BARE, BUILD_WORK, BUILDING, RELAXED, Settings, sound_solver
+from dse.pareto.regions import RefutedRegions
+from dse.pareto.settings import BARE, BUILD_WORK, BUILDING, OPTIONS_FIRST, RELAXED, Settings, sound_solver
 from dse.pareto.subproblem import Solver
 from tests.benchmarks.cases import nearly_full
 
@@ -156,3 +157,22 @@ def test_rows_of_levels_hold_without_a_condition_where_all_must_be_in_time(late:
     choices = [literals for literals in clauses if len(rooms.intersection(literals)) > 1]
     assert choices
     assert any(min(literals) < 0 for literals in choices) is late
+
+
+def test_rates_before_cores_give_the_same_answer() -> None:
+    """And the model is left without an order of decisions."""
+    evaluator = crowded(9, 3, 1)
+    solver = Solver(encode(evaluator))
+    regions, weights = [solver.encoded.everywhere], [0, 1]
+    solver._set_objective(weights)
+    for part in solver.parts.all:
+        answers = []
+        for settings in (RELAXED, OPTIONS_FIRST):
+            solver.solve_part(part, (BUILDING, 10.0), weights, regions, None)  # so that there are rows
+            part.refuted, part.found = RefutedRegions(), []
+            answers.append(solver.solve_part(part, (settings, 10.0), weights, regions, None))
+            assert not solver.encoded.model.proto.search_strategy
+        one, other = answers
+        assert type(one) is type(other)
+        assert not isinstance(one, Found) or (isinstance(other, Found) and one.point[1] == other.point[1])
+        assert not isinstance(one, Unfinished)

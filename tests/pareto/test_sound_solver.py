@@ -21,6 +21,7 @@ HERE = Path(__file__).parent
 SETTINGS = {
     "bare": settings.BARE,
     "relaxed": settings.RELAXED,
+    "options first": settings.OPTIONS_FIRST,
     "cutting": settings.CUTTING,
     "bare in order": settings.BARE_IN_ORDER,
     "cutting in order": settings.CUTTING_IN_ORDER,
