@@ -78,7 +78,7 @@ Where the documents leave something open, this is how they are read here:
 from __future__ import annotations
 
 import operator
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from fractions import Fraction
 from typing import Any
 
@@ -108,6 +108,8 @@ __all__ = [
 ]
 
 Design = dict[str, str | None]
+BINDINGS = ("type", "process", "processor", "bus")
+"""The fields that say what is where; many designs have them in common."""
 CHANGES: Dimension = (("changes", 1),)
 
 
@@ -124,23 +126,25 @@ def designs(problem: Problem) -> Iterator[Design]:
 def evaluated(problem: Problem) -> Iterator[tuple[Design, dict[str, Any]]]:
     """Every design that obeys the rules with its figures, as `designs` and `evaluate` give them."""
     for reading in _readings(problem):
-        yield dict(reading.design), _figures(problem, reading)
+        yield dict(reading.design), _Figures(problem, reading)
 
 
 def _readings(problem: Problem) -> Iterator[Reading]:
     order = _decision_order(problem)
     names = list(problem.decisions)
+    binding = [decision for _, field, decision in order if field in BINDINGS]
+    admitted: dict[tuple[str | None, ...], bool] = {}
     partial: Design = {}
     reading = Reading(problem, partial, complete=False)
 
     def extend(depth: int) -> Iterator[Reading]:
         if depth == len(order):
             complete = Reading(problem, {decision: partial[decision] for decision in names})
-            try:
-                complete.check()
-            except InvalidDesign:
-                return
-            yield complete
+            bindings = tuple([partial[decision] for decision in binding])
+            if bindings not in admitted:
+                admitted[bindings] = _passes(complete.check_bindings)
+            if admitted[bindings] and _passes(complete.check_rest):
+                yield complete
             return
         name, field, decision = order[depth]
         try:
@@ -154,6 +158,14 @@ def _readings(problem: Problem) -> Iterator[Reading]:
             del partial[decision]
 
     yield from extend(0)
+
+
+def _passes(check: Callable[[], None]) -> bool:
+    try:
+        check()
+    except InvalidDesign:
+        return False
+    return True
 
 
 def _processes_agree(reading: Reading) -> bool:
@@ -232,51 +244,73 @@ def evaluate(problem: Problem, design: Mapping[str, str | None]) -> dict[str, An
         ``price`` (ct), ``power`` (mW) and ``totals``: ``system`` and ``components``; ``metrics``: derived ones in
         ns, nm, B, ct, mW (data rates in B/s); ``violations``: texts; ``objectives``: tuple, maximised ones negated.
     """
-    reading = Reading(problem, design)
+    reading = Reading(problem, dict(design))
     reading.check()
-    return _figures(problem, reading)
+    return _Figures(problem, reading)
 
 
-def _figures(problem: Problem, reading: Reading) -> dict[str, Any]:
-    figures: dict[str, Any] = {"flows": {}}
-    for flow in problem.paths:
-        rows, run = reading.flow_parts(flow)
-        best, worst = sum(row[2] for row in rows), sum(row[3] for row in rows)
-        figures["flows"][flow] = {"min": best, "max": worst, "jitter": worst - best, "rows": rows, "run": run}
-        figures["flows"][flow]["reaction"] = worst + reading.first_period(flow)
-        if reading.first_period(flow):
-            figures["flows"][flow]["age"] = worst + reading.first_period(flow) - reading.last_period(flow)
-    figures["responses"], figures["lateness"] = reading.responses(), reading.lateness()
-    figures["disparity"] = {name: reading.disparity(name) for name in problem.meetings}
-    figures["shares"] = reading.shares()
-    figures["utilisation"] = {slot: sum(parts.values(), Fraction(0)) for slot, parts in figures["shares"].items()}
-    figures["peak"] = {slot: reading.peak(slot, shares) for slot, shares in figures["shares"].items()}
-    figures["core use"] = {slot: reading.core_use(slot, shares) for slot, shares in figures["shares"].items()}
-    figures["cores"] = {slot: int(reading.get(slot, "cores") or 1) for slot in problem.sections["processors"]}
-    figures["rates"] = {
+class _Figures(dict[str, Any]):
+    """The figures of a design, each worked out when it is first asked for."""
+
+    def __init__(self, problem: Problem, reading: Reading) -> None:
+        self.problem, self.reading = problem, reading
+
+    def __missing__(self, name: str) -> Any:
+        figure = self[name] = _FIGURES[name](self.problem, self.reading, self)
+        return figure
+
+
+_FIGURES: dict[str, Callable[[Problem, Reading, Mapping[str, Any]], Any]] = {
+    "flows": lambda problem, reading, _: {flow: _flow(reading, flow) for flow in problem.paths},
+    "responses": lambda _, reading, __: reading.responses(),
+    "lateness": lambda _, reading, __: reading.lateness(),
+    "disparity": lambda problem, reading, _: {name: reading.disparity(name) for name in problem.meetings},
+    "shares": lambda _, reading, __: reading.shares(),
+    "utilisation": lambda _, __, so_far: {
+        slot: sum(parts.values(), Fraction(0)) for slot, parts in so_far["shares"].items()
+    },
+    "peak": lambda _, reading, so_far: {slot: reading.peak(slot, parts) for slot, parts in so_far["shares"].items()},
+    "core use": lambda _, reading, so_far: {
+        slot: reading.core_use(slot, parts) for slot, parts in so_far["shares"].items()
+    },
+    "cores": lambda problem, reading, _: {
+        slot: int(reading.get(slot, "cores") or 1) for slot in problem.sections["processors"]
+    },
+    "rates": lambda problem, reading, _: {
         name: reading.rate(name) for section in ("devices", "threads") for name in problem.sections[section]
-    }
-    figures["load"] = reading.loads()
-    figures["busy"] = reading.busy()
-    figures["exclusive"] = {bus: share for bus, share in figures["busy"].items() if reading.is_exclusive(bus)}
-    bandwidths = {bus: reading.bus_field(bus, "bandwidth") for bus in problem.buses}
-    figures["load_share"] = {
-        bus: None if text is None else figures["load"][bus] / quantities.bandwidth(text)
-        for bus, text in bandwidths.items()
-    }
-    for figure in ("price", "power"):
-        figures[figure] = _amounts(reading, figure)
-    figures["changes"] = _changes(problem, reading.design)
-    figures["totals"] = {figure: _amounts(reading, figure) for figure in problem.totals}
-    figures["metrics"] = {
-        name: quantities.per_second(*_sum(problem, figures, terms)) for name, terms in problem.metrics.items()
-    }
-    figures["violations"] = violations(problem, figures)
-    figures["objectives"] = tuple(
-        objective.sign * quantities.per_second(*_value(problem, figures, _worst(problem, objective)))
+    },
+    "load": lambda _, reading, __: reading.loads(),
+    "busy": lambda _, reading, __: reading.busy(),
+    "exclusive": lambda _, reading, so_far: {
+        bus: share for bus, share in so_far["busy"].items() if reading.is_exclusive(bus)
+    },
+    "load_share": lambda problem, reading, so_far: {
+        bus: None if text is None else so_far["load"][bus] / quantities.bandwidth(text)
+        for bus, text in ((bus, reading.bus_field(bus, "bandwidth")) for bus in problem.buses)
+    },
+    "price": lambda _, reading, __: _amounts(reading, "price"),
+    "power": lambda _, reading, __: _amounts(reading, "power"),
+    "changes": lambda problem, reading, _: _changes(problem, reading.design),
+    "totals": lambda problem, reading, _: {figure: _amounts(reading, figure) for figure in problem.totals},
+    "metrics": lambda problem, _, so_far: {
+        name: quantities.per_second(*_sum(problem, so_far, terms)) for name, terms in problem.metrics.items()
+    },
+    "violations": lambda problem, _, so_far: violations(problem, so_far),
+    "objectives": lambda problem, _, so_far: tuple(
+        objective.sign * quantities.per_second(*_value(problem, so_far, _worst(problem, objective)))
         for objective in problem.objectives
-    )
-    return figures
+    ),
+}
+
+
+def _flow(reading: Reading, flow: str) -> dict[str, Any]:
+    rows, run = reading.flow_parts(flow)
+    best, worst = sum(row[2] for row in rows), sum(row[3] for row in rows)
+    first = reading.first_period(flow)
+    found = {"min": best, "max": worst, "jitter": worst - best, "rows": rows, "run": run, "reaction": worst + first}
+    if first:
+        found["age"] = worst + first - reading.last_period(flow)
+    return found
 
 
 def _changes(problem: Problem, design: Mapping[str, str | None]) -> int:

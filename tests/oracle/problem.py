@@ -202,6 +202,12 @@ class Problem:
                         found[name, field] = as_list(raw)
         return found
 
+    @cached_property
+    def settled(self) -> dict[tuple[str, str], Any]:
+        """The value of each field that has one in every design, or in none; of offsets a period may have a say, too."""
+        found = {key: options for key, options in self.fixed.items() if len(options) < 2 and key[1] != "offset"}
+        return {key: options[0] if options else None for key, options in found.items()}
+
     def stated(self, name: str, field: str, type_name: str | None) -> Any:
         """What the component, else its type, says about a field."""
         found = self._stated(name, field, type_name)

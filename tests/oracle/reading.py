@@ -33,6 +33,12 @@ Row: TypeAlias = tuple[str, str, Any, Any]
 """A component or connection, the method, and least and most ns."""
 
 
+@cache
+def _per_second(period_ns: int) -> Fraction:
+    """How often a timer of this period releases in a second."""
+    return Fraction(NS_PER_S, period_ns)
+
+
 class InvalidDesign(Exception):
     """The combination of options is no design; the message says why."""
 
@@ -42,7 +48,7 @@ class Reading:
 
     def __init__(self, problem: Problem, design: Mapping[str, str | None], complete: bool = True) -> None:
         self.problem, self.design, self.complete = problem, design, complete
-        self._values: dict[tuple[str, str], Any] = {}
+        self._values = dict(problem.settled)
         self._stacks: dict[str, list[str]] = {}
         self._rates: dict[str, Fraction | None] = {}
 
@@ -56,11 +62,11 @@ class Reading:
 
     def offered(self, name: str, field: str) -> list[Any]:
         """The options of a field under the chosen type and processor; empty where it is not stated."""
-        if field == "core":
-            return self.problem.cores(name)
         fixed = self.problem.fixed.get((name, field))
         if fixed is not None:
             return fixed
+        if field == "core":
+            return self.problem.cores(name)
         own = self.problem.component(name)
         is_plain = field in own and field != "offset"
         raw = own[field] if is_plain else self.problem.stated(name, field, self.type_of(name))
@@ -229,7 +235,7 @@ class Reading:
         period = self.period_ns(name)
         if period is None:
             raise ValueError(f"{name} needs a period")
-        return Fraction(NS_PER_S, period)
+        return _per_second(period)
 
     def input_rate(self, name: str) -> Fraction:
         """Activations per second by the trigger connections."""
@@ -651,9 +657,17 @@ class Reading:
 
     def check(self) -> None:
         """Raises InvalidDesign unless the bindings, the trigger graph and the rules admit this design."""
+        self.check_bindings()
+        self.check_rest()
+
+    def check_bindings(self) -> None:
+        """What follows from types, processes, processors and buses alone."""
         self.check_processes()
-        self.check_cores()
         self.check_slots()
+
+    def check_rest(self) -> None:
+        """What other decisions have a say in."""
+        self.check_cores()
         for name, section in self.problem.section_of.items():
             if section in ("devices", "threads"):
                 self.rate(name)
