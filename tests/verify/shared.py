@@ -2,14 +2,20 @@
 
 from __future__ import annotations
 
+import json
 import pickle
+from collections.abc import Mapping
+from functools import cache
 from typing import Any
 
 import pytest
 
 from dse.analysis.evaluate import Evaluator
 from dse.api import completeness
+from dse.api.problem import Problem
 from dse.space.types import Space
+from dse.study import verify
+from dse.study.verify import RobustWitness
 from dse.verification.prover import AllDesigns, Method, Prover, make_prover
 from dse.verification.tables import Tables
 
@@ -28,6 +34,22 @@ def all_designs_once(monkeypatch: pytest.MonkeyPatch) -> None:
         return made
 
     monkeypatch.setattr(completeness, "make_prover", prover)
+
+
+def robustness_once(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Whether a design is robust is proved and looked at once for each question, not for each result that shows it."""
+    known: dict[str, RobustWitness] = {}
+
+    class Remembering(RobustWitness):
+        broken = cache(RobustWitness.broken)
+
+    def witness(problem: Problem, effective: Mapping[str, Any]) -> RobustWitness:
+        asked = json.dumps([problem.loaded.sha256, effective], sort_keys=True)
+        if asked not in known:
+            known[asked] = Remembering(problem, effective)
+        return known[asked]
+
+    monkeypatch.setattr(verify, "RobustWitness", witness)
 
 
 def copied(data: dict[str, Any]) -> dict[str, Any]:

@@ -16,7 +16,7 @@ import pytest
 from click.testing import CliRunner
 from effort import LONG
 from study.studies import written
-from verify.shared import copied
+from verify.shared import copied, robustness_once
 
 import dse
 from dse.api.problem import load
@@ -149,8 +149,11 @@ def changed_parts(data: Data) -> Iterator[tuple[str, Callable[[Data], object]]]:
     yield "the nominal front", lambda d: d.update(front=copied(d)["robust"]["nominal_front"])
 
 
-def test_robust_results_with_one_thing_changed_are_rejected(solved: tuple[Path, RobustResult]) -> None:
+def test_robust_results_with_one_thing_changed_are_rejected(
+    solved: tuple[Path, RobustResult], monkeypatch: pytest.MonkeyPatch
+) -> None:
     file, result = solved
+    robustness_once(monkeypatch)
     data = data_of(result)
     accepted = []
     for name, change in changed_parts(data):
