@@ -34,6 +34,11 @@ SMALL = [path.stem for path in example_files() if LONG or path.stem not in LARGE
 
 SLOW = {"inmark_clock": "exhaustion", "perception": "exhaustion"}
 """Problems whose proofs take long: one is enough for each."""
+PARTS = {
+    "inmark_clock": {"gnss_provider.period": "20 ms", "nav_controller.offset": "4 ms"},
+    "perception": {"detection.core": "1", "lanes.core": "2"},
+}
+"""Decisions that are fixed in these problems where there is little time: the proof is the same, of fewer designs."""
 
 
 @pytest.mark.parametrize(
@@ -49,7 +54,10 @@ def test_true_results_of_shipped_problems_are_accepted(
     path: Path, method: Literal["exhaustion", "model"], tmp_path: Path
 ) -> None:
     file = tmp_path / "result.json"
-    file.write_text(dse.solve(path).to_json(), encoding="utf-8")
+    fix = {} if LONG else PARTS.get(path.stem, {})
+    result = dse.solve(path, fix=fix)
+    assert len(result.front) > 1
+    file.write_text(result.to_json(), encoding="utf-8")
     found = dse.verify(file, problem=path, method=method)
     assert found.status == "verified", found.findings
 
