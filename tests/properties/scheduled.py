@@ -1,10 +1,11 @@
-"""Random problems whose threads wait for each other: priorities as decisions, groups and lists of cores, executors."""
+"""Random problems whose threads wait for each other: priorities, groups and lists of cores, executors, segments."""
 
 from __future__ import annotations
 
 import random
 from typing import Any
 
+from tests.oracle.architecture import state_segments
 from tests.oracle.problem import as_list
 from tests.properties.rewriting import Document, document_of, text_of
 
@@ -40,7 +41,26 @@ def with_scheduling(text: str, rng: random.Random) -> str:
     if asked != "any" and rng.random() < 0.4:
         _reserve(document, threads, rng)
     _charge(document, rng)
+    drawn = random.Random(repr(rng.getstate()[1][:2]))  # apart from all else
+    if asked != "any" and drawn.random() < 0.4:
+        _divide(document, drawn)
     return text_of(document)
+
+
+def _divide(document: Document, rng: random.Random) -> None:
+    """The work of some threads becomes pieces on accelerators and their own processor; clocks are left out."""
+    document.pop("clocks", None)
+    for bodies in (document["processors"], document["devices"], document["threads"]):
+        for body in bodies.values():
+            for key in ("clock", "offset", "communication"):
+                body.pop(key, None)
+    state_segments(rng, document)
+    for name, body in document["threads"].items():
+        if "segments" in body:
+            body.pop("non_preemptive", None)
+            document.get("baseline", {}).pop(name, None)
+    if not document.get("baseline", True):
+        del document["baseline"]
 
 
 def _lengthen(document: Document, rng: random.Random) -> None:
