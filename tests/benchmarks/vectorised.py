@@ -20,6 +20,7 @@ import numpy.typing as npt
 from dse.analysis.evaluate import Evaluator
 from dse.analysis.limits import Limit, keeps_cores
 from dse.analysis.measures import Measure, Term
+from dse.analysis.memo import Recall
 from dse.analysis.rates import rate_hz
 from dse.analysis.validity import is_broken
 from dse.analysis.views import Case, View, tabulate
@@ -158,6 +159,7 @@ class VectorisedEvaluator:
         self.objectives = tuple(_objective(self.space, measure) for measure in evaluator.objectives)
         self.limits = tuple(bound for limit in evaluator.limits for bound in _bounds(self.space, limit))
         self.spread = tuple(limit for limit in evaluator.limits if limit.cores is not None)
+        self._fits: Recall[bool] = Recall()
         self._holds = tuple(_validity(evaluator))
         self._covers = tuple(_covers(evaluator))
 
@@ -192,16 +194,23 @@ class VectorisedEvaluator:
             valid &= used
         excess = [bound.excess(columns) for bound in self.limits]
         kept = np.logical_and.reduce([valid, *(item <= 0 for item in excess)])
-        excess += [self._beyond_cores(limit, columns, kept) for limit in self.spread]
+        excess += [self._beyond_cores(number, columns, kept) for number in range(len(self.spread))]
         objectives = _stack([total.look_up(columns) for total in self.objectives], len(rows))
         return Batch(objectives, valid, _stack(excess, len(rows)))
 
-    def _beyond_cores(self, limit: Limit, columns: Columns, kept: Flags) -> Numbers:
-        """1 where the fullest core is beyond a limit; looked at one by one, where everything else is kept."""
+    def _beyond_cores(self, number: int, columns: Columns, kept: Flags) -> Numbers:
+        """1 where the fullest core is beyond a limit; looked at one by one, where everything else is kept.
+
+        Designs that agree in all that it depends on share one answer.
+        """
         beyond = np.zeros(columns.shape[1], dtype=np.int64)
         for row in np.flatnonzero(kept):
-            beyond[row] = not keeps_cores(limit, View([int(option) for option in columns[:, row]]))
+            view = View([int(option) for option in columns[:, row]])
+            beyond[row] = not self._fits.recall(self.space, number, view, self._keeps_cores)
         return beyond
+
+    def _keeps_cores(self, _: Space, number: int, view: View) -> bool:
+        return keeps_cores(self.spread[number], view)
 
 
 def _stack(columns: Sequence[Numbers], count: int) -> Numbers:
