@@ -488,7 +488,10 @@ def _levels(system: Mapping[str, Any], choice: Mapping[str, Any], period: list[i
 
 def is_in_time(system: Mapping[str, Any], choice: Mapping[str, Any]) -> bool:
     """Whether each thread ends by its deadline: the stated one, else (where all count) its period, else any time."""
-    found = responses(system, choice)
+    return _ends_in_time(system, choice, responses(system, choice))
+
+
+def _ends_in_time(system: Mapping[str, Any], choice: Mapping[str, Any], found: Sequence[int]) -> bool:
     for number, thread in enumerate(system["threads"]):
         latest = thread["deadline"]
         if latest is None and system.get("deadlines", "all") == "all":
@@ -504,11 +507,11 @@ def front(system: Mapping[str, Any], *, by_response: bool = False) -> set[tuple[
     while path[0]:
         trigger = system["threads"][path[0]]["trigger"]
         path.insert(0, path[0] - 1 if trigger is None else trigger)
-    found = set()
+    found: set[tuple[int, int]] = set()
     for choice in every_choice(system):
-        if not is_in_time(system, choice):
-            continue
         times = [min(item, 10**8) for item in responses(system, choice)] if by_response else times_of(system, choice)
         latency = sum((choice["periods"][number] or 0) + times[number] for number in path)
-        found.add((system["types"][choice["type"]]["price"] * 100, latency * 10**6))
+        pair = (system["types"][choice["type"]]["price"] * 100, latency * 10**6)
+        if pair not in found and (_ends_in_time(system, choice, times) if by_response else is_in_time(system, choice)):
+            found.add(pair)
     return {one for one in found if not any(o != one and o[0] <= one[0] and o[1] <= one[1] for o in found)}
