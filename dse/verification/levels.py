@@ -34,6 +34,9 @@ MOST_ENTRIES = 100_000
 MOST_CASES = 1_000
 """A thread whose demand depends on more combinations of options has no part in rows: they hold without it."""
 
+WHOLE = 10**9
+"""A whole core, in which the shares of threads are counted, rounded down."""
+
 Demand: TypeAlias = tuple[int, int, int, int]
 """Of a thread in a design: its processor, how many cores that has, its period and the time of a job at most, in ns."""
 
@@ -131,6 +134,8 @@ def add_levels(model: Any, uses: Sequence[Mapping[Demand, Any]]) -> None:
             for core, literal in enumerate(here):
                 cores.setdefault((processor, core), []).append((period, work, literal))
     for held in cores.values():
+        share = sum(WHOLE * work // period * literal for period, work, literal in held)
+        model.add(share <= WHOLE)
         for shorter, points in _levels(held):
             fits = []
             for point in points:
@@ -161,4 +166,16 @@ def _levels(held: Sequence[tuple[int, int, Any]]) -> Iterator[tuple[list[tuple[i
     periods = sorted({period for period, _, _ in held})
     for level in periods:
         shorter = [item for item in held if item[0] <= level]
-        yield shorter, sorted({time for period in periods for time in range(period, level + 1, period)})
+        yield shorter, _points(level, [period for period in periods if period <= level])
+
+
+def _points(level: int, periods: Sequence[int]) -> list[int]:
+    """The times until `level` of which one has room if any has: the last releases before each of them, in turn.
+
+    E. Bini and G. C. Buttazzo, "Schedulability analysis of periodic fixed priority systems", IEEE Transactions on
+    Computers 53(11), 2004; periods that nobody has on a core add points only.
+    """
+    points = {level}
+    for period in sorted(periods, reverse=True):
+        points |= {time - time % period for time in points if time >= period}
+    return sorted(points)

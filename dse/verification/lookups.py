@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable
 from typing import Any
 
 from ortools.sat.python import cp_model
@@ -12,11 +12,11 @@ from dse.verification.diagrams import Diagram, Node, leaves
 
 
 class Lookups:
-    """The leaves that decisions lead to; `chosen[d]` is the variable for the position of decision d's option."""
+    """The leaves that decisions lead to; `position(d)` is the variable for the position of decision d's option."""
 
-    def __init__(self, model: cp_model.CpModel, chosen: Sequence[Any]) -> None:
+    def __init__(self, model: cp_model.CpModel, position: Callable[[int], Any]) -> None:
         self.model = model
-        self.chosen = chosen
+        self.position = position
         self._known: dict[int, tuple[Node, Any]] = {}
 
     def value(self, diagram: Diagram) -> Any:
@@ -28,7 +28,7 @@ class Lookups:
             branches = [self.value(branch) for branch in diagram.branches]
             ends = [int(item) for item in leaves(diagram)]
             target = self.model.new_int_var(min(ends), max(ends), "")
-            self.model.add_element(self.chosen[diagram.decision], branches, target)
+            self.model.add_element(self.position(diagram.decision), branches, target)
             self._known[id(diagram)] = diagram, target  # with the node, so that its id stays its own
         return self._known[id(diagram)][1]
 

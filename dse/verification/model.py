@@ -61,7 +61,7 @@ class SecondModel:
             self.model.new_int_var_from_domain(cp_model.Domain.from_values(list(allowed)), "")
             for allowed in tables.allowed
         ]
-        self.lookups = Lookups(self.model, self.chosen)
+        self.lookups = Lookups(self.model, self.chosen.__getitem__)
         self._reduction: Reduction | None = None
         for _, diagram in tables.conditions:
             self.model.add(self.lookups.value(diagram) == 1)

@@ -279,18 +279,27 @@ def _model(rows: Sequence[Row], left: Sequence[Sequence[int]], levels: Levels | 
 
 
 class _Options:
-    """What is left of each decision, as the position of an option and, where it is asked for, as literals."""
+    """What is left of each decision, as the position of an option and as literals, each where it is asked for."""
 
     def __init__(self, model: cp_model.CpModel, left: Sequence[Sequence[int]]) -> None:
         self.model, self.left = model, left
-        self.chosen = [model.new_int_var(0, max(0, len(options) - 1), "") for options in left]
-        self.lookups = Lookups(model, self.chosen)
+        self.lookups = Lookups(model, self.position)
+        self._positions: dict[int, Any] = {}
         self._literals: dict[int, list[Any]] = {}
+
+    def position(self, decision: int) -> Any:
+        """The position of the option."""
+        if decision not in self._positions:
+            self._positions[decision] = self.model.new_int_var(0, len(self.left[decision]) - 1, "")
+            self._bind(decision)
+        return self._positions[decision]
 
     def of(self, decision: int) -> list[Any]:
         """A literal for each option."""
         if decision not in self._literals:
-            self._literals[decision] = self.equal(self.chosen[decision], range(len(self.left[decision])))
+            self._literals[decision] = [self.model.new_bool_var("") for _ in self.left[decision]]
+            self.model.add_exactly_one(self._literals[decision])
+            self._bind(decision)
         return self._literals[decision]
 
     def equal(self, variable: Any, values: Iterable[int]) -> list[Any]:
@@ -301,6 +310,12 @@ class _Options:
             self.model.add(variable == value).only_enforce_if(literals[-1])
         self.model.add_exactly_one(literals)
         return literals
+
+    def _bind(self, decision: int) -> None:
+        """Where there are both, the literals say which position it is."""
+        if decision in self._positions:
+            for value, literal in enumerate(self._literals.get(decision, ())):
+                self.model.add(self._positions[decision] == value).only_enforce_if(literal)
 
 
 def _uses(
