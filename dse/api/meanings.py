@@ -10,9 +10,11 @@ from fractions import Fraction
 
 from dse.analysis.rows import counts_responses
 from dse.api.problem import Problem
+from dse.space.buses import counted
 from dse.space.clocks import AT_RELEASE
 from dse.space.cores import OWNERS
-from dse.space.trees import leaves
+from dse.space.hosts import at_home
+from dse.space.trees import PerProcessorType, leaves
 from dse.space.types import Component, Space
 from dse.spec.quantities import figures_of
 from dse.units import TRANSMISSION, UNITS, canonical_unit
@@ -34,6 +36,7 @@ def changed_meanings(problem: Problem) -> Iterator[str]:
     yield from _wait_sets(space)
     yield from _callback_groups(space)
     yield from _segments(space)
+    yield from _homes(space)
 
 
 def _named(names: Sequence[str]) -> str:
@@ -174,6 +177,32 @@ def _segments(space: Space) -> Iterator[str]:
             "what waited for a segment of a thread goes before its next segment "
             f"(it was not counted before): {_named([*names])}"
         )
+
+
+def _homes(space: Space) -> Iterator[str]:
+    """Threads whose first or last segment runs elsewhere than they do, with messages whose way follows from where."""
+    names: dict[str, None] = {}
+    for wire in space.connections:
+        ends = [end for end in (wire.source, wire.target) if end is not None]
+        if len({space.components[end].stated_as for end in ends}) < len(ends):
+            continue  # from piece to piece
+        away = [end for end in ends if _is_away(space, end)]
+        homes = [set(leaves(at_home(space.components, end).process)) - {None} for end in ends]
+        is_local = len(homes) > 1 and bool(homes[0] & homes[1])
+        figures = [tree for bus in counted(space.buses, wire) for tree in (bus.fixed_ns, bus.latency_ns)]
+        if is_local or any(isinstance(leaf, PerProcessorType) for tree in figures for leaf in leaves(tree)):
+            names |= {space.components[end].stated_as: None for end in away}
+    if names:
+        yield (
+            "messages of a thread count where the thread runs, on its own processor and in its process "
+            f"(before, where its first or last segment runs): {_named([*names])}"
+        )
+
+
+def _is_away(space: Space, end: int) -> bool:
+    """Whether the piece that sends or receives for a thread runs elsewhere than the thread does."""
+    piece, home = space.components[end], at_home(space.components, end)
+    return (piece.processor, piece.process) != (home.processor, home.process)
 
 
 def _may_wait_for(space: Space, other: Component, piece: Component) -> bool:

@@ -130,3 +130,46 @@ def test_segments_on_an_accelerator_that_serves_by_priority_are_told() -> None:
     text = SEGMENTS.replace("serves: fifo", "serves: priority")
     text = text.replace("  b: {processor: gpu, period: 4 ms, compute_execution_time: 2 ms}\nflows:", other)
     assert remarks(text.replace("PIECES", PIECES), "segment") == [f"{WAITED}a, b"]
+
+
+HOMES = """
+dse: 1
+name: t
+processor_types: {c: {}, g: {serves: fifo}}
+processors: {p: {type: c}, gpu: {type: g}}
+bus_types: {can: {bandwidth: 1 Mbit/s}, dds: {virtual: true, transmission_time: {c: {fixed: 1 ms}, g: {fixed: 9 ms}}}}
+buses: {wire: {type: can}, middleware: {type: dds, bus: wire}}
+threads:
+  a:
+    processor: p
+    process: one
+    period: 40 ms
+    segments: [{compute_execution_time: 1 ms}, {processor: gpu, compute_execution_time: 8 ms}]
+  b: {processor: p, process: one, period: 4 ms, compute_execution_time: 1 ms}
+connections: {m: {from: a, to: b, bus: wire, data_size: 8 B}}
+flows: {f: {path: [a, b]}}
+objectives: [minimise latency of f]
+"""
+AT_HOME = (
+    "messages of a thread count where the thread runs, on its own processor and in its process "
+    "(before, where its first or last segment runs): a"
+)
+
+
+@pytest.mark.parametrize(
+    ("changes", "said"),
+    [
+        ([], [AT_HOME]),
+        ([("processor: gpu, compute", "compute")], []),
+        ([("b: {processor: p, process: one", "b: {processor: p")], []),
+        ([("b: {processor: p, process: one", "b: {processor: p"), ("bus: wire, data", "bus: middleware, data")],
+         [AT_HOME]),
+    ],
+)  # fmt: skip
+def test_messages_of_a_thread_that_ends_elsewhere_are_told(changes: list[tuple[str, str]], said: list[str]) -> None:
+    """Inside a process they load no bus, and middleware runs where the thread does."""
+    text = HOMES
+    for old, new in changes:
+        assert old in text
+        text = text.replace(old, new)
+    assert remarks(text, "messages of a thread") == said
