@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING
 from dse.encode.linear import EXACT_LIMIT
 from dse.pareto.answer import Answer, Found, NoSuchDesign, Unfinished
 from dse.pareto.neighbours import neighbour
-from dse.pareto.settings import BUILD_WORK, CLOSING, FROM_BELOW, RELAXED
+from dse.pareto.settings import BARE, BUILD_WORK, CLOSING, FROM_BELOW, RELAXED
 
 if TYPE_CHECKING:
     from dse.pareto.subproblem import Solver
@@ -27,6 +27,10 @@ CHANGE = 4
 """By how much the next one is narrower where there was no answer, and wider where there was."""
 WIDEST, NARROWEST = 4, 256
 """One part in so many of the gap is asked for at once: the narrower the easier."""
+QUICK = 0.3
+"""Work in which a range of values is asked for without relaxation first, which takes far longer than it counts."""
+MOST_MISSED_QUICKLY = 2
+"""After so many misses in a row that is not tried any more."""
 AT_ONCE = 0.1
 """Work in which a range of values should be refuted or have a design, before one is built."""
 FIRST = 16
@@ -49,7 +53,12 @@ def narrowed(solver: Solver, work: float) -> Answer:
         if most is None:  # nothing to be better than
             return solver.run(CLOSING, left)
         middle = least + (most - least) // solver.slices if is_single else most
-        answer = solver.run(CLOSING, left, best, middle)
+        answer = Unfinished(best=best)
+        if solver.missed_quickly < MOST_MISSED_QUICKLY:
+            answer = solver.run(BARE, min(left, QUICK), best, middle)
+            solver.missed_quickly = solver.missed_quickly + 1 if isinstance(answer, Unfinished) else 0
+        if isinstance(answer, Unfinished):
+            answer = solver.run(CLOSING, left, answer.best or best, middle)
         if isinstance(answer, NoSuchDesign):
             solver.slices = max(WIDEST, solver.slices // CHANGE)
             if middle >= most:

@@ -72,6 +72,7 @@ class Solver:
         self.nearby: dict[tuple[int, ...], Nearby] = {}  # what was built, by these literals
         self._least: int | None = None  # of the values on the grid
         self._grid = EVERY
+        self.missed_quickly = 0  # in a row, by `dse.pareto.narrowing`
         self.slices = FIRST  # of the gap between bound and design (`dse.pareto.narrowing`)
         self._running: cp_model.CpSolver | None = None
 

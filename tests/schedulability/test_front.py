@@ -14,7 +14,7 @@ from dse.analysis.evaluate import Evaluator
 from dse.api.problem import Problem, changed, loads
 from dse.api.question import Changes
 from dse.encode import contention, sums
-from dse.pareto import subproblem
+from dse.pareto import narrowing, subproblem
 from dse.pareto.answer import Answer, Found, NoSuchDesign
 from dse.pareto.front import Budget, search_front
 from dse.pareto.settings import BARE, CLOSING, NARROWING, Settings
@@ -92,8 +92,15 @@ def test_deadlines_that_are_stated_are_met(kind: str, seed: int) -> None:
     assert found(text + "processing: response_time\n") == front(system, by_response=True)
 
 
-def test_bounds_from_below_and_limits_from_above_meet(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Calls that prove bounds end at their first solution, so that limits on what is minimised do the rest."""
+@pytest.mark.parametrize(("missed", "asked"), [(0, CLOSING), (2, BARE)])
+def test_bounds_from_below_and_limits_from_above_meet(
+    missed: int, asked: Settings, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Calls that prove bounds end at their first solution, so that limits on what is minimised do the rest.
+
+    With bare settings first, and without.
+    """
+    monkeypatch.setattr(narrowing, "MOST_MISSED_QUICKLY", missed)
     monkeypatch.setattr(sums, "SCHEDULE_CASE_LIMIT", 1)
     monkeypatch.setattr(subproblem, "WAYS_WITH_WAITING", (NARROWING, BARE))
     monkeypatch.setattr(subproblem.Solver, "counts_one", True)
@@ -107,13 +114,13 @@ def test_bounds_from_below_and_limits_from_above_meet(monkeypatch: pytest.Monkey
 
     def watched(self: subproblem.Solver, settings: Settings, work: float, *further: Any) -> Answer:
         answer = run(self, settings, work, *further)
-        if settings is CLOSING and further:
+        if settings is asked and further:
             limits.append(type(answer))
         return answer
 
     monkeypatch.setattr(Settings, "apply", hasty)
     monkeypatch.setattr(subproblem.Solver, "run", watched)
-    for kind, seed in product(KINDS, cases(10, 4 * SEEDS)):
+    for kind, seed in product(KINDS, cases(5, 4 * SEEDS)):
         system = draw(seed, kind=kind)
         text = text_of(system).replace("deadlines: all", "deadlines: all\nprocessing: response_time")
         assert found(text) == front(system, by_response=True), (kind, seed)
