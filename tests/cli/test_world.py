@@ -197,6 +197,10 @@ INTERRUPTED = {
     "import": ["import", str(ROOT / "problems" / "aadl" / "inmark_chapter3.aadl"), "-o", "MADE"],
     "new": ["new", "--force", "--random", "MADE"],
     "schema": ["schema", "-o", "JSON"],
+    "analyse": ["analyse", str(INMARK), "--json", "JSON"],
+    "compare": ["compare", "RESULT", "RESULT", "--json", "JSON"],
+    "sensitivity": ["sensitivity", str(INMARK), "--json", "JSON"],
+    "export": ["export", "RESULT#1", "--format", "problem", "-o", "MADE"],
 }
 
 
@@ -244,7 +248,7 @@ def test_ctrl_c_at_any_moment(command: str, tmp_path: Path, result: Path, usual:
     names |= {"TIMES": str(tmp_path / "times.csv"), "MADE": str(tmp_path / "made.yaml")}
     lines = (f"t{number % 5},{rng.randint(100, 900)}\n" for number in range(500))
     Path(names["TIMES"]).write_text("thread,delay_us\n" + "".join(lines), encoding="utf-8")
-    arguments = [names.get(part, part) for part in INTERRUPTED[command]]
+    arguments = [names.get(part, part.replace("RESULT#", f"{result}#")) for part in INTERRUPTED[command]]
     for _ in range(INTERRUPTS):
         run = subprocess.Popen(
             [sys.executable, "-c", "from dse.cli.entry import main; print('here', flush=True); main()", *arguments],
