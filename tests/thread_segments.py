@@ -167,8 +167,8 @@ class Judge:
 
     def jitter(self, i: int, k: int) -> int:
         """The jitter of a piece's releases."""
-        if k and self.end[i, k - 1] >= LATE:
-            return LATE
+        if self.threads[i]["kind"] == "segments" and self.response(i) >= LATE:
+            return LATE  # the first piece of a job waits for the job before, however late that is
         begin = self.end[i, k - 1] - sum(self.best[i, m] for m in range(k)) if k else 0
         return min(LATE, self.first(i) + begin)
 

@@ -11,9 +11,9 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import replace
 
-from dse.analysis.holistic import task_of
 from dse.analysis.overheads import interrupting
 from dse.analysis.placement import core_of_each
+from dse.analysis.releases import task_of
 from dse.analysis.reservations import before_task
 from dse.analysis.scheduling import all_responses, response_of
 from dse.analysis.turns import turns_of

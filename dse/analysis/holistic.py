@@ -10,17 +10,17 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from fractions import Fraction
 from functools import lru_cache, partial
-from typing import Any, TypeAlias
+from typing import Any
 
-from dse.analysis.binding import transmission_ns
 from dse.analysis.executors import Fellow, executor_response_ns, queued_ns
 from dse.analysis.memo import Answering, Recall, knowing
-from dse.analysis.overheads import interrupting, switching_ns
-from dse.analysis.rates import NS_PER_S, arrivals, is_event_triggered, rate_hz
+from dse.analysis.overheads import interrupting
+from dse.analysis.rates import NS_PER_S
+from dse.analysis.releases import Streams, bounded_task, has_no_bound, is_lone, job_of, releases_of
 from dse.analysis.reservations import before_task, blocking_ns
 from dse.analysis.response_time import Stream, Task, response_time_ns
-from dse.analysis.segments import Segments, elapsed_ns, most_waiting_ns, single
-from dse.analysis.tasks import Part, TaskKey, alone_ns, task_name
+from dse.analysis.segments import Segments, most_waiting_ns, single
+from dse.analysis.tasks import TaskKey, alone_ns
 from dse.analysis.turns import Turn
 from dse.analysis.views import View
 from dse.records import dataclass
@@ -57,8 +57,10 @@ def fixed_point(space: Space, cores: Sequence[Sequence[Turn]], view: View) -> di
         look_at_the_clock()
         for place, (turns, before) in enumerate(zip(cores, interrupts, strict=True)):
             tasks = [
-                lone[turn.key] if turn.key in lone else _task(space, turn.key, known, view, asked) for turn in turns
-            ]
+                None if has_no_bound(space, turn.key[0], known)
+                else lone[turn.key] if turn.key in lone else _task(space, turn.key, known, view, asked)
+                for turn in turns
+            ]  # fmt: skip
             if rounds > 1 and all(map(_is_same, tasks, before_that[place])) and not any(turn.pieces for turn in turns):
                 continue  # as in the round before
             before_that[place] = tasks
@@ -114,7 +116,7 @@ def _thread_releases(
     """What releases a thread with segments, whose first piece is given, and the least time between two releases."""
     component = space.components[first]
     separation = at(component.period_ns, view) if at(component.protocol, view) == "sporadic" else None
-    return _releases(space, first, "thread", known, view), separation
+    return releases_of(space, first, "thread", known, view), separation
 
 
 def _answering(view: View, known: Mapping[TaskKey, Exact | None]) -> Answering | None:
@@ -137,14 +139,14 @@ _TASKS: Recall[_Shared] = Recall(SHARED)
 
 def _shared(space: Space, key: TaskKey, view: View) -> _Shared:
     known: Any = knowing(view)
-    return _Shared(task_of(space, key, known, view), _is_lone(space, key, view))
+    return _Shared(bounded_task(space, key, known, view), is_lone(space, key, view))
 
 
 def _task(
     space: Space, key: TaskKey, known: Mapping[TaskKey, Exact | None], view: View, asked: Answering | None
 ) -> Task | None:
     """A task as its releases are known; where the design answers, the same object wherever the answers are the same."""
-    return task_of(space, key, known, view) if asked is None else _TASKS.recall(space, key, asked, _shared).task
+    return bounded_task(space, key, known, view) if asked is None else _TASKS.recall(space, key, asked, _shared).task
 
 
 def _lone(
@@ -157,7 +159,7 @@ def _lone(
     """The tasks whose releases depend on no other task: they stay as they are."""
     keys = [turn.key for turns in cores for turn in turns]
     if asked is None:
-        return {key: task_of(space, key, known, view) for key in keys if _is_lone(space, key, view)}
+        return {key: bounded_task(space, key, known, view) for key in keys if is_lone(space, key, view)}
     found = [(key, _TASKS.recall(space, key, asked, _shared)) for key in keys]
     return {key: item.task for key, item in found if item.is_lone}
 
@@ -183,12 +185,6 @@ def _on_core(turns: Sequence[Turn], tasks: Sequence[Task | None]) -> list[Exact 
         _CORES.clear()
     _CORES[key] = turns, tasks, found  # which keeps alive whatever the key names
     return found
-
-
-def _is_lone(space: Space, key: TaskKey, view: View) -> bool:
-    """Whether a task's releases depend on no other task."""
-    number, part = key
-    return part == "thread" and not is_event_triggered(space.components[number], view)
 
 
 def _is_same(one: Task | None, other: Task | None) -> bool:
@@ -245,7 +241,7 @@ def around(
         found, other = tasks[position], turns[position]
         is_inside, goes_first = other.executor == turn.executor, other.level <= turn.level
         if found is None and is_inside and not goes_first and kind == "callback_group":
-            found = _job_of(space, other.key, (), None, view)
+            found = job_of(space, other.key, (), None, view)
         if found is None:
             return None
         if is_inside:
@@ -334,67 +330,3 @@ def _is_plain(task: Task) -> bool:
 def _respond_alone(task: Task, rivals: tuple[Task, ...], blocked_ns: Exact) -> Exact | None:
     """`response_time_ns`, remembered: from round to round, and from design to design, most tasks meet the same."""
     return response_time_ns(task, rivals, blocked_ns)
-
-
-def task_of(space: Space, key: TaskKey, known: Mapping[TaskKey, Exact | None], view: View) -> Task | None:
-    """The task with the streams that release it; None when their jitter has no bound."""
-    number, part = key
-    component = space.components[number]
-    streams = _releases(space, number, part, known, view)
-    if streams is None:
-        return None
-    separated = part == "thread" and arrivals(component, view).is_separated
-    return _job_of(space, key, streams, at(component.period_ns, view) if separated else None, view)
-
-
-def _job_of(space: Space, key: TaskKey, streams: tuple[Stream, ...], separation_ns: int | None, view: View) -> Task:
-    component = space.components[key[0]]
-    worst = alone_ns(component, key[1], view)[1] + switching_ns(space, key[0], view)
-    return Task(task_name(component, key[1]), worst, streams, separation_ns)
-
-
-Streams: TypeAlias = tuple[Stream, ...] | None
-
-
-def _releases(space: Space, number: int, part: Part, known: Mapping[TaskKey, Exact | None], view: View) -> Streams:
-    component = space.components[number]
-    if part == "thread" and not is_event_triggered(component, view):
-        return (Stream(at(component.period_ns, view)),)
-    is_timed = part == "thread" and arrivals(component, view).by_timer
-    streams: list[Stream] = [Stream(at(component.period_ns, view))] if is_timed else []
-    for wire in component.triggers:
-        found = _deliveries(space, wire, known, view)
-        if found is None:
-            return None
-        streams += found
-    return tuple(streams)
-
-
-def _deliveries(space: Space, wire: int, known: Mapping[TaskKey, Exact | None], view: View) -> Streams:
-    """What a connection delivers: what its sender releases, later by the jitter of processing and transmission."""
-    connection = space.connections[wire]
-    least, most, _ = transmission_ns(space, connection, view)
-    if connection.sender is None:
-        rate = rate_hz(space, ("delivery", wire), view)
-        period = NS_PER_S // rate if rate else 0
-        return (Stream(max(1, period), most - least),) if rate else ()
-    leaving = _leaving(space, connection.sender, known, view)
-    return None if leaving is None else tuple(Stream(item.period_ns, item.jitter_ns + most - least) for item in leaving)
-
-
-def _leaving(space: Space, number: int, known: Mapping[TaskKey, Exact | None], view: View) -> Streams:
-    pieces = space.components[number].pieces
-    first = number if pieces is None else pieces.members[0]
-    component = space.components[first]
-    released = _releases(space, first, "thread", known, view)
-    best, worst = elapsed_ns(space, number, view)
-    response = known.get((number, "thread"), worst)
-    if released is None or response is None:
-        return None
-    if arrivals(component, view).is_separated:
-        # holding back what comes early keeps the bound of the streams (Le Boudec and Thiran, "Network Calculus", 1.5:
-        # shaping keeps arrival constraints); of this and the separation, the one with the lower rate goes on
-        separation = at(component.period_ns, view)
-        if sum((Fraction(1) / item.period_ns for item in released), Fraction(0)) * separation >= 1:
-            released = (Stream(separation),)
-    return tuple(Stream(item.period_ns, item.jitter_ns + max(response, worst) - best) for item in released)

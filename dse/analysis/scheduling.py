@@ -14,10 +14,11 @@ from dataclasses import replace
 from typing import TypeAlias
 
 from dse.analysis.executors import Fellow, executor_worst_job
-from dse.analysis.holistic import around, beside_piece, fixed_point, respond, task_of
+from dse.analysis.holistic import around, beside_piece, fixed_point, respond
 from dse.analysis.memo import ABSENT, Recall, knowing
 from dse.analysis.overheads import interrupting
 from dse.analysis.priorities import deadline_ns
+from dse.analysis.releases import task_of
 from dse.analysis.reservations import before_task, blocking_ns
 from dse.analysis.response_time import Task, most_jobs, worst_job_ns
 from dse.analysis.segments import elapsed_ns

@@ -37,6 +37,7 @@ def changed_meanings(problem: Problem) -> Iterator[str]:
     yield from _callback_groups(space)
     yield from _segments(space)
     yield from _homes(space)
+    yield from _late_segments(space)
 
 
 def _named(names: Sequence[str]) -> str:
@@ -199,6 +200,31 @@ def _homes(space: Space) -> Iterator[str]:
         )
 
 
+def _late_segments(space: Space) -> Iterator[str]:
+    """Threads with segments that no limit keeps in time, whose first one may go before something else."""
+    limited = {
+        item.metric.index
+        for item in space.requirements
+        if item.metric.kind == "response time" and item.operator in ("<=", "<")
+    }
+    names: dict[str, None] = {}
+    for number, item in enumerate(space.components):
+        if item.pieces is None or number != item.pieces.members[0] or item.pieces.members[-1] in limited:
+            continue
+        if any(_may_meet(other, item) for other in space.components if other.stated_as != item.stated_as):
+            names[item.stated_as] = None
+    if names:
+        yield (
+            "what the first segment of a thread without a bound goes before has none either "
+            f"(that segment counted as if it came in time before): {_named([*names])}"
+        )
+
+
+def _may_meet(one: Component, other: Component) -> bool:
+    """Whether two threads, or pieces of threads, may run on one processor."""
+    return bool({*leaves(one.processor)} & {*leaves(other.processor)} - {None})
+
+
 def _is_away(space: Space, end: int) -> bool:
     """Whether the piece that sends or receives for a thread runs elsewhere than the thread does."""
     piece, home = space.components[end], at_home(space.components, end)
@@ -212,7 +238,7 @@ def _may_wait_for(space: Space, other: Component, piece: Component) -> bool:
         kinds = {kind for index in served for kind in leaves(space.executors[index].kind)}
         return "callback_group" in kinds or other.pieces is None
     ranks = {rank for rank in leaves(piece.priority) if isinstance(rank, int)} & set(leaves(other.priority))
-    return bool(ranks) and bool({*leaves(piece.processor)} & {*leaves(other.processor)} - {None})
+    return bool(ranks) and _may_meet(piece, other)
 
 
 def _comes_late(space: Space, item: Component) -> bool:

@@ -122,14 +122,38 @@ WAITED = "what waited for a segment of a thread goes before its next segment (it
 )  # fmt: skip
 def test_segments_beside_what_may_wait_for_them_are_told(old: str, new: str, said: list[str]) -> None:
     text = SEGMENTS.replace(old, new) if old else SEGMENTS
-    assert remarks(text.replace("PIECES", PIECES), "segment") == said
+    assert remarks(text.replace("PIECES", PIECES), "what waited") == said
 
 
 def test_segments_on_an_accelerator_that_serves_by_priority_are_told() -> None:
     other = "  b: {processor: p, period: 40 ms, segments: [PIECES]}\nflows:"
     text = SEGMENTS.replace("serves: fifo", "serves: priority")
     text = text.replace("  b: {processor: gpu, period: 4 ms, compute_execution_time: 2 ms}\nflows:", other)
-    assert remarks(text.replace("PIECES", PIECES), "segment") == [f"{WAITED}a, b"]
+    assert remarks(text.replace("PIECES", PIECES), "what waited") == [f"{WAITED}a, b"]
+
+
+LATE = (
+    "what the first segment of a thread without a bound goes before has none either "
+    "(that segment counted as if it came in time before): a"
+)
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "said"),
+    [
+        ("b: {processor: gpu", "b: {processor: p", [LATE]),
+        ("", "", []),
+        ("b: {processor: gpu", "b: {processor: p, deadline: 4 ms", [LATE]),
+        ("period: 40 ms", "period: 40 ms\n    deadline: 40 ms", []),
+        ("flows:", "deadlines: all\nflows:", []),
+        ("flows:", "requirements: [response time of a <= 1 s]\nflows:", []),
+    ],
+)
+def test_what_a_late_thread_may_delay_is_told(old: str, new: str, said: list[str]) -> None:
+    """Where no limit keeps the thread in time, and where it begins; without a change `b` is on the accelerator only."""
+    text = SEGMENTS if old.startswith("b:") or not old else SEGMENTS.replace("b: {processor: gpu", "b: {processor: p")
+    assert old in text
+    assert remarks(text.replace(old, new).replace("PIECES", PIECES), "first segment of") == said
 
 
 HOMES = """

@@ -282,6 +282,8 @@ class Scheduling:
             return self._released_by(
                 name, (name, f"piece {place - 1}"), self.reading.piece_times(name, place, before=True)[0]
             )
+        if place == 0 and self.response[self.pieces_of(name)[-1]] is None:
+            return None  # the thread begins a job when the one before has ended, whenever that is
         part = "timer" if place == 0 else part
         protocol = self.reading.protocol(name)
         period = self.reading.period_ns(name) if self.reading.has_period(name) else None

@@ -734,6 +734,13 @@ BESIDE_EACH_OTHER = """
   other: {processor: p, period: 50 ms, segments: [{compute_execution_time: 4 ms},
         {processor: g, compute_execution_time: 12 ms}, {compute_execution_time: 3 ms}]}
 """
+LATE = """
+  one: {processor: g, period: 10 ms, priority: 1, compute_execution_time: 1 ms}
+  other: {processor: p, period: 20 ms, segments: [
+          {processor: g, compute_execution_time: 14 ms}, {compute_execution_time: 7 ms}]}
+"""
+NO_BOUND = 10**8
+"""In ms, where a response time has none."""
 
 
 @pytest.mark.parametrize(
@@ -742,10 +749,12 @@ BESIDE_EACH_OTHER = """
         ("fifo", BESIDE_EACH_OTHER, {"one": 23, "other": 31}),
         ("fifo", BESIDE_A_WHOLE_THREAD, {"one": 19}),
         ("priority", BESIDE_A_WHOLE_THREAD, {"one": 21}),
+        ("fifo", LATE, {"one": NO_BOUND, "other": NO_BOUND}),
+        ("priority", LATE, {"one": 15, "other": NO_BOUND}),
     ],
 )
 def test_threads_end_as_in_the_examples_of_the_documents(order: str, threads: str, ends_ms: dict[str, int]) -> None:
-    """docs/semantics.md, section 4.7."""
+    """docs/semantics.md, section 4.7: also of a thread that ends late, and what its first piece goes before."""
     text = f"{PIECES.replace('ORDER', order)}threads:{threads}"
     ((_, figures),) = evaluated(load_text(text))
     assert {name: figures["responses"][name] for name in ends_ms} == {
