@@ -240,7 +240,7 @@ def around(
     for position in turn.rivals(turns):
         found, other = tasks[position], turns[position]
         is_inside, goes_first = other.executor == turn.executor, other.level <= turn.level
-        if found is None and is_inside and not goes_first and kind == "callback_group":
+        if found is None and counts_once(space, turn, other, view):
             found = job_of(space, other.key, (), None, view)
         if found is None:
             return None
@@ -249,6 +249,14 @@ def around(
         else:
             higher.append(found)
     return kind, fellows, higher
+
+
+def counts_once(space: Space, turn: Turn, other: Turn, view: View) -> bool:
+    """Whether one job of another task may have begun before a task, and no more of them matter."""
+    if turn.executor is None or other.executor != turn.executor or other.level <= turn.level:
+        return False
+    kind: ExecutorKind = at(space.executors[turn.executor].kind, view)
+    return kind == "callback_group"
 
 
 def _respond_in(

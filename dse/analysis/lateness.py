@@ -12,12 +12,15 @@ from dataclasses import replace
 from fractions import Fraction
 
 from dse.analysis.budgets import Budget, budget_of, least
+from dse.analysis.holistic import counts_once
 from dse.analysis.limits import HOLDS, Verdict
 from dse.analysis.placement import core_of_each
+from dse.analysis.releases import task_of
 from dse.analysis.reservations import gaps_name
 from dse.analysis.response_time import Task, response_time_ns
-from dse.analysis.scheduling import Delay, Response, response_of
+from dse.analysis.scheduling import Delay, Response, all_responses, response_of
 from dse.analysis.segments import elapsed_ns
+from dse.analysis.turns import Schedule
 from dse.analysis.views import View
 from dse.records import dataclass
 from dse.space.trees import at
@@ -39,7 +42,8 @@ class Late:
 
     `work_ns` is what its own jobs take up to then, `blocked_ns` what has begun before, `delays` what goes before it;
     of an `executor` the others that it runs do. Each of `shorter` is enough by itself. A thread that `has_segments`
-    waits for what its pieces wait for, also on `accelerators`. `budget` is that of the reservation it is in.
+    waits for what its pieces wait for, also on `accelerators`. `budget` is that of the reservation it is in. Of one
+    without a bound `endless` are the threads that may go before it and come without a bound themselves.
     """
 
     thread: str
@@ -54,6 +58,7 @@ class Late:
     has_segments: bool = False
     budget: Budget | None = None
     accelerators: tuple[str, ...] = ()
+    endless: tuple[str, ...] = ()
 
 
 def late_threads(space: Space, verdicts: Sequence[Verdict], view: View) -> Iterator[Late]:
@@ -84,7 +89,24 @@ def _late(space: Space, found: Response, verdict: Verdict, view: View) -> Late:
     return Late(
         found.name, name, core, late, work, found.blocked_ns, found.executor, found.delays, shorter, found.is_piece,
         budget, tuple(_accelerators(space, found.component, view)) if found.is_piece else (),
+        tuple(_endless(space, found, view)) if late is None else (),
     )  # fmt: skip
+
+
+def _endless(space: Space, found: Response, view: View) -> dict[str, None]:
+    """The threads that may go before a late one and of whose jobs nobody knows how closely they follow each other."""
+    schedule, known = Schedule(space, view), all_responses(space, view)
+    place = schedule.place((found.component, found.part))
+    if place is None:
+        return {}
+    processor, core, turn = place
+    turns = schedule.cores(processor)[core]
+    before = {*turn.rivals(turns), *(turn.outside(turns) if turn.reservation is not None else ())}
+    return dict.fromkeys(
+        space.components[other.key[0]].stated_as
+        for other in map(turns.__getitem__, sorted(before))
+        if task_of(space, other.key, known, view) is None and not counts_once(space, turn, other, view)
+    )
 
 
 def _accelerators(space: Space, number: int, view: View) -> dict[str, None]:

@@ -285,6 +285,8 @@ def _why_endless(late: Late) -> str:
     """Why a response time has no bound, and the budget with which it has one that is soon enough."""
     if late.has_segments:
         return f"with what its segments wait for {_places(late)}, they need not all end before its next job comes"
+    if late.endless and (late.budget is None or late.budget.is_served):
+        return f"what goes before it comes without a bound itself: {', '.join(late.endless)}"
     if late.budget is None:
         return "it and what goes before it need more than there is"
     has = f"{_time(late.budget.budget_ns)} of every {_time(late.budget.period_ns)}"

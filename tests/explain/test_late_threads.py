@@ -82,6 +82,35 @@ def test_without_a_bound_and_in_an_executor() -> None:
     assert late_words(late) == "a ends 1 ms late on core 1 of p: 4 ms of its own, behind 1 x b (5 ms)"
 
 
+BEHIND = """
+dse: 1
+name: behind a late thread
+processor_types: {cpu: {}, gpu: {serves: priority}}
+processors: {p: {type: cpu}, g: {type: gpu}}
+threads:
+  before: {processor: p, period: 10 ms, segments: [
+            {compute_execution_time: 1 ms}, {processor: g, compute_execution_time: 8 ms}]}
+  longer: {processor: g, period: 40 ms, compute_execution_time: 6 ms}
+  b: {processor: WHERE, period: 20 ms, deadline: 20 ms, compute_execution_time: 1 ms}
+objectives: [minimise power]
+"""
+
+
+def test_behind_a_thread_without_a_bound() -> None:
+    """There is enough of the core: it is not said that there is too little. One in a reservation has its budget."""
+    [late] = found(BEHIND.replace("WHERE", "p")).values()
+    assert (late.thread, late.late_ns, late.endless) == ("b", None, ("before",))
+    assert late_words(late) == (
+        "b ends late without a bound on core 1 of p: what goes before it comes without a bound itself: before"
+    )
+    [relaxation] = dse.explain(BEHIND.replace("WHERE", "p")).to_dict()["relaxations"]
+    assert [item["endless"] for item in relaxation["late"]] == [["before"]]
+    share = "reservations: {share: {processor: p, budget: 5 ms, period: 15 ms}}\nobjectives:"
+    inside = BEHIND.replace("processor: WHERE", "reservation: share").replace("objectives:", share)
+    [late] = found(inside).values()
+    assert late_words(late).partition(": ")[2].startswith("share does not get its 5 ms of every 15 ms")
+
+
 def test_lateness_in_json() -> None:
     """What the text says, with figures; of a thread with segments what all of its pieces take."""
     works = {"a": 4 * 10**6, "b": 8 * 10**6}

@@ -86,6 +86,9 @@ class Late(Form):
     accelerators: list[str] = field(
         "The accelerators that its segments wait for, in the order of these; empty where it has none.", earlier=[]
     )
+    endless: list[str] = field(
+        "Of one without a bound, the threads that go before it and come without a bound themselves.", earlier=[]
+    )
 
 
 class Relaxation(Demand):
