@@ -20,7 +20,6 @@ last the rest of our search too, so that the two ways to meet deadlines are comp
 
 from __future__ import annotations
 
-import threading
 import time
 from collections.abc import Iterator, Sequence
 from contextlib import ExitStack, contextmanager
@@ -43,7 +42,8 @@ from dse.pareto import subproblem
 from dse.space.trees import at
 from dse.space.types import Design, Space
 
-from .textbook import Ask, OutOfTime, Vector, avoid_lost_solutions, textbook_front
+from .asking import Ask, Vector, within_processor_time
+from .textbook import textbook_front
 
 Member = tuple[Thread, Fraction]
 """A thread with a rate (Hz)."""
@@ -279,37 +279,6 @@ class _Rows:
                 ]
                 row = cp_model.LinearExpr.weighted_sum([self.literal(index) for index, *_ in urgent], terms)
                 self.model.add(row + work <= point).only_enforce_if(at_point, self.literal(kind))
-
-
-def within_processor_time(limit_s: float) -> Ask:
-    """CP-SAT with its default parameters and one worker, stopped when the process has worked so long since now."""
-    end = time.process_time() + limit_s
-
-    def ask(model: Any, variables: Sequence[Any], left_s: float) -> Vector | None:
-        solver = cp_model.CpSolver()
-        solver.parameters.num_workers = 1
-        avoid_lost_solutions(solver.parameters)
-        over = threading.Event()
-
-        def watch() -> None:
-            while not over.wait(0.1):
-                if time.process_time() > end:
-                    solver.stop_search()
-
-        watcher = threading.Thread(target=watch)
-        watcher.start()
-        try:
-            status = solver.solve(model)
-        finally:
-            over.set()
-            watcher.join()
-        if status == cp_model.INFEASIBLE:
-            return None
-        if status != cp_model.OPTIMAL or time.process_time() > end:
-            raise OutOfTime
-        return tuple(solver.value(variable) for variable in variables)
-
-    return ask
 
 
 def contended_front(evaluator: Evaluator, limit_s: float, peer: str) -> dict[str, Any]:

@@ -22,7 +22,7 @@ from math import ceil, gcd
 from pathlib import Path
 from typing import Any
 
-from .textbook import OutOfTime, Vector
+from .asking import OutOfTime, Vector
 
 SOLVERS: dict[str, list[str]] = {"org.gecode.gecode": [], "org.chuffed.chuffed": ["-f"]}
 """Free solvers, best first, with their flags."""

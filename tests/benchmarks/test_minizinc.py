@@ -12,8 +12,9 @@ from dse.analysis.evaluate import Evaluator
 from dse.encode.model import encode
 from dse.space.types import Space
 
+from .asking import Ask, OutOfTime, by_cp_sat
 from .minizinc import MiniZinc, NotTranslatable, answer, installed, translated
-from .textbook import Ask, OutOfTime, by_cp_sat, peers_model, plain_model, textbook_front
+from .textbook import peers_model, plain_model, textbook_front
 
 needs_minizinc = pytest.mark.skipif(installed() is None, reason="MiniZinc with a free solver is not installed")
 

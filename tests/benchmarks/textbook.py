@@ -18,25 +18,17 @@ its fronts would be wrong.
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager, nullcontext
 from typing import Any
 from unittest.mock import patch
-
-from ortools.sat.python import cp_model
 
 from dse.analysis.evaluate import Evaluator
 from dse.encode import additive, sums
 from dse.encode import model as encoding
 from dse.encode.model import EncodedSpace, encode
 
-Vector = tuple[int, ...]
-Ask = Callable[[Any, Sequence[Any], float], Vector | None]
-"""Minimises a model within so many seconds: the values of the variables, None where it has no solution."""
-
-
-class OutOfTime(Exception):
-    """The time limit is reached."""
+from .asking import Ask, OutOfTime, Vector
 
 
 @contextmanager
@@ -51,30 +43,6 @@ def plain_model() -> Iterator[None]:
     """Within it, the encoder makes the plain model."""
     with patch.object(sums, "SHARED_BY", 10**9), patch.object(additive, "MOST_CELLS", 0):
         yield
-
-
-def avoid_lost_solutions(parameters: Any) -> None:
-    """Leave out the two steps of OR-tools 9.15 that lose solutions (decision record 9)."""
-    parameters.presolve_inclusion_work_limit = 0
-    parameters.auto_detect_greater_than_at_least_one_of = False
-
-
-def by_cp_sat(workers: int) -> Ask:
-    """CP-SAT with its default parameters."""
-
-    def ask(model: Any, variables: Sequence[Any], left_s: float) -> Vector | None:
-        solver = cp_model.CpSolver()
-        solver.parameters.num_workers = workers
-        avoid_lost_solutions(solver.parameters)
-        solver.parameters.max_time_in_seconds = left_s
-        status = solver.solve(model)
-        if status == cp_model.INFEASIBLE:
-            return None
-        if status != cp_model.OPTIMAL:
-            raise OutOfTime
-        return tuple(solver.value(variable) for variable in variables)
-
-    return ask
 
 
 def textbook_front(

@@ -90,7 +90,8 @@ def _ours(case: Case, task: dict[str, Any]) -> dict[str, Any]:
 def _textbook(case: Case, task: dict[str, Any]) -> dict[str, Any]:
     from dse.analysis.evaluate import Evaluator
 
-    from .textbook import by_cp_sat, textbook_front
+    from .asking import by_cp_sat
+    from .textbook import textbook_front
 
     evaluator = Evaluator(_load(case)[0].space)
     return textbook_front(evaluator, task["limit_s"], by_cp_sat(task["workers"]), task["model"])
