@@ -13,6 +13,7 @@ from typing import Any
 
 from .cases import ROOT
 from .commands import run_commands
+from .comparing import run_classical
 from .contending import run_contention
 from .minizinc import installed
 from .run import run_analysis, run_curves, run_fronts, run_startup, write
@@ -24,6 +25,7 @@ PARTS = {
     "startup": run_startup,
     "commands": run_commands,
     "contention": run_contention,
+    "classical": run_classical,
     "analysis": run_analysis,
 }
 PACKAGES = ("ortools", "numpy", "pymoo", "moocore")

@@ -4,18 +4,22 @@ from __future__ import annotations
 
 import random
 import re
+from collections.abc import Collection
 from dataclasses import dataclass, replace
 from itertools import pairwise
 from pathlib import Path
 
-from dse.generator import FAMILIES, random_problem
+from tests import classics
 
 ROOT = Path(__file__).parents[2]
 
 
 @dataclass(frozen=True)
 class Case:
-    """A problem: of the generator, or a file of `problems/` with a further limit."""
+    """A problem: of the generator, or a file of `problems/` with a further limit.
+
+    Of a knapsack, `threads` is the number of items, of an assignment that of tasks.
+    """
 
     name: str
     family: str = ""
@@ -33,6 +37,12 @@ class Case:
         """The problem file of a generated case; with `periods`, at most that many options of each period are left."""
         if self.cores:
             return nearly_full(self.threads, self.cores, self.load, self.seed)
+        if self.family == "knapsack":
+            return classics.knapsack(*classics.drawn_items(self.threads, self.objectives, self.seed))
+        if self.family == "assignment":
+            return classics.assignment(classics.drawn_costs(self.threads, self.objectives, self.seed))
+        from dse.generator import random_problem  # not in the processes of peers that have no use for it
+
         text = random_problem(self.threads, self.seed, self.objectives, self.family)
         if self.deadlines:
             text = text.replace("\nname:", "\ndeadlines: all\nname:", 1)
@@ -101,9 +111,34 @@ def contended(*, quick: bool, seed: int) -> list[Case]:
     return [
         *(drawn(family, 16) for family in ("robot", "two-computers")),
         full(16, 2, 0.65),
-        *(drawn(family, 30) for family in FAMILIES),
+        *(drawn(family, 30) for family in families()),
         full(24, 3, 0.65),
     ]
+
+
+def families() -> Collection[str]:
+    """Those of the generator."""
+    from dse.generator import FAMILIES
+
+    return FAMILIES
+
+
+def classical(*, quick: bool, seed: int) -> list[Case]:
+    """Assignments and knapsacks, which are solved by the command itself and by another exact method.
+
+    The first one is so small that both do little but start.
+    """
+
+    def drawn(family: str, size: int, objectives: int, seed: int = seed) -> Case:
+        shape = f"{size} x {size}" if family == "assignment" else f"{size} items"
+        return Case(f"{family} {shape} K={objectives} seed={seed}", family, size, objectives, seed)
+
+    start = drawn("assignment", 2, 3)
+    if quick:
+        return [start, drawn("assignment", 5, 3), drawn("knapsack", 10, 3), drawn("knapsack", 10, 4)]
+    assignments = [drawn("assignment", 10, 3, seed), drawn("assignment", 10, 3, seed + 1)]
+    sizes = ((20, 3), (30, 3), (20, 4), (40, 3), (30, 4))
+    return [start, *assignments, *(drawn("knapsack", *size) for size in sizes)]
 
 
 def generated(family: str, threads: int, objectives: int, seed: int = 1, periods: int = 0) -> Case:
@@ -121,10 +156,10 @@ MANY_POINTS = generated("many-buses", 100, 3, 15)
 
 def fronts(*, quick: bool, seed: int) -> list[Case]:
     """Problems whose proven fronts are timed beside the peers'."""
-    small = [generated(family, 6, 3, seed) for family in FAMILIES]
+    small = [generated(family, 6, 3, seed) for family in families()]
     if quick:
         return [INMARK, *small[:2], generated("event-driven", 30, 2, seed)]
-    middle = [generated(family, 30, objectives, seed) for family in FAMILIES for objectives in (2, 3)]
+    middle = [generated(family, 30, objectives, seed) for family in families() for objectives in (2, 3)]
     many = [generated(family, 10, 4, seed) for family in ("automotive", "many-buses")]
     large = [generated(family, 100, 3, seed) for family in ("many-buses", "automotive", "two-computers")]
     largest = [generated(family, 300, 2, seed) for family in ("event-driven", "two-computers", "robot")]

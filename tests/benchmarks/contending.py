@@ -1,9 +1,10 @@
-"""Ours and the peers of `contended.py` on problems with deadlines and open cores: processor time, in turns."""
+"""Ours beside others, by processor time and in turns: the peers of `contended.py` with deadlines and open cores."""
 
 from __future__ import annotations
 
 import json
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from functools import partial
 from typing import Any
 
 from .cases import Case, contended
@@ -17,27 +18,40 @@ TIMES = 12
 """And so many times what ours took: one that has not ended then is slower than any bar asks."""
 
 
+Run = Callable[..., dict[str, Any]]
+"""Solves a case within `limit_s`: the front, whether it is complete, and the processor seconds that it took."""
+
+
 def run_contention(options: Any, say: Say, save: Save) -> list[dict[str, Any]]:
     """Each case by ours, by ours with a peer's way to meet deadlines, and by the peers."""
+    ours = partial(measure, "ours contended")
+    others = {name: partial(measure, **task) for name, task in _others()}
+    return beside(contended(quick=options.quick, seed=options.seed), ours, others, options, say, save)
+
+
+def beside(
+    cases: Sequence[Case], ours: Run, others: Mapping[str, Run], options: Any, say: Say, save: Save
+) -> list[dict[str, Any]]:
+    """Each case by ours and by the others, in turns."""
     rows = []
-    for case in contended(quick=options.quick, seed=options.seed):
+    for case in cases:
         if options.match in case.name:
-            rows.append(_one_case(case, options))
+            rows.append(_one_case(case, ours, others, options))
             save(rows)
             say(_line(rows[-1]))
     return rows
 
 
-def _one_case(case: Case, options: Any) -> dict[str, Any]:
+def _one_case(case: Case, mine: Run, others: Mapping[str, Run], options: Any) -> dict[str, Any]:
     runs: dict[str, list[dict[str, Any]]] = {}
     for _ in range(options.repeats):
-        ours = measure("ours contended", case, limit_s=options.limit)
+        ours = mine(case=case, limit_s=options.limit)
         runs.setdefault(OURS, []).append(ours)
         limit = min(options.limit, max(LEAST_S, TIMES * ours.get("worked_s", 0.0)))
-        for name, task in _others():
+        for name, other in others.items():
             known = runs.setdefault(name, [])
             if not known or known[-1].get("is_complete"):  # what has not ended once is not asked again
-                known.append(measure(case=case, limit_s=limit, **task))
+                known.append(other(case=case, limit_s=limit))
     good = [run for run in runs[OURS] if "failed" not in run]
     if not good:
         return {"case": case.name, "failed": [run["failed"] for run in runs[OURS]]}
@@ -68,7 +82,7 @@ def _way(runs: list[dict[str, Any]], good: list[dict[str, Any]]) -> dict[str, An
         "is_complete": fine[0]["is_complete"],
         "points": len(fine[0]["front"]),
     }
-    return made | {key: fine[0][key] for key in ("calls", "refused") if key in fine[0]}
+    return made | {key: fine[0][key] for key in ("calls", "refused", "solver_s") if key in fine[0]}
 
 
 def _agreement(front: set[tuple[int, ...]], is_complete: bool, runs: dict[str, list[dict[str, Any]]]) -> str:

@@ -132,6 +132,12 @@ def _contended(case: Case, task: dict[str, Any]) -> dict[str, Any]:
     return contended_front(Evaluator(_load(case)[0].space), task["limit_s"], task["peer"])
 
 
+def _classical(case: Case, task: dict[str, Any]) -> dict[str, Any]:
+    from .classical import PEERS, epsilon_front, model_of
+
+    return epsilon_front(model_of(case), task["limit_s"], **PEERS[task["peer"]])
+
+
 def _minizinc(case: Case, task: dict[str, Any]) -> dict[str, Any]:
     from dse.analysis.evaluate import Evaluator
 
@@ -194,6 +200,7 @@ def _analysis(case: Case, task: dict[str, Any]) -> dict[str, Any]:
 TASKS = {
     "ours": _ours,
     "textbook": _textbook,
+    "classical": _classical,
     "minizinc": _minizinc,
     "ours contended": _ours_contended,
     "contended": _contended,
