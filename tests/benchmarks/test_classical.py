@@ -7,11 +7,11 @@ from itertools import permutations, product
 
 import pytest
 
-from tests.classics import drawn_costs, drawn_items
+from tests.classics import Row, drawn_costs, drawn_items
 
 from .asking import Vector
 from .cases import Case, classical
-from .classical import PEERS, by_rectangles, epsilon_front, model_of
+from .classical import PEERS, assignment_model, by_rectangles, epsilon_front, model_of
 from .comparing import command
 from .fronts import non_dominated
 
@@ -27,19 +27,27 @@ def total(rows: list[Vector]) -> Vector:
 
 
 def exhaustion(case: Case) -> list[Vector]:
-    """Of all permutations, or of all sets of items that fit."""
     if case.family == "assignment":
-        costs = {row[:2]: row[2:] for row in drawn_costs(case.threads, case.objectives, case.seed)}
-        agents = range(1, case.threads + 1)
-        found = [total([costs[pair] for pair in enumerate(order, start=1)]) for order in permutations(agents)]
-    else:
-        items, most = drawn_items(case.threads, case.objectives, case.seed)
-        nothing = (0,) * (1 + case.objectives)
-        found = []
-        for mask in product((False, True), repeat=len(items)):
-            weight, *values = total([nothing, *(item[1:] for item, taken in zip(items, mask, strict=True) if taken)])
-            if weight <= most:
-                found.append(tuple(-value for value in values))
+        return of_assignments(drawn_costs(case.threads, case.objectives, case.seed))
+    return of_knapsacks(*drawn_items(case.threads, case.objectives, case.seed))
+
+
+def of_assignments(rows: list[Row]) -> list[Vector]:
+    """The front of all permutations."""
+    costs = {row[:2]: row[2:] for row in rows}
+    agents = sorted({row[1] for row in rows})
+    found = [total([costs[pair] for pair in enumerate(order, start=1)]) for order in permutations(agents)]
+    return [tuple(map(int, point)) for point in non_dominated(found)]
+
+
+def of_knapsacks(items: list[Row], most: int) -> list[Vector]:
+    """The front of all sets of items that fit."""
+    nothing = (0,) * (len(items[0]) - 1)
+    found = []
+    for mask in product((False, True), repeat=len(items)):
+        weight, *values = total([nothing, *(item[1:] for item, taken in zip(items, mask, strict=True) if taken)])
+        if weight <= most:
+            found.append(tuple(-value for value in values))
     return [tuple(map(int, point)) for point in non_dominated(found)]
 
 
@@ -52,6 +60,15 @@ def test_fronts_are_those_of_exhaustion(case: Case) -> None:
         assert (found["front"], found["is_complete"]) == (expected, True), name
     ours = command(case, 60.0)
     assert (ours["front"], ours["is_complete"]) == (expected, True)
+
+
+@pytest.mark.parametrize("name", PEERS)
+def test_small_costs_have_ties(name: str) -> None:
+    """A least last objective with values of the others that are dominated, and steps of one between points."""
+    for seed in range(1, 9):
+        costs = [(*row[:2], *(1 + value % 3 for value in row[2:])) for row in drawn_costs(4, 3, seed)]
+        found = epsilon_front(assignment_model(costs), 60.0, **PEERS[name])
+        assert (found["front"], found["is_complete"]) == (of_assignments(costs), True), seed
 
 
 def test_a_corner_takes_as_many_calls_as_it_is_said_to() -> None:
