@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from dataclasses import replace
 from fractions import Fraction
+from functools import partial
 from typing import cast
 
 from dse.analysis.chains import exact_range_ns
@@ -14,9 +15,10 @@ from dse.analysis.latency import element_rows, elements_of, phased_parts, run_sp
 from dse.analysis.memo import Answering, Recall
 from dse.analysis.osate import Place, place_rows, place_step, rivals, waiting_for_ns
 from dse.analysis.rates import is_periodic
+from dse.analysis.reads import can_be_taken_apart, hangs_on_offsets, read_of
 from dse.analysis.rows import counts_responses
 from dse.analysis.scheduling import UNBOUNDED_NS, all_responses
-from dse.analysis.terms import ZERO, Phased, Rest, Sampled, Term, exact_sum, picked
+from dse.analysis.terms import ZERO, Phased, Reads, Rest, Sampled, Term, exact_sum, picked
 from dse.analysis.views import View
 from dse.space.clocks import is_always_timed, reads_when_jobs_begin
 from dse.space.criteria import Metric
@@ -90,6 +92,7 @@ def _read_late(space: Space, step: Step, term: Term) -> Term:
         ends=ends if is_scheduled else None,
         may_fall=is_scheduled,
         phased=None,
+        reads=None,
         sampled=term.sampled and replace(term.sampled, kind="oldest input"),
     )
 
@@ -119,7 +122,7 @@ def _exact_term(space: Space, flow: Flow, kind: str) -> Term:
 def _latency_terms(space: Space, flow: Flow, kind: str) -> Iterator[Term]:
     """Sums over the rows of each element: maxima, minima, or maximum minus minimum (jitter)."""
     alone = replace(space, processing="execution_time")
-    for element, step in zip(elements_of(space, flow), flow.steps, strict=True):
+    for number, (element, step) in enumerate(zip(elements_of(space, flow), flow.steps, strict=True)):
         names = space.components if step.kind == "component" else space.connections
         name = names[step.index].name
         if isinstance(element, Place):
@@ -155,8 +158,42 @@ def _latency_terms(space: Space, flow: Flow, kind: str) -> Iterator[Term]:
             only_waits=waits is not None and not _may_move(space, step, kind) and _counts_waiting_once(space, step),
             grows=is_scheduled and not step.only_reads and not step.since and _ends_in_pieces(space, step),
             phased=None if is_scheduled else _phased(space, step, kind),
+            reads=_reads(space, step, number, kind),
             sampled=Sampled(space, step, kind) if step.since and step.kind == "component" else None,
         )
+
+
+def _reads(space: Space, step: Step, number: int, kind: str) -> Reads | None:
+    """What a component on a clock adds to a latency or jitter under response times, taken apart (`dse.analysis.reads`).
+
+    `number` is how many elements come before it.
+    """
+    component = space.components[step.index] if step.kind == "component" else None
+    if component is None or not counts_responses(space) or not can_be_taken_apart(space, step, kind):
+        return None
+    reading = replace(step, only_reads=True)
+
+    def until_read(view: View) -> Fraction:
+        return ZERO + _figure_of(kind, _element_range_ns(space, reading, view))
+
+    def job(view: View, space: Space = space) -> Fraction:
+        return ZERO + _figure_of(kind, _element_range_ns(space, step, view)) - until_read_of(space, view)
+
+    def until_read_of(space: Space, view: View) -> Fraction:
+        return ZERO + _figure_of(kind, _element_range_ns(space, reading, view))
+
+    alone = replace(space, processing="execution_time")
+    waits = (step.index, Fraction(1)) if _counts_waiting(space, step.index) else None
+
+    def ends(view: View) -> tuple[Fraction, Fraction]:
+        least = job(view, alone)
+        return least, least + UNBOUNDED_NS
+
+    made = Term(
+        component.name, job, ends=ends if waits is not None else None, waits=waits, only_waits=waits is not None
+    )
+    parts = partial(read_of, alone, step, kind == "jitter")
+    return Reads(step.index, number, parts, until_read, None if step.only_reads else made)
 
 
 def _placed_terms(space: Space, place: Place, name: str, kind: str) -> Iterator[Term]:
@@ -246,7 +283,7 @@ def _may_wait(space: Space, step: Step, kind: str) -> bool:
 
 def _may_move(space: Space, step: Step, kind: str) -> bool:
     """Whether sampling on one clock may be cut or spread by what is before an element of a flow."""
-    return bool(step.since) and (kind == "run jitter" or space.components[step.index].offset_ns is not None)
+    return bool(step.since) and (kind == "run jitter" or hangs_on_offsets(space, step))
 
 
 def _counts_waiting_once(space: Space, step: Step) -> bool:

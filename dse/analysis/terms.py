@@ -50,6 +50,8 @@ class Term:
     """Whether it is never less where some response time is longer; what `waits` is so, too."""
     extreme: Extreme | None = None
     phased: Phased | None = None
+    reads: Reads | None = None
+    """What it is where response times are known, if it hangs on offsets and on these."""
     sampled: Sampled | None = None
     """What it is of, where an element of a flow may sample what another timer made."""
 
@@ -114,6 +116,59 @@ class Phased:
     def asked_of(self, other: Callable[[View], View]) -> Phased:
         """The summand by what another view of each design says."""
         return replace(self, parts=lambda view: self.parts(other(view)))
+
+
+@dataclass(frozen=True, slots=True)
+class Read:
+    """What data wait for in one case until a reader on a clock has them, but for response times and offsets; in ns.
+
+    Without a sender on its clock whose offset is known, too, they wait `base_ns`. With one, d = offset of the receiver
+    - offset of the `sender`, and W for what threads wait for others on their cores: from the sender's release until
+    they are read it is `base_ns` + g * k + x - y, with x = (d - `soonest_ns`) mod g for g = `step_ns`, and the least
+    whole k >= 0 with g * k + x >= `spread_ns` + W of the threads in `delayed`. Where `counts_least` is set y is the
+    least wait, max(0, x - W of those in `missed`), or 0 where x + W of those in `late` is g or more; else y is 0.
+    """
+
+    base_ns: Exact
+    sender: int | None = None
+    step_ns: Exact = 1
+    soonest_ns: Exact = 0
+    spread_ns: Exact = 0
+    delayed: tuple[int, ...] = ()
+    late: tuple[int, ...] = ()
+    missed: tuple[int, ...] = ()
+    counts_least: bool = False
+
+
+@dataclass(frozen=True)
+class Reads:
+    """A summand of a flow as what its component `receiver` waits for until it reads, and its job; times `factor`.
+
+    `until_read` is the first in a design, `parts` the same but for response times and offsets, which consults neither
+    offsets nor cores; `job` is the other, None where only the read counts. `before` is how many summands of the flow
+    come before this one.
+    """
+
+    receiver: int
+    before: int
+    parts: Callable[[View], Read]
+    until_read: Callable[[View], Fraction]
+    job: Term | None
+    factor: Fraction = Fraction(1)
+
+    def scaled(self, factor: Fraction) -> Reads | None:
+        """The summand times a constant; None where it is negative, so that nothing is told at least."""
+        if factor <= 0:
+            return None
+        job = None if self.job is None else scaled_term(self.job, factor)
+        return Reads(
+            self.receiver,
+            self.before,
+            self.parts,
+            lambda view: self.until_read(view) * factor,
+            job,
+            self.factor * factor,
+        )
 
 
 Kind: TypeAlias = Literal["max", "min"]
@@ -215,6 +270,7 @@ def scaled_term(term: Term, factor: Fraction) -> Term:
         waits=(term.waits[0], term.waits[1] * factor) if term.waits is not None and factor > 0 else None,
         grows=term.grows and factor > 0,
         phased=term.phased.scaled(factor) if term.phased is not None else None,
+        reads=term.reads.scaled(factor) if term.reads is not None else None,
         sampled=term.sampled.scaled(factor) if term.sampled is not None else None,
     )
 

@@ -91,6 +91,7 @@ class Board:
         self.cores: Any = None
         self.scheduled: dict[tuple[int, bool], tuple[object, Form]] = {}  # by the id of a term, which is kept alive
         self.extremes: dict[tuple[int, bool], tuple[object, Form]] = {}  # as `scheduled`
+        self.until_read: dict[int, tuple[object, Any]] = {}  # as `scheduled`, see `dse.encode.reads`
         self.attained: list[int] = []  # literals of which sum an extreme is, see `dse.encode.sums`
         self.waiting: dict[int, cp_model.IntVar] = {}  # by thread, see `dse.encode.waiting`
         self.wait_scale = 0

@@ -179,6 +179,7 @@ class RobustQuestion:
             waits=None,
             only_waits=False,
             phased=phased,
+            reads=None,
             sampled=term.sampled and replace(term.sampled, asked=lambda view: _own(view, key)),
         )
 

@@ -16,7 +16,7 @@ from dse.analysis.evaluate import Evaluator
 from dse.analysis.response_time import Stream, Task, densest_releases_ns, most_jobs, periodic, response_time_ns
 from dse.analysis.scheduling import UNBOUNDED_NS, processor_responses, response_of
 from dse.analysis.views import View
-from dse.encode import sums
+from dse.encode import scheduled
 from dse.errors import ProblemError
 from dse.pareto.front import Budget, search_front
 from dse.simulation.engine import simulate_once
@@ -335,7 +335,7 @@ def test_the_search_is_exact() -> None:
 def test_the_search_is_exact_where_response_times_are_sharpened_on_the_way(
     objectives: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(sums, "SCHEDULE_CASE_LIMIT", 1)
+    monkeypatch.setattr(scheduled, "SCHEDULE_CASE_LIMIT", 1)
     text = DECISIONS if objectives == "as they are" else DECISIONS.replace("minimise resp", "maximise resp")
     evaluator = Evaluator(space_of(text))
     search = search_front(evaluator, Budget(workers=2))
@@ -345,7 +345,7 @@ def test_the_search_is_exact_where_response_times_are_sharpened_on_the_way(
 @pytest.mark.parametrize("seed", cases(6))
 def test_the_search_is_exact_on_random_threads(seed: int, monkeypatch: pytest.MonkeyPatch) -> None:
     """Random threads, cores, priorities and chains; requirements about half of which decide something."""
-    monkeypatch.setattr(sums, "SCHEDULE_CASE_LIMIT", 1)
+    monkeypatch.setattr(scheduled, "SCHEDULE_CASE_LIMIT", 1)
     evaluator = Evaluator(space_of(random_threads(random.Random(seed))))
     search = search_front(evaluator, Budget(seed=seed))
     assert search.is_complete and search.points == brute_front(evaluator)

@@ -16,7 +16,7 @@ from dse.analysis.scheduling import all_responses
 from dse.analysis.tasks import longest_alone_ns
 from dse.analysis.views import View
 from dse.api.problem import loads
-from dse.encode import contention, sums
+from dse.encode import contention, scheduled
 from dse.encode.model import encode
 from dse.encode.waiting import Waiting
 from dse.pareto.answer import Found
@@ -28,7 +28,7 @@ from dse.space.types import Space
 
 @pytest.fixture(autouse=True)
 def _nothing_is_tabulated(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(sums, "SCHEDULE_CASE_LIMIT", 1)
+    monkeypatch.setattr(scheduled, "SCHEDULE_CASE_LIMIT", 1)
 
 
 def asked(seed: int, kind: str, *objectives: str) -> Space:

@@ -13,7 +13,7 @@ from thread_systems import KINDS, draw, front, text_of
 from dse.analysis.evaluate import Evaluator
 from dse.api.problem import Problem, changed, loads
 from dse.api.question import Changes
-from dse.encode import contention, sums
+from dse.encode import contention, scheduled
 from dse.pareto import narrowing, subproblem
 from dse.pareto.answer import Answer, Found, NoSuchDesign
 from dse.pareto.front import Budget, search_front
@@ -76,7 +76,7 @@ def test_clauses_alone_are_exact(kind: str, seed: int, monkeypatch: pytest.Monke
 @pytest.mark.parametrize("seed", cases(17))
 def test_response_times_in_flows_are_exact(kind: str, seed: int, monkeypatch: pytest.MonkeyPatch) -> None:
     """No response time is tabulated: bounds first, and what solutions teach."""
-    monkeypatch.setattr(sums, "SCHEDULE_CASE_LIMIT", 1)
+    monkeypatch.setattr(scheduled, "SCHEDULE_CASE_LIMIT", 1)
     system = draw(seed, kind=kind)
     text = text_of(system).replace("deadlines: all", "deadlines: all\nprocessing: response_time")
     assert found(text) == front(system, by_response=True)
@@ -101,7 +101,7 @@ def test_bounds_from_below_and_limits_from_above_meet(
     With bare settings first, and without.
     """
     monkeypatch.setattr(narrowing, "MOST_MISSED_QUICKLY", missed)
-    monkeypatch.setattr(sums, "SCHEDULE_CASE_LIMIT", 1)
+    monkeypatch.setattr(scheduled, "SCHEDULE_CASE_LIMIT", 1)
     monkeypatch.setattr(subproblem, "WAYS_WITH_WAITING", (NARROWING, BARE))
     monkeypatch.setattr(subproblem.Solver, "counts_one", True)
     apply = Settings.apply

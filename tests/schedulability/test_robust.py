@@ -17,7 +17,7 @@ from thread_systems import KINDS, draw, text_of
 import dse
 from dse.analysis.evaluate import Evaluator
 from dse.api.problem import load
-from dse.encode import sums
+from dse.encode import scheduled
 from dse.pareto.front import search_front
 from dse.study.corners import RobustQuestion
 from dse.study.inputs import InputSpace
@@ -82,7 +82,7 @@ def test_no_design_is_lost_that_is_in_time_at_every_corner(
     kind: str, seed: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Limits at corners are of other figures: what the search learns of them names all that they hang on."""
-    monkeypatch.setattr(sums, "SCHEDULE_CASE_LIMIT", 1)
+    monkeypatch.setattr(scheduled, "SCHEDULE_CASE_LIMIT", 1)
     problem = next(item for item in drawn(seed, kind, tmp_path / "drawn.yaml") if designs(item) <= MOST_DESIGNS)
     wanted = expected(problem)
     result = solve_robust(problem)

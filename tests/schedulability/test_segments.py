@@ -16,7 +16,7 @@ from dse.analysis.scheduling import all_responses
 from dse.analysis.views import View
 from dse.api.export import export
 from dse.api.problem import loads
-from dse.encode import sums
+from dse.encode import scheduled
 from dse.encode.contention import Contention
 from dse.encode.model import EncodedSpace
 from dse.encode.reasons import Reason
@@ -227,7 +227,7 @@ def test_what_is_late_on_any_core_is_refuted_at_once(monkeypatch: pytest.MonkeyP
 
 def test_how_far_segments_must_move_is_learnt_for_many_designs_at_once(monkeypatch: pytest.MonkeyPatch) -> None:
     """No figure of a response time is made exact for one combination of options at a time."""
-    monkeypatch.setattr(sums, "SCHEDULE_CASE_LIMIT", 1)
+    monkeypatch.setattr(scheduled, "SCHEDULE_CASE_LIMIT", 1)
     made = []
     sharpen = EncodedSpace.sharpen
 

@@ -1,0 +1,95 @@
+"""Figures that hold response times as linear forms: a table, a thread's waiting, or a variable that is sharpened.
+
+A response time depends on whatever shares the thread's core. Where that is few combinations of options it is a table;
+where it is what a thread's waiting adds, this is one variable for all figures with it (`dse.encode.waiting`); else it
+is an open term (`dse.encode.linear.OpenTerm`).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from fractions import Fraction
+
+from ortools.sat.python import cp_model
+
+from dse.analysis.measures import Measure, Term
+from dse.analysis.scheduling import UNBOUNDED_NS, bounded_response_ns
+from dse.analysis.tasks import longest_alone_ns
+from dse.analysis.views import View, tabulate
+from dse.encode.additive import additive_parts
+from dse.encode.linear import Board, Form, OpenTerm, check_exact, floor_int
+
+SCHEDULE_CASE_LIMIT = 64
+"""Response times that depend on more combinations of options than this are sharpened where the search comes by."""
+
+
+def is_short(board: Board, formula: Callable[[View], object]) -> bool:
+    """Whether a figure is a table of so few cases that nothing else pays."""
+    return tabulate(board.space, formula, SCHEDULE_CASE_LIMIT) is not None
+
+
+def scheduled_form(board: Board, measure: Measure, term: Term, rounded: Callable[[Fraction], int]) -> Form:
+    """sum(value[case] * case) of a response time; with too many cases a variable between bounds that cut nothing off.
+
+    low[case] <= variable <= high[case]; the exact value of a combination of options follows when a solution has it
+    (`OpenTerm`).
+    """
+    key = id(term), rounded is floor_int
+    if key not in board.scheduled:
+        board.scheduled[key] = term, _made_form(board, measure, term, rounded)
+    return board.scheduled[key][1]
+
+
+def _made_form(board: Board, measure: Measure, term: Term, rounded: Callable[[Fraction], int]) -> Form:
+    table = board.short_table(term.value, SCHEDULE_CASE_LIMIT)
+    if table is not None:
+        return board.form((literal, rounded(value * measure.scale)) for literal, value in table)
+    assert term.ends is not None
+    if term.only_waits and term.waits is not None and not measure.rounded:
+        shared = shared_waiting(board, term.waits[0], measure.scale, term.waits[1])
+        if shared is not None:
+            return _waiting_form(board, measure, term, *shared)
+    bounds = board.table(term.ends)
+    lows = board.form((literal, rounded(low * measure.scale)) for literal, (low, _) in bounds)
+    highs = board.form((literal, rounded(high * measure.scale)) for literal, (_, high) in bounds)
+    check_exact(max(abs(lows.low), abs(highs.high)), f"the response time of {term.label}")
+    variable = board.model.new_int_var(lows.low, highs.high, "")
+    board.model.add(variable >= board.expression(lows))
+    board.model.add(variable <= board.expression(highs))
+    waits = None if term.waits is None else (term.waits[0], term.waits[1] * measure.scale)
+    value = OpenTerm(variable, lambda view: rounded(term.value(view) * measure.scale), lows, waits, term.may_fall)
+    board.open_terms.append(value)
+    return Form(0, {variable.index: 1}, lows.low, highs.high)
+
+
+def shared_waiting(board: Board, number: int, scale: int, weight: Fraction) -> tuple[cp_model.IntVar, int] | None:
+    """The variable of a thread's waiting on a board, and how often it counts where the unit is 1 / `scale` ns.
+
+    None where the units do not go together. The variable is an open term: it may be too low at first.
+    """
+    unit = board.wait_scale = board.wait_scale or scale
+    times = weight * scale / unit
+    if times.denominator != 1:
+        return None
+    if number not in board.waiting:
+
+        def value(view: View) -> int:
+            waited = bounded_response_ns(board.space, number, "thread", view)
+            waited -= longest_alone_ns(board.space, number, "thread", view)
+            return -floor_int(-Fraction(waited) * unit)
+
+        board.waiting[number] = board.model.new_int_var(0, UNBOUNDED_NS * unit, "")
+        board.open_terms.append(OpenTerm(board.waiting[number], value, Form(), (number, Fraction(unit))))
+    return board.waiting[number], int(times)
+
+
+def _waiting_form(board: Board, measure: Measure, term: Term, waiting: cp_model.IntVar, times: int) -> Form:
+    """The lower end of a figure, and its thread's waiting so many times."""
+    ends = term.ends
+    assert ends is not None
+    form = Form()
+    cases = board.cases(lambda view: ends(view)[0])
+    for part in additive_parts(board.space, cases):
+        form.add(board.form((literal, int(low * measure.scale)) for literal, low in board.named(part)))
+    form.add(Form(0, {waiting.index: times}, 0, times * UNBOUNDED_NS * board.wait_scale))
+    return form
