@@ -17,7 +17,7 @@ from dse.analysis.terms import Read
 from dse.analysis.views import View
 from dse.space.clocks import AT_RELEASE
 from dse.space.steps import Step
-from dse.space.trees import Choice, Tree, at, leaves
+from dse.space.trees import at, is_given, leaves
 from dse.space.types import Component, Space
 
 
@@ -73,7 +73,9 @@ def read_of(alone: Space, step: Step, counts_least: bool, view: View) -> Read:
         return Read(0)
     period = at(component.period_ns, view)
     found = neighbours(alone, step, view, offsets=False)
-    if found is None or not (_has_offset(component, view) and _has_offset(alone.components[found.sender], view)):
+    if found is None or not (
+        is_given(component.offset_ns, view) and is_given(alone.components[found.sender].offset_ns, view)
+    ):
         return Read(period)
     way = list(_back_to_the_timer(alone, step, view))
     soonest = found.least_ns if counts_least else 0
@@ -113,14 +115,3 @@ def _beginning(space: Space, step: Step, view: View) -> Iterator[int]:
     component = space.components[step.index]
     if step.via is not None and at(component.communication, view) not in AT_RELEASE:
         yield from _waiting(space, step, view)
-
-
-def _has_offset(component: Component, view: View) -> bool:
-    """Whether a timer's offset is known, whatever it is."""
-    tree: Tree = component.offset_ns
-    while isinstance(tree, Choice):
-        known = [leaf is not None for leaf in leaves(tree)]
-        if all(known) or not any(known):
-            return all(known)
-        tree = tree.branches[view[tree.decision]]
-    return tree is not None

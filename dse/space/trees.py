@@ -112,6 +112,17 @@ def leaves(tree: Tree, made: Mapping[int, int] | None = None) -> Iterator[Any]:
         yield tree
 
 
+def is_given(tree: Tree, design: DesignView) -> bool:
+    """Whether the leaf is not None; which of several that are given it is asks for no decision."""
+    while isinstance(tree, Choice):
+        if not any(isinstance(branch, Choice) for branch in tree.branches):
+            given = {branch is not None for branch in tree.branches if branch is not NOT_OFFERED}
+            if len(given) == 1:
+                return given.pop()
+        tree = tree.branches[design[tree.decision]]
+    return tree is not None
+
+
 def consulted(tree: Tree, design: DesignView) -> tuple[list[int], Any]:
     """The decisions on the way to the leaf in `design`, and the leaf."""
     met = []

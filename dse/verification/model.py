@@ -24,6 +24,7 @@ from dse.verification.contention import Lesson, full_lesson, lessons_of, on_othe
 from dse.verification.cores import add_cores
 from dse.verification.diagrams import Node, TooLarge, leaves
 from dse.verification.lookups import Lookups
+from dse.verification.passing import add_passage
 from dse.verification.reduced import ReducedRegion, Reduction
 from dse.verification.sums import Sum
 from dse.verification.tables import EXACT, Tables
@@ -68,6 +69,19 @@ class SecondModel:
         self.waiting: Waiting | None = None
         if tables.waits is not None:
             self.waiting = Waiting(tables.space, self.model, tables.waits, self.lookups.value)
+        self.passages: list[Any] = []
+        for passage in tables.passages:
+            assert self.waiting is not None
+            self.passages.append(
+                add_passage(
+                    self.model,
+                    passage,
+                    self.lookups.value,
+                    self._total,
+                    self.waiting.variables,
+                    self.waiting.most,
+                )
+            )
         for bound in tables.bounds:
             if bound.sum.high > 0:
                 self.model.add(self._total(bound.sum) <= 0)
@@ -92,6 +106,8 @@ class SecondModel:
         for number, times in total.waits:
             assert self.waiting is not None
             found = found + times * self.waiting.variables[number]
+        for number, times in total.passages:
+            found = found + times * self.passages[number]
         for pick in total.extremes:
             parts = []
             for item in pick.sums:

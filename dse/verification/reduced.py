@@ -68,7 +68,7 @@ class Reduction:
             if bound is not None:
                 more += rows_of(total, (bound - 1) * divisor)
         for (total, divisor), bound in zip(self.tables.objectives, from_on or (), strict=False):
-            if bound is not None and not total.extremes and not total.waits:
+            if bound is not None and not total.extremes and not total.is_open:
                 more.append(Row(tuple(_times(part, -1) for part in total.parts), -bound * divisor))
         left = [list(options) for options in self.left]
         is_empty = self.is_empty or not narrow([*self.rows, *more], left, more)
@@ -135,13 +135,13 @@ class ReducedRegion:
 
 def rows_of(total: Sum, most: int) -> list[Row]:
     """Rows that hold wherever a sum is at most `most`: of a greatest value one more for each that it may be."""
-    if any(times < 0 for _, times in total.waits):
+    if not total.never_falls:
         return []
     low = sum(pick.low for pick in total.extremes)
     found = [Row(total.parts, most - low)]
     for pick in total.extremes:
         for item in pick.sums if pick.greatest else ():
-            if all(times >= 0 for _, times in item.waits):
+            if item.never_falls:
                 least_inside = sum(inner.low for inner in item.extremes)
                 found.append(Row((*total.parts, *item.parts), most - low + pick.low - least_inside))
     return found

@@ -11,7 +11,7 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 from fractions import Fraction
 from functools import lru_cache, partial
-from math import lcm
+from math import gcd, lcm
 from typing import Any
 
 from dse.analysis.latency import step_rows
@@ -77,7 +77,7 @@ def _parts(space: Space, step: Step, view: View) -> tuple[Any, Any, Any]:
     if space.profile != "dse" or step.via is None or not is_periodic(component, view):
         return least, most, most - least
     period = at(component.period_ns, view)
-    found = _before(space, step, view)
+    found = timer_before(space, step, view)
     sender = None if found is None else space.components[found[0].index]
     error = None if sender is None else _error_ns(sender, component, view)
     if found is None or sender is None or error is None or is_unbounded(found[2]):
@@ -115,7 +115,7 @@ def _start_ns(space: Space, step: Step, view: View) -> Any:
     return max(0, last.max_ns - (last.min_ns if work is None else work[1]))
 
 
-def _before(space: Space, step: Step, view: View) -> tuple[Step, Any, Any] | None:
+def timer_before(space: Space, step: Step, view: View) -> tuple[Step, Any, Any] | None:
     """The last timer before an element, and the least and the most time from its release until its data are there."""
     least: Exact = 0
     most: Exact = 0
@@ -124,6 +124,39 @@ def _before(space: Space, step: Step, view: View) -> tuple[Step, Any, Any] | Non
             return row, least, most
         least, most = least + row.min_ns, most + row.max_ns
     return None
+
+
+def on_the_way(space: Space, step: Step, view: View) -> Iterator[int]:
+    """The threads between a reader and the timer before it, that one with them, that may wait for their cores."""
+    for earlier in step.since[::-1]:
+        if earlier.kind == "component":
+            yield from _computes(space, earlier.index, view)
+            if is_periodic(space.components[earlier.index], view):
+                return
+
+
+def beginners(space: Space, step: Step, view: View) -> Iterator[int]:
+    """The thread of an element, where it reads as late as its job begins."""
+    is_first = step.via is None
+    if not is_first and at(space.components[step.index].communication, view) not in ("let", "at_dispatch"):
+        yield from _computes(space, step.index, view)
+
+
+def _computes(space: Space, number: int, view: View) -> Iterator[int]:
+    """A thread whose job ends when its response time says."""
+    component = space.components[number]
+    is_let = at(component.communication, view) == "let"
+    if at(component.processor, view) is not None and at(component.execution_ns, view) is not None and not is_let:
+        yield number
+
+
+def clock_step_ns(one: Component, other: Component, view: View) -> Exact | None:
+    """The step of two timers on exactly the same clock; None where they are not."""
+    if _error_ns(one, other, view) != 0:
+        return None
+    periods = [Fraction(at(item.period_ns, view)) for item in (one, other)]
+    scale = lcm(*(period.denominator for period in periods))
+    return Fraction(gcd(*(int(period * scale) for period in periods)), scale)
 
 
 def _ways(space: Space, step: Step, view: View) -> Iterator[Row | Step]:

@@ -23,11 +23,18 @@ class Sum:
     extremes: tuple[Pick, ...] = ()
     waits: tuple[tuple[int, int], ...] = ()
     """Threads with how often their waiting counts on top, in units of the tables' `Waits`."""
+    passages: tuple[tuple[int, int], ...] = ()
+    """The same of what flows take until a component reads, by their positions in the tables' `passages`."""
 
     @property
     def is_open(self) -> bool:
         """Whether some waiting is in it."""
-        return bool(self.waits) or any(one.is_open for item in self.extremes for one in item.sums)
+        return bool(self.waits or self.passages) or any(one.is_open for item in self.extremes for one in item.sums)
+
+    @property
+    def never_falls(self) -> bool:
+        """Whether what it holds beside its parts and extremes is never below 0."""
+        return all(times >= 0 for _, times in (*self.waits, *self.passages))
 
     @property
     def diagrams(self) -> Iterator[Diagram]:
@@ -80,11 +87,22 @@ class Figures:
     extremes: tuple[tuple[bool, tuple[Figures, ...]], ...] = ()
     waits: tuple[tuple[int, Fraction], ...] = ()
     is_loose: bool = False
+    passages: tuple[tuple[int, Fraction], ...] = ()
 
     @property
     def is_open(self) -> bool:
         """Whether some waiting is in it."""
-        return bool(self.waits) or any(item.is_open for _, sums in self.extremes for item in sums)
+        return bool(self.waits or self.passages) or any(item.is_open for _, sums in self.extremes for item in sums)
+
+    def plus(self, other: Figures) -> Figures:
+        """The summands of both."""
+        return Figures(
+            (*self.parts, *other.parts),
+            (*self.extremes, *other.extremes),
+            (*self.waits, *other.waits),
+            self.is_loose or other.is_loose,
+            (*self.passages, *other.passages),
+        )
 
     @property
     def leaves(self) -> Iterator[Any]:

@@ -12,22 +12,22 @@ from typing import Any
 from dse.analysis.evaluate import Evaluator
 from dse.analysis.limits import Limit
 from dse.analysis.measures import Term
-from dse.analysis.priorities import number_of, order_ns
-from dse.analysis.rates import NS_PER_S, rate_hz
 from dse.analysis.scheduling import UNBOUNDED_NS
-from dse.analysis.tasks import work_ns
+from dse.analysis.terms import Reads
 from dse.analysis.validity import is_broken
 from dse.analysis.views import View
 from dse.records import dataclass
 from dse.space.cores import is_scheduled
 from dse.space.trees import Choice
 from dse.space.types import EMPTY, Space
-from dse.verification.contention import has_number, is_late_limit, is_simple, place_of
+from dse.verification.contention import is_late_limit
 from dse.verification.cores import CoreTable, core_table
 from dse.verification.diagrams import NO_DESIGN, Diagram, Diagrams, TooLarge, as_fraction, leaves
 from dse.verification.levels import Levels, levels_of, rooms, timely
+from dse.verification.passing import Passage, in_units, passage_of
 from dse.verification.releases import formula_of
 from dse.verification.sums import Bound, Figures, Pick, Sum, Waits
+from dse.verification.threads import places_of, rate_of, waits_of
 
 EXACT = 2**52
 """Sums stay below this, so that 64-bit arithmetic and the solver's are exact."""
@@ -65,6 +65,8 @@ class Tables:
     """For each thread that may share a core with others a number for its core; empty where there are no such limits."""
     waits: Waits | None = None
     """Waiting in objectives and bounds; none where tables hold all of it."""
+    passages: tuple[Passage, ...] = ()
+    """What flows take until components read, where response times are in it that no table holds."""
     levels: Levels | None = None
     """Rows of cores that designs keep whose threads are in time; none where they would be too large."""
 
@@ -104,8 +106,9 @@ def build_tables(evaluator: Evaluator) -> Tables:
         late=late,
         loose=tuple(builder.loose),
         cores=tuple(builder.cores),
-        places=builder.places() if late or builder.waiting else {},
+        places=places_of(builder.make, builder.defined) if late or builder.waiting else {},
         waits=builder.waits() if builder.waiting else None,
+        passages=tuple(builder.passages),
         levels=levels_of(builder.make, threads),
     )
 
@@ -120,6 +123,8 @@ class _Builder:
         self.loose: list[Limit] = []
         self.cores: list[CoreTable] = []
         self.waiting: set[int] = set()
+        self.passages: list[Passage] = []
+        self.until_read: dict[int, tuple[Term, Figures | None]] = {}  # with the term, so that its id stays its own
         measures = [*evaluator.objectives, *(limit.measure for limit in evaluator.limits)]
         self.wait_scale = lcm(
             *(item.scale for item in measures if not item.rounded and is_scheduled(self.space, item.metric))
@@ -140,11 +145,7 @@ class _Builder:
         for rule in self.space.rules:
             self.demand(rule.text, lambda view, rule=rule: not is_broken(rule, view))  # type: ignore[misc]
         for number, component in enumerate(self.space.components):
-            name = f"the rate of {component.name}"
-            self.defined(self.make.diagram(partial(self._rate, number), name), name)
-
-    def _rate(self, number: int, view: View) -> Any:
-        return rate_hz(self.space, ("activation", number), view)
+            self.defined(rate_of(self.make, number), f"the rate of {component.name}")
 
     def demand(self, name: str, holds: Callable[[View], bool]) -> None:
         """The formula must be true in every design."""
@@ -171,23 +172,71 @@ class _Builder:
 
         Where `loose`, other summands that are too much to tabulate have their lower ends.
         """
-        plain, extremes, waits = [], [], []
-        is_loose = False
-        for term in terms:
-            if term.extreme is not None:
-                sums = tuple(self.figures(inner, owner, upper=upper, loose=loose) for inner in term.extreme.sums)
-                is_loose |= any(item.is_loose for item in sums)
-                extremes.append((term.extreme.kind == "max", sums))
-            elif upper and term.only_waits and term.waits is not None and self._is_large(term, owner):
-                plain.append(self.term(replace(term, value=partial(_least_of, term), sampled=None), owner))
-                waits.append(term.waits)
-                self.waiting.add(term.waits[0])
-            elif loose and term.ends is not None and self._has_many_cases(term, owner):
-                plain.append(self.term(replace(term, value=partial(_least_of, term), sampled=None), owner))
-                is_loose = True
+        listed = list(terms)
+        found = Figures(())
+        sums = [found]  # before each term
+        for number, term in enumerate(listed):
+            is_taken_apart = upper and term.reads is not None and self._is_large(term, owner)
+            until_read = self._until_read(listed, number, owner) if is_taken_apart else None
+            if until_read is None or term.reads is None:
+                found = found.plus(self._figure(term, owner, upper=upper, loose=loose))
             else:
-                plain.append(self.term(term, owner))
-        return Figures(tuple(plain), tuple(extremes), tuple(waits), is_loose)
+                jobs = () if term.reads.job is None else (term.reads.job,)
+                found = sums[number - term.reads.before].plus(until_read)
+                found = found.plus(self.figures(jobs, owner, upper=upper, loose=loose))
+            sums.append(found)
+        return found
+
+    def _figure(self, term: Term, owner: str, *, upper: bool, loose: bool) -> Figures:
+        """One summand."""
+        if term.extreme is not None:
+            sums = tuple(self.figures(inner, owner, upper=upper, loose=loose) for inner in term.extreme.sums)
+            is_loose = any(item.is_loose for item in sums)
+            return Figures((), ((term.extreme.kind == "max", sums),), is_loose=is_loose)
+        if upper and term.only_waits and term.waits is not None and self._is_large(term, owner):
+            self.waiting.add(term.waits[0])
+            return Figures((self._least(term, owner),), waits=(term.waits,))
+        if loose and term.ends is not None and self._has_many_cases(term, owner):
+            return Figures((self._least(term, owner),), is_loose=True)
+        return Figures((self.term(term, owner),))
+
+    def _least(self, term: Term, owner: str) -> Diagram:
+        """A summand where nothing waits."""
+        return self.term(replace(term, value=partial(_least_of, term), sampled=None), owner)
+
+    def _until_read(self, terms: Sequence[Term], number: int, owner: str) -> Figures | None:
+        """A flow until the component of a term reads; None where that is not taken apart."""
+        term = terms[number]
+        if term.reads is None or number < term.reads.before:
+            return None
+        if id(term) not in self.until_read:
+            try:
+                made = self._made_until_read(terms[number - term.reads.before : number], term, term.reads, owner)
+            except TooLarge:
+                made = None
+            self.until_read[id(term)] = term, made
+        return self.until_read[id(term)][1]
+
+    def _made_until_read(self, flow: Sequence[Term], term: Term, reads: Reads, owner: str) -> Figures:
+        before = self.figures(flow, owner, upper=True)
+        if term.sampled is None:  # the first of a flow
+            return before
+        scale = self.wait_scale / reads.factor
+
+        def in_unit(figures: Figures) -> Sum:
+            return self._sum(figures, 1, partial(in_units, scale), scale)
+
+        since = {}
+        for number, earlier in enumerate(flow):
+            figures = self._until_read(flow, number, owner)
+            if earlier.reads is not None and figures is not None:
+                since[earlier.reads.receiver] = in_unit(figures)
+        passage = passage_of(self.make, term, in_unit(before), since, self.wait_scale)
+        if not any(leaves(passage.sender)):
+            return before.plus(Figures((self.make.mapped(passage.behind, lambda leaf: Fraction(leaf) / scale),)))
+        self.passages.append(passage)
+        self.waiting |= passage.threads
+        return Figures((), passages=((len(self.passages) - 1, reads.factor),))
 
     def _has_many_cases(self, term: Term, name: str) -> bool:
         """Whether a figure with a response time in it has too many cases to look at."""
@@ -236,16 +285,19 @@ class _Builder:
             Pick(greatest == (sign > 0), tuple(self._sum(item, sign, count, scale) for item in sums))
             for greatest, sums in figures.extremes
         )
-        waits = []
-        for number, weight in figures.waits:
-            times = sign * weight * scale / self.wait_scale
-            if times.denominator != 1:
-                raise TooLarge("response times have no common unit with the figures that they are added to")
-            waits.append((number, int(times)))
+        waits, passages = (self._times(found, sign * scale) for found in (figures.waits, figures.passages))
         low = sum(min(end) for end in ends) + sum(item.low for item in picks)
         high = sum(max(end) for end in ends) + sum(item.high for item in picks)
         high += sum(times * UNBOUNDED_NS * self.wait_scale for _, times in waits)
-        return Sum(tuple(made), low, high, picks, tuple(waits))
+        high += sum(times * self.passages[number].high for number, times in passages)
+        return Sum(tuple(made), low, high, picks, waits, passages)
+
+    def _times(self, found: Iterable[tuple[int, Fraction]], scale: Fraction) -> tuple[tuple[int, int], ...]:
+        """How often units of waiting count in a sum."""
+        listed = [(number, weight * scale / self.wait_scale) for number, weight in found]
+        if any(times.denominator != 1 for _, times in listed):
+            raise TooLarge("response times have no common unit with the figures that they are added to")
+        return tuple((number, int(times)) for number, times in listed)
 
     def limit(self, limit: Limit) -> list[Bound]:
         """The inequalities of a requirement; one for each thread where every core has its limit."""
@@ -292,84 +344,14 @@ class _Builder:
         whole: Callable[[Any], int] = floor  # a lower bound of each summand: no design is lost
         low = self._sum(figures, sign, lambda value: sign * whole(sign * value * scale), Fraction(scale))
         most = self._sum(edge, 1, lambda value: whole(-sign * value * scale) + (1 if strict and exact else 0))
-        made = Sum((*low.parts, *most.parts), low.low + most.low, low.high + most.high, low.extremes, low.waits)
+        made = Sum(
+            (*low.parts, *most.parts), low.low + most.low, low.high + most.high, low.extremes, low.waits, low.passages
+        )
         return Bound(name, made, exact and not figures.is_open and not figures.is_loose)
 
     def waits(self) -> Waits:
         """What the waiting of threads follows from."""
-        simple = [number for number, item in enumerate(self.space.components) if is_simple(item)]
-        rates = {number: self._rates(number) for number in simple}
-        orders = {number: self._orders(number) for number in simple if not has_number(self.space.components[number])}
-        listed = sorted({leaf for diagram in orders.values() for leaf in leaves(diagram)}, reverse=True)
-        scale = self.wait_scale
-
-        def separation(rate: Any) -> int:
-            return ceil(NS_PER_S * scale / rate) if rate and rate is not NO_DESIGN else 2 * UNBOUNDED_NS * scale
-
-        places = self.places()
-        return Waits(
-            space=self.space,
-            scale=scale,
-            threads=tuple(sorted(self.waiting)),
-            works={number: self._whole(partial(self._work, number), number) for number in simple},
-            ranks={number: self.make.mapped(found, listed.index) for number, found in orders.items()},
-            separations={number: self.make.mapped(found, separation) for number, found in rates.items()},
-            places={number: places[number] for number in simple},
-            priorities={number: self._number(number) for number in simple if number not in orders},
-            latest={
-                limit.requirement.metric.index or 0: self._latest(limit)
-                for limit in self.late
-                if limit.requirement.metric.index in self.waiting & set(simple)
-            },
-        )
-
-    def _rates(self, number: int) -> Diagram:
-        return self.make.diagram(partial(self._rate, number), f"the rate of {self.space.components[number].name}")
-
-    def _orders(self, number: int) -> Diagram:
-        """The time that orders a thread in ns, the shorter first."""
-
-        def order(view: View) -> Fraction:
-            found = order_ns(self.space, number, view)
-            return Fraction(UNBOUNDED_NS) ** 2 if found is None else found
-
-        found = self.make.diagram(order, f"the turn of {self.space.components[number].name}")
-        return self.make.mapped(found, lambda leaf: Fraction(UNBOUNDED_NS) ** 2 if leaf is NO_DESIGN else leaf)
-
-    def _number(self, number: int) -> Diagram:
-        component = self.space.components[number]
-        found = self.make.diagram(partial(number_of, component), f"the priority of {component.name}")
-        return self.make.mapped(found, lambda leaf: leaf if isinstance(leaf, int) else 0)
-
-    def _work(self, number: int, view: View) -> int:
-        return work_ns(self.space, number, view)
-
-    def _whole(self, formula: Callable[[View], Any], number: int) -> Diagram:
-        found = self.make.diagram(formula, f"the execution time of {self.space.components[number].name}")
-        return self.make.mapped(found, lambda leaf: 0 if leaf is NO_DESIGN else leaf)
-
-    def _latest(self, limit: Limit) -> Diagram:
-        """The time by which a job ends, in the unit of waiting."""
-        strict = limit.requirement.operator == "<"
-
-        def count(bound: Any) -> int:
-            if bound is NO_DESIGN:
-                return 2 * UNBOUNDED_NS * self.wait_scale
-            scaled = Fraction(bound) * self.wait_scale
-            return min(ceil(scaled) - 1 if strict else floor(scaled), 2 * UNBOUNDED_NS * self.wait_scale)
-
-        return self.make.mapped(self.make.diagram(limit.bound, limit.requirement.text), count)
-
-    def places(self) -> dict[int, Diagram]:
-        """The core of each thread, as a number."""
-        found = {}
-        for number, component in enumerate(self.space.components):
-            if component.processor is not None:
-                name = f"the core of {component.name}"
-                diagram = self.make.diagram(partial(place_of, self.space, number), name)
-                self.defined(diagram, name)
-                found[number] = self.make.mapped(diagram, lambda leaf: -1 if leaf is NO_DESIGN else leaf)
-        return found
+        return waits_of(self.make, self.defined, self.waiting, self.late, self.wait_scale)
 
     def met(self, index: int) -> Diagram | None:
         """Where the walk through the decision's home meets it."""

@@ -44,7 +44,7 @@ class Waiting:
         self.separation = {number: variable(item) for number, item in waits.separations.items()}
         self.priority = {number: variable(item) for number, item in waits.priorities.items()}
         self.place = {number: variable(item) for number, item in waits.places.items()}
-        most = UNBOUNDED_NS * self.scale
+        self.most = most = UNBOUNDED_NS * self.scale
         self.variables = {number: model.new_int_var(0, most, "") for number in waits.threads}
         self.first = {number: model.new_int_var(0, most, "") for number in waits.threads if number in self.work}
         self._done: dict[tuple[int, int], tuple[Any, Any]] = {}

@@ -1,0 +1,83 @@
+"""Flows over readers on one clock beside response times: the search counts from read to read (`dse.encode.reads`)."""
+
+from __future__ import annotations
+
+import random
+from itertools import pairwise
+from typing import Any
+
+import pytest
+
+import dse
+from dse.analysis.evaluate import Evaluator
+from dse.encode import scheduled
+from dse.pareto.front import search_front
+from tests.effort import cases
+from tests.support import counted_down, dominates, evaluated
+
+KINDS = ("latency", "jitter")
+
+
+def drawn(rng: random.Random) -> dict[str, Any]:
+    """A chain of threads on one or two cores, most of them timers with open offsets; some released by events."""
+    names = [f"t{number}" for number in range(rng.randint(3, 5))]
+    threads: dict[str, Any] = {}
+    for name in names:
+        least, most = sorted(rng.choices(range(200, 2200, 100), k=2))
+        body: dict[str, Any] = {"processor": "computer", "compute_execution_time": f"{least} us .. {most} us"}
+        if name != names[0] and rng.random() < 0.3:
+            body["dispatch_protocol"] = "aperiodic"
+        else:
+            body["period"] = rng.choice(["6 ms", "8 ms", ["6 ms", "12 ms"], "12 ms", "20 ms", ["10 ms", "20 ms"]])
+            grid = sorted(rng.sample(range(6), rng.randint(1, 3)))
+            body["offset"] = rng.choice([*([[f"{at} ms" for at in grid]] * 4), "1 ms", "unknown"])
+            if name != names[0] and rng.random() < 0.25:
+                body["dispatch_protocol"] = ["periodic", "aperiodic"]
+            if rng.random() < 0.3:
+                body["communication"] = rng.choice(
+                    ["let", "at_dispatch", ["at_dispatch", "implicit"], ["let", "implicit"]]
+                )
+        if rng.random() < 0.2:
+            body["core"] = rng.choice(["any", 1])
+        if rng.random() < 0.2:
+            body["priority"] = rng.randint(1, 5)
+        threads[name] = body
+    many = [name for name in names if isinstance(threads[name].get("offset"), list)]
+    for name in many[3:]:
+        threads[name]["offset"] = "2 ms"
+    kinds = [f"{kind} of f" for kind in KINDS]
+    asked = [f"minimise {rng.choice([*kinds, 'error'])}"]
+    asked += rng.sample(["minimise utilisation of computer", "minimise both", f"minimise {rng.choice(kinds)}"], 1)
+    return {
+        "dse": 1, "name": "reads", "overload": "allowed", "deadlines": rng.choice(["none", "stated"]),
+        "processing": "response_time",
+        "processor_types": {"one": {"cores": rng.choice([1, 1, 2])}, "other": {"cores": 1, "price": "1 EUR"}},
+        "processors": {"computer": {"type": rng.choice(["one", ["one", "other"]])}},
+        "threads": threads,
+        "connections": {f"{one}_{other}": {"from": one, "to": other} for one, other in pairwise(names)},
+        "flows": {"f": {"path": names}, "g": {"path": names[1:]}},
+        "metrics": {
+            "error": f"jitter of f * {rng.choice(['0.5', '0.6 m/s', '2'])}",
+            "both": "latency of f + 2 * latency of g",
+        },
+        "requirements": [f"{rng.choice(KINDS)} of {rng.choice('fg')} <= {rng.randint(5, 60)} ms"] * (rng.random() < 0.5),
+        "objectives": list(dict.fromkeys(asked)),
+    }  # fmt: skip
+
+
+def front(space: Any) -> set[tuple[int, ...]]:
+    """The non-dominated points, by looking at every design."""
+    evaluator = Evaluator(space)
+    feasible = {item.objectives for item in evaluated(evaluator).values() if item.is_feasible}
+    points = {vector: counted_down(space, vector) for vector in feasible}
+    return {one for one, mine in points.items() if not any(dominates(other, mine) for other in points.values())}
+
+
+@pytest.mark.parametrize("seed", cases(30, 5_000))
+def test_fronts_equal_exhaustion(seed: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    """No figure as a table: what passes between reads has rows, and what these leave open is learnt."""
+    monkeypatch.setattr(scheduled, "SCHEDULE_CASE_LIMIT", 1)
+    space = dse.load(drawn(random.Random(f"reads {seed}"))).space
+    found = search_front(Evaluator(space))
+    assert found.is_complete
+    assert set(found.points) == front(space)
