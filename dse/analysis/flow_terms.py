@@ -11,20 +11,28 @@ from typing import cast
 from dse.analysis.chains import exact_range_ns
 from dse.analysis.clocks import LET
 from dse.analysis.holistic import PLAIN
-from dse.analysis.latency import element_rows, elements_of, phased_parts, run_spread_ns, start_delay_ns, step_rows
+from dse.analysis.latency import (
+    element_rows,
+    elements_of,
+    figure_of,
+    job_range_ns,
+    run_spread_ns,
+    start_delay_ns,
+    step_rows,
+)
 from dse.analysis.memo import Answering, Recall
 from dse.analysis.osate import Place, place_rows, place_step, rivals, waiting_for_ns
 from dse.analysis.rates import is_periodic
-from dse.analysis.reads import can_be_taken_apart, hangs_on_offsets, read_of
+from dse.analysis.reads import can_be_taken_apart, hangs_on_offsets, phased_of, read_of
 from dse.analysis.rows import counts_responses
 from dse.analysis.scheduling import UNBOUNDED_NS, all_responses
-from dse.analysis.terms import ZERO, Phased, Reads, Rest, Sampled, Term, exact_sum, picked
+from dse.analysis.terms import ZERO, Reads, Sampled, Term, exact_sum, picked
 from dse.analysis.views import View
 from dse.space.clocks import is_always_timed, reads_when_jobs_begin
 from dse.space.criteria import Metric
 from dse.space.steps import Flow, Step
-from dse.space.trees import Choice, at, leaves
-from dse.space.types import Component, Space
+from dse.space.trees import at, leaves
+from dse.space.types import Space
 from dse.units import Exact
 
 EXACT_KINDS = {"exact latency": "latency", "exact min latency": "min latency", "exact jitter": "jitter"}
@@ -102,7 +110,7 @@ def _exact_term(space: Space, flow: Flow, kind: str) -> Term:
     name = space.components[flow.steps[-1].index].name if flow.steps[-1].kind == "component" else ""
 
     def value(view: View) -> Fraction:
-        return ZERO + _figure_of(kind, exact_range_ns(space, flow, view))
+        return ZERO + figure_of(kind, exact_range_ns(space, flow, view))
 
     def ends(view: View) -> tuple[Fraction, Fraction]:
         alone = replace(space, processing="execution_time")
@@ -130,7 +138,7 @@ def _latency_terms(space: Space, flow: Flow, kind: str) -> Iterator[Term]:
             continue
 
         def value(view: View, step: Step = step, space: Space = space) -> Fraction:
-            figure = cast(Fraction, _figure_of(kind, _element_range_ns(space, step, view)))  # as sums of rows are
+            figure = cast(Fraction, figure_of(kind, _element_range_ns(space, step, view)))  # as sums of rows are
             if kind == "run jitter":
                 figure += _run_excess_ns(space, step, view)
             return figure
@@ -157,7 +165,7 @@ def _latency_terms(space: Space, flow: Flow, kind: str) -> Iterator[Term]:
             may_fall=is_scheduled and _may_move(space, step, kind),
             only_waits=waits is not None and not _may_move(space, step, kind) and _counts_waiting_once(space, step),
             grows=is_scheduled and not step.only_reads and not step.since and _ends_in_pieces(space, step),
-            phased=None if is_scheduled else _phased(space, step, kind),
+            phased=None if is_scheduled else phased_of(space, step, kind),
             reads=_reads(space, step, number, kind),
             sampled=Sampled(space, step, kind) if step.since and step.kind == "component" else None,
         )
@@ -174,23 +182,24 @@ def _reads(space: Space, step: Step, number: int, kind: str) -> Reads | None:
     reading = replace(step, only_reads=True)
 
     def until_read(view: View) -> Fraction:
-        return ZERO + _figure_of(kind, _element_range_ns(space, reading, view))
+        return ZERO + figure_of(kind, _element_range_ns(space, reading, view))
 
     def job(view: View, space: Space = space) -> Fraction:
-        return ZERO + _figure_of(kind, _element_range_ns(space, step, view)) - until_read_of(space, view)
-
-    def until_read_of(space: Space, view: View) -> Fraction:
-        return ZERO + _figure_of(kind, _element_range_ns(space, reading, view))
-
-    alone = replace(space, processing="execution_time")
-    waits = (step.index, Fraction(1)) if _counts_waiting(space, step.index) else None
+        return ZERO + figure_of(kind, job_range_ns(space, step, view))
 
     def ends(view: View) -> tuple[Fraction, Fraction]:
         least = job(view, alone)
         return least, least + UNBOUNDED_NS
 
+    alone = replace(space, processing="execution_time")
+    waits = (step.index, Fraction(1)) if _counts_waiting(space, step.index) else None
     made = Term(
-        component.name, job, ends=ends if waits is not None else None, waits=waits, only_waits=waits is not None
+        component.name,
+        job,
+        ends=ends if waits is not None else None,
+        waits=waits,
+        only_waits=waits is not None,
+        grows=waits is not None,
     )
     parts = partial(read_of, alone, step, kind == "jitter")
     return Reads(step.index, number, parts, until_read, None if step.only_reads else made)
@@ -202,7 +211,7 @@ def _placed_terms(space: Space, place: Place, name: str, kind: str) -> Iterator[
     def value(view: View) -> Fraction:
         rows = place_rows(space, place, view, queues=False)
         sums = sum((row.min_ns for row in rows), ZERO), sum((row.max_ns for row in rows), ZERO)
-        figure: Fraction = ZERO + _figure_of(kind, sums)
+        figure: Fraction = ZERO + figure_of(kind, sums)
         return figure
 
     yield Term(name, value)
@@ -214,44 +223,6 @@ def _placed_terms(space: Space, place: Place, name: str, kind: str) -> Iterator[
             return ZERO + waiting_for_ns(space, place, other, view)
 
         yield Term(name, waiting)
-
-
-def _phased(space: Space, step: Step, kind: str) -> Phased | None:
-    """Sampling on one clock taken apart, where both timers and their offsets are there in every design.
-
-    Where clocks may be wrong the wait is cut at both ends, and stays whole.
-    """
-    earlier = [item.index for item in step.since if item.kind == "component"]
-    if not earlier or space.profile != "dse":
-        return None
-    pair = [space.components[number] for number in (earlier[-1], step.index)]
-    open_offsets = [isinstance(item.offset_ns, Choice) for item in pair]
-    if not any(open_offsets) or not all(
-        is_always_timed(item) and None not in set(leaves(item.offset_ns)) and not _may_be_wrong(item) for item in pair
-    ):
-        return None
-
-    def parts(view: View) -> tuple[Fraction, tuple[Rest, ...]]:
-        (least, most), wait = phased_parts(space, step, view)
-        base = ZERO + _figure_of(kind, (least, most))
-        if wait is None:
-            return base, ()
-        one = Fraction(1)
-        if kind == "min latency":
-            return base, (Rest(one, wait.least_ns, wait.step_ns, wait.less_ns),)
-        if kind == "latency":
-            return base, (Rest(one, wait.most_ns, wait.step_ns),)
-        if not wait.less_ns and (wait.least_ns - wait.most_ns) % wait.step_ns == 0:
-            return base, ()
-        soonest = Rest(-one, wait.least_ns, wait.step_ns, wait.less_ns)
-        return base, (Rest(one, wait.most_ns, wait.step_ns), soonest)
-
-    return Phased(earlier[-1], step.index, parts)
-
-
-def _may_be_wrong(component: Component) -> bool:
-    """Whether the clock of a component may be another than that of some others by an error."""
-    return any(leaf is not None and leaf.error_ns for leaf in leaves(component.clock))
 
 
 def _counts_waiting(space: Space, number: int) -> bool:
@@ -304,12 +275,6 @@ def _ends_in_pieces(space: Space, step: Step) -> bool:
     return space.profile == "dse" and component.pieces is not None and not stated and _counts_waiting_once(space, step)
 
 
-def _figure_of(kind: str, range_ns: tuple[int | Fraction, int | Fraction]) -> int | Fraction:
-    """The figure of a flow, or of an element of one, in ns."""
-    least, most = range_ns
-    return least if kind == "min latency" else most if kind == "latency" else most - least
-
-
 _RANGES: Recall[tuple[int | Fraction, int | Fraction]] = Recall()
 _WAITING: Recall[tuple[Exact, Exact]] = Recall(256)
 
@@ -327,7 +292,7 @@ def flow_figure_ns(space: Space, metric: Metric, view: View) -> int | Fraction |
     if found is None:
         ranges = [_element_range_ns(space, item, view) for item in elements_of(space, flow)]
         found = view.memo[key] = exact_sum(least for least, _ in ranges), exact_sum(most for _, most in ranges)
-    return _figure_of(metric.kind, found)
+    return figure_of(metric.kind, found)
 
 
 def _queue_size(space: Space, step: Step, view: View) -> int:

@@ -239,6 +239,12 @@ def _job_rows(space: Space, component: Component, view: View) -> list[Row]:
     return [_processing_row(space, component, view)]
 
 
+def job_range_ns(space: Space, step: Step, view: View) -> tuple[Exact, Exact]:
+    """The least and the most that a component of a flow takes from its release on."""
+    rows = _job_rows(space, _in_flow(space, step, view), view)
+    return sum(row.min_ns for row in rows), sum(row.max_ns for row in rows)
+
+
 def _processing_row(space: Space, component: Component, view: View) -> Row:
     if is_logical(space, component, view):
         logical = deadline_ns(component, view)
@@ -270,3 +276,9 @@ def _worst_ns(space: Space, component: Component, view: View) -> tuple[Exact, st
             before = elapsed_ns(space, component.pieces.members[-1], view)[1] - own
             return (max(own, response[0] - before) if response[1] != UNBOUNDED_METHOD else response[0]), response[1]
     return first_given(space, [response, execution, latency])
+
+
+def figure_of(kind: str, range_ns: tuple[Exact, Exact]) -> Exact:
+    """The figure of a flow, or of an element of one, in ns."""
+    least, most = range_ns
+    return least if kind == "min latency" else most if kind == "latency" else most - least

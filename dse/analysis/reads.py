@@ -9,15 +9,16 @@ counts from there.
 from __future__ import annotations
 
 from collections.abc import Iterator
+from fractions import Fraction
 
 from dse.analysis.clocks import LET
-from dse.analysis.latency import is_logical, neighbours
+from dse.analysis.latency import figure_of, is_logical, neighbours, phased_parts
 from dse.analysis.rates import is_periodic
-from dse.analysis.terms import Read
+from dse.analysis.terms import ZERO, Phased, Read, Rest
 from dse.analysis.views import View
-from dse.space.clocks import AT_RELEASE
+from dse.space.clocks import AT_RELEASE, is_always_timed
 from dse.space.steps import Step
-from dse.space.trees import at, is_given, leaves
+from dse.space.trees import Choice, at, is_given, leaves
 from dse.space.types import Component, Space
 
 
@@ -115,3 +116,41 @@ def _beginning(space: Space, step: Step, view: View) -> Iterator[int]:
     component = space.components[step.index]
     if step.via is not None and at(component.communication, view) not in AT_RELEASE:
         yield from _waiting(space, step, view)
+
+
+def phased_of(space: Space, step: Step, kind: str) -> Phased | None:
+    """Sampling on one clock taken apart, where both timers and their offsets are there in every design.
+
+    Where clocks may be wrong the wait is cut at both ends, and stays whole.
+    """
+    earlier = [item.index for item in step.since if item.kind == "component"]
+    if not earlier or space.profile != "dse":
+        return None
+    pair = [space.components[number] for number in (earlier[-1], step.index)]
+    open_offsets = [isinstance(item.offset_ns, Choice) for item in pair]
+    if not any(open_offsets) or not all(
+        is_always_timed(item) and None not in set(leaves(item.offset_ns)) and not _may_be_wrong(item) for item in pair
+    ):
+        return None
+
+    def parts(view: View) -> tuple[Fraction, tuple[Rest, ...]]:
+        (least, most), wait = phased_parts(space, step, view)
+        base = ZERO + figure_of(kind, (least, most))
+        if wait is None:
+            return base, ()
+        one = Fraction(1)
+        if kind == "min latency":
+            return base, (Rest(one, wait.least_ns, wait.step_ns, wait.less_ns),)
+        if kind == "latency":
+            return base, (Rest(one, wait.most_ns, wait.step_ns),)
+        if not wait.less_ns and (wait.least_ns - wait.most_ns) % wait.step_ns == 0:
+            return base, ()
+        soonest = Rest(-one, wait.least_ns, wait.step_ns, wait.less_ns)
+        return base, (Rest(one, wait.most_ns, wait.step_ns), soonest)
+
+    return Phased(earlier[-1], step.index, parts)
+
+
+def _may_be_wrong(component: Component) -> bool:
+    """Whether the clock of a component may be another than that of some others by an error."""
+    return any(leaf is not None and leaf.error_ns for leaf in leaves(component.clock))

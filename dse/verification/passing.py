@@ -26,7 +26,7 @@ from dse.space.trees import at, is_given
 from dse.space.types import Space
 from dse.units import Exact
 from dse.verification.diagrams import NO_DESIGN, Diagram, Diagrams, TooLarge, leaves
-from dse.verification.releases import beginners, clock_step_ns, on_the_way, timer_before
+from dse.verification.releases import beginners, clock_step_ns, on_the_way, timer_before, timer_of
 from dse.verification.sums import Sum
 
 
@@ -36,7 +36,8 @@ class Passage:
 
     `sender` is 0 where no timer on the reader's clock is before it, else the position from 1 on of its own sum in
     `since`. Where 0, it is `before` and `behind`; else the sum since the sender read, what is read `behind` the step,
-    and from the earliest to the latest read (`is_jitter`) or to the latest. `step` is g, `ahead` d; data are there
+    and from the earliest to the latest read (`is_jitter`) or to the latest. `step` is g, `offsets` are those of the
+    reader and of the sender; data are there
     between `soonest` and `latest` after the sender's release, if nothing waits. Of the threads in `delayed`, `late`
     and `missed` the diagrams say whether their waiting delays the data, the reader, and the sender's own read.
     """
@@ -46,13 +47,19 @@ class Passage:
     sender: Diagram
     behind: Diagram
     step: Diagram
-    ahead: Diagram
+    offsets: tuple[Diagram, Diagram]
     soonest: Diagram
     latest: Diagram
     delayed: Mapping[int, Diagram]
     late: Mapping[int, Diagram]
     missed: Mapping[int, Diagram]
     is_jitter: bool
+
+    @property
+    def floor(self) -> tuple[Diagram, ...]:
+        """Diagrams whose sum it is never less than: the sum until the first timer reads, and `behind`."""
+        first = self.since[0] if self.since else self.before
+        return (*first.parts, *first.floors, self.behind)
 
     @property
     def high(self) -> int:
@@ -79,8 +86,9 @@ def passage_of(make: Diagrams, term: Term, before: Sum, since: Mapping[int, Sum]
     assert term.sampled is not None
     sampled = term.sampled
     alone = replace(sampled.space, processing="execution_time")
+    drifting = replace(alone, components=tuple(replace(item, offset_ns=None) for item in alone.components))
     senders = list(since)
-    read = partial(_Read, sampled, alone)
+    read = partial(_Read, sampled, alone, drifting)
 
     def diagram(of: Callable[[_Read], Any]) -> Diagram:
         def formula(view: View) -> Any:
@@ -100,15 +108,11 @@ def passage_of(make: Diagrams, term: Term, before: Sum, since: Mapping[int, Sum]
     sender = diagram(position)
     if -1 in leaves(sender):
         raise TooLarge(f"reads of {term.label} hang on one that is not taken apart")
-    numbers = [step.index for step in (*sampled.step.since, sampled.step) if step.kind == "component"]
 
     def of_threads(asked: Callable[[_Read], Iterable[int]]) -> dict[int, Diagram]:
-        found = {}
-        for number in dict.fromkeys(numbers):
-            flag = diagram(lambda item, number=number: int(number in asked(item)))  # type: ignore[misc]
-            if any(leaves(flag)):
-                found[number] = flag
-        return found
+        sets = make.mapped(diagram(lambda item: tuple(sorted(asked(item)))), lambda leaf: leaf or ())
+        numbers = sorted({number for leaf in leaves(sets) for number in leaf})
+        return {number: make.mapped(sets, lambda leaf, number=number: int(number in leaf)) for number in numbers}  # type: ignore[misc]
 
     is_jitter = sampled.kind == "jitter"
     return Passage(
@@ -117,7 +121,7 @@ def passage_of(make: Diagrams, term: Term, before: Sum, since: Mapping[int, Sum]
         sender=sender,
         behind=time(lambda item: item.behind_ns),
         step=time(lambda item: item.step_ns),
-        ahead=time(lambda item: item.ahead_ns),
+        offsets=(time(lambda item: item.offset_ns), time(lambda item: item.sender_offset_ns)),
         soonest=time(lambda item: item.soonest_ns),
         latest=time(lambda item: item.latest_ns),
         delayed=of_threads(lambda item: item.delayed),
@@ -136,23 +140,32 @@ def in_units(scale: Fraction | int, time: Any) -> int:
 
 
 class _Read:
-    """What a partial design says of a read, all times in ns; `alone` is the space in which nothing waits."""
+    """What a partial design says of a read, all times in ns.
 
-    def __init__(self, sampled: Sampled, alone: Space, view: View) -> None:
-        self.alone, self.step, self.view = alone, sampled.step, view
+    `alone` is the space in which nothing waits, `drifting` the same without offsets, which are asked for apart.
+    """
+
+    def __init__(self, sampled: Sampled, alone: Space, drifting: Space, view: View) -> None:
+        self.alone, self.drifting, self.step, self.view = alone, drifting, sampled.step, view
         self.component = alone.components[sampled.step.index]
-        self._before = timer_before(alone, sampled.step, view) if self._is_timed else None
+        self._timer = timer_of(alone, self.step, view) if self._is_timed else None
 
     @property
     def _is_timed(self) -> bool:
         return is_periodic(self.component, self.view)
 
     @cached_property
+    def _between(self) -> tuple[Exact, Exact]:
+        """How long after the release of the timer before the reader data may be there, if nothing waits."""
+        found = timer_before(self.drifting, self.step, self.view) if self.sender is not None else None
+        return (0, 0) if found is None else found[1:]
+
+    @cached_property
     def sender(self) -> int | None:
         """The timer before the reader whose clock it shares, where both offsets are known."""
-        if self._before is None:
+        if self._timer is None:
             return None
-        number = self._before[0].index
+        number = self._timer.index
         other = self.alone.components[number]
         if clock_step_ns(other, self.component, self.view) is None:
             return None
@@ -176,23 +189,26 @@ class _Read:
         return period if self.sender is None else period - self.step_ns
 
     @property
-    def ahead_ns(self) -> Exact:
-        """The difference of the offsets."""
-        if self.sender is None:
-            return 0
-        other = self.alone.components[self.sender]
-        found: Exact = at(self.component.offset_ns, self.view) - at(other.offset_ns, self.view)
+    def offset_ns(self) -> Exact:
+        """The offset of the reader; 0 where there is no sender."""
+        found: Exact = 0 if self.sender is None else at(self.component.offset_ns, self.view)
+        return found
+
+    @property
+    def sender_offset_ns(self) -> Exact:
+        """The offset of the sender; 0 where there is none."""
+        found: Exact = 0 if self.sender is None else at(self.alone.components[self.sender].offset_ns, self.view)
         return found
 
     @property
     def soonest_ns(self) -> Exact:
         """How soon after the sender's release data may be there."""
-        return 0 if self._before is None else self._before[1]
+        return self._between[0]
 
     @property
     def latest_ns(self) -> Exact:
         """When they are there if nothing waits and every job takes its longest."""
-        return 0 if self._before is None else self._before[2]
+        return self._between[1]
 
     @property
     def delayed(self) -> set[int]:
@@ -207,9 +223,9 @@ class _Read:
     @property
     def missed(self) -> set[int]:
         """The sender, where it does."""
-        if self._before is None or self.sender is None:
+        if self._timer is None or self.sender is None:
             return set()
-        return set(beginners(self.alone, self._before[0], self.view))
+        return set(beginners(self.alone, self._timer, self.view))
 
 
 def add_passage(
@@ -234,13 +250,14 @@ def add_passage(
     if 0 in senders:
         model.add(found >= total(passage.before) + behind).only_enforce_if(senders[0])
     longest = max(leaves(passage.step))
-    most = max([abs(leaf) for item in (passage.ahead, passage.latest) for leaf in leaves(item)])
+    most = max([abs(leaf) for item in (*passage.offsets, passage.latest) for leaf in leaves(item)])
     last = 2 * (most + longest) + longest_wait * max(1, len(passage.delayed))
     latest = model.new_int_var(-last, last, "")
     model.add(latest >= value(passage.latest) + _shares(model, passage.delayed, value, waiting, longest_wait))
     earliest, counted = model.new_int_var(-last, last, ""), model.new_int_var(-last, last, "")
     steps = {length: model.new_bool_var("") for length in sorted(set(leaves(passage.step)))}
-    step, ahead, soonest = value(passage.step), value(passage.ahead), value(passage.soonest)
+    step, soonest = value(passage.step), value(passage.soonest)
+    ahead = value(passage.offsets[0]) - value(passage.offsets[1])
     for length, literal in steps.items():
         model.add(step == length).only_enforce_if(literal)
         for instant in (latest, earliest):

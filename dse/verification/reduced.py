@@ -138,12 +138,13 @@ def rows_of(total: Sum, most: int) -> list[Row]:
     if not total.never_falls:
         return []
     low = sum(pick.low for pick in total.extremes)
-    found = [Row(total.parts, most - low)]
+    found = [Row((*total.parts, *total.floors), most - low)]
     for pick in total.extremes:
         for item in pick.sums if pick.greatest else ():
             if item.never_falls:
                 least_inside = sum(inner.low for inner in item.extremes)
-                found.append(Row((*total.parts, *item.parts), most - low + pick.low - least_inside))
+                parts = (*total.parts, *total.floors, *item.parts, *item.floors)
+                found.append(Row(parts, most - low + pick.low - least_inside))
     return found
 
 

@@ -20,7 +20,7 @@ from dse.analysis.rows import Row
 from dse.analysis.terms import Measure, Sampled, Term
 from dse.analysis.views import View
 from dse.space.steps import Step
-from dse.space.trees import at
+from dse.space.trees import at, is_given
 from dse.space.types import Component, Space
 from dse.units import Exact, is_unbounded
 
@@ -34,7 +34,7 @@ KINDS = ("latency", "min latency", "jitter", "run jitter", "oldest input")
 def sampled_ns(sampled: Sampled, view: View) -> Fraction:
     """What an element of a flow adds to a metric, in the metric's own unit."""
     space, step, seen = sampled.space, sampled.step, sampled.asked(view)
-    least, most, spread = _parts(space, step, seen)
+    least, most, spread = _parts(space, step, sampled.kind, seen)
     figures = {"min latency": least, "latency": most, "jitter": most - least, "run jitter": spread}
     figures["oldest input"] = _oldest_ns(space, step, seen, most) if sampled.kind == "oldest input" else most
     found: Fraction = Fraction(0) + figures[sampled.kind]
@@ -69,18 +69,26 @@ def formula_of(term: Term) -> Callable[[View], Fraction]:
     return partial(sampled_ns, term.sampled)
 
 
-def _parts(space: Space, step: Step, view: View) -> tuple[Any, Any, Any]:
-    """The least and the most that an element adds, and the largest difference of that within one run."""
+def _parts(space: Space, step: Step, kind: str, view: View) -> tuple[Any, Any, Any]:
+    """The least and the most that an element adds, and the largest difference of that within one run.
+
+    The latter only for the metric of that `kind`.
+    """
     component = space.components[step.index]
     rows = [row for row in step_rows(space, step, view) if not _is_sampling(component, row, view)]
     least, most = sum(row.min_ns for row in rows), sum(row.max_ns for row in rows)
     if space.profile != "dse" or step.via is None or not is_periodic(component, view):
         return least, most, most - least
     period = at(component.period_ns, view)
-    found = timer_before(space, step, view)
-    sender = None if found is None else space.components[found[0].index]
+    timer = timer_of(space, step, view)
+    sender = None if timer is None else space.components[timer.index]
     error = None if sender is None else _error_ns(sender, component, view)
-    if found is None or sender is None or error is None or is_unbounded(found[2]):
+    is_known = sender is not None and all(is_given(item.offset_ns, view) for item in (sender, component))
+    if sender is None or error is None or not (is_known or kind == "run jitter"):  # how soon data come says nothing
+        return least, most + period, most + period - least
+    found = timer_before(space, step, view)
+    assert found is not None
+    if is_unbounded(found[2]):
         return least, most + period, most + period - least
     _, soonest, latest = found
     base = at(sender.period_ns, view), period
@@ -123,6 +131,14 @@ def timer_before(space: Space, step: Step, view: View) -> tuple[Step, Any, Any] 
         if isinstance(row, Step):
             return row, least, most
         least, most = least + row.min_ns, most + row.max_ns
+    return None
+
+
+def timer_of(space: Space, step: Step, view: View) -> Step | None:
+    """The last timer before an element."""
+    for earlier in step.since[::-1]:
+        if earlier.kind == "component" and is_periodic(space.components[earlier.index], view):
+            return earlier
     return None
 
 

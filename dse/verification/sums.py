@@ -25,6 +25,8 @@ class Sum:
     """Threads with how often their waiting counts on top, in units of the tables' `Waits`."""
     passages: tuple[tuple[int, int], ...] = ()
     """The same of what flows take until a component reads, by their positions in the tables' `passages`."""
+    floors: tuple[Diagram, ...] = ()
+    """Diagrams whose sum these are never less than, as often as they count."""
 
     @property
     def is_open(self) -> bool:
@@ -112,6 +114,14 @@ class Figures:
         for _, sums in self.extremes:
             for item in sums:
                 yield from item.leaves
+
+    @property
+    def weights(self) -> Iterator[Fraction]:
+        """How often waiting counts in it."""
+        yield from (weight for _, weight in (*self.waits, *self.passages))
+        for _, sums in self.extremes:
+            for item in sums:
+                yield from item.weights
 
     @property
     def biggest(self) -> Any:

@@ -7,6 +7,7 @@ from dataclasses import field, replace
 from fractions import Fraction
 from functools import partial
 from math import ceil, floor, lcm
+from operator import mul
 from typing import Any
 
 from dse.analysis.evaluate import Evaluator
@@ -266,7 +267,8 @@ class _Builder:
         figures = self.figures(measure.terms, measure.metric.name, upper=upper)
         if measure.rounded:
             return self._sum(figures, sign, partial(_rounded_up, measure.scale)), 1
-        divisor = lcm(*((leaf * measure.scale).denominator for leaf in figures.leaves))
+        steps = [weight / self.wait_scale for weight in figures.weights]
+        divisor = lcm(*((step * measure.scale).denominator for step in (*figures.leaves, *steps)))
         each = Fraction(measure.scale * divisor)
 
         def count(value: Any) -> int:
@@ -290,7 +292,13 @@ class _Builder:
         high = sum(max(end) for end in ends) + sum(item.high for item in picks)
         high += sum(times * UNBOUNDED_NS * self.wait_scale for _, times in waits)
         high += sum(times * self.passages[number].high for number, times in passages)
-        return Sum(tuple(made), low, high, picks, waits, passages)
+        floors = [
+            self.make.mapped(part, partial(mul, times))
+            for number, times in passages
+            for part in self.passages[number].floor
+            if times > 0
+        ]
+        return Sum(tuple(made), low, high, picks, waits, passages, tuple(floors))
 
     def _times(self, found: Iterable[tuple[int, Fraction]], scale: Fraction) -> tuple[tuple[int, int], ...]:
         """How often units of waiting count in a sum."""
@@ -336,7 +344,7 @@ class _Builder:
         edge = Figures((bound,))
         scale = lcm(*(leaf.denominator for item in (figures, edge) for leaf in item.leaves))
         if figures.is_open:
-            scale = lcm(scale, self.wait_scale)
+            scale = lcm(scale, self.wait_scale, *(self.wait_scale * item.denominator for item in figures.weights))
         exact = (figures.biggest + edge.biggest) * scale < EXACT
         if figures.is_open and not exact:
             raise TooLarge(f"{name} adds response times to figures that are too fine")
