@@ -13,7 +13,7 @@ from math import ceil, floor
 from typing import Literal, TypeVar
 
 from dse.analysis.limits import HOLDS, Limit
-from dse.analysis.terms import Measure, Term
+from dse.analysis.terms import ZERO, Measure, Term
 from dse.analysis.views import View, tabulate
 from dse.records import dataclass
 from dse.space.criteria import Requirement
@@ -24,6 +24,8 @@ MANY_CASES = 1_000
 """A summand that depends on more combinations of options than this counts as 0 at least, and has no known maximum."""
 SUMS_OF_SUMS = ("derived", "max", "min")
 """Metrics whose summands may be below 0."""
+TIMES = ("latency", "min latency", "jitter", "run jitter")
+"""Metrics that are never below 0 themselves, though their summands may be: what one adds another may take off."""
 Side = Literal["least", "most"]
 T = TypeVar("T")
 
@@ -112,6 +114,7 @@ def best_possible(space: Space, measure: Measure, sense: str) -> int | None:
     if total is None:
         return None
     if side == "least":
+        total = max(total, ZERO) if measure.metric.kind in TIMES else total
         return ceil(total * measure.scale)  # what is rounded is rounded up
     return floor(total * measure.scale) + (_summands(measure.terms) if measure.rounded else 0)
 

@@ -47,7 +47,7 @@ def test_margins_are_those_of_the_oracle(size: str) -> None:
             continue
         if front:
             looked += _looked_at(drawn, dict(front[0].decisions), random.Random(seed))
-    assert looked["inputs"] > 0 or len(seeds) < 10
+    assert looked["inputs"] > 0
 
 
 def _looked_at(drawn: Problem, decisions: dict[str, str], rng: random.Random) -> Counter[str]:
