@@ -41,13 +41,14 @@ def sum_of(board: Board, measure: Measure, terms: Sequence[Term], form_of: FormO
         return total
     totals = [Form()]  # before each term
     for number, term in enumerate(terms):
-        until_read = None if is_short(board, term.value) else _until_read(board, measure, terms, number, form_of)
-        if until_read is None or term.reads is None:
-            total = _sum(totals[-1], form_of(term, given))
+        reads, until_read = term.reads, None
+        if reads is not None and not is_short(board, term.value):
+            until_read = _until_read(board, measure, terms, number, form_of)
+        if reads is None or until_read is None:
+            totals.append(_sum(totals[-1], form_of(term, given)))
         else:
-            total = _sum(totals[number - term.reads.before], until_read)
-            total = total if term.reads.job is None else _sum(total, form_of(term.reads.job, given))
-        totals.append(total)
+            job = [] if reads.job is None else [form_of(reads.job, given)]
+            totals.append(_sum(totals[number - reads.before], until_read, *job))
     return totals[-1]
 
 
