@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import json
 import random
-from itertools import pairwise
+from collections.abc import Iterator
+from itertools import count, pairwise
 from pathlib import Path
 from typing import Any
 
@@ -13,10 +14,13 @@ import pytest
 import dse
 from dse.analysis.evaluate import Evaluator
 from dse.encode import scheduled
-from dse.pareto.front import search_front
+from dse.errors import UsageError
+from dse.pareto.front import ANYTHING, Budget, FrontSearch, search_front
+from dse.study.robust import solve_robust
 from dse.verification import tables
 from tests.documents import ROOT
 from tests.effort import cases
+from tests.schedulability.test_robust import MOST_DESIGNS, designs, expected
 from tests.support import counted_down, dominates, evaluated
 
 KINDS = ("latency", "jitter")
@@ -123,3 +127,52 @@ def test_the_robot_holds_its_limit_on_the_cheap_computer_where_offsets_are_chose
     found = dse.solve(asked, fix=chosen, max_utilisation="90 %")
     assert found.status == "complete"
     assert (17_774_060, 29_000, 865_697) in [tuple(item.objectives.values()) for item in found.front]
+
+
+@pytest.mark.parametrize("seed", cases(15, 5_000))
+@pytest.mark.parametrize("way", ["workers", "resumed", "fixed"])
+def test_the_same_front_another_way(way: str, seed: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    """With two workers, from a search that was stopped, and with a decision fixed."""
+    monkeypatch.setattr(scheduled, "SCHEDULE_CASE_LIMIT", 1)
+    rng = random.Random(f"reads {way} {seed}")
+    asked = dse.load(drawn(rng))
+    if way == "fixed" and (free := [item for item in asked.space.decisions if item.is_open]):
+        decision = rng.choice(free)
+        asked = asked.ask(fix=f"{decision.name} = {rng.choice(decision.options)}")
+    evaluator = Evaluator(asked.space)
+    wanted = front(asked.space)
+    earlier = None
+    if way == "resumed":
+        whole = search_front(evaluator)
+        known = {point: whole.points[point] for point in sorted(whole.points)[::2]}
+        earlier = FrontSearch(known, (tuple(ANYTHING for _ in evaluator.objectives),), (), 1, 0.0)
+    monkeypatch.setattr("dse.pareto.front.HELP_AFTER_S", 0.0)
+    found = search_front(Evaluator(asked.space), Budget(workers=1 + (way == "workers")), earlier=earlier)
+    assert found.is_complete
+    assert set(found.points) == wanted
+
+
+def uncertain(seed: int, path: Path) -> Iterator[dse.Problem]:
+    """Drawn problems in which one thread may take longer."""
+    for number in count(1_000 * seed):
+        rng = random.Random(f"reads robust {number}")
+        data = drawn(rng)
+        name = rng.choice(list(data["threads"]))
+        data["requirements"] = [f"latency of f <= {rng.randint(10, 60)} ms"]
+        data["uncertainty"] = {f"threads.{name}.compute_execution_time": {"factor": "1 .. 1.4"}}
+        path.write_text(json.dumps(data), encoding="utf-8")
+        yield dse.load(path)
+
+
+@pytest.mark.parametrize("seed", cases(10, 5_000))
+def test_robust_fronts_equal_brute_force(seed: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Limits at corners are of other figures, which no row of the nominal ones bounds."""
+    monkeypatch.setattr(scheduled, "SCHEDULE_CASE_LIMIT", 1)
+    problem = next(item for item in uncertain(seed, tmp_path / "p.json") if designs(item) <= MOST_DESIGNS)
+    try:
+        found = solve_robust(problem)
+    except UsageError as error:
+        assert "rise and fall" in str(error) or "moves in steps" in str(error)
+        return
+    assert {tuple(point.objectives.values()) for point in found.robust.front} == expected(problem)
+    assert dse.verify(found).status == "verified"
