@@ -7,7 +7,18 @@ from typing import TYPE_CHECKING
 
 from dse.pareto.answer import Answer, Found, NoSuchDesign, Unfinished, weighted
 from dse.pareto.regions import Bound
-from dse.pareto.settings import BARE, BRIEF, BUILDING, CUTTING, LOWEST, NARROWING, OPTIONS_FIRST, RELAXED, Settings
+from dse.pareto.settings import (
+    BARE,
+    BRIEF,
+    BUILDING,
+    CUTTING,
+    LOWEST,
+    NARROWING,
+    OPTIONS_FIRST,
+    RELAXED,
+    WHOLE_BRIEFLY,
+    Settings,
+)
 
 if TYPE_CHECKING:
     from dse.pareto.subproblem import Solver
@@ -28,6 +39,26 @@ APART = 4
 """The factor by which questions are asked longer part by part than as a whole."""
 READING = 6e-6
 """Work to read a model, for each variable: the solver does not count it, and it is read again for each part."""
+
+
+WHOLE = -1
+"""Stands for all parts together where misses are counted."""
+MANY_PARTS = 12
+"""With fewer parts than this reading them is not what a question costs."""
+MOST_MISSED_WHOLE = 2
+"""Where the model has rows of cores, questions are asked part by part at once after so many misses as a whole."""
+
+
+def as_a_whole(solver: Solver, weights: Sequence[int], regions: Sequence[Bound]) -> Answer | None:
+    """The answer to a question about full cores that is easy enough to need no parts, each of which is read anew."""
+    if len(solver.parts) < MANY_PARTS or solver.missed_briefly[WHOLE] >= MOST_MISSED_WHOLE:
+        return None
+    answer = solver.solve_in(weights, regions, *WHOLE_BRIEFLY)
+    if isinstance(answer, Unfinished):
+        solver.missed_briefly[WHOLE] += 1
+        return None
+    solver.missed_briefly[WHOLE] = 0
+    return answer
 
 
 class Apart:

@@ -97,6 +97,8 @@ FIRST_DESIGN = ((BARE_IN_ORDER, 0.1), (BARE, 0.5))
 """The same for any design at all, where the first attempt at a question has found none."""
 BRIEF = (BARE, 0.05)
 """The first attempt at a part: what bare settings can do they do at once, the rest needs linear relaxation."""
+WHOLE_BRIEFLY = (BARE, 0.02)
+"""The first attempt at a question about cores as a whole: small ones are answered sooner than their parts are read."""
 ANY = (BRIEF, (CUTTING, 0.5), (RELAXED, 1.0), (CUTTING, 1.5), (RELAXED, 6.0), (CUTTING, 100.0))
 """The same for a design that is not the first: fixed, so that it does not depend on what was asked before.
 

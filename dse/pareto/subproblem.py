@@ -17,7 +17,7 @@ from dse.encode.inorder import searched_by
 from dse.encode.linear import EXACT_LIMIT, set_domain
 from dse.encode.model import EncodedSpace
 from dse.pareto.answer import Answer, Found, NoSuchDesign, Unfinished, weighted
-from dse.pareto.apart import Apart
+from dse.pareto.apart import Apart, as_a_whole
 from dse.pareto.grid import EVERY, weighted_grid
 from dse.pareto.narrowing import FIRST, lowest, narrowed
 from dse.pareto.neighbours import Nearby
@@ -64,7 +64,7 @@ class Solver:
         self._has_looked_for_any = False
         self._has_relaxed = False
         self.relaxed_first: set[int] = set()  # numbers of parts
-        self.missed_briefly: Counter[int] = Counter()  # how often in a row, by number of part
+        self.missed_briefly: Counter[int] = Counter()  # how often in a row, by number of part, or `WHOLE`
         self._weights: Sequence[int] | None = None
         self._regions: Sequence[Bound] | None = None
         self._ceiling: int | None = None
@@ -114,7 +114,9 @@ class Solver:
         most = [max(bounds) - 1 for bounds in zip(*regions, strict=True)]
         assert weighted(weights, most) < EXACT_LIMIT, "weights leave exact arithmetic"
         self.hint(hint)
-        attempts: list[Attempt] = [partial(self._solve_in, weights, regions, settings) for settings in self._ways]
+        if self._rows() and (answer := as_a_whole(self, weights, regions)) is not None:
+            return answer
+        attempts: list[Attempt] = [partial(self.solve_in, weights, regions, settings) for settings in self._ways]
         if len(self.parts) > 1:
             attempts[1:] = [Apart(self, weights, regions).attempt]
             attempts[0] = attempts[1] if self._rows() else attempts[0]
@@ -150,7 +152,7 @@ class Solver:
             for constraint, bound in zip(switch.constraints, region, strict=True):
                 set_domain(proto.constraints[constraint].linear, 0, bound - 1)
 
-    def _solve_in(self, weights: Sequence[int], regions: Sequence[Bound], settings: Settings, work: float) -> Answer:
+    def solve_in(self, weights: Sequence[int], regions: Sequence[Bound], settings: Settings, work: float) -> Answer:
         """One attempt at a question as a whole; where the first one finds nothing, any design is looked for."""
         self._restrict(regions)  # anew: an attempt part by part may have come before
         answer = self._solve_whole(settings, work)
