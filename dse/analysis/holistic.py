@@ -160,8 +160,12 @@ def _lone(
     keys = [turn.key for turns in cores for turn in turns]
     if asked is None:
         return {key: bounded_task(space, key, known, view) for key in keys if is_lone(space, key, view)}
-    found = [(key, _TASKS.recall(space, key, asked, _shared)) for key in keys]
-    return {key: item.task for key, item in found if item.is_lone}
+    # who chooses cores asks hundreds of times of a design; with the space, so that its id stays its own
+    _, memory = view.memo.setdefault(("lone", id(space)), (space, {}))
+    for key in keys:
+        if key not in memory:
+            memory[key] = _TASKS.recall(space, key, asked, _shared)
+    return {key: memory[key].task for key in keys if memory[key].is_lone}
 
 
 _CORES: dict[tuple[int, ...], tuple[Any, Any, list[Exact | None]]] = {}

@@ -223,10 +223,20 @@ def _is_asked(item: OpenCore, view: View) -> bool:
 
 
 def _check_of(space: Space, view: View, latest: Latest, orders: Sequence[OpenPriority]) -> Fits:
-    """Tells whether threads that share a core meet their limits, in some order, as far as these depend on that core."""
+    """Tells whether threads that share a core meet their limits, in some order, as far as these depend on that core.
+
+    Remembered: whoever goes through cores depth first asks for the same threads again and again.
+    """
     free = {item.component: item for item in orders}
+    known_of: dict[frozenset[int], bool] = {}
 
     def meets(numbers: Sequence[int]) -> bool:
+        group = frozenset(numbers)
+        if group not in known_of:
+            known_of[group] = found_to_meet(numbers)
+        return known_of[group]
+
+    def found_to_meet(numbers: Sequence[int]) -> bool:
         if free:
             return best_options(space, numbers, free, latest, view.design) is not None
         known = subset_responses(space, [numbers], view)
