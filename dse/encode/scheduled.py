@@ -15,6 +15,7 @@ from ortools.sat.python import cp_model
 from dse.analysis.measures import Measure, Term
 from dse.analysis.scheduling import UNBOUNDED_NS, bounded_response_ns
 from dse.analysis.tasks import longest_alone_ns
+from dse.analysis.timescale import RESPONSE_SCALE_LIMIT, whole_time_scale
 from dse.analysis.views import View, tabulate
 from dse.encode.additive import additive_parts
 from dse.encode.linear import Board, Form, OpenTerm, check_exact, floor_int
@@ -63,13 +64,14 @@ def _made_form(board: Board, measure: Measure, term: Term, rounded: Callable[[Fr
 
 
 def shared_waiting(board: Board, number: int, scale: int, weight: Fraction) -> tuple[cp_model.IntVar, int] | None:
-    """The variable of a thread's waiting on a board, and how often it counts where the unit is 1 / `scale` ns.
+    """The variable of a thread's waiting on a board, and how often it counts in a figure in 1 / `scale` of its unit.
 
-    None where the units do not go together. The variable is an open term: it may be too low at first.
+    It counts in the unit of all times, so that figures of any scale share it; None where they do not go together. The
+    variable is an open term: it may be too low at first.
     """
-    unit = board.wait_scale = board.wait_scale or scale
+    unit = board.wait_scale = whole_time_scale(board.space)  # of which every response time is a whole number
     times = weight * scale / unit
-    if times.denominator != 1:
+    if times.denominator != 1 or unit > RESPONSE_SCALE_LIMIT:
         return None
     if number not in board.waiting:
 

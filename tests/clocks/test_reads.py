@@ -14,6 +14,7 @@ import pytest
 import dse
 from dse.analysis.evaluate import Evaluator
 from dse.encode import scheduled
+from dse.encode.model import encode
 from dse.errors import UsageError
 from dse.pareto.front import ANYTHING, Budget, FrontSearch, search_front
 from dse.study.robust import solve_robust
@@ -176,3 +177,23 @@ def test_robust_fronts_equal_brute_force(seed: int, tmp_path: Path, monkeypatch:
         return
     assert {tuple(point.objectives.values()) for point in found.robust.front} == expected(problem)
     assert dse.verify(found).status == "verified"
+
+
+def test_figures_of_any_scale_share_waiting(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A length of 0.6 m/s * jitter counts in fifths of a nanometre, a latency in ns: none stays whole for that."""
+    monkeypatch.setattr(scheduled, "SCHEDULE_CASE_LIMIT", 1)
+    thread = {
+        "processor": "cpu",
+        "period": "10 ms",
+        "offset": ["0 ms", "2 ms"],
+        "compute_execution_time": "1 ms .. 2 ms",
+    }
+    threads = {"a": thread, "b": thread}
+    data = {
+        "dse": 1, "name": "scales", "processing": "response_time", "processors": {"cpu": {"type": "p"}},
+        "processor_types": {"p": {}}, "threads": threads, "connections": {"ab": {"from": "a", "to": "b"}},
+        "flows": {"f": {"path": ["a", "b"]}}, "metrics": {"line": "jitter of f * 0.6 m/s"},
+        "objectives": ["minimise line", "minimise latency of f"],
+    }  # fmt: skip
+    encoded = encode(Evaluator(dse.load(data).space))
+    assert encoded.open_terms and not any(term.may_fall for term in encoded.open_terms)
