@@ -127,7 +127,7 @@ def test_a_wrong_wait_is_seen_by_the_second_proof(
     (tmp_path / "p.yaml").write_text(json.dumps(data), encoding="utf-8")
     right = latency.wait_ns
     monkeypatch.setattr(latency, "wait_ns", lambda pair, *ends: (right(pair, *ends)[0], pair.receiver_ns))
-    monkeypatch.setattr(flow_terms, "_phased", lambda *_: None)
+    monkeypatch.setattr(flow_terms, "phased_of", lambda *_: None)
     (tmp_path / "r.json").write_text(dse.solve(tmp_path / "p.yaml").to_json(), encoding="utf-8")
     found = dse.verify(tmp_path / "r.json", method=method)
     assert found.status == "rejected"
