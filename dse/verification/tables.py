@@ -352,9 +352,7 @@ class _Builder:
         whole: Callable[[Any], int] = floor  # a lower bound of each summand: no design is lost
         low = self._sum(figures, sign, lambda value: sign * whole(sign * value * scale), Fraction(scale))
         most = self._sum(edge, 1, lambda value: whole(-sign * value * scale) + (1 if strict and exact else 0))
-        made = Sum(
-            (*low.parts, *most.parts), low.low + most.low, low.high + most.high, low.extremes, low.waits, low.passages
-        )
+        made = replace(low, parts=(*low.parts, *most.parts), low=low.low + most.low, high=low.high + most.high)
         return Bound(name, made, exact and not figures.is_open and not figures.is_loose)
 
     def waits(self) -> Waits:
