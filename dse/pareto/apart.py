@@ -115,17 +115,19 @@ class Apart:
 
         No design of it has a weighted sum below `least`.
         """
+        solver, part = self.solver, self.solver.parts.all[number]
         if turn == 0:
             attempt = BRIEF
         else:
             ways = self._ways()
             rounds, way = divmod(turn - 1, len(ways))
             attempt = ways[way], APART_WORK * 2**rounds
-            if self.solver.encoded.is_loose:
-                attempt = NARROWING, APART_WORK * 2 ** (turn - 1)
-        solver = self.solver
+            if solver.encoded.is_loose:
+                attempt = NARROWING, APART_WORK * 2 ** (max(turn, part.round) - 1)
         before = solver.work
-        answer = solver.solve_part(solver.parts.all[number], attempt, self.weights, self.regions, self.best, least)
+        answer = solver.solve_part(part, attempt, self.weights, self.regions, self.best, least)
+        if turn and not isinstance(answer, Unfinished):
+            part.round = max(turn, part.round)
         if turn == 0 and isinstance(answer, Unfinished):
             solver.missed_briefly[number] += 1
         elif turn == 0:

@@ -9,12 +9,14 @@ against each other a limit on their sum says little of each, and all that is bet
 
 from __future__ import annotations
 
+from dataclasses import field
 from typing import TYPE_CHECKING
 
 from dse.encode.linear import EXACT_LIMIT
 from dse.pareto.answer import Answer, Found, NoSuchDesign, Unfinished
 from dse.pareto.neighbours import neighbour
 from dse.pareto.settings import BARE, BUILD_WORK, CLOSING, FROM_BELOW, RELAXED
+from dse.records import dataclass
 
 if TYPE_CHECKING:
     from dse.pareto.subproblem import Solver
@@ -25,8 +27,8 @@ LEAST = 4
 """With less than one part in so many nothing more is asked."""
 CHANGE = 4
 """By how much the next one is narrower where there was no answer, and wider where there was."""
-WIDEST, NARROWEST = 4, 256
-"""One part in so many of the gap is asked for at once: the narrower the easier."""
+WIDEST, NARROWEST = 1, 256
+"""One part in so many of the gap is asked for at once: the narrower the easier, and all of it once that is not hard."""
 QUICK = 0.3
 """Work in which a range of values is asked for without relaxation first, which takes far longer than it counts."""
 MOST_MISSED_QUICKLY = 2
@@ -37,13 +39,33 @@ FIRST = 16
 """The same at first."""
 
 
+@dataclass
+class Narrowing:
+    """What the questions so far have shown: of how many slices the lowest is asked for, and what was in vain.
+
+    `missed_quickly` counts ranges in a row for which clause learning alone was not enough; `bounded` has the parts (by
+    their literals) of the question as it stands whose bound it does not raise any more.
+    """
+
+    slices: int = FIRST
+    missed_quickly: int = 0
+    bounded: set[tuple[int, ...]] = field(default_factory=set)
+
+    def begin(self) -> None:
+        """Another question is asked."""
+        self.bounded.clear()
+
+
 def narrowed(solver: Solver, work: float) -> Answer:
     """The best design of the model as it stands, with so much work; what was proved where that is not enough."""
     end = solver.work + work
-    is_single = solver.counts_one
-    answer: Answer = Unfinished(0)
-    if is_single:
+    known, is_single = solver.narrowing, _counts_one(solver)
+    first = solver.raise_least(0)
+    answer: Answer = Unfinished(first)
+    if is_single and solver.within not in known.bounded:
         answer = solver.run(FROM_BELOW, work / BELOW)
+        if isinstance(answer, Unfinished) and first and (answer.bound or 0) <= first:
+            known.bounded.add(solver.within)
     while isinstance(answer, Unfinished) and answer.bound is not None:
         best, least, left = answer.best, answer.bound, end - solver.work
         if left < work / LEAST or solver.out_of_time():
@@ -52,22 +74,36 @@ def narrowed(solver: Solver, work: float) -> Answer:
         most = solver.most(best)
         if most is None:  # nothing to be better than
             return solver.run(CLOSING, left)
-        middle = least + (most - least) // solver.slices if is_single else most
+        middle = least + (most - least) // known.slices if is_single else most
         answer = Unfinished(best=best)
-        if solver.missed_quickly < MOST_MISSED_QUICKLY:
+        if known.missed_quickly < MOST_MISSED_QUICKLY:
             answer = solver.run(BARE, min(left, QUICK), best, middle)
-            solver.missed_quickly = solver.missed_quickly + 1 if isinstance(answer, Unfinished) else 0
+            known.missed_quickly = known.missed_quickly + 1 if isinstance(answer, Unfinished) else 0
         if isinstance(answer, Unfinished):
             answer = solver.run(CLOSING, left, answer.best or best, middle)
         if isinstance(answer, NoSuchDesign):
-            solver.slices = max(WIDEST, solver.slices // CHANGE)
+            known.slices = WIDEST if _counts_options(solver) else max(WIDEST, known.slices // CHANGE)
             if middle >= most:
                 return best or answer
             answer = Unfinished(middle + 1, best)
         elif isinstance(answer, Unfinished):
-            solver.slices = min(NARROWEST, solver.slices * CHANGE)
+            known.slices = min(NARROWEST, known.slices * CHANGE)
             return Unfinished(max(least, answer.bound or 0), answer.best)
     return answer
+
+
+def _counts_one(solver: Solver) -> bool:
+    """Whether one objective is minimised, without regard to others."""
+    return solver.weights is not None and sum(map(bool, solver.weights)) == 1
+
+
+def _counts_options(solver: Solver) -> bool:
+    """Whether what is minimised is a plain sum over options: then a range of it says nothing of waiting."""
+    if solver.weights is None:
+        return False
+    counted = [item for item, weight in zip(solver.encoded.objectives, solver.weights, strict=True) if weight]
+    chosen = {literal.index for literals in solver.encoded.options for literal in literals}
+    return all(item.branches and all(chosen.issuperset(parts) for *_, parts in item.branches) for item in counted)
 
 
 def lowest(solver: Solver, work: float, *, builds: bool = False) -> Answer:

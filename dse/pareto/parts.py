@@ -27,13 +27,15 @@ class Part:
     """One combination of shared options, and what is known of it.
 
     `literals` are the variables that are true in it, `grids` the values that each objective may have, `refuted` the
-    regions without a design of this part, `found` some of its designs.
+    regions without a design of this part, `found` some of its designs. Its hardest question so far was answered in
+    `round`: where threads wait for each other the next one is given as much work at once.
     """
 
     def __init__(self, literals: tuple[int, ...], grids: tuple[Grid, ...] = ()) -> None:
         self.literals, self.grids = literals, grids
         self.refuted = RefutedRegions()
         self.found: list[Found] = []
+        self.round = 0
 
     def open(self, regions: Iterable[Bound]) -> list[Bound]:
         """The regions in which the part may have a design."""

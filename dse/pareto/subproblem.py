@@ -19,7 +19,8 @@ from dse.encode.model import EncodedSpace
 from dse.pareto.answer import Answer, Found, NoSuchDesign, Unfinished, weighted
 from dse.pareto.apart import Apart, as_a_whole
 from dse.pareto.grid import EVERY, weighted_grid
-from dse.pareto.narrowing import FIRST, lowest, narrowed
+from dse.pareto.moving import moved
+from dse.pareto.narrowing import Narrowing, lowest, narrowed
 from dse.pareto.neighbours import Nearby
 from dse.pareto.parts import Part, Parts
 from dse.pareto.portfolio import PATIENCE, Attempt, Portfolio
@@ -65,15 +66,15 @@ class Solver:
         self._has_relaxed = False
         self.relaxed_first: set[int] = set()  # numbers of parts
         self.missed_briefly: Counter[int] = Counter()  # how often in a row, by number of part, or `WHOLE`
-        self._weights: Sequence[int] | None = None
+        self.weights: Sequence[int] | None = None  # of the objectives, in what is minimised
         self._regions: Sequence[Bound] | None = None
         self._ceiling: int | None = None
         self.within: tuple[int, ...] = ()  # the literals of the part that is asked about
         self.nearby: dict[tuple[int, ...], Nearby] = {}  # what was built, by these literals
-        self._least: int | None = None  # of the values on the grid
+        self.least: int | None = None  # of the values on the grid
         self._grid = EVERY
-        self.missed_quickly = 0  # in a row, by `dse.pareto.narrowing`
-        self.slices = FIRST  # of the gap between bound and design (`dse.pareto.narrowing`)
+        self.narrowing = Narrowing()
+        self._refused: Design = ()  # the last design whose figures were not those of its solution
         self._running: cp_model.CpSolver | None = None
 
     def stop(self) -> None:
@@ -109,7 +110,8 @@ class Solver:
         known, least = self.parts.bounded(weights, regions, self.work)
         if known is not None:
             return known
-        self._has_relaxed, self._least = False, least
+        self._has_relaxed, self.least = False, least
+        self.narrowing.begin()
         self._set_objective(weights)
         most = [max(bounds) - 1 for bounds in zip(*regions, strict=True)]
         assert weighted(weights, most) < EXACT_LIMIT, "weights leave exact arithmetic"
@@ -134,7 +136,7 @@ class Solver:
 
     def set_box(self, least: Bound, most: Bound) -> None:
         """Only designs with objectives from `least` to `most`, whatever solutions say of them."""
-        self._weights = None
+        self.weights = None
         self._restrict([tuple(value + 1 for value in most)], least)
 
     def _restrict(self, regions: Sequence[Bound], floor: Bound | None = None) -> None:
@@ -172,7 +174,7 @@ class Solver:
         """Minimise the weighted sum of the objectives, if there is one."""
         model = self.encoded.model
         model.clear_objective()
-        self._weights = weights if any(weights) else None
+        self.weights = weights if any(weights) else None
         if any(weights):
             variables = [objective.variable for objective in self.encoded.objectives]
             model.minimize(cp_model.LinearExpr.weighted_sum(variables, list(weights)))
@@ -181,7 +183,7 @@ class Solver:
         """Some design in the region, whatever its objectives; first depth first in the order of the file."""
         model = self.encoded.model
         model.clear_objective()
-        self._weights = None
+        self.weights = None
         answer: Answer = Unfinished()
         for settings, work in FIRST_DESIGN:
             answer = self.run(settings, work)
@@ -222,15 +224,15 @@ class Solver:
         """One run of the solver in a part of the space."""
         variables = self.encoded.model.proto.variables
         before = [list(variables[index].domain) for index in part.literals]
-        known = self._least  # which is of the whole
-        self._grid = EVERY if self._weights is None else weighted_grid(part.grids, self._weights)
-        self._least = self._grid.up(least) if least else None
+        known = self.least  # which is of the whole
+        self._grid = EVERY if self.weights is None else weighted_grid(part.grids, self.weights)
+        self.least = self._grid.up(least) if least else None
         for index in part.literals:
             set_domain(variables[index], 1, 1)
         try:
             return self.run(settings, work)
         finally:
-            self._least, self._grid = known, EVERY
+            self.least, self._grid = known, EVERY
             for index, (low, high) in zip(part.literals, before, strict=True):
                 set_domain(variables[index], low, high)
 
@@ -269,17 +271,19 @@ class Solver:
         The designs of solutions on the way are weighed by the analysis: once no solution is better than the `best` of
         these, it is the answer. With `most` only what is no more than that is looked for, and `best` is no answer.
         """
-        if settings.narrows and self._weights is not None:
+        if settings.narrows and self.weights is not None:
             return narrowed(self, work)
-        if settings.lowest and self._weights is not None:
+        if settings.lowest and self.weights is not None:
             return lowest(self, work, builds=settings.builds)
         known = self._rows()
         while True:
-            answer, best = self._once(settings, work, best, most)
+            answer, best = self.once(settings, work, best, most)
             if answer is not None:
                 return answer
             if self._is_stuck() or (self.within and self._rows() > known):
-                return Unfinished(self._least, best)
+                return Unfinished(self.least, best)
+            if self.encoded.is_loose and settings.linearization_level:
+                best = moved(self, self._refused, best, most)
 
     def _rows(self) -> int:
         """Of how many processors the model has rows: with the first of them other settings are better for a part."""
@@ -288,23 +292,18 @@ class Solver:
     def _is_stuck(self) -> bool:
         return self.encoded.contention is not None and self.encoded.contention.is_stuck
 
-    @property
-    def counts_one(self) -> bool:
-        """Whether one objective is minimised, without regard to others."""
-        return self._weights is not None and sum(map(bool, self._weights)) == 1
-
     def raise_least(self, bound: int) -> int:
         """What is minimised is proved to be no less than a bound; returns the least value that is left."""
-        self._least = self._grid.up(max(bound, self._least or 0))
-        return self._least
+        self.least = self._grid.up(max(bound, self.least or 0))
+        return self.least
 
     def most(self, best: Found | None) -> int | None:
         """No more than this has what is better than a design, or than what is known; None where nothing is known."""
-        if best is None or self._weights is None:
+        if best is None or self.weights is None:
             return None if self._ceiling is None else self._grid.down(self._ceiling - 1)
-        return self._grid.down(weighted(self._weights, best.point) - 1)
+        return self._grid.down(weighted(self.weights, best.point) - 1)
 
-    def _once(
+    def once(
         self, settings: Settings, work: float, best: Found | None, most: int | None
     ) -> tuple[Answer | None, Found | None]:
         """One run of the solver for something better than `best`; no answer where the model is sharper now.
@@ -314,11 +313,11 @@ class Solver:
         if self.out_of_time():
             return Unfinished(best=best), best
         refuted, top = (best or NoSuchDesign(), self.most(best)) if most is None else (NoSuchDesign(), most)
-        if top is not None and top < (self._least or 0):
+        if top is not None and top < (self.least or 0):
             return refuted, best
         self._has_relaxed |= settings.linearization_level > 0
         solver = self.limited(settings, work)
-        with valued(self.encoded.model, *((None, None) if self._weights is None else (self._least, top))):
+        with valued(self.encoded.model, *((None, None) if self.weights is None else (self.least, top))):
             status = self.solved(solver, self.encoded.model, settings)
         if status == cp_model.INFEASIBLE:
             return refuted, best
@@ -359,18 +358,19 @@ class Solver:
         if is_loose:
             exact = self.encoded.weigh(design)
             found = Found(exact, design) if exact is not None and self.is_wanted(exact, best) else None
-            if self._weights is None and found is not None:
+            if self.weights is None and found is not None:
                 return (found if is_optimal else Unfinished(self._bound(solver), found)), best
             best = found or best
             if is_optimal and self._is_reached(best, point):
                 return best, best
         known = len(self.encoded.model.proto.constraints)
+        self._refused = design
         settled = self.encoded.settled(design, solver.value, is_best=False)
         has_learnt = len(self.encoded.model.proto.constraints) > known
         if settled is None and is_optimal and not has_learnt:
             settled = self._other(design, point) or self.encoded.settled(design, solver.value)
         if settled is None and (is_optimal or (has_learnt and not is_loose)):
-            if is_optimal and self._weights is not None:  # of a question that now is stricter
+            if is_optimal and self.weights is not None:  # of a question that now is stricter
                 self.raise_least(self._bound(solver) or 0)
             return None, best
         if is_optimal and settled is not None:
@@ -381,20 +381,20 @@ class Solver:
 
     def _other(self, design: Design, point: Bound) -> Design | None:
         """One as good as a design for whose threads there are no cores."""
-        is_as_good = self._weights is not None or not self.encoded.model.has_objective()
+        is_as_good = self.weights is not None or not self.encoded.model.has_objective()
         return roomier(self, design, point) if is_as_good else None
 
     def _is_reached(self, best: Found | None, point: Bound) -> bool:
         """Whether the best design is as good as a point that none is better than."""
-        if best is None or self._weights is None:
+        if best is None or self.weights is None:
             return False
-        return weighted(self._weights, best.point) <= weighted(self._weights, point)
+        return weighted(self.weights, best.point) <= weighted(self.weights, point)
 
     def is_wanted(self, point: Bound, best: Found | None) -> bool:
         """Whether a point is one that the solver was asked for, and better than the best one."""
         if self._regions is not None and not any(strictly_inside(point, region) for region in self._regions):
             return False
-        if self._weights is None:
+        if self.weights is None:
             return True
         most = self.most(best)
-        return most is None or weighted(self._weights, point) <= most
+        return most is None or weighted(self.weights, point) <= most

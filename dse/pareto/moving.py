@@ -1,0 +1,59 @@
+"""Other cores for a solution whose threads wait longer than the model knew.
+
+Such a solution has cost a search with linear relaxation, and the rows that it teaches mostly only say that its threads
+should share other cores. With its options held the rest is easy for clause learning: threads are moved until a design
+is as good as it looked, or until no cores will do. Either way the model has learnt more than from one solution.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterator
+from contextlib import contextmanager
+from typing import TYPE_CHECKING
+
+from dse.encode.linear import set_domain
+from dse.encode.model import EncodedSpace
+from dse.pareto.answer import Found
+from dse.pareto.settings import BARE
+from dse.space.types import Design
+
+if TYPE_CHECKING:
+    from dse.pareto.subproblem import Solver
+
+MOVING = 0.1
+"""Work to find other cores."""
+MOST_MOVES = 20
+"""So many times, each with what was learnt from the one before."""
+
+
+def moved(solver: Solver, design: Design, best: Found | None, most: int | None) -> Found | None:
+    """The best design known, after threads of `design` were tried on other cores."""
+    encoded, proved = solver.encoded, solver.least
+    if encoded.space is None or not encoded.space.open_cores:
+        return best
+    with _held(encoded, design, {item.index for item in encoded.space.open_cores}):
+        for _ in range(MOST_MOVES):
+            answer, best = solver.once(BARE, MOVING, best, most)
+            best = answer if isinstance(answer, Found) else best
+            if answer is not None:
+                break
+    solver.least = proved  # what was proved since is true of these options only
+    return best
+
+
+@contextmanager
+def _held(encoded: EncodedSpace, design: Design, free: Collection[int]) -> Iterator[None]:
+    """All options of a design are given, but those of the decisions that are `free`."""
+    variables = encoded.model.proto.variables
+    held = {
+        literals[option].index: list(variables[literals[option].index].domain)
+        for number, (literals, option) in enumerate(zip(encoded.options, design, strict=True))
+        if option >= 0 and number not in free
+    }
+    for index in held:
+        set_domain(variables[index], 1, 1)
+    try:
+        yield
+    finally:
+        for index, (low, high) in held.items():
+            set_domain(variables[index], low, high)
