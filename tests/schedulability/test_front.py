@@ -18,6 +18,7 @@ from dse.pareto import narrowing, subproblem
 from dse.pareto.answer import Answer, Found, NoSuchDesign
 from dse.pareto.front import Budget, search_front
 from dse.pareto.settings import BARE, CLOSING, NARROWING, Settings
+from dse.space.types import Design
 
 SEEDS = count(20)
 
@@ -103,10 +104,11 @@ def test_bounds_from_below_and_limits_from_above_meet(
     monkeypatch.setattr(narrowing, "MOST_MISSED_QUICKLY", missed)
     monkeypatch.setattr(scheduled, "SCHEDULE_CASE_LIMIT", 1)
     monkeypatch.setattr(subproblem, "WAYS_WITH_WAITING", (NARROWING, BARE))
-    monkeypatch.setattr(subproblem.Solver, "counts_one", True)
+    monkeypatch.setattr(narrowing, "_counts_one", lambda _: True)
     apply = Settings.apply
     limits = []
-    run = subproblem.Solver.run
+    run, move = subproblem.Solver.run, subproblem.moved
+    better = []
 
     def hasty(self: Settings, parameters: Any, work: float) -> None:
         apply(self, parameters, work)
@@ -118,13 +120,20 @@ def test_bounds_from_below_and_limits_from_above_meet(
             limits.append(type(answer))
         return answer
 
+    def moving(solver: subproblem.Solver, design: Design, best: Found | None, most: int | None) -> Found | None:
+        after = move(solver, design, best, most)
+        better.append(after != best)
+        return after
+
     monkeypatch.setattr(Settings, "apply", hasty)
     monkeypatch.setattr(subproblem.Solver, "run", watched)
+    monkeypatch.setattr(subproblem, "moved", moving)
     for kind, seed in product(KINDS, cases(5, 4 * SEEDS)):
         system = draw(seed, kind=kind)
         text = text_of(system).replace("deadlines: all", "deadlines: all\nprocessing: response_time")
         assert found(text) == front(system, by_response=True), (kind, seed)
     assert {Found, NoSuchDesign} <= set(limits)
+    assert missed or {False, True} <= set(better), "threads are moved with and without success"
 
 
 SAME_CHOICE = """
