@@ -122,7 +122,7 @@ def test_the_front_is_that_without(seed: int, monkeypatch: pytest.MonkeyPatch) -
     """Where a design is built for each range of values that a part is asked for."""
     evaluator = crowded(8, 2, seed)
     expected = search_front(evaluator).points.keys()
-    once, built = Solver._once, []
+    once, built = Solver.once, []
 
     def hurried(
         self: Solver, settings: Settings, work: float, best: Found | None, most: int | None
@@ -134,7 +134,7 @@ def test_the_front_is_that_without(seed: int, monkeypatch: pytest.MonkeyPatch) -
         built.append(found)
         return found
 
-    monkeypatch.setattr(Solver, "_once", hurried)
+    monkeypatch.setattr(Solver, "once", hurried)
     monkeypatch.setattr(narrowing, "AT_ONCE", HURRIED)
     monkeypatch.setattr(narrowing, "neighbour", noted)
     monkeypatch.setattr(subproblem, "BARE_FIRST", HURRIED)
