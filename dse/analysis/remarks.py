@@ -139,6 +139,7 @@ def problem_remarks(space: Space) -> Iterator[str]:
     """The same of every bus that a design may have, and of every flow."""
     yield from _untimed([item.name for item in _on_processors(space) if None in leaves(item.execution_ns)])
     yield from _of_other_rules(space)
+    yield from _late_offsets(space)
     yield from outside_words(possibly_outside(space, MANY_CASES))
     alone = replace(space, processing="execution_time")  # a response time is never below an execution time
     for flow in space.flows:
@@ -164,6 +165,18 @@ def problem_remarks(space: Space) -> Iterator[str]:
         least = _least_busy(space, number)
         if least > PPM:
             yield f"{bus.name} is busy for at least {_percent(least)} of the time, whatever the design"
+
+
+def _late_offsets(space: Space) -> Iterator[str]:
+    """Stated offsets of a whole period and more: of the phases between timers only what is left of them counts."""
+    for item in space.components:
+        periods = {leaf for leaf in leaves(item.period_ns) if leaf is not None}
+        offsets = dict.fromkeys(leaf for leaf in leaves(item.offset_ns) if leaf is not None)
+        for offset in offsets if len(periods) == 1 else ():
+            if offset >= max(periods):
+                rest = format_duration(offset % max(periods))
+                period = format_duration(max(periods))
+                yield f"{item.name} has a period of {period}: its offset of {format_duration(offset)} counts as {rest}"
 
 
 def _of_other_rules(space: Space) -> Iterator[str]:

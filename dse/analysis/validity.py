@@ -21,13 +21,21 @@ from dse.space.trees import NOT_OFFERED, Choice, NotOffered, PerProcessorType, T
 from dse.space.types import EMPTY, INACTIVE, Component, Connection, Decision, Design, Slot, Space
 from dse.spec.expressions import And, Not, Or
 
+MOST_LISTED = 8
+"""The most options of a decision that are named where another one was chosen."""
+
 
 @dataclass(frozen=True)
 class Predicate:
-    """Something that must hold in every design, with the words to say so."""
+    """Something that must hold in every design, with the words to say so; `why` says more where it does not."""
 
     text: str
     holds: Callable[[View], bool]
+    why: Callable[[Design], str] | None = None
+
+    def breach(self, design: Design) -> str:
+        """What to say of a design in which it does not hold."""
+        return self.text if self.why is None else self.why(design)
 
 
 @dataclass(frozen=True)
@@ -53,9 +61,10 @@ def canonical(space: Space, design: Design) -> Design:
 
 def structural_predicates(space: Space) -> Iterator[Predicate]:
     """What the architecture itself demands of every design."""
-    for decision in space.decisions:
+    for number, decision in enumerate(space.decisions):
         if _mentions_not_offered(decision.home):
-            yield Predicate(f"{decision.name} is offered", partial(_is_offered, decision.home))
+            why = partial(_what_is_offered, decision, number)
+            yield Predicate(f"{decision.name} is offered", partial(_is_offered, decision.home), why)
     yield from _offered_by_machines(space)
     yield from _filled_slots(space)
     yield from _shared_processes(space)
@@ -70,6 +79,17 @@ def _mentions_not_offered(tree: Tree) -> bool:
 
 def _is_offered(home: Tree, view: View) -> bool:
     return consulted(home, view)[1] is not NOT_OFFERED
+
+
+def _what_is_offered(decision: Decision, number: int, design: Design) -> str:
+    """The options of a decision beside the others of a design, which has one that is not among them."""
+    found = []
+    for option, text in enumerate(decision.options):
+        if _is_offered(decision.home, View((*design[:number], option, *design[number + 1 :]))):
+            found.append(text)
+    listed = ", ".join(found[:MOST_LISTED]) + (f" and {len(found) - MOST_LISTED:,} more" if found[MOST_LISTED:] else "")
+    chosen = f" {decision.options[design[number]]}" if design[number] >= 0 else ""
+    return f"{decision.name}:{chosen or ' it'} is not offered with the other choices (offered: {listed or 'nothing'})"
 
 
 def _offered_by_machines(space: Space) -> Iterator[Predicate]:
@@ -243,7 +263,7 @@ class Rulebook:
             when the bindings cannot even be followed.
         """
         view = View(design)
-        found = [item.text for item in self.predicates if not item.holds(view)]
+        found = [item.breach(design) for item in self.predicates if not item.holds(view)]
         for cover in self.covers:
             filled = cover.slot.types[view[cover.slot.type_decision]] != EMPTY
             if filled and not any(uses(view) for uses in cover.users):

@@ -150,7 +150,7 @@ def simulate(
         flows=flows,
         tasks=tasks,
         lost=dict(sorted(record.lost.items())),
-        notes=tuple(_notes(plan, contention=contention)),
+        notes=tuple(_notes(space, plan, contention=contention)),
         offsets=offsets,
         runs=record.runs,
         events=record.events,
@@ -253,14 +253,15 @@ def _excuses(plan: Plan, *, bus_contention: bool, endless_queues: bool) -> list[
     return found
 
 
-def _notes(plan: Plan, *, contention: bool) -> Iterator[str]:
+def _notes(space: Space, plan: Plan, *, contention: bool) -> Iterator[str]:
     if plan.overloaded:
         yield f"overloaded: {', '.join(plan.overloaded)}; the bounds do not hold for such a design"
     if contention:
-        yield (
-            "threads share cores: bounds from execution times can be exceeded; those from response times must hold "
-            "(processing: response_time)"
-        )
+        counted = "the bounds count response times, and must hold"
+        if space.processing != "response_time":
+            counted = "bounds from execution times can be exceeded; those from response times must hold"
+            counted += " (processing: response_time)"
+        yield f"threads share cores: {counted}"
         if plan.guessed:
             yield f"dispatched at no stated rate, so response times are not compared: {', '.join(plan.guessed)}"
 

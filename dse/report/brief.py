@@ -13,6 +13,7 @@ from dse.report.plain import basis_words
 from dse.report.solve import TOP, further_blocks
 from dse.report.words import (
     SAME,
+    effort_words,
     exclusion_words,
     extrapolated_words,
     figures_words,
@@ -194,7 +195,7 @@ def _choice(document: Document, most: int | None) -> Iterator[Block]:
 
 def _notes(document: Document, more: Sequence[str], top: int | None) -> Iterator[str]:
     """What may not go unsaid, what the search took, and where the rest is."""
-    result, search = document.result, document.result.search
+    result = document.result
     if result.front:
         contention, waiting = contention_words(result), waiting_words(result.space)
         said = [text for text in more if not text.startswith("First by")]
@@ -202,9 +203,7 @@ def _notes(document: Document, more: Sequence[str], top: int | None) -> Iterator
         yield "" if contention in said else waiting
     told = (unused_words(result), extrapolated_words(result), rounding_words(result), exclusion_words(result.space))
     yield from filter(None, told)
-    size = count_words(search.space_size, "design")
-    spent = f"{count_words(search.solver_calls, 'solver call')}, {search.wall_s:.2f} s"
-    yield f"{spent}, at most {size}; every point recomputed without the solver."
+    yield effort_words(result)
     if result.front:
         is_whole = top is None or len(result.front) <= len(result.leaders[:top])
         rest = "" if is_whole else f", --all lists all {len(result.front)}"

@@ -10,10 +10,17 @@ from dse.report.document import Alternative, Document, OthersPart
 from dse.report.insisting import insisting_section
 from dse.report.page import Block, Page, Section, Text, labelled, listing, texts
 from dse.report.plain import basis_words, scale_words
-from dse.report.words import REDUCED, exclusion_words, extrapolated_words, hidden_words, rounding_words, unused_words
+from dse.report.words import (
+    REDUCED,
+    effort_words,
+    exclusion_words,
+    extrapolated_words,
+    hidden_words,
+    rounding_words,
+    unused_words,
+)
 from dse.results.points import Point
 from dse.results.solve import Result
-from dse.units.text import count_words
 
 TOP = 10
 EXPLAINED = 3
@@ -55,10 +62,8 @@ def _summary(document: Document) -> Section:
 
 def _printed_summary(document: Document) -> Section:
     """The same with what the search took, behind the verdict, and how the figures count."""
-    result, search, summary = document.result, document.result.search, _summary(document)
-    spent = f"{count_words(search.solver_calls, 'solver call')}, {search.wall_s:.2f} s"
-    size = count_words(search.space_size, "design")
-    effort = texts(f"{spent}, at most {size}; every point recomputed without the solver.")
+    result, summary = document.result, _summary(document)
+    effort = texts(effort_words(result))
     rules: list[Block] = []
     if result.front and not result.leaves_out_contention:
         asks = asks_for_responses(result.space)

@@ -21,7 +21,7 @@ from dse.results.variants import NEAR
 from dse.space.activation import exclusions
 from dse.space.types import Space
 from dse.units import format_duration, is_unbounded
-from dse.units.text import format_count
+from dse.units.text import count_words, format_count
 
 REDUCED = (
     "Latencies are reduced reaction times: a flow starts at its first component, without that component's own period."
@@ -388,3 +388,12 @@ def rank_text(result: Result, rank: int) -> str:
 
 def _capital(text: str) -> str:
     return text[:1].upper() + text[1:]
+
+
+def effort_words(result: Result) -> str:
+    """What the search took, of how many designs, and who looked at its points."""
+    search = result.search
+    spent = f"{count_words(search.solver_calls, 'solver call')}, {search.wall_s:.2f} s, at most"
+    if not search.solver_calls and result.status == "incomplete":
+        spent = "The time was over before the first solver call, as making the model comes first. At most"
+    return f"{spent} {count_words(search.space_size, 'design')}; every point recomputed without the solver."

@@ -120,9 +120,9 @@ def _grid(ledger: Ledger, spec: Spec, owner: Owner, longest: int) -> Sequence[in
             ledger.error((*path, "offset", place), f"{given[place]} stands alone: it is no option of a list")
             return (0,)
         if "any" in given and spec.offset_grid is None:
-            ledger.error(
-                (*path, "offset"), "any offset, but no grid is stated", 'such as "offset_grid: 1 ms" at the top'
-            )
+            if ("offset_grid",) not in ledger.loaded.remains.places:  # a wrong one is told at its place
+                hint = 'such as "offset_grid: 1 ms" at the top'
+                ledger.error((*path, "offset"), "any offset, but no grid is stated", hint)
             return (0,)
         if "any" in given and longest // (spec.offset_grid or 1) > MOST_OFFSETS:
             count = longest // (spec.offset_grid or 1)

@@ -111,3 +111,32 @@ def test_threads_without_an_execution_time_are_told() -> None:
     assert words in dse.check(problem).remarks
     assert words not in dse.analyse(problem, {"a.type": "timed"}).warnings
     assert words in dse.analyse(problem, {"a.type": "quick"}).warnings
+
+
+CLOCKED = """
+dse: 1
+name: x
+processor_types: {t: {}}
+processors: {p: {type: t}}
+threads:
+  a: {processor: p, period: 10 ms, compute_execution_time: 1 ms .. 2 ms, offset: 3 ms}
+  b: {processor: p, period: [10 ms, 20 ms], compute_execution_time: 1 ms .. 2 ms, offset: any}
+  c: {processor: p, period: 10 ms, compute_execution_time: 1 ms .. 2 ms, offset: LAST}
+connections: {w: {from: a, to: b}, x: {from: b, to: c}}
+flows: {f: {path: [a, b, c]}}
+offset_grid: 5 ms
+"""
+
+
+def test_an_offset_of_a_whole_period_and_more_is_told_and_counts_as_what_is_left_of_it() -> None:
+    late, early = (dse.loads(CLOCKED.replace("LAST", text)) for text in ("25 ms", "5 ms"))
+    words = "c has a period of 10 ms: its offset of 25 ms counts as 5 ms"
+    assert words in dse.check(late).remarks
+    assert not any("its offset" in text for text in dse.check(early).remarks)
+    design = {"b.period": "20 ms", "b.offset": "15 ms"}
+    assert dse.analyse(late, design).metrics == dse.analyse(early, design).metrics
+
+
+def test_what_is_offered_is_told_where_something_else_was_chosen() -> None:
+    found = dse.analyse(dse.loads(CLOCKED.replace("LAST", "0 ms")), {"b.period": "10 ms", "b.offset": "15 ms"})
+    assert found.breaches == ("b.offset: 15 ms is not offered with the other choices (offered: 0 ns, 5 ms)",)

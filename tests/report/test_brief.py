@@ -293,3 +293,12 @@ def test_a_choice_that_breaks_a_requirement_with_response_times_says_so_in_the_s
     other = replace(found, contended={**found.contended, str(found.front[2].id): kept})
     assert f"#{found.front[2].id} is the first that keeps every requirement." in words(printed(other))
     assert "But with response times" not in words(printed(replace(other, contended={str(first.id): kept})))
+
+
+def test_a_search_whose_time_was_over_before_its_first_call_says_so() -> None:
+    result = dse.solve(dse.load(example_path("starter")))
+    assert "solver call" in " ".join(printed(result))
+    stopped = replace(result, status="incomplete", search=replace(result.search, solver_calls=0))
+    assert "The time was over before the first solver call, as making the model comes first." in " ".join(
+        printed(stopped)
+    )

@@ -313,3 +313,13 @@ def test_what_osate_leaves_unsampled_is_excused(profile: str, port: str) -> None
     [flow] = run_text(f"{text}profile: {profile}\n", contention=False).flows
     assert not flow.is_contradiction
     assert ("counts no sampling of clean" in flow.excuse) == (profile == "osate-2.19" and port != "data")
+
+
+@pytest.mark.parametrize("processing", ["execution_time", "response_time"])
+def test_what_is_said_of_shared_cores_fits_what_the_bounds_count(processing: str) -> None:
+    text = f"""{{dse: 1, name: x, processing: {processing}, processor_types: {{t: {{}}}}, processors: {{p: {{type: t}}}},
+        threads: {{a: {{processor: p, period: 10 ms, compute_execution_time: 2 ms}},
+                  b: {{processor: p, period: 20 ms, compute_execution_time: 4 ms}}}},
+        connections: {{w: {{from: a, to: b}}}}, flows: {{f: {{path: [a, b]}}}}}}"""
+    [note] = dse.simulate(dse.loads(text)).notes
+    assert ("can be exceeded" in note) is (processing == "execution_time")
