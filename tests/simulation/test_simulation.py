@@ -317,7 +317,8 @@ def test_what_osate_leaves_unsampled_is_excused(profile: str, port: str) -> None
 
 @pytest.mark.parametrize("processing", ["execution_time", "response_time"])
 def test_what_is_said_of_shared_cores_fits_what_the_bounds_count(processing: str) -> None:
-    text = f"""{{dse: 1, name: x, processing: {processing}, processor_types: {{t: {{}}}}, processors: {{p: {{type: t}}}},
+    text = f"""{{dse: 1, name: x, processing: {processing},
+        processor_types: {{t: {{}}}}, processors: {{p: {{type: t}}}},
         threads: {{a: {{processor: p, period: 10 ms, compute_execution_time: 2 ms}},
                   b: {{processor: p, period: 20 ms, compute_execution_time: 4 ms}}}},
         connections: {{w: {{from: a, to: b}}}}, flows: {{f: {{path: [a, b]}}}}}}"""
