@@ -127,8 +127,8 @@ class Solver:
     def ask(self) -> Answer:
         """Solve the model as it stands."""
         self.calls += 1
-        attempts = [partial(self._solve_whole, settings) for settings in WAYS]
-        return self._asked.answer(attempts, lambda: self.work, lambda: self.out_of_time() or self._is_stuck())
+        ways = [partial(self._solve_whole, settings) for settings in WAYS]
+        return self._asked.answer(ways, lambda: self.work, lambda: self.out_of_time() or self._is_stuck())
 
     def set_point(self, point: Bound) -> None:
         """Fix the objectives."""
@@ -284,6 +284,8 @@ class Solver:
                 return Unfinished(self.least, best)
             if self.encoded.is_loose and settings.linearization_level:
                 best = moved(self, self._refused, best, most)
+                if best is not None and self.weights is None:  # any design will do
+                    return best
 
     def _rows(self) -> int:
         """Of how many processors the model has rows: with the first of them other settings are better for a part."""
@@ -394,7 +396,5 @@ class Solver:
         """Whether a point is one that the solver was asked for, and better than the best one."""
         if self._regions is not None and not any(strictly_inside(point, region) for region in self._regions):
             return False
-        if self.weights is None:
-            return True
         most = self.most(best)
-        return most is None or weighted(self.weights, point) <= most
+        return most is None or self.weights is None or weighted(self.weights, point) <= most
