@@ -15,6 +15,7 @@ from dse.analysis.latency import (
     element_rows,
     elements_of,
     figure_of,
+    is_logical,
     job_range_ns,
     run_spread_ns,
     start_delay_ns,
@@ -156,14 +157,17 @@ def _latency_terms(space: Space, flow: Flow, kind: str) -> Iterator[Term]:
 
         is_scheduled = step.kind == "component" and counts_responses(space) and _may_wait(space, step, kind)
         counts = is_scheduled and kind != "min latency" and not step.only_reads and _counts_waiting(space, step.index)
-        waits = (step.index, Fraction(1)) if counts else None
+        only_waits = counts and not _may_move(space, step, kind) and _counts_waiting_once(space, step)
+        waits_where = _waits_where(space, step.index) if only_waits else None
+        counts = only_waits or (counts and _always_waits(space, step.index))
         yield Term(
             name,
             value,
             ends=ends if is_scheduled else None,
-            waits=waits,
+            waits=(step.index, Fraction(1)) if counts else None,
             may_fall=is_scheduled and _may_move(space, step, kind),
-            only_waits=waits is not None and not _may_move(space, step, kind) and _counts_waiting_once(space, step),
+            only_waits=only_waits,
+            waits_where=waits_where,
             grows=is_scheduled and not step.only_reads and not step.since and _ends_in_pieces(space, step),
             phased=None if is_scheduled else phased_of(space, step, kind),
             reads=_reads(space, step, number, kind),
@@ -199,6 +203,7 @@ def _reads(space: Space, step: Step, number: int, kind: str) -> Reads | None:
         ends=ends if waits is not None else None,
         waits=waits,
         only_waits=waits is not None,
+        waits_where=_waits_where(space, step.index) if waits is not None else None,
         grows=waits is not None,
     )
     parts = partial(read_of, alone, step, kind == "jitter")
@@ -226,13 +231,25 @@ def _placed_terms(space: Space, place: Place, name: str, kind: str) -> Iterator[
 
 
 def _counts_waiting(space: Space, number: int) -> bool:
-    """Whether the longest processing of a thread is its response time, whatever the design."""
+    """Whether the longest processing of a thread is its response time, in every design in which it is not LET."""
     component = space.components[number]
     if component.processor is None or component.pieces is not None:
         return False
     executes = all(leaf is not None for leaf in leaves(component.execution_ns))
-    is_logical = LET in set(leaves(component.communication))
-    return space.profile == "dse" and component.response_ns is None and executes and not is_logical
+    is_ever = set(leaves(component.communication)) != {LET}
+    return space.profile == "dse" and component.response_ns is None and executes and is_ever
+
+
+def _always_waits(space: Space, number: int) -> bool:
+    """Whether a thread's data pass when its job ends, whatever the design."""
+    return LET not in set(leaves(space.components[number].communication))
+
+
+def _waits_where(space: Space, number: int) -> Callable[[View], bool] | None:
+    """In which designs that is so, where logical execution time is one of several ways to communicate."""
+    if _always_waits(space, number):
+        return None
+    return lambda view: not is_logical(space, space.components[number], view)
 
 
 def _may_wait(space: Space, step: Step, kind: str) -> bool:

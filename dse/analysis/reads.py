@@ -11,7 +11,6 @@ from __future__ import annotations
 from collections.abc import Iterator
 from fractions import Fraction
 
-from dse.analysis.clocks import LET
 from dse.analysis.latency import figure_of, is_logical, neighbours, phased_parts
 from dse.analysis.rates import is_periodic
 from dse.analysis.terms import ZERO, Phased, Read, Rest
@@ -58,9 +57,8 @@ def _is_plain(space: Space, step: Step) -> bool:
         return False
     if component.processor is None:
         return True
-    logical = {leaf == LET for leaf in leaves(component.communication)}
     executes = {leaf is not None for leaf in leaves(component.execution_ns)}
-    is_one_kind = len(logical) == 1 == len(executes) and None not in set(leaves(component.processor))
+    is_one_kind = len(executes) == 1 and None not in set(leaves(component.processor))
     return is_one_kind and component.pieces is None and component.response_ns is None
 
 

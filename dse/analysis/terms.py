@@ -46,6 +46,8 @@ class Term:
     """Whether it may be less where some response time is longer: data that come later may wait less for a reader."""
     only_waits: bool = False
     """Whether that is all: the figure is the lower end, and so often the waiting."""
+    waits_where: Callable[[View], bool] | None = None
+    """In which designs it waits, where only some: the figure is the lower end, and there as often as `waits` says."""
     grows: bool = False
     """Whether it is never less where some response time is longer; what `waits` is so, too."""
     extreme: Extreme | None = None

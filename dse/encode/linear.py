@@ -94,6 +94,7 @@ class Board:
         self.until_read: dict[int, tuple[object, Any]] = {}  # as `scheduled`, see `dse.encode.reads`
         self.attained: list[int] = []  # literals of which sum an extreme is, see `dse.encode.sums`
         self.waiting: dict[int, cp_model.IntVar] = {}  # by thread, see `dse.encode.waiting`
+        self.waiting_where: dict[int, cp_model.IntVar] = {}  # the same of threads that wait in some designs only
         self.wait_scale = 0
         self.phases: dict[Any, Any] = {}  # by pair of components, see `dse.encode.phases`
         self.guard: cp_model.IntVar | None = None

@@ -49,7 +49,10 @@ def _made_form(board: Board, measure: Measure, term: Term, rounded: Callable[[Fr
     if term.only_waits and term.waits is not None and not measure.rounded:
         shared = shared_waiting(board, term.waits[0], measure.scale, term.waits[1])
         if shared is not None:
-            return _waiting_form(board, measure, term, *shared)
+            waiting, times = shared
+            if term.waits_where is not None:
+                waiting = _waiting_where(board, term.waits[0], waiting, term.waits_where)
+            return _waiting_form(board, measure, term, waiting, times)
     bounds = board.table(term.ends)
     lows = board.form((literal, rounded(low * measure.scale)) for literal, (low, _) in bounds)
     highs = board.form((literal, rounded(high * measure.scale)) for literal, (_, high) in bounds)
@@ -57,7 +60,9 @@ def _made_form(board: Board, measure: Measure, term: Term, rounded: Callable[[Fr
     variable = board.model.new_int_var(lows.low, highs.high, "")
     board.model.add(variable >= board.expression(lows))
     board.model.add(variable <= board.expression(highs))
-    waits = None if term.waits is None else (term.waits[0], term.waits[1] * measure.scale)
+    waits = (
+        None if term.waits is None or term.waits_where is not None else (term.waits[0], term.waits[1] * measure.scale)
+    )
     value = OpenTerm(variable, lambda view: rounded(term.value(view) * measure.scale), lows, waits, term.may_fall)
     board.open_terms.append(value)
     return Form(0, {variable.index: 1}, lows.low, highs.high)
@@ -83,6 +88,19 @@ def shared_waiting(board: Board, number: int, scale: int, weight: Fraction) -> t
         board.waiting[number] = board.model.new_int_var(0, UNBOUNDED_NS * unit, "")
         board.open_terms.append(OpenTerm(board.waiting[number], value, Form(), (number, Fraction(unit))))
     return board.waiting[number], int(times)
+
+
+def _waiting_where(
+    board: Board, number: int, waiting: cp_model.IntVar, counts: Callable[[View], bool]
+) -> cp_model.IntVar:
+    """A thread's waiting in the designs where it counts, 0 in others: exact as soon as that is."""
+    if number not in board.waiting_where:
+        found = board.model.new_int_var(0, UNBOUNDED_NS * board.wait_scale, "")
+        literal = board.any_of(literal for literal, value in board.table(counts) if value)
+        board.model.add(found == waiting).only_enforce_if(literal)
+        board.model.add(found == 0).only_enforce_if(literal.negated())
+        board.waiting_where[number] = found
+    return board.waiting_where[number]
 
 
 def _waiting_form(board: Board, measure: Measure, term: Term, waiting: cp_model.IntVar, times: int) -> Form:

@@ -194,7 +194,8 @@ class _Builder:
             sums = tuple(self.figures(inner, owner, upper=upper, loose=loose) for inner in term.extreme.sums)
             is_loose = any(item.is_loose for item in sums)
             return Figures((), ((term.extreme.kind == "max", sums),), is_loose=is_loose)
-        if upper and term.only_waits and term.waits is not None and self._is_large(term, owner):
+        always = term.only_waits and term.waits_where is None
+        if upper and always and term.waits is not None and self._is_large(term, owner):
             self.waiting.add(term.waits[0])
             return Figures((self._least(term, owner),), waits=(term.waits,))
         if loose and term.ends is not None and self._has_many_cases(term, owner):

@@ -74,6 +74,16 @@ def drawn(rng: random.Random) -> dict[str, Any]:
     }  # fmt: skip
 
 
+def alternating(rng: random.Random) -> dict[str, Any]:
+    """The same with logical execution time as one of several ways to communicate, for most timers."""
+    data = drawn(rng)
+    for body in data["threads"].values():
+        if "offset" in body and rng.random() < 0.7:
+            ways = [["let", "implicit"], ["at_dispatch", "let"], ["at_dispatch", "implicit", "let"]]
+            body["communication"] = rng.choice(ways)
+    return data
+
+
 def front(space: Any) -> set[tuple[int, ...]]:
     """The non-dominated points, by looking at every design."""
     evaluator = Evaluator(space)
@@ -87,6 +97,16 @@ def test_fronts_equal_exhaustion(seed: int, monkeypatch: pytest.MonkeyPatch) -> 
     """No figure as a table: what passes between reads has rows, and what these leave open is learnt."""
     monkeypatch.setattr(scheduled, "SCHEDULE_CASE_LIMIT", 1)
     space = dse.load(drawn(random.Random(f"reads {seed}"))).space
+    found = search_front(Evaluator(space))
+    assert found.is_complete
+    assert set(found.points) == front(space)
+
+
+@pytest.mark.parametrize("seed", cases(20, 5_000))
+def test_threads_that_are_let_in_some_designs(seed: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Their waiting counts in the others only, and no solution has to teach that."""
+    monkeypatch.setattr(scheduled, "SCHEDULE_CASE_LIMIT", 1)
+    space = dse.load(alternating(random.Random(f"let {seed}"))).space
     found = search_front(Evaluator(space))
     assert found.is_complete
     assert set(found.points) == front(space)
