@@ -85,9 +85,7 @@ def _points(bench: Bench, listed: Sequence[Mapping[str, Any]]) -> dict[int, _Kno
             evaluation = recomputed(bench, evaluator, point, place, f"point {point['id']}")
         bench.compare(f"{place}.id", len(bench.designs) + position + 1, point["id"])
         if evaluation is not None:
-            figures = zip(bench.signs, evaluation.objectives, strict=True)
-            vector = tuple(sign * int(value) for sign, value in figures)
-            known[point["id"]] = _Known(evaluation.design, vector, False)
+            known[point["id"]] = _Known(evaluation.design, bench.vector_of(evaluation), False)
     return known
 
 

@@ -91,7 +91,7 @@ def _check_designs(bench: Bench, evaluator: Evaluator, group: _Group) -> None:
         evaluation = recomputed(bench, evaluator, sibling, where, f"design {sibling['id']}")
         if evaluation is None:
             continue
-        vector = bench.minimised(dict(zip(bench.names, evaluation.objectives, strict=True)), where)
+        vector = bench.vector_of(evaluation)
         if any(value > edge for value, edge in zip(vector, group.most, strict=True)):
             bench.find(where, f"is not within {group.stated['within']} of point {of}")
         if evaluation.design in (group.point, *group.designs):

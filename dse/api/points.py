@@ -142,6 +142,11 @@ class Bench:
             return (0,) * len(self.names)
         return tuple(sign * region[name] for sign, name in zip(self.signs, self.names, strict=True))
 
+    def vector_of(self, evaluation: Evaluation) -> tuple[int, ...]:
+        """The objectives of a design as a vector to be minimised, with what stands for an unbounded one."""
+        pairs = zip(self.signs, evaluation.objectives, strict=True)
+        return tuple(sign * int(value) for sign, value in pairs)
+
     def words(self, vector: Sequence[int]) -> str:
         """A vector in the objectives' own sense, in the units in which they are counted."""
         return self.figures(sign * value for sign, value in zip(self.signs, vector, strict=True))
@@ -191,8 +196,7 @@ def check_front(bench: Bench) -> None:
         if evaluation is not None:
             ids.append(point["id"])
             bench.designs.append(evaluation.design)
-            pairs = zip(bench.signs, evaluation.objectives, strict=True)
-            bench.vectors.append(tuple(sign * int(value) for sign, value in pairs))
+            bench.vectors.append(bench.vector_of(evaluation))
     for at, one in enumerate(bench.vectors):
         look_at_the_clock()
         for later, other in enumerate(bench.vectors):

@@ -205,7 +205,7 @@ def test_what_runs_on_no_processor_waits_for_none(clocks: str) -> None:
     assert found(space) == set(brute_front(Evaluator(space)))
 
 
-@pytest.mark.parametrize("seed", cases(30, 2))
+@pytest.mark.parametrize("seed", [*cases(30, 2), 994_007])  # the last has a front whose latencies have no bound
 def test_further_designs_have_the_response_times_that_count(seed: int) -> None:
     """All designs at a point, and some near it: `verify` looks at every design for what was left out."""
     text = text_of(draw(seed, kind=KINDS[seed % len(KINDS)]))
