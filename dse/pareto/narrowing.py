@@ -29,14 +29,14 @@ CHANGE = 4
 """By how much the next one is narrower where there was no answer, and wider where there was."""
 WIDEST, NARROWEST = 1, 256
 """One part in so many of the gap is asked for at once: the narrower the easier, and all of it once that is not hard."""
+FIRST = 16
+"""The same at first."""
 QUICK = 0.3
 """Work in which a range of values is asked for without relaxation first, which takes far longer than it counts."""
 MOST_MISSED_QUICKLY = 2
 """After so many misses in a row that is not tried any more."""
 AT_ONCE = 0.1
 """Work in which a range of values should be refuted or have a design, before one is built."""
-FIRST = 16
-"""The same at first."""
 
 
 @dataclass

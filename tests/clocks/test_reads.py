@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import random
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from itertools import count, pairwise
 from pathlib import Path
 from typing import Any
@@ -92,21 +92,22 @@ def front(space: Any) -> set[tuple[int, ...]]:
     return {one for one, mine in points.items() if not any(dominates(other, mine) for other in points.values())}
 
 
-@pytest.mark.parametrize("seed", cases(30, 5_000))
-def test_fronts_equal_exhaustion(seed: int, monkeypatch: pytest.MonkeyPatch) -> None:
-    """No figure as a table: what passes between reads has rows, and what these leave open is learnt."""
-    monkeypatch.setattr(scheduled, "SCHEDULE_CASE_LIMIT", 1)
-    space = dse.load(drawn(random.Random(f"reads {seed}"))).space
-    found = search_front(Evaluator(space))
-    assert found.is_complete
-    assert set(found.points) == front(space)
+@pytest.mark.parametrize(
+    ("draw", "seed"),
+    [
+        *((drawn, f"reads {seed}") for seed in cases(30, 5_000)),
+        *((alternating, f"let {seed}") for seed in cases(20, 5_000)),
+    ],
+)
+def test_fronts_equal_exhaustion(
+    draw: Callable[[random.Random], dict[str, Any]], seed: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """No figure as a table: what passes between reads has rows, and what these leave open is learnt.
 
-
-@pytest.mark.parametrize("seed", cases(20, 5_000))
-def test_threads_that_are_let_in_some_designs(seed: int, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Their waiting counts in the others only, and no solution has to teach that."""
+    Also of threads that are LET in some designs: their waiting counts in the others only.
+    """
     monkeypatch.setattr(scheduled, "SCHEDULE_CASE_LIMIT", 1)
-    space = dse.load(alternating(random.Random(f"let {seed}"))).space
+    space = dse.load(draw(random.Random(seed))).space
     found = search_front(Evaluator(space))
     assert found.is_complete
     assert set(found.points) == front(space)
