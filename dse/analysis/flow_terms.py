@@ -27,6 +27,7 @@ from dse.analysis.rates import is_periodic
 from dse.analysis.reads import can_be_taken_apart, hangs_on_offsets, phased_of, read_of
 from dse.analysis.rows import counts_responses
 from dse.analysis.scheduling import UNBOUNDED_NS, all_responses
+from dse.analysis.segments import always_executes
 from dse.analysis.terms import ZERO, Reads, Sampled, Term, exact_sum, picked
 from dse.analysis.views import View
 from dse.space.clocks import is_always_timed, reads_when_jobs_begin
@@ -233,11 +234,10 @@ def _placed_terms(space: Space, place: Place, name: str, kind: str) -> Iterator[
 def _counts_waiting(space: Space, number: int) -> bool:
     """Whether the longest processing of a thread is its response time, in every design in which it is not LET."""
     component = space.components[number]
-    if component.processor is None or component.pieces is not None:
+    if component.processor is None or not space.is_last_piece(number):
         return False
-    executes = all(leaf is not None for leaf in leaves(component.execution_ns))
     is_ever = set(leaves(component.communication)) != {LET}
-    return space.profile == "dse" and component.response_ns is None and executes and is_ever
+    return space.profile == "dse" and component.response_ns is None and always_executes(space, number) and is_ever
 
 
 def _always_waits(space: Space, number: int) -> bool:

@@ -24,7 +24,7 @@ from dse.analysis.resources import (
     utilisation_terms,
 )
 from dse.analysis.scheduling import UNBOUNDED_NS, bounded_response_ns
-from dse.analysis.segments import elapsed_ns
+from dse.analysis.segments import always_executes, elapsed_ns
 from dse.analysis.terms import PPM, SCALE_LIMIT, ZERO, Extreme, Measure, Term, exact_sum, extreme_term, scaled_term
 from dse.analysis.timescale import RESPONSE_SCALE_LIMIT, latency_scale, whole_time_scale
 from dse.analysis.views import View
@@ -134,8 +134,7 @@ def _response_term(space: Space, number: int) -> Term:
     def value(view: View) -> Fraction:
         return ZERO + bounded_response_ns(space, number, "thread", view)
 
-    component = space.components[number]
-    executes = component.pieces is None and all(leaf is not None for leaf in leaves(component.execution_ns))
+    executes = always_executes(space, number)
 
     def ends(view: View) -> tuple[Fraction, Fraction]:
         least = ZERO + elapsed_ns(space, number, view)[1]

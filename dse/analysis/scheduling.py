@@ -188,6 +188,13 @@ def bounded_response_ns(space: Space, component: int, part: Part, view: View) ->
     return longest
 
 
+def waited_ns(space: Space, component: int, view: View, response_ns: Exact) -> Exact:
+    """How much later than if nothing delayed it a thread ends that responds after so long; of a piece all so far."""
+    alone = elapsed_ns(space, component, view)[1]
+    waited: Exact = picked("max", response_ns, alone) - alone
+    return waited
+
+
 def counted_ns(response_ns: Exact | None) -> Exact:
     """A response time as a number: `NO_BOUND`, an `UNBOUNDED_NS`, where it has no bound, or one beyond that."""
     return NO_BOUND if response_ns is None or response_ns >= UNBOUNDED_NS else response_ns

@@ -32,7 +32,8 @@ from dse.analysis.response_time import Stream, Task
 from dse.analysis.tasks import TaskKey, alone_ns
 from dse.analysis.turns import Turn
 from dse.analysis.views import View
-from dse.space.types import Space
+from dse.space.trees import leaves
+from dse.space.types import Component, Space
 from dse.units import Exact
 
 Respond = Callable[[int, Exact], "Exact | None"]
@@ -121,10 +122,20 @@ class Segments:
 
 def elapsed_ns(space: Space, number: int, view: View) -> tuple[int, int]:
     """The shortest and longest time of a thread's job until the end of a component, all its pieces so far."""
+    times = [alone_ns(item, "thread", view) for item in _so_far(space, number)]
+    return sum(least for least, _ in times), sum(most for _, most in times)
+
+
+def always_executes(space: Space, number: int) -> bool:
+    """Whether a thread executes something in every design, until the end of a component in each piece."""
+    return all(leaf is not None for item in _so_far(space, number) for leaf in leaves(item.execution_ns))
+
+
+def _so_far(space: Space, number: int) -> list[Component]:
+    """A component, and the pieces of its thread before it."""
     pieces = space.components[number].pieces
     members = (number,) if pieces is None else pieces.members[: pieces.members.index(number) + 1]
-    times = [alone_ns(space.components[item], "thread", view) for item in members]
-    return sum(least for least, _ in times), sum(most for _, most in times)
+    return [space.components[item] for item in members]
 
 
 def _apart_ns(releases: Sequence[Stream], separation_ns: int | None) -> Exact | None:

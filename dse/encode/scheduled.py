@@ -13,8 +13,7 @@ from fractions import Fraction
 from ortools.sat.python import cp_model
 
 from dse.analysis.measures import Measure, Term
-from dse.analysis.scheduling import UNBOUNDED_NS, bounded_response_ns
-from dse.analysis.tasks import longest_alone_ns
+from dse.analysis.scheduling import UNBOUNDED_NS, bounded_response_ns, waited_ns
 from dse.analysis.timescale import RESPONSE_SCALE_LIMIT, whole_time_scale
 from dse.analysis.views import View, tabulate
 from dse.encode.additive import additive_parts
@@ -81,8 +80,8 @@ def shared_waiting(board: Board, number: int, scale: int, weight: Fraction) -> t
     if number not in board.waiting:
 
         def value(view: View) -> int:
-            waited = bounded_response_ns(board.space, number, "thread", view)
-            waited -= longest_alone_ns(board.space, number, "thread", view)
+            response = bounded_response_ns(board.space, number, "thread", view)
+            waited = waited_ns(board.space, number, view, response)
             return -floor_int(-Fraction(waited) * unit)
 
         board.waiting[number] = board.model.new_int_var(0, UNBOUNDED_NS * unit, "")

@@ -18,8 +18,7 @@ from dse.analysis.evaluate import Evaluation, Evaluator
 from dse.analysis.limits import HOLDS, Limit, judge
 from dse.analysis.packing import placements
 from dse.analysis.placement import core_of_each
-from dse.analysis.scheduling import all_responses, counted_ns, subset_responses
-from dse.analysis.tasks import longest_alone_ns
+from dse.analysis.scheduling import all_responses, counted_ns, subset_responses, waited_ns
 from dse.analysis.views import CyclicActivation, View
 from dse.records import dataclass
 from dse.space.trees import NotOffered, at, leaves
@@ -171,8 +170,7 @@ def waiting_lesson(space: Space, number: int, waited: Fraction, design: Design) 
 
     def waits(groups: Sequence[Sequence[int]] | None, view: View) -> bool:
         known = all_responses(space, view) if groups is None else subset_responses(space, groups, view)
-        alone = longest_alone_ns(space, number, "thread", view)
-        return max(alone, counted_ns(known.get((number, "thread"), alone))) - alone >= waited
+        return waited_ns(space, number, view, counted_ns(known.get((number, "thread"), 0))) >= waited
 
     groups = _least(space, number, waits, design)
     noting = _Noting(design)

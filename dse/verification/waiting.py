@@ -17,8 +17,7 @@ from typing import Any
 
 from ortools.sat.python import cp_model
 
-from dse.analysis.scheduling import UNBOUNDED_NS, all_responses
-from dse.analysis.tasks import longest_alone_ns
+from dse.analysis.scheduling import UNBOUNDED_NS, all_responses, counted_ns, waited_ns
 from dse.analysis.views import View
 from dse.space.types import Design, Space
 from dse.verification.contention import place_of
@@ -116,10 +115,7 @@ class Waiting:
         known = all_responses(self.space, view)
         found = {}
         for number, value in values.items():
-            alone = longest_alone_ns(self.space, number, "thread", view)
-            response = known.get((number, "thread"), alone)
-            counted = UNBOUNDED_NS if response is None else min(max(response, alone), UNBOUNDED_NS)
-            waited = Fraction(counted) - alone
+            waited = Fraction(waited_ns(self.space, number, view, counted_ns(known.get((number, "thread"), 0))))
             if waited * self.scale > value:
                 found[number] = waited
         return found

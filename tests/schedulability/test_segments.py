@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import random
+from itertools import count
 from typing import Any
 
 import pytest
@@ -57,11 +58,10 @@ def test_every_response_time_is_the_bound(seed: int) -> None:
 
 @pytest.mark.parametrize("seed", cases(15, 1000))
 def test_the_front_is_that_of_every_design(seed: int) -> None:
-    system = draw(seed)
-    points = {found for choice in every_choice(system) if (found := figures_of(system, choice)) is not None}
-    search = search_front(Evaluator(loads(text_of(system)).space), Budget(workers=1))
+    problem, best = best_by_hand(seed)
+    search = search_front(Evaluator(problem.space), Budget(workers=1))
     assert search.is_complete
-    assert sorted((price // 100, min(latency // MS, LATE)) for price, latency in search.points) == best_of(points)
+    assert sorted((price // 100, min(latency // MS, LATE)) for price, latency in search.points) == best
 
 
 @pytest.mark.parametrize("seed", cases(10, 2000))
@@ -258,6 +258,42 @@ def test_a_limit_on_pieces_with_too_many_cases_is_learnt_by_the_second_proof(
         cheapest = min(price for price, latency in points if latency <= limit)
         assert model.in_region([100 * cheapest]).answer == "none"
         assert model.in_region([100 * cheapest + 1]).answer == "design"
+
+
+def best_by_hand(seed: int) -> tuple[dse.Problem, list[tuple[int, int]]]:
+    """A drawn system, and the front (EUR, ms) of all its designs."""
+    system = draw(seed)
+    points = {found for choice in every_choice(system) if (found := figures_of(system, choice)) is not None}
+    return loads(text_of(system)), best_of(points)
+
+
+def with_designs(seed: int) -> tuple[dse.Problem, list[tuple[int, int]]]:
+    """The first drawn system from a seed on in which some design meets its deadlines."""
+    return next(found for number in count(10 * seed) if (found := best_by_hand(number))[1])
+
+
+@pytest.mark.parametrize("seed", cases(6, 6000))
+def test_the_search_learns_what_pieces_wait_for(seed: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Where no table holds it: one variable for all figures that hang on when the last piece ends."""
+    monkeypatch.setattr(scheduled, "SCHEDULE_CASE_LIMIT", 1)
+    problem, best = with_designs(seed)
+    search = search_front(Evaluator(problem.space), Budget(workers=1))
+    assert search.is_complete
+    assert sorted((price // 100, min(latency // MS, LATE)) for price, latency in search.points) == best
+
+
+@pytest.mark.parametrize("seed", cases(6, 6000))
+def test_the_second_proof_learns_what_pieces_wait_for(seed: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Beside each point of the front nothing is better, and it is there itself."""
+    monkeypatch.setattr(tables, "FEW_DECISIONS", -1)  # no response time is tabulated
+    problem, best = with_designs(seed)
+    model = SecondModel(tables.build_tables(Evaluator(problem.space)))
+    for price, latency in best:
+        below = None if latency >= LATE else latency * MS + 1
+        assert model.in_region([100 * price + 1, below]).answer == "design"
+        assert model.in_region([100 * price, below]).answer == "none"
+        if below is not None:
+            assert model.in_region([100 * price + 1, below - 1]).answer == "none"
 
 
 LAST_ON_THE_ACCELERATOR = """
