@@ -14,7 +14,7 @@ from dse.verification.model import Reply, SecondModel
 from dse.verification.tables import Tables, build_tables
 
 Method: TypeAlias = Literal["auto", "exhaustion", "model"]
-FEW_JUDGED = 2_000
+FEW_JUDGED = 500
 """The greatest number of combinations where the analysis has to judge each of them."""
 FEW = 200_000
 """The greatest number of combinations that are looked at one by one; beyond it a model is asked instead."""

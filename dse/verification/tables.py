@@ -36,7 +36,7 @@ COARSE = 10**6
 ONE = Fraction(1)
 FEW_DECISIONS = 10
 """With more open decisions a response time surely has too many cases to tabulate."""
-FEW_LEAVES = 300
+FEW_LEAVES = 100
 """A response time with more cases than this is judged design by design."""
 FEW_CASES = 1_000
 """So is a limit on a figure that holds a response time among others, with more cases than this."""
