@@ -38,7 +38,7 @@ FEW_DECISIONS = 10
 """With more open decisions a response time surely has too many cases to tabulate."""
 FEW_LEAVES = 100
 """A response time with more cases than this is judged design by design."""
-FEW_CASES = 1_000
+FEW_CASES = 300
 """So is a limit on a figure that holds a response time among others, with more cases than this."""
 
 
@@ -322,7 +322,7 @@ class _Builder:
                 return []
         bound = self.make.diagram(limit.bound, name)
         self.defined(bound, name)
-        upper = operator in ("<=", "<") and not limit.is_elsewhere and not limit.measure.rounded
+        upper = operator in ("<=", "<") and not limit.measure.rounded
         parts = self.figures(limit.measure.terms, name, upper=upper, loose=upper and limit.cores is None)
         self.loose += [limit] if parts.is_loose else []
         found = []

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import json
 import random
+from copy import deepcopy
 from itertools import count
-from typing import Any
+from typing import Any, Literal
 
 import pytest
 from effort import cases
@@ -294,6 +296,56 @@ def test_the_second_proof_learns_what_pieces_wait_for(seed: int, monkeypatch: py
         assert model.in_region([100 * price, below]).answer == "none"
         if below is not None:
             assert model.in_region([100 * price + 1, below - 1]).answer == "none"
+
+
+def robust_by_hand(seed: int) -> tuple[dse.Problem, list[tuple[int, int]]] | None:
+    """A drawn system of which a piece may take 1 ms more, and its robust front (EUR, ms); None without one."""
+    system = draw(seed)
+    pieces = [
+        (number, place)
+        for number, thread in enumerate(system["threads"])
+        for place, item in enumerate(thread["pieces"])
+        if thread["kind"] == "segments" and item["place"] is None and item["best"]["a"] < item["a"]
+    ]
+    if not pieces:
+        return None
+    number, place = random.Random(seed).choice(pieces)
+    longer = deepcopy(system)
+    piece = longer["threads"][number]["pieces"][place]
+    longest = piece["a"]
+    piece |= {"a": longest + 1, "b": longest + 1}
+    figures = {
+        (found, figures_of(longer, choice))
+        for choice in every_choice(system)
+        if (found := figures_of(system, choice)) is not None
+    }
+    worst = sorted({late[1] for _, late in figures if late is not None and late[1] < LATE})
+    if not worst:
+        return None
+    limit = worst[len(worst) // 2]
+    path = f"threads.t{number}.segments[{place}].compute_execution_time.max"
+    text = text_of(system) + f"requirements: [latency of f <= {limit} ms]\n"
+    text += f"uncertainty: {{'{path}': {{range: {longest} ms .. {longest + 1} ms}}}}\n"
+    return loads(text), best_of({found for found, late in figures if late is not None and late[1] <= limit})
+
+
+@pytest.mark.parametrize("method", ["model", "exhaustion"])
+@pytest.mark.parametrize("seed", cases(4, 8000))
+def test_robust_fronts_of_pieces_are_proved_without_tables(
+    seed: int, method: Literal["model", "exhaustion"], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Limits at other figures than the nominal ones are learnt, too; a front without its last point is refused."""
+    monkeypatch.setattr(tables, "FEW_DECISIONS", -1)
+    monkeypatch.setattr(tables, "FEW_CASES", 1)
+    problem, best = next(found for number in count(10 * seed) if (found := robust_by_hand(number)) is not None)
+    result = dse.solve_robust(problem, workers=1)
+    seen = [(item.objectives["price"] // 100, item.objectives["latency of f"] // MS) for item in result.robust.front]
+    assert sorted(seen) == best
+    assert dse.verify(result, problem=problem, method=method).status == "verified"
+    told = json.loads(result.to_json())
+    last = told["front"].pop()
+    told["refuted"].insert(0, {name: value + 1 for name, value in last["objectives"].items()})
+    assert dse.verify(told, problem=problem, method=method).status == "rejected"
 
 
 LAST_ON_THE_ACCELERATOR = """
