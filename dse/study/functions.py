@@ -111,12 +111,13 @@ class DesignFunction:
             when there are more than `most` comparisons, where that is given.
         """
         look_at_the_clock()
-        space, view = self.inputs.at(values, traced=traced), self.view_of(values, traced=traced)
+        space = self.inputs.at(values, traced=traced)
         with watching() as guards:
             evaluator = Evaluator(space)
             measures = [build_measure(space, metric) for metric in self.metrics]
             guards.clear()  # scales and units are no part of the figures
             guards.most = most
+            view = self.view_of(values, traced=traced)
             results = [measure.value(view) for measure in measures]
             bounds: list[Bound] = []
             for number, limit in enumerate(evaluator.limits):

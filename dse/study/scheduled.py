@@ -57,10 +57,11 @@ class ScheduledFunction(DesignFunction):
         low, high = (box.values(inputs.nominal, corner) for corner in (motion.least, motion.most))
         least, most = (all_responses(inputs.at(values), View(design)) for values in (low, high))
         ends = {key: (_counted(least[key]), _counted(most[key])) for key in sorted(least)}
-        self.keys = tuple(key for key, (soonest, _) in ends.items() if not is_unbounded(soonest))
-        """The tasks whose response times have a bound somewhere in the box."""
-        self.top = motion.most if any(is_unbounded(ends[key][1]) for key in self.keys) else None
-        """The corner where some of these have none, if there is one."""
+        self.keys = tuple(ends)
+        """The tasks that have response times."""
+        changing = any(is_unbounded(latest) and not is_unbounded(soonest) for soonest, latest in ends.values())
+        self.top = motion.most if changing else None
+        """The corner where some response time has no bound that has one elsewhere in the box, if there is one."""
         super().__init__(inputs, design, cores=False)
         self.further = tuple(motion.response(key, ends[key]) for key in self.keys)
 
@@ -74,11 +75,8 @@ class ScheduledFunction(DesignFunction):
         view = super().view_of(values, traced=traced)
         found = self._responses(values)
         if traced:
-            numbers = {key: len(self.inputs.variables) + number for number, key in enumerate(self.keys)}
-            found = {
-                key: value if value is None or key not in numbers else Traced(value, Node("var", (), numbers[key]))
-                for key, value in found.items()
-            }
+            first = len(self.inputs.variables)
+            found = {key: _variable(found[key], number) for number, key in enumerate(self.keys, first)}
         view.memo["responses"] = found
         return view
 
@@ -94,6 +92,12 @@ class ScheduledFunction(DesignFunction):
         outputs = self.analysed(box.values(self.inputs.nominal, self.top))
         found = [(bound, Worst(self.top, outputs[bound.value], outputs[bound.limit])) for bound in self.outputs.bounds]
         return found if self.broken(outputs) else []
+
+
+def _variable(response_ns: Any, number: int) -> Any:
+    """A response time as a variable; one without a bound stays as it is, and what is made of it is of such places."""
+    variable = Traced(_counted(response_ns), Node("var", (), number))
+    return None if response_ns is None and variable >= UNBOUNDED_NS else variable  # which is a guard
 
 
 def _counted(response_ns: Any) -> Fraction:

@@ -95,3 +95,35 @@ def test_no_design_is_lost_that_is_in_time_at_every_corner(
     assert wanted <= set(again.points) or not wanted
     if kind in ("chained", "mixed"):
         assert dse.verify(result).status == "verified"
+
+
+BOUND_AT_SHORTER_TIMES_ONLY = """
+dse: 1
+name: no bound as stated
+overload: allowed
+deadlines: all
+processor_types:
+  slow: {cores: 1, price: 10 EUR}
+  fast: {cores: 1, price: 30 EUR}
+processors: {c: {type: [slow, fast]}}
+devices: {sensor: {period: 3 ms}}
+threads:
+  t0: {processor: c, compute_execution_time: {slow: 4 ms, fast: 2 ms}, period: 10 ms}
+  t1: {processor: c, compute_execution_time: {slow: 4 ms, fast: 3 ms}, dispatch_protocol: [periodic, aperiodic],
+       period: 10 ms}
+  t2: {processor: c, compute_execution_time: {slow: 2 ms, fast: 1 ms}, period: 8 ms}
+connections: {w: {from: sensor, to: t0}, w1: {from: t0, to: t1}, w2: {from: t1, to: t2}}
+flows: {f: {path: [sensor, t0, t1, t2]}}
+objectives: [minimise price, maximise latency of f, minimise min latency of f]
+uncertainty:
+  threads.t0.compute_execution_time: {factor: 0.7 .. 1.2}
+  threads.t1.compute_execution_time: {factor: 1 .. 1.3}
+"""
+
+
+def test_what_has_no_bound_as_stated_and_one_elsewhere_is_judged() -> None:
+    """Before, the robust search gave up: expressions made where nothing is bounded were held against places beside."""
+    problem = dse.loads(BOUND_AT_SHORTER_TIMES_ONLY)
+    found = solve_robust(problem)
+    assert {tuple(point.objectives.values()) for point in found.robust.front} == expected(problem) != set()
+    assert dse.verify(found, problem=problem).status == "verified"

@@ -63,7 +63,7 @@ def test_the_front_is_that_of_every_design(seed: int) -> None:
     problem, best = best_by_hand(seed)
     search = search_front(Evaluator(problem.space), Budget(workers=1))
     assert search.is_complete
-    assert sorted((price // 100, min(latency // MS, LATE)) for price, latency in search.points) == best
+    assert best_of({(price // 100, min(latency // MS, LATE)) for price, latency in search.points}) == best
 
 
 @pytest.mark.parametrize("seed", cases(10, 2000))
@@ -281,7 +281,7 @@ def test_the_search_learns_what_pieces_wait_for(seed: int, monkeypatch: pytest.M
     problem, best = with_designs(seed)
     search = search_front(Evaluator(problem.space), Budget(workers=1))
     assert search.is_complete
-    assert sorted((price // 100, min(latency // MS, LATE)) for price, latency in search.points) == best
+    assert best_of({(price // 100, min(latency // MS, LATE)) for price, latency in search.points}) == best
 
 
 @pytest.mark.parametrize("seed", cases(6, 6000))
