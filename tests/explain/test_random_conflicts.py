@@ -25,7 +25,7 @@ from dse.space.types import Design, Space
 from dse.spec.expressions import Operator
 from dse.units import DIMENSIONLESS
 
-WANTED = count(180)
+WANTED = count(120)
 PARTS = 6
 
 
