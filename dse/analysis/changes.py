@@ -16,8 +16,8 @@ def counted_decisions(space: Space) -> Iterator[tuple[int, Decision, int]]:
     What the baseline leaves out is not counted, nor on which core of its processor a thread runs,
     and in which order where the best one is asked for.
     """
-    for index, decision in enumerate(space.decisions):
-        if index in space.baseline and decision.is_open and index < space.first_open:
+    for index, decision in enumerate(space.decisions[: space.first_open]):
+        if index in space.baseline and decision.is_open:
             yield index, decision, space.baseline[index]
 
 

@@ -143,7 +143,7 @@ def core_origins(space: Space) -> frozenset[str]:
     return frozenset(found)
 
 
-_PLACEMENTS: Recall[Mapping[int, Spread]] = Recall()
+_PLACEMENTS: Recall[Spread] = Recall()
 
 
 def cores_of(space: Space, design: Design) -> Mapping[int, int]:
@@ -156,12 +156,9 @@ def cores_of(space: Space, design: Design) -> Mapping[int, int]:
 
 def placements_of(space: Space, design: Design) -> Mapping[int, Spread]:
     """Who runs where on each processor with several cores, and whether that keeps all that is required of cores."""
-    return _PLACEMENTS.recall(space, "cores", View(design), _placements)
-
-
-def _placements(space: Space, _: object, view: View) -> Mapping[int, Spread]:
+    view = View(design)
     return {
-        number: placement(space, number, view)
+        number: _PLACEMENTS.recall(space, number, view, placement)
         for number, slot in enumerate(space.processors)
         if slot.types[view[slot.type_decision]] != EMPTY and at(slot.cores, view) > 1
     }

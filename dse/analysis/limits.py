@@ -7,7 +7,7 @@ A ratio limits the utilisation of a processor by limit * cores, and each thread 
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Collection, Iterator, Mapping
 from dataclasses import replace
 from fractions import Fraction
 from math import lcm
@@ -23,7 +23,7 @@ from dse.analysis.measures import (
     exact_sum,
     scaled_term,
 )
-from dse.analysis.partition import Room, Spread, even_spread, spread
+from dse.analysis.partition import Room, Spread, asks_for_first_fit, even_spread, spread
 from dse.analysis.priorities import deadline_ns
 from dse.analysis.scheduling import UNBOUNDED_NS
 from dse.analysis.unbounded import may_be_unbounded, unbounded_from
@@ -37,6 +37,8 @@ from dse.space.types import EMPTY, Bus, Component, Space
 from dse.units import Exact
 
 MANY_CASES = 10_000
+MOST_LEFT_OUT = 32
+"""Of more threads on a processor that have no partition none is left out: each takes a search of its own."""
 FULLEST = "the fullest core"
 """What is said of a core that has no number, for threads may have others."""
 
@@ -231,9 +233,13 @@ def excess(space: Space, limit: Limit) -> Measure:
     return Measure(measure.metric, measure.unit, tuple(terms), min(scale, SCALE_LIMIT), rounded=too_fine)
 
 
-def thread_values(limit: Limit, view: View) -> dict[str, Fraction]:
-    """What each thread that must keep the limit of one core uses in a design, in the measure's unit."""
-    return {name: exact_sum(term.value(view) for term in terms) for name, terms in limit.alone.items()}
+def thread_values(limit: Limit, view: View, threads: Collection[str] | None = None) -> dict[str, Fraction]:
+    """What each thread that must keep the limit of one core uses in a design, in the measure's unit; all, or some."""
+    return {
+        name: exact_sum(term.value(view) for term in terms)
+        for name, terms in limit.alone.items()
+        if threads is None or name in threads
+    }
 
 
 def thread_loads(terms: tuple[Term, ...]) -> dict[str, list[Term]]:
@@ -271,12 +277,35 @@ def core_comparison(cores: EachCore, loads: Mapping[str, Fraction], view: View) 
     return Comparison(value, cores.most, core=found.fullest, spread=found)
 
 
-def keeps_cores(limit: Limit, view: View) -> bool:
-    """Whether every core keeps a limit: some partition does, or nothing was found against it."""
+def keeps_cores(limit: Limit, view: View, threads: Collection[str] | None = None) -> bool:
+    """Whether every core keeps a limit: some partition does, or nothing was found against it.
+
+    With `threads` whether it does where these alone run on the processor.
+    """
     if limit.cores is None:
         return True
-    found = core_comparison(limit.cores, thread_values(limit, view), view)
+    found = core_comparison(limit.cores, thread_values(limit, view, threads), view)
     return HOLDS[limit.requirement.operator](found.value, found.bound)
+
+
+def too_many(limit: Limit, view: View) -> tuple[str, ...]:
+    """Threads for which a processor has no partition, in a design in which a limit on its cores is not kept.
+
+    None of them can be left out. All of the processor are named where the cores of some are not open, for then fewer
+    threads may need more room, and where they are more than `MOST_LEFT_OUT`.
+    """
+    assert limit.cores is not None
+    space, processor = limit.cores.space, limit.cores.processor
+    loads = thread_values(limit, view)
+    used = on_processor(space, processor, loads, view)
+    threads = [space.components[number].name for number in used]
+    if asks_for_first_fit(space, used) or len(threads) > MOST_LEFT_OUT:
+        return tuple(threads)
+    for name in sorted(threads, key=lambda name: loads[name]):
+        others = [other for other in threads if other != name]
+        if not keeps_cores(limit, view, others):
+            threads = others
+    return tuple(threads)
 
 
 def on_processor(space: Space, processor: int, loads: Mapping[str, Fraction], view: View) -> dict[int, Fraction]:

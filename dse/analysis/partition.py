@@ -196,7 +196,7 @@ def spread(space: Space, processor: int, used: Mapping[int, Fraction], view: Vie
     """
     taken, waiting, allowed = _given(space, processor, used, view)
     work = [Work(used[number], allowed[number]) for number in waiting]
-    if _asks_for_first_fit(space, waiting):
+    if asks_for_first_fit(space, waiting):
         found = first_fit(work, taken)
         found = replace(found, status="found" if all(map(room.fits, found.loads)) else "none")
     else:
@@ -208,11 +208,11 @@ def even_spread(space: Space, processor: int, used: Mapping[int, Fraction], view
     """The threads of a processor on its cores, such that the fullest is used least, as far as cores are open."""
     taken, waiting, allowed = _given(space, processor, used, view)
     work = [Work(used[number], allowed[number]) for number in waiting]
-    is_given = _asks_for_first_fit(space, waiting)
+    is_given = asks_for_first_fit(space, waiting)
     return _as_spread(space, used, view, waiting, first_fit(work, taken) if is_given else tightest(work, taken))
 
 
-def _asks_for_first_fit(space: Space, waiting: Sequence[int]) -> bool:
+def asks_for_first_fit(space: Space, waiting: Iterable[int]) -> bool:
     """Whether some thread without a core has it by first-fit, not as it is best."""
     is_open = {item.component for item in space.open_cores}
     return any(number not in is_open for number in waiting)
@@ -247,10 +247,11 @@ def _given(
             waiting.append(number)
         else:
             taken[core - 1] += share
-    listed = {
-        item.component: sorted(core - 1 for core in item.decision.values if core <= count) for item in space.open_cores
-    }
-    return taken, waiting, {number: listed.get(number, range(count)) for number in waiting}
+    allowed: dict[int, Collection[int]] = {number: range(count) for number in waiting}
+    for item in space.open_cores:
+        if item.component in allowed:
+            allowed[item.component] = sorted(core - 1 for core in item.decision.values if core <= count)
+    return taken, waiting, allowed
 
 
 def _as_spread(

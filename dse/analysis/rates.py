@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from fractions import Fraction
+from functools import lru_cache
 from typing import Literal, NamedTuple, TypeAlias
 
 from dse.analysis.views import CyclicActivation, View
@@ -11,6 +12,7 @@ from dse.space.cycles import shortest_cycle, strong_components
 from dse.space.protocols import Arrivals, arrivals_of
 from dse.space.trees import NotOffered, at, leaves
 from dse.space.types import Component, Connection, Space
+from dse.units import Exact
 
 NS_PER_S = 10**9
 ZERO = Fraction(0)
@@ -97,8 +99,18 @@ class Dispatch(NamedTuple):
 def dispatch(component: Component, view: View) -> Dispatch:
     """The rule by which a component gets its rate."""
     found = arrivals(component, view)
-    timer: Fraction = NS_PER_S / (ZERO + at(component.period_ns, view)) if found.has_period else ZERO
+    timer = _frequency_hz(at(component.period_ns, view)) if found.has_period else ZERO
     return Dispatch(timer if found.by_timer else ZERO, found.by_inputs, timer if found.is_separated else None)
+
+
+def _frequency_hz(period_ns: Exact) -> Fraction:
+    """How often per second something of a period comes."""
+    return _plain_frequency_hz(period_ns) if type(period_ns) is int else NS_PER_S / (ZERO + period_ns)
+
+
+@lru_cache(maxsize=4096)
+def _plain_frequency_hz(period_ns: int) -> Fraction:
+    return Fraction(NS_PER_S, period_ns)
 
 
 def stated_hz(connection: Connection, view: View) -> Fraction:

@@ -52,13 +52,16 @@ def _work_term(space: Space, processor: int, core: int | None, number: int, kind
     def coefficient(view: View) -> Fraction:
         """Worst execution time in microseconds: times a rate in Hz, that is ppm."""
         if at(component.processor, view) != processor:
-            return Fraction(0)
+            return ZERO
         if kind == "input" and at(component.protocol, view) != "hybrid":
-            return Fraction(0)
+            return ZERO
         if core is not None and _core(space, processor, number, view) != core:
-            return Fraction(0)
-        worst = at(tree, view)
-        return (ZERO + worst[1]) / 1000 if worst is not None else ZERO
+            return ZERO
+        found = at(tree, view)
+        if found is None:
+            return ZERO
+        worst = found[1]
+        return Fraction(worst, 1000) if type(worst) is int else (ZERO + worst) / 1000
 
     label = component.name if kind == "activation" else f"{component.name} (callback)"
     return product_term(space, label, coefficient, key, _put_with(space, number))

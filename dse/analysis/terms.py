@@ -231,13 +231,14 @@ def exact_sum(values: Iterable[int | Fraction]) -> Fraction:
     Fraction(3, 2)
     """
     numerators: dict[int, int] = {}
-    others = Fraction(0)
+    others: list[Any] = []
     for value in values:
         if type(value) is Fraction:
             numerators[value.denominator] = numerators.get(value.denominator, 0) + value.numerator
         else:
-            others = others + value
-    return sum((Fraction(above, below) for below, above in numerators.items()), others)
+            others.append(value)
+    found = [Fraction(above, below) for below, above in numerators.items()]
+    return found[0] if len(found) == 1 and not others else sum((*others, *found), ZERO)
 
 
 def product_term(space: Space, label: str, coefficient: Callable[[View], Fraction], key: RateKey, of: str) -> Term:

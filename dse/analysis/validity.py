@@ -59,6 +59,12 @@ def canonical(space: Space, design: Design) -> Design:
     )
 
 
+def unanswered(space: Space, view: View) -> list[Decision]:
+    """The decisions that a design uses without an option for them."""
+    open_ = (index for index, option in enumerate(view.design) if option < 0)
+    return [space.decisions[index] for index in open_ if is_met(space.decisions[index], index, view)]
+
+
 def structural_predicates(space: Space) -> Iterator[Predicate]:
     """What the architecture itself demands of every design."""
     for number, decision in enumerate(space.decisions):
@@ -263,7 +269,8 @@ class Rulebook:
             when the bindings cannot even be followed.
         """
         view = View(design)
-        found = [item.breach(design) for item in self.predicates if not item.holds(view)]
+        found = [f"{item.name} has no option" for item in unanswered(self.space, view)]
+        found += [item.breach(design) for item in self.predicates if not item.holds(view)]
         for cover in self.covers:
             filled = cover.slot.types[view[cover.slot.type_decision]] != EMPTY
             if filled and not any(uses(view) for uses in cover.users):

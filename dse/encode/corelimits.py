@@ -2,7 +2,9 @@
 
 Sums over threads whose core is stated are rows of the model from the start (`dse.encode.requirements`). What depends on
 where the others run is left to the referee, who finds a partition for nearly every design that keeps the sum and each
-thread; where one proves to have none, the model gets rows for the processor:
+thread. Where a design proves to have none, the model gets a clause: not these threads there, at these rates, as many of
+them as it takes (`dse.analysis.limits.too_many`). Where it has to learn that again and again, or cores are decisions,
+it gets rows for the processor:
 
     x[t, k]: thread t runs on core k        sum over k of x[t, k] = 1
     w[t] >= use of t                        for each case of its table
@@ -18,6 +20,7 @@ excluded by the options that it looked at.
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Callable, Sequence
 from fractions import Fraction
 from functools import partial
@@ -26,7 +29,7 @@ from typing import Any
 
 from ortools.sat.python import cp_model
 
-from dse.analysis.limits import Limit, keeps_cores
+from dse.analysis.limits import Limit, keeps_cores, too_many
 from dse.analysis.measures import Term
 from dse.analysis.memo import Recall, Watching
 from dse.analysis.views import Case, View, tabulate
@@ -39,6 +42,8 @@ from dse.space.types import Design, Space
 
 SHARED = 256
 """The number of verdicts on a processor that are shared by the designs that agree in what it carries."""
+MOST_CLAUSES = 16
+"""After so many clauses about one processor it gets rows: they make each call longer, clauses but few."""
 MOST_CASES = 2_000
 """A thread whose use depends on more combinations of options has no rows."""
 
@@ -61,6 +66,8 @@ class CoreLimits:
         """What each thread uses, by limit and name, as its options are; with every copy."""
         self.places: list[tuple[int, list[int]]] = []
         """Of each thread in the rows its greatest use, and the variables of its cores."""
+        self.clauses: Counter[int] = Counter()
+        """How many designs were forbidden, by limit."""
         self._packing: tuple[int, Any] = (0, None)
         self._kept: Recall[bool] = Recall(SHARED)
 
@@ -68,7 +75,7 @@ class CoreLimits:
         """The same for a copy of the model."""
         other = CoreLimits(self.space, model, self.literals, self.limits)
         other.known, other.places = set(self.known), list(self.places)
-        other.tables, other._kept = self.tables, self._kept
+        other.tables, other._kept, other.clauses = self.tables, self._kept, Counter(self.clauses)
         return other
 
     def packing(self) -> list[Any]:
@@ -80,7 +87,7 @@ class CoreLimits:
     def settled(self, design: Design, is_true: Callable[[cp_model.IntVar], bool], *, is_best: bool = True) -> bool:
         """Whether every core keeps its limits in a design; where one does not, the model has learnt from it.
 
-        From a design that is not the best of its model, which may never come again, no rows are learnt.
+        From a design that is not the best of its model, which may never come again, nothing new is learnt.
         """
         view, is_kept = View(design), True
         for number, item in enumerate(self.limits):
@@ -90,19 +97,24 @@ class CoreLimits:
                 continue
             is_kept = False
             if number in self.known:
-                self._forbid(item, design)
+                self._forbid(number, design)
             elif is_best:
-                self.known.add(number)
-                _Rows(self, number, item).add()
+                rows = _Rows(self, number, item)
+                if rows.is_free and self.clauses[number] < MOST_CLAUSES:
+                    self._forbid(number, design)
+                else:
+                    self.known.add(number)
+                    rows.add()
         return is_kept
 
     def _keeps(self, _: Space, number: int, view: View) -> bool:
         return keeps_cores(self.limits[number].limit, view)
 
-    def _forbid(self, item: CoreLimit, design: Design) -> None:
-        """Not the options that the referee looked at, all together."""
-        watching = Watching(View(design))
-        keeps_cores(item.limit, watching)
+    def _forbid(self, number: int, design: Design) -> None:
+        """Not the options that the referee looks at where there are but the threads that are too many, all together."""
+        self.clauses[number] += 1
+        item, watching = self.limits[number], Watching(View(design))
+        keeps_cores(item.limit, watching, too_many(item.limit, View(design)))
         clause = [self.literals.of(decision, option) for decision, option in watching.asked.items()]
         clause += [] if item.guard is None else [item.guard]
         self.model.add_bool_or([self._literal(index).negated() for index in clause])
@@ -140,8 +152,8 @@ class _Rows:
         self.scale = item.limit.measure.scale
         self.free = 0
         here = [item for item in self.space.components if self.processor in set(leaves(item.processor))]
-        is_free = all(item.core is None for item in here)  # no core is stated or decided
-        self.is_alike = is_free and len(interchangeable_cores(self.space, self.processor, by_rule=False)) == 1
+        self.is_free = all(item.core is None for item in here)  # no core is stated or decided
+        self.is_alike = self.is_free and len(interchangeable_cores(self.space, self.processor, by_rule=False)) == 1
 
     def add(self) -> None:
         """Every core's sum is within the limit; a thread with too many cases is left out, which loses no design."""

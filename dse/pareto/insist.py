@@ -67,8 +67,10 @@ class Insistence:
         return search
 
     def _restricted(self, decision: int, option: int) -> EncodedSpace:
-        """A copy of the model without the other options of a decision."""
-        encoded = self._encoded.copy()
+        """A copy of the model without the other options of a decision, which its tables do not look at either."""
+        space = self.evaluator.space
+        fixed = replace(space, fixed={**space.fixed, decision: option})
+        encoded = replace(self._encoded.copy(), space=fixed)
         for number, literal in enumerate(encoded.options[decision]):
             if number != option:
                 encoded.model.add_bool_and([literal.negated()])

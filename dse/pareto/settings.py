@@ -11,6 +11,8 @@ from dse.records import dataclass
 INPROCESSING_FROM = 2.0
 """Work from which on simplifying the clauses in between pays."""
 
+HINTED_CONFLICTS = 100
+"""How many conflicts a solver may have while it completes the design that it is given to start from."""
 CONFLICTS_IN_ORDER = 200_000
 """The greatest number of conflicts of a depth-first search that are a unit of work.
 
@@ -133,7 +135,8 @@ def sound_solver(seed: int = 0) -> cp_model.CpSolver:
     Presolve loses solutions where it combines linear with at-most-one constraints (google/or-tools issue 5293). The
     detection of variables above at least one of several conditional bounds refutes models that have solutions, when a
     bound has two conditions. Both are off (decision record 9). Probing, which is done as a model is
-    read, costs more than most of our calls (decision record 20).
+    read, costs more than most of our calls, and branching on the best value of an objective first makes conflicts
+    (decision record 20).
     """
     solver = cp_model.CpSolver()
     solver.parameters.num_workers = 1
@@ -143,4 +146,6 @@ def sound_solver(seed: int = 0) -> cp_model.CpSolver:
     solver.parameters.cp_model_probing_level = 0
     solver.parameters.symmetry_level = 0
     solver.parameters.auto_detect_greater_than_at_least_one_of = False
+    solver.parameters.exploit_objective = False
+    solver.parameters.hint_conflict_limit = HINTED_CONFLICTS
     return solver

@@ -8,6 +8,7 @@ import pytest
 from support import space_of
 
 from dse.analysis.evaluate import Evaluator
+from dse.encode import corelimits
 from dse.encode.model import encode
 from dse.pareto.answer import Answer, Found, Unfinished
 from dse.pareto.canonical import InOrder
@@ -63,7 +64,8 @@ def test_the_settings_that_find_a_design_come_first_at_the_next_point(able: Sett
     assert solver.asked_by(order.elsewhere(), 1)[0] is BARE_IN_ORDER
 
 
-def test_cores_are_packed_largest_first_where_the_model_has_rows_of_them() -> None:
+def test_cores_are_packed_largest_first_where_the_model_has_rows_of_them(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(corelimits, "MOST_CLAUSES", 0)
     encoded = encode(Evaluator(space_of(CROWD)))
     assert len(encoded.in_order()) == 1, "there is nothing to pack"
     limits = encoded.core_limits
