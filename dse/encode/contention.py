@@ -72,6 +72,7 @@ class Contention:
         self.movable = movable and not tells_cores_apart(space)
         self.reorders = movable and not rules_on_order(space) and bool(space.open_priorities)
         self.known: set[int] = set()
+        self.without_rows: cp_model.CpModel | None = None  # the model before it learnt of cores that are full
         self.numbering: list[int] = []  # clauses without which equal cores are interchangeable
         self.is_first = True
         self.is_upward = False
@@ -115,6 +116,7 @@ class Contention:
         )
         other.is_upward, other.reorders = self.is_upward, self.reorders
         other.known, other.numbering = set(self.known), list(self.numbering)
+        other.without_rows = self.without_rows
         other.combined = self.combined.copy(model)
         other.waiting = self.waiting.copy(other.combined) if self.waiting is not None else None
         return other
@@ -236,6 +238,8 @@ class Contention:
     ) -> None:
         self._lessons += 1
         fresh = self._fresh(late, view)
+        if fresh and self.without_rows is None:
+            self.without_rows = self.model.clone()
         for processor in sorted(fresh):
             self._add_rows(processor)
         if fresh:

@@ -19,7 +19,7 @@ do not exceed their periods they say exactly what response-time analysis says.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import field
 from fractions import Fraction
 from math import gcd
@@ -29,6 +29,7 @@ from ortools.sat.python import cp_model
 
 from dse.analysis.rates import NS_PER_S
 from dse.analysis.views import tabulate
+from dse.encode.core_demand import WHOLE, CoreDemand, Rate, jobs_of, points_of
 from dse.encode.equal_cores import number_cores
 from dse.encode.linear import EXACT_LIMIT
 from dse.encode.places import Places, Thread, Turn
@@ -39,10 +40,6 @@ from dse.timelimit import look_at_the_clock
 if TYPE_CHECKING:
     from dse.encode.contention import Deadline
 
-MOST_POINTS = 24
-"""A level with more points than this has no rows: what it would refuse is found by the referee."""
-
-Rate: TypeAlias = Fraction
 Level: TypeAlias = tuple[Fraction, int]
 """The time in ns that orders threads, and one by which a job must end."""
 Turns: TypeAlias = dict[tuple[Fraction | None, Rate], list[int]]
@@ -61,33 +58,41 @@ def add_rows(
     space: Space, model: cp_model.CpModel, places: Places, processor: int, deadlines: Sequence[Deadline]
 ) -> list[int]:
     """The rows of a processor's cores, and the symmetry of equal cores, whose clauses are returned."""
-    threads = [thread for thread in places.on(processor) if not thread.is_odd]
-    rows = _Rows(space, model, places, processor, threads)
-    wanted: dict[int, list[Deadline]] = {}
-    busy = {thread.number for thread in threads if rows.always_works(thread)}
-    for item in deadlines:
-        if item.thread in busy:
-            wanted.setdefault(item.thread, []).append(item)
-    rows.add_levels(wanted)
-    rows.add_utilisation(wanted)
-    if any(thread.numbers for thread in threads):
-        rows.add_best_order(wanted)
-    if len(threads) == len(places.on(processor)):
+    rows = Rows(space, model, places, processor, deadlines)
+    for core in range(rows.cores):
+        for demand in rows.demands(core):
+            look_at_the_clock()
+            rows.add_demand(core, demand)
+    for core in range(rows.cores):
+        rows.add_utilisation(core)
+    if len(rows.threads) == len(places.on(processor)):
         return number_cores(space, model, places, processor)
     return []
 
 
-class _Rows:
+class Rows:
+    """What the cores of a processor must have room for; the cores are the columns of its threads in `places`."""
+
     def __init__(
-        self, space: Space, model: cp_model.CpModel, places: Places, processor: int, threads: Sequence[Thread]
+        self,
+        space: Space,
+        model: cp_model.CpModel,
+        places: Places,
+        processor: int,
+        deadlines: Sequence[Deadline],
     ) -> None:
         self.space, self.model, self.places, self.processor = space, model, places, processor
-        self.threads = threads
+        self.threads = [thread for thread in places.on(processor) if not thread.is_odd]
         self.types = places.types[processor]
-        self.cores = max((len(thread.cores[processor]) for thread in threads), default=0)
-        timers = {rate for thread in threads for _, rate in thread.modes if rate is not None}
+        self.cores = max((len(thread.cores[processor]) for thread in self.threads), default=0)
+        timers = {rate for thread in self.threads for _, rate in thread.modes if rate is not None}
         self.steady = sorted(timers)
         self._pairs: dict[int, list[dict[int, int]]] = {}
+        busy = {thread.number for thread in self.threads if self.always_works(thread)}
+        self.wanted: dict[int, list[Deadline]] = {}
+        for item in deadlines:
+            if item.thread in busy:
+                self.wanted.setdefault(item.thread, []).append(item)
 
     def always_works(self, thread: Thread) -> bool:
         """Whether a thread takes time wherever it is: a job without work ends at its release, and waits for nobody."""
@@ -152,34 +157,34 @@ class _Rows:
                 self.model.add_at_most_one([self.literal(-index - 1), *map(self.literal, parts)])
         return made
 
-    def add_levels(self, wanted: dict[int, list[Deadline]]) -> None:
-        """The rows of each level of each core."""
+    def demands(self, core: int) -> Iterator[CoreDemand]:
+        """Those of each level, of threads with a stated priority, and of the best order where there is one to find."""
         by_number = {thread.number: thread for thread in self.threads}
-        for core in range(self.cores):
-            levels: dict[Level, _Owners] = {}
-            alone: list[tuple[Thread, int, int]] = []
-            timely: dict[tuple[int, int], int] = {}
-            for number, items in wanted.items():
-                thread = by_number[number]
-                if core >= len(thread.cores[self.processor]):
-                    continue
-                for item in items:
-                    for literal, order, latest in self._demands(item, thread):
-                        pair = self._guarded(self._both(thread, core, literal), item.guard)
-                        if pair is None:
-                            continue
-                        timely[number, pair] = min(latest, timely.get((number, pair), latest))
-                        if thread.priority is not None:
-                            alone.append((thread, pair, latest))
-                        elif order is not None:
-                            owners = levels.setdefault((order, latest), _Owners())
-                            owners.members.setdefault((thread.number, pair), (thread, pair))
-                            owners.demanding.append(pair)
-            for (order, latest), owners in levels.items():
-                look_at_the_clock()
-                self._add_level(core, order, latest, owners, timely)
-            for thread, pair, latest in alone:
-                self._add_alone(core, thread, pair, latest)
+        levels: dict[Level, _Owners] = {}
+        alone: list[tuple[Thread, int, int]] = []
+        timely: dict[tuple[int, int], int] = {}
+        for number, items in self.wanted.items():
+            thread = by_number[number]
+            if core >= len(thread.cores[self.processor]):
+                continue
+            for item in items:
+                for literal, order, latest in self._demands(item, thread):
+                    pair = self._guarded(self._both(thread, core, literal), item.guard)
+                    if pair is None:
+                        continue
+                    timely[number, pair] = min(latest, timely.get((number, pair), latest))
+                    if thread.priority is not None:
+                        alone.append((thread, pair, latest))
+                    elif order is not None:
+                        owners = levels.setdefault((order, latest), _Owners())
+                        owners.members.setdefault((thread.number, pair), (thread, pair))
+                        owners.demanding.append(pair)
+        for (order, latest), owners in levels.items():
+            yield self._level(core, order, latest, owners, timely)
+        for thread, pair, latest in alone:
+            yield self._alone(core, thread, pair, latest)
+        if any(thread.numbers for thread in self.threads):
+            yield from self._best_order(core)
 
     def _demands(self, item: Deadline, thread: Thread) -> Iterable[tuple[int, Fraction | None, int]]:
         """Literals with the time that orders the thread (None: unknown) and the one to end by where they hold."""
@@ -226,9 +231,9 @@ class _Rows:
         self.model.add_implication(made, self.literal(guard))
         return made.index
 
-    def _add_level(
+    def _level(
         self, core: int, level: Fraction, latest: int, owners: _Owners, timely: Mapping[tuple[int, int], int]
-    ) -> None:
+    ) -> CoreDemand:
         """What delays the last of the owners: each of them once, and whatever is more urgent.
 
         Without owners it holds as well where all that is more urgent must end by `timely`, before its next job and no
@@ -245,9 +250,9 @@ class _Rows:
             (end := timely.get((thread.number, pair))) is not None and end <= latest and end * rate <= NS_PER_S
             for pair, rate, thread in urgent
         )
-        self._add_demand(core, latest, urgent, list(owners.members.values()), [] if is_kept else owners.demanding)
+        return CoreDemand(latest, urgent, list(owners.members.values()), [] if is_kept else owners.demanding)
 
-    def _add_alone(self, core: int, thread: Thread, pair: int, latest: int) -> None:
+    def _alone(self, core: int, thread: Thread, pair: int, latest: int) -> CoreDemand:
         """A thread with a stated priority: delayed by those whose stated priority is no lower."""
         urgent = []
         for other in self.threads:
@@ -256,21 +261,11 @@ class _Rows:
             if thread.priority is not None and other.priority >= thread.priority:
                 for (_, rate), literals in self.here(other, core).items():
                     urgent += [(literal, rate, other) for literal in literals]
-        self._add_demand(core, latest, urgent, [(thread, pair)], [pair])
+        return CoreDemand(latest, urgent, [(thread, pair)], [pair])
 
-    def _add_demand(
-        self,
-        core: int,
-        latest: int,
-        urgent: Sequence[tuple[int, Rate, Thread]],
-        members: Sequence[tuple[Thread, int]],
-        demanding: Sequence[int],
-    ) -> None:
-        """Some point has room for what is urgent and for the members, where one of the literals `demanding` is true.
-
-        Without any it has so always: then the linear relaxation sees it.
-        """
-        points = scheduling_points(latest, sorted({rate for _, rate, _ in urgent}))
+    def add_demand(self, core: int, demand: CoreDemand) -> None:
+        """Some point has room: where nothing is demanding it always does, and the linear relaxation sees it."""
+        points, demanding = points_of(demand), demand.demanding
         if points is None:
             return
         needed = demanding[0] if demanding else self.places.true
@@ -284,13 +279,12 @@ class _Rows:
         for position, kind in enumerate(self.types):
             for point, literal in zip(points, chosen, strict=True):
                 parts = [
-                    (pair, self._worst(thread, core, position) * jobs_within(point, rate))
-                    for pair, rate, thread in urgent
+                    (pair, self.worst(thread, core, position) * jobs) for pair, jobs, thread in jobs_of(demand, point)
                 ]
-                parts += [(pair, self._worst(thread, core, position)) for thread, pair in members]
                 self._add_row(parts, point, (literal, kind))
 
-    def _worst(self, thread: Thread, core: int, position: int) -> int:
+    def worst(self, thread: Thread, core: int, position: int) -> int:
+        """The longest time of a job in ns, at least, with the type at a position of `types`."""
         at_core = self.places.worst_at.get((self.processor, thread.number, core))
         return (at_core or self.places.worst_on[self.processor, thread.number])[position]
 
@@ -313,78 +307,53 @@ class _Rows:
         held = [self.literal(index) for index in where if index != self.places.true]
         self.model.add(row <= (most - constant) // divisor).only_enforce_if(held)
 
-    def add_best_order(self, wanted: dict[int, list[Deadline]]) -> None:
+    def _best_order(self, core: int) -> Iterator[CoreDemand]:
         """Threads with deadlines up to their periods are in time in no order unless they are by their deadlines.
 
         One of several limits of a thread counts. What else is on the core only adds work.
         """
-        for core in range(self.cores):
-            entries: dict[tuple[int, int], tuple[int, Thread, int, Rate]] = {}
-            for thread in self.threads:
-                modes = {literal: rate for literal, rate in thread.modes if rate is not None}
-                if core >= len(thread.cores[self.processor]):
-                    continue
-                for item in wanted.get(thread.number, ()):
-                    for literal, _, latest in self._demands(item, thread):
-                        known = entries.get((thread.number, literal))
-                        if literal not in modes or latest * modes[literal] > NS_PER_S or (known and known[0] <= latest):
-                            continue
-                        pair = self._guarded(self._both(thread, core, literal), item.guard)
-                        if pair is not None:
-                            entries[thread.number, literal] = latest, thread, pair, modes[literal]
-            for level in sorted({latest for latest, *_ in entries.values()}):
-                look_at_the_clock()
-                urgent = [(pair, rate, thread) for latest, thread, pair, rate in entries.values() if latest < level]
-                members = [(thread, pair) for latest, thread, pair, _ in entries.values() if latest == level]
-                self._add_demand(core, level, urgent, members, [])
-
-    def add_utilisation(self, wanted: dict[int, list[Deadline]]) -> None:
-        """The threads with a deadline use no more than their core: the last of them waits for all others."""
-        if any(item.guard is not None for items in wanted.values() for item in items):
-            return
-        timers = [
-            (thread, literal, rate)
-            for thread in self.threads
-            if thread.number in wanted
-            for literal, rate in thread.modes
-            if rate is not None
-        ]
-        if not timers:
-            return
-        whole = 10**9
-        for core in range(self.cores):
-            look_at_the_clock()
-            for position, kind in enumerate(self.types):
-                parts = []
-                for thread, literal, rate in timers:
-                    pair = self._both(thread, core, literal) if core < len(thread.cores[self.processor]) else None
+        entries: dict[tuple[int, int], tuple[int, Thread, int, Rate]] = {}
+        for thread in self.threads:
+            modes = {literal: rate for literal, rate in thread.modes if rate is not None}
+            if core >= len(thread.cores[self.processor]):
+                continue
+            for item in self.wanted.get(thread.number, ()):
+                for literal, _, latest in self._demands(item, thread):
+                    known = entries.get((thread.number, literal))
+                    if literal not in modes or latest * modes[literal] > NS_PER_S or (known and known[0] <= latest):
+                        continue
+                    pair = self._guarded(self._both(thread, core, literal), item.guard)
                     if pair is not None:
-                        parts.append((pair, int(self._worst(thread, core, position) * rate * whole / NS_PER_S)))
-                self._add_row(parts, whole, [kind])
+                        entries[thread.number, literal] = latest, thread, pair, modes[literal]
+        for level in sorted({latest for latest, *_ in entries.values()}):
+            urgent = [(pair, rate, thread) for latest, thread, pair, rate in entries.values() if latest < level]
+            members = [(thread, pair) for latest, thread, pair, _ in entries.values() if latest == level]
+            yield CoreDemand(level, urgent, members)
 
+    def timers(self, core: int) -> list[tuple[int, Rate, Thread]]:
+        """Literals of the threads with a deadline on a core with the rate of their timer; none where limits are open.
 
-def jobs_within(window_ns: int, rate: Rate) -> int:
-    """The fewest jobs that a thread of this rate may release in a window at worst: at least the first.
+        They use no more than the core: the last of them waits for all others.
+        """
+        if any(item.guard is not None for items in self.wanted.values() for item in items):
+            return []
+        found = []
+        for thread in self.threads:
+            if thread.number in self.wanted and core < len(thread.cores[self.processor]):
+                for literal, rate in thread.modes:
+                    pair = self._both(thread, core, literal) if rate is not None else None
+                    if pair is not None and rate is not None:
+                        found.append((pair, rate, thread))
+        return found
 
-    >>> [jobs_within(25, Fraction(NS_PER_S, 10)), jobs_within(20, Fraction(NS_PER_S, 10)), jobs_within(20, Fraction(0))]
-    [3, 2, 1]
-    """
-    return max(1, -(-(window_ns * rate.numerator) // (NS_PER_S * rate.denominator)))
+    def share(self, thread: Thread, core: int, position: int, rate: Rate) -> int:
+        """What a thread uses of a core, in parts of `WHOLE`, rounded down."""
+        return int(self.worst(thread, core, position) * rate * WHOLE / NS_PER_S)
 
-
-def scheduling_points(latest: int, rates: Sequence[Rate]) -> list[int] | None:
-    """The times up to `latest` (ns) of which one has room if any time has, by Bini and Buttazzo; None if too many.
-
-    `rates` go from the slowest to the fastest; a rate of 0 has its first job only.
-
-    >>> scheduling_points(20, [Fraction(NS_PER_S, 12), Fraction(NS_PER_S, 7)])
-    [7, 12, 14, 20]
-    """
-    points = {latest}
-    for rate in rates:
-        if rate:
-            points |= {int(int(point * rate / NS_PER_S) * NS_PER_S / rate) for point in points}
-        points.discard(0)
-        if len(points) > MOST_POINTS:
-            return None
-    return sorted(points)
+    def add_utilisation(self, core: int) -> None:
+        """What the threads with a deadline use of a core is no more than there is."""
+        timers = self.timers(core)
+        look_at_the_clock()
+        for position, kind in enumerate(self.types if timers else ()):
+            parts = [(pair, self.share(thread, core, position, rate)) for pair, rate, thread in timers]
+            self._add_row(parts, WHOLE, [kind])

@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING
 from dse.encode.linear import EXACT_LIMIT
 from dse.pareto.answer import Answer, Found, NoSuchDesign, Unfinished
 from dse.pareto.neighbours import neighbour
+from dse.pareto.pooled import pooled
 from dse.pareto.settings import BARE, BUILD_WORK, CLOSING, FROM_BELOW, RELAXED
 from dse.records import dataclass
 
@@ -125,6 +126,10 @@ def lowest(solver: Solver, work: float, *, builds: bool = False) -> Answer:
         answer = solver.run(RELAXED, min(limit, AT_ONCE) if builds else limit, None, middle)
         if isinstance(answer, Unfinished) and builds:
             builds, before = False, solver.work
+            told = pooled(solver, answer.best or best)
+            if not isinstance(told, Unfinished):
+                return told
+            answer = Unfinished(told.bound, told.best or answer.best)
             near = neighbour(solver, solver.raise_least(answer.bound or 0), BUILD_WORK)
             best = near if near is not None and solver.is_wanted(near.point, answer.best) else answer.best
             end += solver.work - before

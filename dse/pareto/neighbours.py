@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING
 
 from ortools.sat.python import cp_model
 
+from dse.encode.model import EncodedSpace
 from dse.encode.neighbourhood import Core, least_demanding, neighbourhood, threads_by_core, unnumbered
 from dse.pareto.answer import Found
 from dse.pareto.settings import NEIGHBOUR_WORK, RELAXED, START_WORK
@@ -69,6 +70,11 @@ def neighbour(solver: Solver, least: int, work: float) -> Found | None:
                 solution = list(run.response_proto.solution)
             tried.add(free)
     solver.nearby[solver.within] = Nearby(solution, tried, goal)
+    return judged(encoded, solution)
+
+
+def judged(encoded: EncodedSpace, solution: Sequence[int]) -> Found | None:
+    """The design of a solution with its figures, as the analysis accepts it."""
     point = tuple(solution[objective.variable.index] for objective in encoded.objectives)
     settled = encoded.settled(encoded.design(solution), lambda variable: solution[variable.index], is_best=False)
     return None if settled is None else Found(point, settled)

@@ -8,17 +8,19 @@ left, every point is dominated by a found one, equal to it, or proved to belong 
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable, Iterator
+from collections.abc import Collection, Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from heapq import nsmallest
 from math import prod
 from operator import le, lt
 from typing import TYPE_CHECKING, TypeAlias
 
-from dse.encode.linear import EXACT_LIMIT
+from dse.encode.linear import EXACT_LIMIT, set_domain
 
 if TYPE_CHECKING:
     from ortools.sat.python import cp_model
+
+    from dse.encode.model import EncodedSpace
 
 Bound: TypeAlias = tuple[int, ...]
 Question: TypeAlias = tuple[tuple[Bound, ...], int]
@@ -153,6 +155,20 @@ def local_upper_bounds(start: Bound, points: Iterable[Bound], most: int) -> list
         if len(regions.open) > most:
             return None
     return sorted({*regions.open, *regions.refuted})
+
+
+def restrict(encoded: EncodedSpace, regions: Sequence[Bound], floor: Bound | None = None) -> None:
+    """Only designs in one of the regions, with objectives of at least `floor`."""
+    assert len(regions) <= max(1, len(encoded.regions)), "more regions than the model has switches"
+    proto = encoded.model.proto
+    for number, objective in enumerate(encoded.objectives):
+        high = min(max(region[number] for region in regions) - 1, objective.size)
+        set_domain(proto.variables[objective.variable.index], floor[number] if floor is not None else 0, high)
+    for number, switch in enumerate(encoded.regions):
+        set_domain(proto.variables[switch.literal.index], 0, int(number < len(regions)))
+    for switch, region in zip(encoded.regions, regions, strict=False):  # as many as there are regions
+        for constraint, bound in zip(switch.constraints, region, strict=True):
+            set_domain(proto.constraints[constraint].linear, 0, bound - 1)
 
 
 @contextmanager

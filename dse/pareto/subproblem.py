@@ -23,8 +23,9 @@ from dse.pareto.moving import moved
 from dse.pareto.narrowing import Narrowing, lowest, narrowed
 from dse.pareto.neighbours import Nearby
 from dse.pareto.parts import Part, Parts
+from dse.pareto.pooled import Pools
 from dse.pareto.portfolio import PATIENCE, Attempt, Portfolio
-from dse.pareto.regions import Bound, strictly_inside, valued
+from dse.pareto.regions import Bound, restrict, strictly_inside, valued
 from dse.pareto.roomier import roomier
 from dse.pareto.settings import (
     BARE_FIRST,
@@ -71,6 +72,7 @@ class Solver:
         self._ceiling: int | None = None
         self.within: tuple[int, ...] = ()  # the literals of the part that is asked about
         self.nearby: dict[tuple[int, ...], Nearby] = {}  # what was built, by these literals
+        self.pools: Pools | None = None  # where cores are full
         self.least: int | None = None  # of the values on the grid
         self._grid = EVERY
         self.narrowing = Narrowing()
@@ -142,17 +144,7 @@ class Solver:
     def _restrict(self, regions: Sequence[Bound], floor: Bound | None = None) -> None:
         """Only designs in one of the regions, with objectives of at least `floor`."""
         self._regions = regions
-        encoded = self.encoded
-        assert len(regions) <= max(1, len(encoded.regions)), "more regions than the model has switches"
-        proto = encoded.model.proto
-        for number, objective in enumerate(encoded.objectives):
-            high = min(max(region[number] for region in regions) - 1, objective.size)
-            set_domain(proto.variables[objective.variable.index], floor[number] if floor is not None else 0, high)
-        for number, switch in enumerate(encoded.regions):
-            set_domain(proto.variables[switch.literal.index], 0, int(number < len(regions)))
-        for switch, region in zip(encoded.regions, regions, strict=False):  # as many as there are regions
-            for constraint, bound in zip(switch.constraints, region, strict=True):
-                set_domain(proto.constraints[constraint].linear, 0, bound - 1)
+        restrict(self.encoded, regions, floor)
 
     def solve_in(self, weights: Sequence[int], regions: Sequence[Bound], settings: Settings, work: float) -> Answer:
         """One attempt at a question as a whole; where the first one finds nothing, any design is looked for."""
@@ -299,11 +291,15 @@ class Solver:
         self.least = self._grid.up(max(bound, self.least or 0))
         return self.least
 
+    def below(self, value: int) -> int:
+        """The greatest value of what is minimised that is less."""
+        return self._grid.down(value - 1)
+
     def most(self, best: Found | None) -> int | None:
         """No more than this has what is better than a design, or than what is known; None where nothing is known."""
         if best is None or self.weights is None:
-            return None if self._ceiling is None else self._grid.down(self._ceiling - 1)
-        return self._grid.down(weighted(self.weights, best.point) - 1)
+            return None if self._ceiling is None else self.below(self._ceiling)
+        return self.below(weighted(self.weights, best.point))
 
     def once(
         self, settings: Settings, work: float, best: Found | None, most: int | None

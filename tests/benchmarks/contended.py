@@ -35,9 +35,9 @@ from dse.analysis.rates import NS_PER_S, is_event_triggered, rate_hz
 from dse.analysis.views import View
 from dse.encode import contention
 from dse.encode.contention import Deadline
+from dse.encode.core_demand import jobs_within, scheduling_points
 from dse.encode.model import EncodedSpace
 from dse.encode.places import Places, Thread
-from dse.encode.schedulability import jobs_within, scheduling_points
 from dse.pareto import subproblem
 from dse.space.trees import at
 from dse.space.types import Design, Space
