@@ -31,6 +31,9 @@ from dse.verification.sums import Figures
 MOST_ENTRIES = 100_000
 """Rows with more entries than this, in all, are left out: they would cost more than they save."""
 
+MOST_KINDS = 6
+"""A period with several times is left out where cores would be of more kinds than this."""
+
 MOST_CASES = 1_000
 """A thread whose demand depends on more combinations of options has no part in rows: they hold without it."""
 
@@ -144,6 +147,95 @@ def add_levels(model: Any, uses: Sequence[Mapping[Demand, Any]]) -> None:
                 model.add(work <= point).only_enforce_if(fit)
                 fits.append(fit)
             model.add_bool_or(fits)
+
+
+def add_pools(model: Any, uses: Sequence[Mapping[Demand, Any]]) -> None:
+    """What the rows of `add_levels` say of all cores for which work fits until the same times, added up.
+
+    Such cores are of one kind. Of a thread only the kind of its core is asked: nothing tells cores of a kind apart.
+    """
+    processors: dict[int, list[tuple[int, int, Any]]] = {}
+    most: dict[int, int] = {}
+    for use in uses:
+        for (processor, count, period, work), is_so in use.items():
+            processors.setdefault(processor, []).append((period, work, is_so))
+            most[processor] = max(most.get(processor, 0), count)
+    for processor, held in processors.items():
+        kinds = _kinds(held)
+        counts = [model.new_int_var(0, most[processor], "") for _ in kinds]
+        model.add(sum(counts) <= most[processor])
+        sums: list[list[Any]] = [[0] * len(kind) for kind in kinds]
+        for period, work, is_so in held:
+            here = [model.new_bool_var("") for _ in kinds] if len(kinds) > 1 else [is_so]
+            if len(kinds) > 1:
+                model.add(sum(here) == is_so)
+            for number, (kind, literal) in enumerate(zip(kinds, here, strict=True)):
+                for place, row in enumerate(kind):
+                    sums[number][place] += row.needed(period, work) * literal
+        for kind, count, totals in zip(kinds, counts, sums, strict=True):
+            for row, total in zip(kind, totals, strict=True):
+                model.add(total <= row.room * count)
+
+
+@dataclass(frozen=True)
+class Fit:
+    """What fits on a core: work of periods up to `longest` until the time `point`; without one, shares of a whole."""
+
+    point: int | None = None
+    longest: int = 0
+
+    @property
+    def room(self) -> int:
+        """How much there is of it."""
+        return WHOLE if self.point is None else self.point
+
+    def needed(self, period: int, work: int) -> int:
+        """What a thread takes of it."""
+        if self.point is None:
+            return WHOLE * work // period
+        return -(-self.point // period) * work if period <= self.longest else 0
+
+    def follows(self, other: Fit, periods: Sequence[int]) -> bool:
+        """Whether what fits the other way fits this way, too: no thread takes a larger part of the room."""
+        return all(self._part(period) <= other._part(period) for period in periods)
+
+    def _part(self, period: int) -> Fraction:
+        if self.point is None:
+            return Fraction(1, period)
+        return Fraction(-(-self.point // period), self.point) if period <= self.longest else Fraction(0)
+
+
+def _kinds(held: Sequence[tuple[int, int, Any]]) -> list[list[Fit]]:
+    """One time for each period, as far as these are few; without what follows from the rest."""
+    periods = sorted({period for period, _, _ in held})
+    kinds = [[Fit()]]
+    for shorter, points in _levels(held):
+        longest = max(period for period, _, _ in shorter)
+        finer: list[list[Fit]] = []
+        for kind in kinds:
+            for point in points:
+                grown = [*kind, Fit(point, longest)]
+                kept = _independent(grown, periods)
+                if not any(_is_implied(known, kept, periods) for known in finer):
+                    finer = [known for known in finer if not _is_implied(kept, known, periods)]
+                    finer.append(kept)
+        if len(finer) <= max(MOST_KINDS, len(kinds)):
+            kinds = finer
+    return kinds
+
+
+def _independent(fits: Sequence[Fit], periods: Sequence[int]) -> list[Fit]:
+    """Those that do not follow from another one."""
+    kept = list(fits)
+    for fit in fits:
+        if any(other is not fit and fit.follows(other, periods) for other in kept):
+            kept.remove(fit)
+    return kept
+
+
+def _is_implied(one: Sequence[Fit], other: Sequence[Fit], periods: Sequence[int]) -> bool:
+    """Whether a core of the other kind is of this one, too."""
+    return all(any(fit.follows(known, periods) for known in other) for fit in one)
 
 
 def _entries(levels: Levels) -> int:

@@ -9,7 +9,7 @@ refuted, while a solution says nothing.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from functools import cached_property
 from typing import Any
 
@@ -19,13 +19,17 @@ from dse.records import dataclass
 from dse.timelimit import look_at_the_clock
 from dse.verification.calls import PACKING, WAYS, attempted
 from dse.verification.diagrams import Diagram, Node, changed, leaves, scope
-from dse.verification.levels import Demand, Levels, add_levels
-from dse.verification.lookups import Lookups
+from dse.verification.levels import Levels, add_levels, add_pools
+from dse.verification.reduced_model import reduced_model
 from dse.verification.sums import Sum
 from dse.verification.tables import Tables
 
 SHARE_OF_CORES = 2
 """The rows of cores may take so many times the limit of a smaller question without them."""
+
+
+PATIENCE = 4
+"""After so many attempts at pooled cores each core is asked for by itself; without cores after one."""
 
 
 @dataclass(frozen=True)
@@ -89,6 +93,7 @@ class ReducedRegion:
         self._has_solution = False
         self._parts: list[ReducedRegion] = []
         self._ways = WAYS
+        self._forms = [] if levels is None else [add_pools, add_levels]  # those that were not asked yet
 
     def is_refuted(self, limit: float, deadline: float | None) -> bool:
         """Whether it can be shown, with so much deterministic time, that there is no solution."""
@@ -99,19 +104,25 @@ class ReducedRegion:
         if self._model is None:
             left = [list(options) for options in self.left]
             leave_out_dominated(self.rows, left)
-            self._model = _model(self.rows, left)
-        limit *= SHARE_OF_CORES if self._ways is PACKING else 1
-        status, solver = attempted(self._model, deadline, limit, self._attempts, self._ways)
+            self._model = reduced_model(self.rows, left)
+        most = limit * SHARE_OF_CORES if self._ways is PACKING else limit
+        status, solver = attempted(self._model, deadline, most, self._attempts, self._ways)
         self._attempts += 1
         self.is_empty = status == cp_model.INFEASIBLE
-        if solver is not None and self.levels is not None:
-            self._parts = self._by_type(self.levels)
+        if self._goes_on(status):
+            self._parts = [] if self.levels is None else self._by_type(self.levels)
             if not self._parts:
-                self._model, self._attempts = _model(self.rows, self.left, self.levels), 0
-                self.levels, self._ways = None, PACKING
+                self._model, self._attempts = reduced_model(self.rows, self.left, self.levels, self._forms.pop(0)), 0
+                self._ways = PACKING
             return self.is_refuted(limit, deadline)
         self._has_solution = solver is not None
         return self.is_empty
+
+    def _goes_on(self, status: Any) -> bool:
+        """Whether the next form is asked: what the one before has refuted it would refute, too."""
+        patience = 1 if self._ways is WAYS else PATIENCE
+        is_open = status == cp_model.UNKNOWN and self._attempts >= patience
+        return bool(self._forms) and (is_open or status in (cp_model.OPTIMAL, cp_model.FEASIBLE))
 
     def _by_type(self, levels: Levels) -> list[ReducedRegion]:
         """The same for each type of a processor that has several left; nothing where none has."""
@@ -248,114 +259,6 @@ def _is_below(
         return True
 
     return walk(one, other)
-
-
-def _model(rows: Sequence[Row], left: Sequence[Sequence[int]], levels: Levels | None = None) -> cp_model.CpModel:
-    """The rows with what is left: what one decision adds to a row is one figure. With those of `levels`, if any."""
-    model = cp_model.CpModel()
-    small: dict[tuple[Any, ...], Diagram] = {}
-    options = _Options(model, left)
-    for row in rows:
-        look_at_the_clock()
-        alone: dict[int, list[int]] = {}
-        total: Any = 0
-        for part in (_restricted(item, left, small) for item in row.parts):
-            if not isinstance(part, Node):
-                total += int(part)
-            elif any(isinstance(branch, Node) for branch in part.branches):
-                total += options.lookups.value(part)
-            else:
-                known = alone.get(part.decision, [0] * len(part.branches))
-                alone[part.decision] = [value + int(more) for value, more in zip(known, part.branches, strict=True)]
-        for decision, values in alone.items():
-            if levels is None:
-                total += options.lookups.value(_node(decision, values, small))
-            else:
-                total += sum(value * literal for value, literal in zip(values, options.of(decision), strict=True))
-        if not isinstance(total, int):  # else it holds, as `narrow` has left it
-            model.add(total <= row.most)
-    if levels is not None:
-        add_levels(model, [_uses(levels, number, left, small, options) for number in sorted(levels.demands)])
-    return model
-
-
-class _Options:
-    """What is left of each decision, as the position of an option and as literals, each where it is asked for."""
-
-    def __init__(self, model: cp_model.CpModel, left: Sequence[Sequence[int]]) -> None:
-        self.model, self.left = model, left
-        self.lookups = Lookups(model, self.position)
-        self._positions: dict[int, Any] = {}
-        self._literals: dict[int, list[Any]] = {}
-
-    def position(self, decision: int) -> Any:
-        """The position of the option."""
-        if decision not in self._positions:
-            self._positions[decision] = self.model.new_int_var(0, len(self.left[decision]) - 1, "")
-            self._bind(decision)
-        return self._positions[decision]
-
-    def of(self, decision: int) -> list[Any]:
-        """A literal for each option."""
-        if decision not in self._literals:
-            self._literals[decision] = [self.model.new_bool_var("") for _ in self.left[decision]]
-            self.model.add_exactly_one(self._literals[decision])
-            self._bind(decision)
-        return self._literals[decision]
-
-    def equal(self, variable: Any, values: Iterable[int]) -> list[Any]:
-        """A literal for each of the values that a variable may have."""
-        literals = []
-        for value in values:
-            literals.append(self.model.new_bool_var(""))
-            self.model.add(variable == value).only_enforce_if(literals[-1])
-        self.model.add_exactly_one(literals)
-        return literals
-
-    def _bind(self, decision: int) -> None:
-        """Where there are both, the literals say which position it is."""
-        if decision in self._positions:
-            for value, literal in enumerate(self._literals.get(decision, ())):
-                self.model.add(self._positions[decision] == value).only_enforce_if(literal)
-
-
-def _uses(
-    levels: Levels, number: int, left: Sequence[Sequence[int]], known: dict[tuple[Any, ...], Diagram], options: _Options
-) -> dict[Demand, Any]:
-    """Whether a thread has each of its demands that are left: a sum of literals of which at most one is true."""
-    listed, diagram = levels.demands[number], _restricted(levels.positions[number], left, known)
-    uses: dict[Demand, Any] = {}
-    if not isinstance(diagram, Node):
-        pairs: Iterable[tuple[int, Any]] = [(int(diagram), 1)]
-    elif any(isinstance(branch, Node) for branch in diagram.branches):
-        values = sorted({int(leaf) for leaf in leaves(diagram)})
-        pairs = zip(values, options.equal(options.lookups.value(diagram), values), strict=True)
-    else:
-        pairs = zip(map(int, diagram.branches), options.of(diagram.decision), strict=True)
-    for position, literal in pairs:
-        demand = listed[position]
-        if demand is not None:
-            uses[demand] = uses.get(demand, 0) + literal
-    return uses
-
-
-def _node(decision: int, branches: Sequence[Diagram], known: dict[tuple[Any, ...], Diagram]) -> Diagram:
-    """The node with these branches, the same one for the same branches; or their common value."""
-    key = (decision, *(("node", id(item)) if isinstance(item, Node) else item for item in branches))
-    if len(set(key[1:])) == 1:
-        return branches[0]
-    return known.setdefault(key, Node(decision, tuple(branches)))
-
-
-def _restricted(diagram: Diagram, left: Sequence[Sequence[int]], known: dict[tuple[Any, ...], Diagram]) -> Diagram:
-    """A diagram with the branches of the options that are left."""
-    if not isinstance(diagram, Node):
-        return int(diagram)
-    key = ("of", id(diagram))
-    if key not in known:
-        branches = [_restricted(diagram.branches[option], left, known) for option in left[diagram.decision]]
-        known[key] = _node(diagram.decision, branches, known)
-    return known[key]
 
 
 def _negated(diagram: Diagram) -> Diagram:
