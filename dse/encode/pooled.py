@@ -43,8 +43,10 @@ MOST_CASES = 1_000
 PARTS = 10_000
 """A core, in whose parts the room that a pool leaves is counted."""
 
-Entries: TypeAlias = dict[int, tuple[Thread, int, Fraction | None]]
-"""By literal whose work counts in a row: so many jobs, or the rate of a share."""
+Key: TypeAlias = tuple[int, int]
+"""A thread, and a literal of its being somewhere at a rate, which may be one of other threads, too."""
+Entries: TypeAlias = dict[Key, tuple[Thread, int, Fraction | None]]
+"""Whose work counts in a row while a literal is true: so many jobs, or the rate of a share."""
 
 
 @dataclass(frozen=True)
@@ -54,11 +56,9 @@ class _Row:
     entries: Entries
     most: int
 
-    def weight(self, index: int) -> Fraction:
-        """How much of the row a literal takes for each ns of its thread's work."""
-        if index not in self.entries:
-            return Fraction(0)
-        _, jobs, rate = self.entries[index]
+    def weight(self, key: Key) -> Fraction:
+        """How much of the row a thread takes for each ns of its work."""
+        _, jobs, rate = self.entries[key]
         return Fraction(jobs, self.most) if rate is None else rate / NS_PER_S
 
 
@@ -129,18 +129,18 @@ def _pools(model: cp_model.CpModel, rows: Rows, number: int, cores: Sequence[int
         there = len([core for core in cores if core <= most])
         if there < len(cores):
             model.add(sum(counts) <= there).only_enforce_if(literal)
-    threads = {index: thread for kind in kinds for row in kind for index, (thread, *_) in row.entries.items()}
-    shares = {index: _divided(model, index, len(kinds)) for index in sorted(threads)}
+    keys = sorted({key for kind in kinds for row in kind for key in row.entries})
+    shares = {key: _divided(model, key[1], len(kinds)) for key in keys}
     pools = []
     for place, (kind, count) in enumerate(zip(kinds, counts, strict=True)):
         look_at_the_clock()
         room = model.new_int_var(0, len(cores) * PARTS, "")
-        here = {index: columns[place] for index, columns in shares.items()}
+        here = {key: columns[place] for key, columns in shares.items()}
         for row in kind:
             _add_row(model, rows, number, row, here, cores, count, room)
         inside: dict[int, list[cp_model.IntVar]] = {}
-        for index, thread in threads.items():
-            inside.setdefault(thread.number, []).append(here[index])
+        for key in keys:
+            inside.setdefault(key[0], []).append(here[key])
         pools.append(Pool(rows.processor, tuple(cores), count, room, inside))
     return pools
 
@@ -157,7 +157,7 @@ def _cores_by_type(rows: Rows) -> Iterator[tuple[cp_model.IntVar, int]]:
 
 def _rows_of(rows: Rows, number: int) -> tuple[list[_Row], list[list[_Row]]]:
     """Rows that each core of a class keeps, and lists of which it keeps one at least."""
-    timers: Entries = {pair: (thread, 0, rate) for pair, rate, thread in rows.timers(number)}
+    timers: Entries = {(thread.number, pair): (thread, 0, rate) for pair, rate, thread in rows.timers(number)}
     always, choices = ([_Row(timers, WHOLE)] if timers else []), []
     for demand in sorted(rows.demands(number), key=lambda demand: demand.latest):
         points = None if demand.demanding else points_of(demand)
@@ -169,8 +169,8 @@ def _rows_of(rows: Rows, number: int) -> tuple[list[_Row], list[list[_Row]]]:
 def _until(demand: CoreDemand, point: int) -> _Row:
     entries: Entries = {}
     for pair, jobs, thread in jobs_of(demand, point):
-        _, known, _ = entries.get(pair, (thread, 0, None))
-        entries[pair] = thread, known + jobs, None
+        _, known, _ = entries.get((thread.number, pair), (thread, 0, None))
+        entries[thread.number, pair] = thread, known + jobs, None
     return _Row(entries, point)
 
 
@@ -180,13 +180,13 @@ def _kinds(always: Sequence[_Row], choices: Sequence[Sequence[_Row]]) -> list[li
     Without kinds that are nowhere better than another one.
     """
     every = [*always, *(row for rows in choices for row in rows)]
-    weights = [{index: row.weight(index) for index in row.entries} for row in every]
+    weights = [{key: row.weight(key) for key in row.entries} for row in every]
     places = {id(row): place for place, row in enumerate(every)}
     follows = [  # the places of the rows that a row follows from
         {
             place
             for place, other in enumerate(weights)
-            if row.keys() <= other.keys() and all(weight <= other[index] for index, weight in row.items())
+            if row.keys() <= other.keys() and all(weight <= other[key] for key, weight in row.items())
         }
         for row in weights
     ]
@@ -235,7 +235,7 @@ def _add_row(
     rows: Rows,
     number: int,
     row: _Row,
-    here: Mapping[int, cp_model.IntVar],
+    here: Mapping[Key, cp_model.IntVar],
     cores: Sequence[int],
     count: cp_model.IntVar,
     room: cp_model.IntVar,
@@ -243,14 +243,14 @@ def _add_row(
     """sum(work * literal) + what is left <= most * count, with each type of the processor."""
     for position, kind in enumerate(rows.types):
         works = {
-            index: rows.worst(thread, number, position) * jobs
+            key: rows.worst(thread, number, position) * jobs
             if rate is None
             else rows.share(thread, number, position, rate)
-            for index, (thread, jobs, rate) in row.entries.items()
+            for key, (thread, jobs, rate) in row.entries.items()
         }
         divisor = gcd(row.most, *works.values())
         most = row.most // divisor
-        literals = [here[index] for index in works]
+        literals = [here[key] for key in works]
         factors = [work // divisor for work in works.values()]
         total = cp_model.LinearExpr.weighted_sum(literals, factors)
         held = rows.literal(kind)

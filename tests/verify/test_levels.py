@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
-from itertools import product
+from itertools import combinations, product
 from random import Random
+from typing import Any
 
 import pytest
 from benchmarks.cases import nearly_full
@@ -14,7 +16,8 @@ from ortools.sat.python import cp_model
 import dse
 from dse.analysis.evaluate import Evaluator
 from dse.pareto.front import search_front
-from dse.verification.levels import add_levels
+from dse.verification import reduced
+from dse.verification.levels import Demand, add_levels, add_pools
 from dse.verification.reduced import Reduction
 from dse.verification.tables import build_tables
 
@@ -48,11 +51,52 @@ def test_rows_of_cores_hold_exactly_where_some_partition_is_in_time(seed: int) -
         all(is_in_time([item for item, there in zip(threads, chosen, strict=True) if there == core]) for core in chosen)
         for chosen in product(range(cores), repeat=len(threads))
     )
+    uses = [{(0, cores, period, work): 1} for period, work in threads]
+    assert admits(add_levels, uses) == expected
+    assert admits(add_pools, uses) or not expected, "what is counted together loses nothing"
+
+
+def admits(
+    add: Callable[[cp_model.CpModel, Sequence[Mapping[Demand, Any]]], None], uses: list[dict[Demand, int]]
+) -> bool:
+    """Whether rows have a solution where each thread has its only demand."""
     model = cp_model.CpModel()
-    add_levels(model, [{(0, cores, period, work): 1} for period, work in threads])
+    add(model, uses)
     solver = cp_model.CpSolver()
     solver.parameters.num_workers = 1
-    assert (solver.solve(model) == cp_model.OPTIMAL) == expected
+    return solver.solve(model) == cp_model.OPTIMAL
+
+
+@pytest.mark.parametrize(("works", "expected"), [((10, 8, 9), True), ((10, 8, 12), True), ((10, 9, 12), False)])
+def test_pools_of_one_core_say_what_its_rows_say(works: tuple[int, int, int], expected: bool) -> None:
+    """Periods 20, 25 and 40, which do not divide each other: less than the whole core may be too much."""
+    uses = [{(0, 1, period, work): 1} for period, work in zip((20, 25, 40), works, strict=True)]
+    threads = list(zip((20, 25, 40), works, strict=True))
+    assert is_in_time(threads) == admits(add_levels, uses) == admits(add_pools, uses)
+
+
+def test_pools_refute_what_utilisation_does_not() -> None:
+    """Four threads that use half a core each, no two of which are in time together, on two cores."""
+    threads = [(40, 20), (50, 25), (60, 30), (70, 35)]
+    assert not any(is_in_time(list(pair)) for pair in combinations(threads, 2))
+    assert not admits(add_pools, [{(0, 2, period, work): 1} for period, work in threads])
+    assert admits(add_pools, [{(0, 4, period, work): 1} for period, work in threads])
+
+
+def test_a_region_is_refuted_by_pools_before_each_core_is_asked_for(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The least latency of the slowest type of eight threads on two cores."""
+    evaluator = Evaluator(dse.loads(nearly_full(8, 2, 0.85, 3)).space)
+    tables = build_tables(evaluator)
+    [least] = [latency for price, latency in search_front(evaluator).points if price == 10_000]
+    asked: list[object] = []
+
+    def noted(*arguments: Any) -> None:
+        asked.append(arguments)
+        add_levels(*arguments)
+
+    monkeypatch.setattr(reduced, "add_levels", noted)
+    assert Reduction(tables).region([10_001, least], None).is_refuted(10.0, None)
+    assert not asked
 
 
 @pytest.mark.parametrize("load", [0.65, 0.85])

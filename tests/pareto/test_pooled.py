@@ -1,0 +1,173 @@
+"""Pooled cores: every design is a solution of theirs, and fronts that they answer for are those of every design."""
+
+from __future__ import annotations
+
+from itertools import product
+from random import Random
+
+import pytest
+from effort import cases
+from ortools.sat.python import cp_model
+from support import evaluated, space_of
+from thread_systems import KINDS, draw, front, text_of
+
+from dse.analysis.evaluate import Evaluator
+from dse.encode.linear import set_domain
+from dse.encode.model import EncodedSpace, encode
+from dse.pareto import apart, narrowing, pooled, subproblem
+from dse.pareto.answer import Answer, Found, NoSuchDesign, Unfinished
+from dse.pareto.front import search_front
+from dse.pareto.pooled import Pools
+from dse.pareto.settings import BARE, RELAXED, Settings, sound_solver
+from dse.pareto.subproblem import Solver
+from tests.benchmarks.cases import GRID_MS, SPEEDS, nearly_full
+
+MOST_DESIGNS = 12
+HURRIED = 1e-6
+"""Work in which nothing is answered."""
+
+
+def pools_of(encoded: EncodedSpace) -> Pools:
+    """The pools of a space that has just learnt that its cores are full."""
+    contention = encoded.contention
+    assert contention is not None, "nothing is asked about response times"
+    contention.without_rows = contention.without_rows or encoded.model.clone()
+    for processor in range(len(contention.space.processors)):
+        if processor not in contention.known:
+            contention._add_rows(processor)
+    return Pools(encoded)
+
+
+@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize("seed", cases(6, 7_000))
+def test_every_design_is_a_solution_of_pools(kind: str, seed: int) -> None:
+    """With its options, its figures, and threads on cores that are not asked for."""
+    evaluator = Evaluator(space_of(text_of(draw(seed, kind=kind))))
+    encoded = encode(evaluator)
+    pools, weights = pools_of(encoded), [1 for _ in encoded.objectives]
+    contention = encoded.contention
+    assert contention is not None
+    designs = [design for design, found in evaluated(evaluator).items() if found.is_feasible]
+    for design in Random(seed).sample(designs, min(MOST_DESIGNS, len(designs))):
+        pools.follow(encoded, weights)
+        model = pools.model.clone()
+        for decision, option in enumerate(design):
+            if option >= 0 and decision not in contention.moved:
+                set_domain(model.proto.variables[encoded.options[decision][option].index], 1, 1)
+        run = sound_solver()
+        assert run.solve(model) == cp_model.OPTIMAL, design
+        point = encoded.weigh(design)
+        assert point is not None
+        assert [run.value(objective.variable) for objective in encoded.objectives] == list(point)
+
+
+def least_latency_ms(threads: int, cores: int, load: float, seed: int) -> dict[int, float]:
+    """For each price the least latency of `nearly_full`, by every choice of periods, partitions and response times."""
+    text = nearly_full(threads, cores, load, seed)
+    space = space_of(text)
+    found = {}
+    for name, (price, _) in SPEEDS.items():
+        lines = [line for line in text.split("\n") if line.startswith("  t")]
+        works = [float(line.split(f"{name}: ")[1].split(" .. ")[1].split(" us")[0]) / 1000 for line in lines]
+        starts = [GRID_MS.index(int(line.split("period: [")[1].split(" ms")[0])) for line in lines]
+        choices = sorted(product(*(GRID_MS[start : start + 4] for start in starts)), key=sum)
+        best = next((sum(one) for one in choices if fits(list(zip(one, works, strict=True)), cores)), None)
+        if best is not None:
+            found[price] = best + sum(works)
+    assert len(space.processors) == 1
+    return found
+
+
+def fits(threads: list[tuple[int, float]], cores: int) -> bool:
+    """Whether threads (period and work) are in time on some cores, each put where it fits, or elsewhere."""
+
+    def place(number: int, on: list[list[tuple[int, float]]]) -> bool:
+        if number == len(ordered):
+            return True
+        for core in range(len(on)):
+            if core and not on[core - 1]:
+                break  # equal cores
+            on[core].append(ordered[number])
+            if ends_in_time(on[core]) and place(number + 1, on):
+                return True
+            on[core].pop()
+        return False
+
+    if sum(work / period for period, work in threads) > cores:
+        return False
+    ordered = sorted(threads)
+    return place(0, [[] for _ in range(cores)])
+
+
+def ends_in_time(threads: list[tuple[int, float]]) -> bool:
+    """Whether the last of threads, which are ordered by their periods, ends before its next release."""
+    period, work = threads[-1]
+    response, following = 0.0, work
+    while response != following and following <= period + 1e-9:
+        response = following
+        following = work + sum(-(-round(response * 1000) // (other * 1000)) * time for other, time in threads[:-1])
+    return following <= period + 1e-9
+
+
+@pytest.fixture
+def asked_at_once(monkeypatch: pytest.MonkeyPatch) -> list[Answer]:
+    """Nothing else answers: what pools say is noted."""
+    once, said = Solver.once, []
+
+    def hurried(
+        self: Solver, settings: Settings, work: float, best: Found | None, most: int | None
+    ) -> tuple[Answer | None, Found | None]:
+        return (Unfinished(best=best), best) if work <= HURRIED else once(self, settings, work, best, most)
+
+    def noted(solver: Solver, best: Found | None) -> Answer:
+        answer = pooled.pooled(solver, best)
+        said.append(answer)
+        return answer
+
+    monkeypatch.setattr(Solver, "once", hurried)
+    monkeypatch.setattr(narrowing, "AT_ONCE", HURRIED)
+    monkeypatch.setattr(narrowing, "pooled", noted)
+    monkeypatch.setattr(subproblem, "BARE_FIRST", HURRIED)
+    monkeypatch.setattr(apart, "BRIEF", (BARE, HURRIED))
+    monkeypatch.setattr(apart, "PACKING_WAYS", (RELAXED,))
+    return said
+
+
+@pytest.mark.parametrize(("threads", "cores", "load"), [(6, 2, 0.8), (7, 3, 0.8), (5, 1, 0.7)])
+@pytest.mark.parametrize("seed", cases(3, 1))
+def test_the_least_latencies_are_those_of_looking_at_every_partition(
+    threads: int, cores: int, load: float, seed: int, asked_at_once: list[Answer]
+) -> None:
+    expected = least_latency_ms(threads, cores, load, seed)
+    evaluator = Evaluator(space_of(nearly_full(threads, cores, load, seed)))
+    found = {point[0] // 100: point[1] / 1e6 for point in search_front(evaluator).points}
+    for price, latency in expected.items():
+        beaten = any(other < price and expected[other] <= latency for other in expected)
+        assert beaten or found[price] == pytest.approx(latency)
+    assert asked_at_once
+
+
+@pytest.mark.parametrize("kind", ["plain", "chained", "stated", "blocked", "ordered", "best", "unequal"])
+@pytest.mark.parametrize("seed", cases(4, 7_100))
+def test_fronts_are_those_of_looking_at_every_design(kind: str, seed: int, asked_at_once: list[Answer]) -> None:
+    system = draw(seed, kind=kind)
+    search = search_front(Evaluator(space_of(text_of(system))))
+    assert search.is_complete
+    assert set(search.points) == front(system)
+
+
+def test_pools_answer_where_cores_are_full(asked_at_once: list[Answer]) -> None:
+    """With a proved optimum, with a proof that there is nothing better, or with a bound."""
+    for seed in range(1, 7):
+        search_front(Evaluator(space_of(nearly_full(8, 2, 0.8, seed))))
+    assert {Found, NoSuchDesign} <= {type(answer) for answer in asked_at_once}
+
+
+def test_what_presolve_loses_is_found_without(asked_at_once: list[Answer], monkeypatch: pytest.MonkeyPatch) -> None:
+    """What a solver with presolve says is never taken for a proof, not even that there is nothing."""
+    evaluator = Evaluator(space_of(nearly_full(8, 2, 0.8, 1)))
+    expected = search_front(evaluator).points.keys()
+    asked_at_once.clear()
+    monkeypatch.setattr(pooled, "_sketched", lambda *_: None)
+    assert search_front(evaluator).points.keys() == expected
+    assert asked_at_once
