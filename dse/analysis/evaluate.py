@@ -14,6 +14,8 @@ from dse.analysis.rows import counts_responses
 from dse.analysis.validity import Rulebook, canonical
 from dse.analysis.views import CyclicActivation, View
 from dse.records import dataclass
+from dse.space.cores import is_scheduled
+from dse.space.criteria import Metric
 from dse.space.trees import NotOffered
 from dse.space.types import Design, Space
 from dse.timelimit import in_time
@@ -65,6 +67,7 @@ class Evaluator:
         self._verdicts: Recall[Verdict] = Recall(SHARED)
         self._integers: Recall[int] = Recall(SHARED)
         self._shares = not counts_responses(space)  # which consult nearly all of a design, and are found together
+        self._shared_limits = [self._is_shared(item.requirement.metric) for item in self.limits]
         self._known: dict[Design, Evaluation] = {}
         self._figures: dict[Design, dict[str, int]] = {}
 
@@ -72,6 +75,14 @@ class Evaluator:
     def metrics(self) -> tuple[Measure, ...]:
         """Every metric that a result lists."""
         return tuple(build_measure(self.space, metric) for metric in in_time(all_metrics(self.space)))
+
+    @cached_property
+    def _shared_metrics(self) -> list[bool]:
+        return [self._is_shared(item.metric) for item in self.metrics]
+
+    def _is_shared(self, metric: Metric) -> bool:
+        """Whether designs share a figure: not where response times are in it, which a design has all at once."""
+        return self._shares and not is_scheduled(self.space, metric)
 
     def find_metrics(self) -> None:
         """Build what a result lists, while there is time."""
@@ -143,13 +154,13 @@ class Evaluator:
             self.metric_values(design)
 
     def _verdict(self, number: int, view: View) -> Verdict:
-        if not self._shares:
+        if not self._shared_limits[number]:
             return judge(self.limits[number], view)
         return self._verdicts.recall(self.space, number, view, lambda _, key, seen: judge(self.limits[key], seen))
 
     def _metric(self, number: int, view: View) -> int:
         measure = self.metrics[number]
-        if not self._shares:
+        if not self._shared_metrics[number]:
             return self._integer(measure, view)
         return self._integers.recall(self.space, number, view, lambda *asked: self._integer(measure, asked[2]))
 
