@@ -8,37 +8,65 @@ design like any other, which the analysis weighs; where it is at the bound nothi
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any
+from functools import partial
+from typing import TYPE_CHECKING
 
 from ortools.sat.python import cp_model
 
 from dse.encode.linear import set_domain
 from dse.encode.model import EncodedSpace
 from dse.encode.neighbourhood import unnumbered
-from dse.encode.pooled import Pool, add_pools
+from dse.encode.pooled import Pool, add_pools, classes_of
 from dse.pareto.answer import Answer, Found, NoSuchDesign, Unfinished, weighted
-from dse.pareto.neighbours import judged
+from dse.pareto.neighbours import Nearby, judged
 from dse.pareto.regions import valued
 from dse.pareto.settings import CUTTING, PLACE_WORK, POOL_WORK, RELAXED, ROOM_WORK
+
+MOST_ROUNDS = 4
+"""How often kinds of cores are made finer for a question, at most."""
+MORE_STEPS = (0, 1, 3, 8)
+"""By how many steps of what is minimised the designs that are tried may be above the least one ..."""
+FINEST = 1000
+"""... of which none is finer than one part in so many of the value."""
 
 if TYPE_CHECKING:
     from dse.pareto.subproblem import Solver
 
 
 class Pools:
-    """The model of an encoded space in which the cores of the processors in `known` are pooled."""
+    """The model of an encoded space in which the cores of the processors in `known` are pooled.
+
+    `tried` has the questions whose bound is known, and no design at it.
+    """
 
     def __init__(self, encoded: EncodedSpace) -> None:
         contention = encoded.contention
         assert contention is not None and contention.without_rows is not None, "no core is full"
         self.known = frozenset(contention.known)
-        self.model = contention.without_rows.clone()
-        self.model.clear_hints()
-        self.model.clear_objective()
-        self.all: list[Pool] = []
-        for processor in sorted(self.known):
-            self.all += add_pools(self.model, contention, processor)
+        self.tried: set[tuple[object, ...]] = set()
+        self._base = contention.without_rows.clone()
+        self._base.clear_hints()
+        self._base.clear_objective()
+        self._classes = [
+            item for processor in sorted(self.known) for item in classes_of(self._base, contention, processor)
+        ]
+        self._build()
+
+    def _build(self) -> None:
+        self.model = self._base.clone()
+        self.all: list[Pool] = [pool for item in self._classes for pool in add_pools(self.model, item)]
+
+    def split(self, solution: Sequence[int]) -> bool:
+        """Make kinds of cores finer where a solution takes more room than there is; whether there were any."""
+        finer = False
+        for item in self._classes:
+            used = [pool for pool in self.all if pool.of is item and solution[pool.count.index]]
+            finer |= item.kinds.split({pool.kind: partial(pool.share, solution) for pool in used})
+        if finer:
+            self._build()
+        return finer
 
     def follow(self, encoded: EncodedSpace, weights: Sequence[int]) -> None:
         """Ask what is asked of the space: the same regions, options and objective."""
@@ -75,16 +103,17 @@ class Pools:
         for decision, option in enumerate(encoded.design(solution)):
             if option >= 0 and decision not in contention.moved:
                 set_domain(variables[encoded.options[decision][option].index], 1, 1)
-        first: dict[tuple[int, ...], int] = {}  # which cores of a class are given to a pool already
+        given: Counter[int] = Counter()  # how many cores of a class
+        true = contention.places.true
         for pool in self.all:
-            start = first.get(pool.cores, 0)
-            mine = pool.cores[start : start + solution[pool.count.index]]
-            first[pool.cores] = start + len(mine)
-            for number, literals in pool.inside.items():
-                if any(_is_true(solution, literal) for literal in literals):
-                    for core, index in enumerate(contention.places.threads[number].cores[pool.processor], start=1):
-                        if core not in mine and index not in (contention.places.true, -contention.places.true - 1):
-                            set_domain(variables[index if index >= 0 else -index - 1], int(index < 0), int(index < 0))
+            start = given[id(pool.of)]
+            mine = pool.of.cores[start : start + solution[pool.count.index]]
+            given[id(pool.of)] += len(mine)
+            for number in pool.threads(solution):
+                columns = contention.places.threads[number].cores[pool.of.rows.processor]
+                for core, index in enumerate(columns, start=1):
+                    if core not in mine and index not in (true, -true - 1):
+                        set_domain(variables[index if index >= 0 else -index - 1], int(index < 0), int(index < 0))
         return model
 
 
@@ -100,21 +129,49 @@ def pooled(solver: Solver, best: Found | None) -> Answer:
     if solver.pools is None or solver.pools.known != contention.known:
         solver.pools = Pools(encoded)
     pools = solver.pools
-    if not pools.all:
-        return Unfinished(best=best)
-    pools.follow(encoded, weights)
-    solution, is_refuted = _least(solver, pools, best)
-    if is_refuted:
-        return best or NoSuchDesign()
-    if solution is None:
+    question = (tuple(weights), solver.within, solver.least, solver.most(best))
+    if not pools.all or question in pools.tried:
         return Unfinished(solver.least, best)
-    most = _value(encoded, weights, solution)
-    solution = _sketched(solver, pools.roomiest(encoded, weights, most), ROOM_WORK) or solution
-    placed = _sketched(solver, pools.placing(encoded, solution), PLACE_WORK)
-    found = None if placed is None else judged(encoded, placed)
-    if found is None or not solver.is_wanted(found.point, best):
-        return Unfinished(solver.least, best)
-    return found if most <= (solver.least or 0) else Unfinished(solver.least, found)
+    for _ in range(MOST_ROUNDS):
+        pools.follow(encoded, weights)
+        solution, is_refuted = _least(solver, pools, best)
+        if is_refuted:
+            return best or NoSuchDesign()
+        if solution is None or solver.out_of_time():
+            return Unfinished(solver.least, best)
+        least = _value(encoded, weights, solution)
+        solution = _sketched(solver, pools.roomiest(encoded, weights, least), ROOM_WORK) or solution
+        if not pools.split(solution):
+            break
+    else:
+        pools.follow(encoded, weights)
+        solution = None
+    found = _placed(solver, pools, least, solution, best)
+    if found is None or weighted(weights, found.point) > (solver.least or 0):
+        pools.tried.add((tuple(weights), solver.within, solver.least, solver.most(found or best)))
+        return Unfinished(solver.least, found or best)
+    return found
+
+
+def _placed(solver: Solver, pools: Pools, least: int, known: Sequence[int] | None, best: Found | None) -> Found | None:
+    """A design whose threads are put on the cores of their pools, with the least value if there is one, else one near.
+
+    The more its value may be above the least, the more room there is; `known` is the solution that leaves most at it.
+    """
+    encoded, weights, top = solver.encoded, solver.weights, solver.most(best)
+    assert weights is not None, "nothing is minimised"
+    step = max(solver.above(least) - least, least // FINEST)
+    for more in MORE_STEPS:
+        most = least + more * step
+        if solver.out_of_time() or (top is not None and most > top):
+            return None
+        solution, known = known or _sketched(solver, pools.roomiest(encoded, weights, most), ROOM_WORK), None
+        placed = None if solution is None else _sketched(solver, pools.placing(encoded, solution), PLACE_WORK)
+        found = None if placed is None else judged(encoded, placed)
+        if placed is not None and found is not None and solver.is_wanted(found.point, best):
+            solver.nearby[solver.within] = Nearby(placed)
+            return found
+    return None
 
 
 def _least(solver: Solver, pools: Pools, best: Found | None) -> tuple[Sequence[int] | None, bool]:
@@ -152,9 +209,3 @@ def _sketched(solver: Solver, model: cp_model.CpModel, work: float) -> list[int]
 def _value(encoded: EncodedSpace, weights: Sequence[int], solution: Sequence[int]) -> int:
     """The weighted sum of the objectives of a solution."""
     return weighted(weights, [solution[objective.variable.index] for objective in encoded.objectives])
-
-
-def _is_true(solution: Sequence[int], literal: Any) -> bool:
-    """Whether a literal, perhaps a negated one, is true in a solution."""
-    index = literal.index
-    return bool(solution[index]) if index >= 0 else not solution[-index - 1]

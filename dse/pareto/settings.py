@@ -121,7 +121,7 @@ START_WORK = 0.5
 """Work to find a design to start from, whatever its objectives, where cores are nearly full."""
 NEIGHBOUR_WORK = ((2, 0.2), (3, 0.8))
 """Work to make a design better by other rates and cores for the threads of two cores; then for those of three."""
-POOL_WORK, ROOM_WORK, PLACE_WORK = 3.0, 1.0, 4.0
+POOL_WORK, ROOM_WORK, PLACE_WORK = 2.0, 0.7, 1.5
 """Work for the best solution of pooled cores and its proof, each; for one that leaves room; to put threads on cores."""
 BUILD_WORK = 12.0
 """Work for all of these together, at most."""

@@ -295,6 +295,10 @@ class Solver:
         """The greatest value of what is minimised that is less."""
         return self._grid.down(value - 1)
 
+    def above(self, value: int) -> int:
+        """The least value of what is minimised that is greater."""
+        return self._grid.up(value + 1)
+
     def most(self, best: Found | None) -> int | None:
         """No more than this has what is better than a design, or than what is known; None where nothing is known."""
         if best is None or self.weights is None:

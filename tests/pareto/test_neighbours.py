@@ -137,6 +137,7 @@ def test_the_front_is_that_without(seed: int, monkeypatch: pytest.MonkeyPatch) -
     monkeypatch.setattr(Solver, "once", hurried)
     monkeypatch.setattr(narrowing, "AT_ONCE", HURRIED)
     monkeypatch.setattr(narrowing, "neighbour", noted)
+    monkeypatch.setattr(narrowing, "pooled", lambda _, best: Unfinished(best=best))
     monkeypatch.setattr(subproblem, "BARE_FIRST", HURRIED)
     monkeypatch.setattr(apart, "BRIEF", (BARE, HURRIED))
     monkeypatch.setattr(apart, "PACKING_WAYS", (RELAXED,))

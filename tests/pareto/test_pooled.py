@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from fractions import Fraction
 from itertools import product
 from random import Random
 
@@ -12,6 +13,7 @@ from support import evaluated, space_of
 from thread_systems import KINDS, draw, front, text_of
 
 from dse.analysis.evaluate import Evaluator
+from dse.encode import core_kinds
 from dse.encode.linear import set_domain
 from dse.encode.model import EncodedSpace, encode
 from dse.pareto import apart, narrowing, pooled, subproblem
@@ -45,6 +47,12 @@ def test_every_design_is_a_solution_of_pools(kind: str, seed: int) -> None:
     evaluator = Evaluator(space_of(text_of(draw(seed, kind=kind))))
     encoded = encode(evaluator)
     pools, weights = pools_of(encoded), [1 for _ in encoded.objectives]
+    for turn in range(seed % 4):  # kinds as coarse as they are at first, and finer ones
+        for item in pools._classes:
+            item.kinds.split(
+                {kind: lambda place, turn=turn: Fraction((place + turn) % 5, 2) for kind in item.kinds.kinds}
+            )
+    pools._build()
     contention = encoded.contention
     assert contention is not None
     designs = [design for design, found in evaluated(evaluator).items() if found.is_feasible]
@@ -134,10 +142,19 @@ def asked_at_once(monkeypatch: pytest.MonkeyPatch) -> list[Answer]:
 
 
 @pytest.mark.parametrize(("threads", "cores", "load"), [(6, 2, 0.8), (7, 3, 0.8), (5, 1, 0.7)])
+@pytest.mark.parametrize("few", [0, core_kinds.FEW_KINDS])
 @pytest.mark.parametrize("seed", cases(3, 1))
 def test_the_least_latencies_are_those_of_looking_at_every_partition(
-    threads: int, cores: int, load: float, seed: int, asked_at_once: list[Answer]
+    threads: int,
+    cores: int,
+    load: float,
+    seed: int,
+    few: int,
+    asked_at_once: list[Answer],
+    monkeypatch: pytest.MonkeyPatch,
 ) -> None:
+    """With kinds of cores that are there from the start, and with one that is split as solutions need it."""
+    monkeypatch.setattr(core_kinds, "FEW_KINDS", few)
     expected = least_latency_ms(threads, cores, load, seed)
     evaluator = Evaluator(space_of(nearly_full(threads, cores, load, seed)))
     found = {point[0] // 100: point[1] / 1e6 for point in search_front(evaluator).points}
@@ -154,6 +171,19 @@ def test_fronts_are_those_of_looking_at_every_design(kind: str, seed: int, asked
     search = search_front(Evaluator(space_of(text_of(system))))
     assert search.is_complete
     assert set(search.points) == front(system)
+
+
+def test_a_kind_of_cores_is_split_where_a_solution_keeps_none_of_its_rows(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Until then it stands for all cores; afterwards each of the finer kinds keeps one of the rows."""
+    monkeypatch.setattr(core_kinds, "FEW_KINDS", 0)
+    evaluator = Evaluator(space_of(nearly_full(8, 2, 0.8, 1)))
+    [item] = pools_of(encode(evaluator))._classes
+    [coarse] = item.kinds.kinds
+    listed = next(listed for listed in item.kinds.choices if len(listed) > 1)
+    assert not item.kinds.split({coarse: lambda place: Fraction(1)})
+    assert item.kinds.split({coarse: lambda place: Fraction(2 if place in listed else 1)})
+    assert len(item.kinds.kinds) == len(listed)
+    assert all(kind & set(listed) for kind in item.kinds.kinds)
 
 
 def test_pools_answer_where_cores_are_full(asked_at_once: list[Answer]) -> None:
