@@ -49,9 +49,8 @@ def test_every_design_is_a_solution_of_pools(kind: str, seed: int) -> None:
     pools, weights = pools_of(encoded), [1 for _ in encoded.objectives]
     for turn in range(seed % 4):  # kinds as coarse as they are at first, and finer ones
         for item in pools._classes:
-            item.kinds.split(
-                {kind: lambda place, turn=turn: Fraction((place + turn) % 5, 2) for kind in item.kinds.kinds}
-            )
+            shares = [Fraction((place + turn) % 5, 2) for place in range(len(item.kinds.rows))]
+            item.kinds.split(dict.fromkeys(item.kinds.kinds, shares.__getitem__))
     pools._build()
     contention = encoded.contention
     assert contention is not None
