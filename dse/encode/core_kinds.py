@@ -9,6 +9,8 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from fractions import Fraction
+from math import lcm
+from operator import le
 from typing import TypeAlias
 
 from dse.analysis.rates import NS_PER_S
@@ -24,6 +26,7 @@ Key: TypeAlias = tuple[int, int]
 """A thread, and a literal of its being somewhere at a rate, which may be one of other threads, too."""
 Entries: TypeAlias = dict[Key, tuple[Thread, int, Fraction | None]]
 """Whose work counts in a row while a literal is true: so many jobs, or the rate of a share."""
+NOTHING = (None, 0, None)
 Kind: TypeAlias = frozenset[int]
 """The places of the rows that a core keeps."""
 
@@ -36,9 +39,18 @@ class CoreRow:
     most: int
 
     def weight(self, key: Key) -> Fraction:
-        """How much of the row a thread takes for each ns of its work."""
-        _, jobs, rate = self.entries[key]
+        """How much of the row a thread takes for each ns of its work; nothing where it does not count."""
+        _, jobs, rate = self.entries.get(key, NOTHING)
         return Fraction(jobs, self.most) if rate is None else rate / NS_PER_S
+
+
+def _weights(rows: Sequence[CoreRow]) -> list[tuple[int, ...]]:
+    """For each row its weights in a common unit; threads with the same weights in all rows stand there once."""
+    keys = {key for row in rows for key in row.entries}
+    columns = {tuple(row.weight(key) for row in rows) for key in keys}
+    unit = lcm(*(weight.denominator for column in columns for weight in column))
+    whole = [[int(weight * unit) for weight in column] for column in sorted(columns)]
+    return [tuple(column[place] for column in whole) for place in range(len(rows))]
 
 
 class CoreKinds:
@@ -53,14 +65,9 @@ class CoreKinds:
         for listed in choices:
             self.choices.append(range(len(self.rows), len(self.rows) + len(listed)))
             self.rows += listed
-        weights = [{key: row.weight(key) for key in row.entries} for row in self.rows]
+        weights = _weights(self.rows)
         self._follows_from = [
-            {
-                place
-                for place, other in enumerate(weights)
-                if row.keys() <= other.keys() and all(weight <= other[key] for key, weight in row.items())
-            }
-            for row in weights
+            {place for place, other in enumerate(weights) if all(map(le, row, other))} for row in weights
         ]
         self.kinds: list[Kind] = [self._reduced(range(len(always)))]
         for alternatives in self.choices:

@@ -31,6 +31,7 @@ from dse.encode.places import Places, Thread
 from dse.encode.schedulability import Rows
 from dse.records import dataclass
 from dse.space.interchangeable import interchangeable_cores
+from dse.space.trees import leaves
 from dse.timelimit import look_at_the_clock
 
 if TYPE_CHECKING:
@@ -120,7 +121,8 @@ def _any_of(model: cp_model.CpModel, places: Places, thread: Thread, processor: 
     """A literal that is true where a thread is on one of these cores of a processor."""
     never, columns = -places.true - 1, thread.cores[processor]
     here = {columns[core - 1] for core in cores if core <= len(columns)} - {never}
-    if places.true in here or (len(thread.cores) == 1 and here and here == set(columns) - {never}):
+    is_always_here = set(leaves(places.space.components[thread.number].processor)) == {processor}
+    if places.true in here or (is_always_here and here and here == set(columns) - {never}):
         return places.true
     if len(here) < 2:
         return here.pop() if here else never

@@ -43,8 +43,32 @@ def pools_of(encoded: EncodedSpace) -> Pools:
 @pytest.mark.parametrize("kind", KINDS)
 @pytest.mark.parametrize("seed", cases(6, 7_000))
 def test_every_design_is_a_solution_of_pools(kind: str, seed: int) -> None:
-    """With its options, its figures, and threads on cores that are not asked for."""
-    evaluator = Evaluator(space_of(text_of(draw(seed, kind=kind))))
+    hold_every_design(Evaluator(space_of(text_of(draw(seed, kind=kind)))), seed)
+
+
+@pytest.mark.parametrize("seed", cases(20, 7_000))
+def test_every_design_is_a_solution_where_threads_choose_their_processor(seed: int) -> None:
+    """Of two, one of which may be left out; types have one to three cores, some threads may be on some of them only."""
+    rng = Random(seed)
+    lines = ["dse: 1", "name: two", "deadlines: all", "overload: allowed", "processor_types:"]
+    lines += [f"  {name}: {{cores: {rng.randint(1, 3)}, price: {price} EUR}}" for name, price in (("s", 10), ("f", 30))]
+    lines += ["processors: {a: {type: [s, f]}, b: {type: [s, f], optional: true}}"]
+    lines += ["devices: {d: {period: 5 ms}}", "threads:"]
+    for number in range(3):
+        processor = rng.choice(("a", "[a, b]", "[a, b]"))
+        work = rng.randint(1, 3)
+        periods = ", ".join(f"{period} ms" for period in sorted(rng.sample((4, 5, 6, 8), rng.randint(1, 2))))
+        core = rng.choice(("", "", ", core: [1, 2]")) if processor == "a" else ""
+        times = f"{{s: {work} ms, f: {max(1, work - 1)} ms}}"
+        place = f"processor: {processor}, period: [{periods}]{core}"
+        lines.append(f"  t{number}: {{{place}, compute_execution_time: {times}}}")
+    lines += ["connections: {c0: {from: d, to: t0}, c1: {from: t0, to: t1}, c2: {from: t1, to: t2}}"]
+    lines += ["flows: {f: {path: [d, t0, t1, t2]}}", "objectives: [minimise price, minimise latency of f]"]
+    hold_every_design(Evaluator(space_of("\n".join(lines))), seed)
+
+
+def hold_every_design(evaluator: Evaluator, seed: int) -> None:
+    """Designs are solutions with their options and their figures, whichever cores the threads are on."""
     encoded = encode(evaluator)
     pools, weights = pools_of(encoded), [1 for _ in encoded.objectives]
     for turn in range(seed % 4):  # kinds as coarse as they are at first, and finer ones
