@@ -141,7 +141,7 @@ def pooled(solver: Solver, best: Found | None) -> Answer:
             return Unfinished(solver.least, best)
         least = _value(encoded, weights, solution)
         solution = _sketched(solver, pools.roomiest(encoded, weights, least), ROOM_WORK) or solution
-        if not pools.split(solution):
+        if least > (solver.least or 0) or not pools.split(solution):  # what is hard enough is not made harder
             break
     else:
         pools.follow(encoded, weights)
