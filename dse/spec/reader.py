@@ -192,6 +192,8 @@ def _syntax_error(error: yaml.YAMLError, file: str) -> Diagnostic:
     if error.context_mark and mark and error.context_mark.line != mark.line:
         context += f" that begins in line {error.context_mark.line + 1}"
     line, column = (mark.line + 1, mark.column + 1) if mark else (0, 0)
+    if "nesting depth" in problem:  # the parser's own limit, which it meets before it tells of what is open
+        return Diagnostic(f"nested deeper than {MAX_DEPTH} levels", file=file, line=line, column=column)
     return Diagnostic(f"not YAML: {problem}{context}", file=file, line=line, column=column, hint=hint)
 
 
