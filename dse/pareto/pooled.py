@@ -46,6 +46,7 @@ class Pools:
         assert contention is not None and contention.without_rows is not None, "no core is full"
         self.known = frozenset(contention.known)
         self.tried: set[tuple[object, ...]] = set()
+        self._shared = len(contention.without_rows.proto.variables)  # so many it has in common with the space's own
         self._base = contention.without_rows.clone()
         self._base.clear_hints()
         self._base.clear_objective()
@@ -69,14 +70,13 @@ class Pools:
         return finer
 
     def follow(self, encoded: EncodedSpace, weights: Sequence[int]) -> None:
-        """Ask what is asked of the space: the same regions, options and objective."""
+        """Ask what is asked of the space: the same regions, objective, and domains of all variables that it has."""
         mine, asked = self.model.proto, encoded.model.proto
-        variables = [objective.variable for objective in encoded.objectives]
-        switches = [switch.literal for switch in encoded.regions]
-        options = [literal for literals in encoded.options for literal in literals]
-        for variable in (*variables, *switches, *options):
-            low, *_, high = asked.variables[variable.index].domain
-            set_domain(mine.variables[variable.index], low, high)
+        for index in range(self._shared):  # whatever was fixed when the model was kept
+            known, wanted = mine.variables[index].domain, list(asked.variables[index].domain)
+            if list(known) != wanted:
+                known.clear()
+                known.extend(wanted)
         for switch in encoded.regions:
             for constraint in switch.constraints:
                 low, *_, high = asked.constraints[constraint].linear.domain

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from fractions import Fraction
-from itertools import product
+from itertools import islice, product
 from random import Random
 
 import pytest
@@ -207,6 +207,24 @@ def test_a_kind_of_cores_is_split_where_a_solution_keeps_none_of_its_rows(monkey
     assert item.kinds.split({coarse: lambda place: Fraction(2 if place in listed else 1)})
     assert len(item.kinds.kinds) == len(listed)
     assert all(kind & set(listed) for kind in item.kinds.kinds)
+
+
+def test_pools_forget_what_was_fixed_when_the_model_was_kept() -> None:
+    """An option that an earlier question had fixed is open again in the next one."""
+    encoded = encode(Evaluator(space_of(nearly_full(6, 2, 0.8, 1))))
+    fixed = encoded.model.proto.variables[encoded.options[0][0].index]
+    before = list(fixed.domain)
+    set_domain(fixed, 0, 0)
+    pools = pools_of(encoded)
+    set_domain(fixed, *before)
+    pools.follow(encoded, [1 for _ in encoded.objectives])
+    assert list(pools.model.proto.variables[encoded.options[0][0].index].domain) == before
+    assert all(
+        list(mine.domain) == list(asked.domain)
+        for mine, asked in islice(
+            zip(pools.model.proto.variables, encoded.model.proto.variables, strict=False), pools._shared
+        )
+    )
 
 
 def test_pools_answer_where_cores_are_full(asked_at_once: list[Answer]) -> None:
