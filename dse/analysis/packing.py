@@ -10,22 +10,18 @@ from fractions import Fraction
 from itertools import chain
 from typing import TypeAlias
 
-from dse.analysis.audsley import Latest, best_options, limits_of, with_best_order
-from dse.analysis.limits import HOLDS, Limit, build_limit, judge, on_processor, thread_values
+from dse.analysis.admission import Admission
+from dse.analysis.audsley import limits_of, with_best_order
+from dse.analysis.limits import Limit, build_limit, judge
 from dse.analysis.partition import Room
 from dse.analysis.placement import core_of_each
-from dse.analysis.scheduling import counted_ns, subset_responses
 from dse.analysis.tasks import members, utilisation
 from dse.analysis.views import View
 from dse.space.cores import without_cores
-from dse.space.trees import at, consulted
+from dse.space.trees import at
 from dse.space.types import EMPTY, Design, OpenCore, OpenPriority, Space
 
 Fits: TypeAlias = Callable[[Sequence[int]], bool]
-MOST_STEPS = 500
-"""So often a thread is put on a core in the search for the first cores."""
-MOST_ENDS = 4
-"""So often such a search may reach the last thread only to find that some response time is too long."""
 Order: TypeAlias = Callable[[Sequence[Fraction]], Sequence[int]]
 NO_ROOMS: Mapping[int, Room] = {}
 
@@ -73,7 +69,7 @@ def first_fit(space: Space, design: Design, open_: Sequence[OpenCore]) -> Design
     for processor, slot in enumerate(space.processors):
         if slot.types[view[slot.type_decision]] != EMPTY:
             given |= core_of_each(without, processor, View(design))
-    for unit, item in _by_unit(open_, space, view).items():
+    for unit, item in by_unit(open_, space, view).items():
         core = given.get(unit)
         if core is None:
             continue
@@ -107,7 +103,7 @@ def placements(
     seen = set()
     if orders:
         yield from _ordered(space, design, orders, limits)
-    for found in _elsewhere(space, view, open_, _check_of(space, view, latest, orders), beside) if open_ else ():
+    for found in _elsewhere(space, view, open_, Admission(space, view, latest, orders), beside) if open_ else ():
         if found is not None and found not in seen:
             seen.add(found)
             yield from _ordered(space, found, orders, limits)
@@ -136,119 +132,6 @@ def _rooms(beside: Sequence[Limit]) -> dict[int, Room]:
     return found
 
 
-def first_placement(
-    space: Space,
-    design: Design,
-    open_: Sequence[OpenCore],
-    limits: Sequence[Limit],
-    beside: Sequence[Limit] = (),
-    orders: Sequence[OpenPriority] = (),
-) -> tuple[Design | None, bool]:
-    """The design with the first cores, in the order of the file, on which all limits hold, and whether that is sure.
-
-    None where there are no such cores; it is not sure where looking for them was given up.
-
-    `limits` are those on response times, `beside` others that the cores must keep. Thread after thread gets the first
-    core where those that have one already are not late for sure, and not too many for a limit of that core: with fewer
-    threads no response time is longer, and no core fuller. What that leaves open the whole design decides.
-    """
-    view = View(design)
-    meets = _check_of(space, view, limits_of(limits, view), orders)
-    keeps_room = _room_check(space, view, beside)
-    left = [MOST_STEPS]
-    made = _by_unit(open_, space, view)
-    where = {number: slot for slot in range(len(space.processors)) for number in members(space, slot, view)}
-    taken: dict[tuple[int, int], list[int]] = {}
-    for number, processor in where.items():
-        core = at(space.components[number].core, view) if space.unit(number, view) not in made else None
-        if core is not None:
-            taken.setdefault((processor, core), []).append(number)
-    order = [item for item in open_ if item.component in where and _is_asked(item, view)]
-    chosen = list(design)
-
-    def place(position: int) -> Design | None:
-        if position == len(order):
-            for found in _ordered(space, tuple(chosen), orders, limits):
-                end = View(found)
-                if all(judge(limit, end).holds for limit in (*limits, *beside)):
-                    return found
-            left[0] -= MOST_STEPS // MOST_ENDS
-            return None
-        item = order[position]
-        processor = where[item.component]
-        count = max(1, at(space.processors[processor].cores, view))
-        empty = False
-        for option, core in enumerate(item.decision.values):
-            here = taken.setdefault((processor, core), [])
-            if core > count or (empty and not here) or left[0] <= 0:
-                continue
-            left[0] -= 1
-            empty = empty or (not here and bare)
-            here += item.threads
-            if keeps_room(processor, here) and meets(here):
-                chosen[item.index] = option
-                whole_design = place(position + 1)
-                if whole_design is not None:
-                    return whole_design
-            del here[-len(item.threads) :]
-        return None
-
-    most = max((max(1, at(slot.cores, view)) for slot in space.processors), default=1)
-    whole = all(set(range(1, most + 1)) <= set(item.decision.values) for item in order)
-    bare = whole and not any(taken.values()) and sum(len(item.threads) for item in order) == len(where)
-    found = place(0)
-    return found, found is not None or left[0] > 0
-
-
-def _room_check(space: Space, view: View, beside: Sequence[Limit]) -> Callable[[int, Sequence[int]], bool]:
-    """Tells whether threads that share a core of a processor leave it within its limits."""
-    found: dict[int, list[tuple[Room, Mapping[int, Fraction]]]] = {}
-    for limit in beside:
-        if limit.cores is not None:
-            loads = on_processor(space, limit.cores.processor, thread_values(limit, view), view)
-            found.setdefault(limit.cores.processor, []).append((limit.cores.room, loads))
-
-    def keeps_room(processor: int, numbers: Sequence[int]) -> bool:
-        return all(
-            room.fits(sum((loads.get(number, Fraction(0)) for number in numbers), Fraction(0)))
-            for room, loads in found.get(processor, ())
-        )
-
-    return keeps_room
-
-
-def _is_asked(item: OpenCore, view: View) -> bool:
-    """Whether the thread's core is a decision in the design."""
-    return item.index in consulted(item.decision.home, view)[0]
-
-
-def _check_of(space: Space, view: View, latest: Latest, orders: Sequence[OpenPriority]) -> Fits:
-    """Tells whether threads that share a core meet their limits, in some order, as far as these depend on that core.
-
-    Remembered: whoever goes through cores depth first asks for the same threads again and again.
-    """
-    free = {item.component: item for item in orders}
-    known_of: dict[frozenset[int], bool] = {}
-
-    def meets(numbers: Sequence[int]) -> bool:
-        group = frozenset(numbers)
-        if group not in known_of:
-            known_of[group] = found_to_meet(numbers)
-        return known_of[group]
-
-    def found_to_meet(numbers: Sequence[int]) -> bool:
-        if free:
-            return best_options(space, numbers, free, latest, view.design) is not None
-        known = subset_responses(space, [numbers], view)
-        for number in numbers:
-            response = Fraction(counted_ns(known.get((number, "thread"), 0)))
-            if not all(HOLDS[operator](response, bound) for operator, bound in latest.get(number, ())):
-                return False
-        return True
-
-    return meets
-
-
 def _ways(meets: Fits) -> Iterator[tuple[Fits, Order]]:
     """Ways to choose a core: which sets of threads a core may have, and which cores to try first."""
 
@@ -274,7 +157,7 @@ def _place(
     `rooms` are the capacities of the cores of a processor that is limited, by its number.
     """
     chosen = list(view.design)
-    by_number = _by_unit(open_, space, view)
+    by_number = by_unit(open_, space, view)
     for processor, slot in enumerate(space.processors):
         count, room = max(1, at(slot.cores, view)), rooms.get(processor)
         here: dict[int, Fraction] = {}
@@ -304,7 +187,7 @@ def _place(
     return _relabelled(space, view, tuple(chosen), open_)
 
 
-def _by_unit(open_: Sequence[OpenCore], space: Space, view: View) -> dict[int, OpenCore]:
+def by_unit(open_: Sequence[OpenCore], space: Space, view: View) -> dict[int, OpenCore]:
     """Open cores by the first thread that has each in a design; those that none has are left out."""
     units: dict[int, OpenCore] = {}
     for item in open_:

@@ -17,8 +17,9 @@ from fractions import Fraction
 
 from ortools.sat.python import cp_model
 
+from dse.analysis.first_cores import first_placement
 from dse.analysis.limits import Limit, judge, keeps_cores
-from dse.analysis.packing import first_placement, placements
+from dse.analysis.packing import placements
 from dse.analysis.scheduling import is_released_alone
 from dse.analysis.views import View
 from dse.encode.combined import Combined

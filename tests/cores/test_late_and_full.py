@@ -10,7 +10,7 @@ from ortools.sat.python import cp_model
 from support import space_of
 
 from dse.analysis.evaluate import Evaluator
-from dse.analysis.packing import first_placement
+from dse.analysis.first_cores import first_placement
 from dse.encode.model import EncodedSpace, encode
 from dse.space.types import Design
 from dse.verification.contention import is_late_limit, on_other_cores

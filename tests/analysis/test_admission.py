@@ -1,0 +1,101 @@
+"""Threads that join a core one after the other against the response times of them all at once."""
+
+from __future__ import annotations
+
+import random
+from fractions import Fraction
+
+import pytest
+from effort import cases
+from thread_systems import draw, text_of
+
+from dse.analysis.admission import Admission
+from dse.analysis.audsley import Latest, limits_of
+from dse.analysis.limits import HOLDS
+from dse.analysis.packing import core_limits
+from dse.analysis.scheduling import counted_ns, subset_responses
+from dse.analysis.tasks import members
+from dse.analysis.views import View
+from dse.api.problem import loads
+from dse.space.types import Space
+
+MANY = """
+dse: 1
+name: many
+deadlines: all
+processor_types: {cpu: {}}
+processors: {c: {type: cpu}}
+threads:
+%s
+flows: {f: {path: [t0]}}
+objectives: [minimise latency of f]
+"""
+PERIODS_MS = (4, 5, 6, 8, 10, 12, 15, 20, 30)
+
+
+def are_in_time(space: Space, numbers: list[int], view: View, latest: Latest) -> bool:
+    known = subset_responses(space, [numbers], View(view.design))
+    return all(
+        HOLDS[operator](Fraction(counted_ns(known.get((number, "thread"), 0))), bound)
+        for number in numbers
+        for operator, bound in latest.get(number, ())
+    )
+
+
+def asked(space: Space, rng: random.Random) -> set[bool]:
+    """What is said of threads that join in a random order, as long as they are admitted; and of fewer, in another."""
+    design = tuple(rng.randrange(len(item.options)) for item in space.decisions)
+    view = View(design)
+    latest = limits_of(core_limits(space), view)
+    admits = Admission(space, view, latest)
+    said = set()
+    for processor in range(len(space.processors)):
+        order = members(space, processor, view)
+        for _ in range(3):
+            rng.shuffle(order)
+            for count in range(1, len(order) + 1):
+                found = admits(order[:count])
+                assert found == are_in_time(space, order[:count], view, latest), order[:count]
+                said.add(found)
+                if not found and rng.random() < 0.8:
+                    break
+    return said
+
+
+@pytest.mark.parametrize("kind", ["plain", "chained", "stated", "blocked", "ordered", "grouped", "reserved", "mixed"])
+@pytest.mark.parametrize("seed", cases(20))
+def test_small_systems_of_every_kind(kind: str, seed: int) -> None:
+    space = loads(text_of(draw(seed, kind=kind))).space
+    rng = random.Random(seed)
+    for _ in range(5):
+        asked(space, rng)
+
+
+@pytest.mark.parametrize("seed", cases(40))
+def test_many_threads_with_numbers_deadlines_and_periods(seed: int) -> None:
+    """Some with the same number, some with deadlines beyond their period, until the core is too full."""
+    rng = random.Random(seed)
+    lines = []
+    for number in range(12):
+        period = rng.choice(PERIODS_MS)
+        fields = [f"processor: c, period: {period} ms, compute_execution_time: {rng.randint(0, 1500)} us"]
+        if rng.random() < 0.3:
+            fields.append(f"priority: {rng.randint(1, 3)}")
+        if rng.random() < 0.4:
+            fields.append(f"deadline: {rng.randint(1, period + (8 if rng.random() < 0.2 else 0))} ms")
+        lines.append(f"  t{number}: {{{', '.join(fields)}}}")
+    said = set()
+    for _ in range(4):
+        said |= asked(loads(MANY % "\n".join(lines)).space, rng)
+    assert True in said
+
+
+def test_threads_that_timers_release_are_not_left_to_the_analysis(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Any two are in time; of all three the last one ends at 19 ms, two jobs of the first before it."""
+    monkeypatch.setattr("dse.analysis.admission.subset_responses", None)
+    line = "  t%d: {processor: c, period: %d ms, compute_execution_time: %d us}"
+    space = loads(MANY % "\n".join(line % row for row in [(0, 10, 5000), (1, 14, 4000), (2, 14, 5000)])).space
+    view = View(())
+    admits = Admission(space, view, limits_of(core_limits(space), view))
+    assert admits([0]) and admits([0, 1]) and admits([1, 0]) and admits([2, 1]) and admits([0, 2])
+    assert not admits([0, 1, 2])
