@@ -18,11 +18,11 @@ from tests.oracle import evaluator as oracle
 from tests.oracle.generator import random_problem
 from tests.properties.pair import Pair, exact_value
 
-PROBLEMS = [("tiny", seed) for seed in cases(300)]
-PROBLEMS += [("small", seed) for seed in cases(25)]
-PROBLEMS += [("grouped", seed) for seed in cases(8, 102)]
-PROBLEMS += [("reserved", seed) for seed in cases(15)]
-PROBLEMS += [("segmented", seed) for seed in cases(15, 6)]
+PROBLEMS = [("tiny", seed) for seed in cases(130)]
+PROBLEMS += [("small", seed) for seed in cases(10)]
+PROBLEMS += [("grouped", seed) for seed in cases(5, 102)]
+PROBLEMS += [("reserved", seed) for seed in cases(10)]
+PROBLEMS += [("segmented", seed) for seed in cases(10, 6)]
 MOST_COMPARED = 250
 """Designs of a problem whose figures are compared, evenly spread; a tiny problem has fewer."""
 MOST_COMBINATIONS = 1500

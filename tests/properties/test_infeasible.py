@@ -19,7 +19,7 @@ from tests.oracle.generator import random_problem
 from tests.properties.pair import PER_UNIT, Pair
 from tests.properties.rewriting import Document, decimal, document_of, text_of
 
-SEEDS = cases(80, 2_000)
+SEEDS = cases(40, 2_000)
 LIMITABLE = ("ns", "mW", "ct", "B/s", "ppm", "g", "%")
 
 

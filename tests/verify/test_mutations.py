@@ -21,9 +21,9 @@ from dse.errors import ProblemError, TooLargeError
 from dse.examples import example_files
 
 SEEDS = {
-    "exhaustion": [*(("tiny", seed) for seed in cases(40)), *(("reserved", seed) for seed in cases(5, 3))]
+    "exhaustion": [*(("tiny", seed) for seed in cases(20)), *(("reserved", seed) for seed in cases(5, 3))]
     + [("segmented", seed) for seed in cases(5, 6)],
-    "model": [*(("tiny", seed) for seed in cases(20, 304)), *(("reserved", seed) for seed in cases(5, 3))]
+    "model": [*(("tiny", seed) for seed in cases(10, 304)), *(("reserved", seed) for seed in cases(5, 3))]
     + [("segmented", seed) for seed in cases(5, 7)],
 }
 TOO_LARGE = "some figures are so large that a solver could not add them exactly"
