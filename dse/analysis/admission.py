@@ -1,11 +1,11 @@
 """Whether threads that share a core meet their limits on response times, asked of one thread more at a time.
 
 Whoever puts threads on cores asks hundreds of times whether a core may take one more of them (an admission test). The
-response times among fewer threads are a place to begin from, for they are no longer: those that nothing new goes before
-stay as they are, and the others follow from there by the recurrence of M. Joseph and P. Pandya ("Finding response times
-in a real-time system", The Computer Journal 29(5), 1986), with the jitter that threads of the core pass on. Where more
-than the preemption of tasks has a part in it the analysis is asked as a whole (`dse.analysis.scheduling`), with the
-same answers.
+response times among fewer threads are a place to begin from, for they are no longer: those that are known, and that
+nothing new goes before, stay as they are, and the others follow from there by the recurrence of M. Joseph and P. Pandya
+("Finding response times in a real-time system", The Computer Journal 29(5), 1986), with the jitter that threads of the
+core pass on. Where more than the preemption of tasks has a part in it the analysis is asked as a whole
+(`dse.analysis.scheduling`), with the same answers.
 """
 
 from __future__ import annotations
@@ -13,9 +13,8 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from fractions import Fraction
 from itertools import groupby
-from math import ceil, floor
 from operator import itemgetter
-from typing import TypeAlias
+from typing import NamedTuple, TypeAlias
 
 from dse.analysis.audsley import Latest, best_options
 from dse.analysis.limits import HOLDS
@@ -36,18 +35,29 @@ MOST_ROUNDS = 16
 NUMBERS = (int, Fraction)
 
 
+class _Latest(NamedTuple):
+    """A response time is to be at most so long, or shorter unless it `allows_equal`; the tighter one is the smaller."""
+
+    bound_ns: Fraction | int
+    allows_equal: bool
+
+    def allows(self, response_ns: Exact) -> bool:
+        """Whether a response time keeps it."""
+        return response_ns <= self.bound_ns if self.allows_equal else response_ns < self.bound_ns
+
+
 @dataclass(frozen=True)
 class _Simple:
     """A thread that is one task, which only tasks of a lower or the same `turn` delay.
 
-    `upstream` are the tasks whose response times are jitter of its releases. `latest_ns` is the longest response time
-    that it may have, None where any will do.
+    `upstream` are the tasks whose response times are jitter of its releases. `latest` is the limit on its response
+    time, None where any will do.
     """
 
     key: TaskKey
     turn: tuple[int, int, int]
     upstream: tuple[TaskKey, ...]
-    latest_ns: int | None
+    latest: _Latest | None
 
 
 @dataclass(frozen=True)
@@ -124,13 +134,13 @@ class Admission:
         time = order_ns(space, number, view) if priority is None else Fraction(-priority)
         if time is None or time.denominator != 1:
             return None
-        latest_ns = None
-        for operator, bound in self.latest.get(number, ()):
-            most = floor(bound) if operator == "<=" else ceil(bound) - 1
-            if most < UNBOUNDED_NS:  # which is what counts where there is no bound
-                latest_ns = most if latest_ns is None else min(latest_ns, most)
+        limits = [
+            _Latest(int(bound) if bound.denominator == 1 else bound, operator == "<=")
+            for operator, bound in self.latest.get(number, ())
+        ]
+        limits = [item for item in limits if not item.allows(UNBOUNDED_NS)]  # which counts where there is no bound
         turn = (0, int(time), 0) if priority is not None else (1, int(time), number)
-        return _Simple(turns[0].key, turn, _all_upstream(space, turns[0].key, view), latest_ns)
+        return _Simple(turns[0].key, turn, _all_upstream(space, turns[0].key, view), min(limits, default=None))
 
     def _step_by_step(self, numbers: Sequence[int]) -> _Among | None:
         """What is known of the threads together; None where one of them is late."""
@@ -165,11 +175,11 @@ class Admission:
                 members = [number for _, number in level]
                 rivals += (now[number] for number in members)
                 is_new = is_new or any(now[number] is not tasks.get(number) for number in members)
-                for number in members if is_new else ():
+                for number in members:
                     simple = self._simple_of(number)
-                    if simple.latest_ns is None and simple.key not in passed_on:
+                    if (simple.latest is None and simple.key not in passed_on) or (not is_new and number in responses):
                         continue
-                    response = _response_ns(now[number], rivals, responses.get(number, 0), simple.latest_ns)
+                    response = _response_ns(now[number], rivals, responses.get(number, 0), simple.latest)
                     if response is None:
                         return None
                     responses[number] = response
@@ -204,7 +214,7 @@ def _all_upstream(space: Space, key: TaskKey, view: View) -> tuple[TaskKey, ...]
     return tuple(found)
 
 
-def _response_ns(task: Task, together: Sequence[Task], begin_ns: Exact, latest_ns: int | None) -> Exact | None:
+def _response_ns(task: Task, together: Sequence[Task], begin_ns: Exact, latest: _Latest | None) -> Exact | None:
     """The response time of a task, which is no shorter than `begin_ns`; None where it is longer than it may be.
 
     `together` are the tasks that may delay it, and itself.
@@ -214,33 +224,33 @@ def _response_ns(task: Task, together: Sequence[Task], begin_ns: Exact, latest_n
     _NotSimple
         where it has no bound, and none is asked for.
     """
+    if not task.worst_ns:
+        return 0 if latest is None or latest.allows(0) else None
     stream = task.streams[0] if task.streams else None
     is_timed = len(task.streams) == 1 and task.separation_ns is None and stream is not None and not stream.jitter_ns
-    if is_timed and latest_ns is not None and stream is not None and latest_ns <= stream.period_ns:
-        return _first_response_ns(max(begin_ns, task.worst_ns), together, latest_ns)
+    if is_timed and latest is not None and stream is not None and latest.bound_ns <= stream.period_ns:
+        return _first_response_ns(max(begin_ns, task.worst_ns), together, latest)
     found = response_time_ns(task, [other for other in together if other is not task])
-    if latest_ns is not None:
-        return None if found is None or found > latest_ns else found
+    if latest is not None:
+        return found if found is not None and latest.allows(found) else None
     if found is None:
         raise _NotSimple
     return found
 
 
-def _first_response_ns(begin_ns: Exact, together: Sequence[Task], latest_ns: int) -> Exact | None:
-    """The least time, from `begin_ns` on, that holds all work of tasks that is released in it; None beyond a time.
+def _first_response_ns(begin_ns: Exact, together: Sequence[Task], latest: _Latest) -> Exact | None:
+    """The least time, from `begin_ns` on, that holds all work of tasks that is released in it; None where it is late.
 
     A job that ends before the next one of its task is released is the only one in its busy period.
     """
-    if any(task.separation_ns is not None or len(task.streams) != 1 for task in together):
-        terms = None
-    else:
-        terms = [(task.worst_ns, task.streams[0].period_ns, task.streams[0].jitter_ns) for task in together]
+    is_plain = all(task.separation_ns is None and len(task.streams) == 1 for task in together)
+    terms = [(item.worst_ns, item.streams[0].period_ns, item.streams[0].jitter_ns) for item in together if is_plain]
     time = begin_ns
-    while time <= latest_ns:
-        if terms is None:
-            needed = sum(most_jobs(task, time) * task.worst_ns for task in together)
-        else:
+    while latest.allows(time):
+        if is_plain:
             needed = sum(-(-(time + jitter) // period) * work for work, period, jitter in terms)
+        else:
+            needed = sum(most_jobs(task, time) * task.worst_ns for task in together)
         if needed == time:
             return time
         time = needed

@@ -181,6 +181,8 @@ def _least(solver: Solver, pools: Pools, best: Found | None) -> tuple[Sequence[i
     """
     assert solver.weights is not None, "nothing is minimised"
     top = solver.most(best)
+    if top is not None and top < (solver.least or 0):
+        return None, True
     with valued(pools.model, solver.least, top):
         solution = _sketched(solver, pools.model, POOL_WORK)
     if solution is not None:

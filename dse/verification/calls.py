@@ -10,7 +10,7 @@ import threading
 import time
 from collections.abc import Callable, Sequence
 from itertools import count
-from typing import Any, TypeAlias
+from typing import Any, NamedTuple, TypeAlias
 
 from ortools.sat.python import cp_model
 
@@ -23,32 +23,53 @@ SHARE_OF_REFUTING = 4
 """The smaller question before an attempt may take so many times its limit: it mostly answers for all of them."""
 MOST_STOPS = 500
 """So often a call is told to stop, each 10 ms."""
-Ways: TypeAlias = Sequence[tuple[Any, int, int]]
-"""How a solver branches, with how much linear relaxation, and whether with cuts; the attempts take turns."""
+
+
+class Way(NamedTuple):
+    """How a solver branches, with how much linear relaxation, and whether with cuts.
+
+    One that is `plain` does nothing before it branches, nor in between: where a question is easy that is most of it.
+    """
+
+    branching: Any
+    linearization: int
+    cuts: int
+    plain: bool = False
+
+
+Ways: TypeAlias = Sequence[Way]
+"""The attempts at a question take turns with these."""
 WAYS: Ways = (
-    (cp_model.AUTOMATIC_SEARCH, 0, 1),
-    (cp_model.AUTOMATIC_SEARCH, 1, 1),
-    (cp_model.PORTFOLIO_WITH_QUICK_RESTART_SEARCH, 0, 1),
-    (cp_model.AUTOMATIC_SEARCH, 2, 1),
+    Way(cp_model.AUTOMATIC_SEARCH, 0, 1),
+    Way(cp_model.AUTOMATIC_SEARCH, 1, 1),
+    Way(cp_model.PORTFOLIO_WITH_QUICK_RESTART_SEARCH, 0, 1),
+    Way(cp_model.AUTOMATIC_SEARCH, 2, 1),
 )
-PACKING: Ways = ((cp_model.AUTOMATIC_SEARCH, 2, 0), (cp_model.AUTOMATIC_SEARCH, 2, 1))
+IN_ORDER: Ways = (Way(cp_model.FIXED_SEARCH, 0, 0, plain=True), *WAYS)
+"""Those where a model has an order of decisions: what is asked for first is tried, or refuted, first."""
+PACKING: Ways = (Way(cp_model.AUTOMATIC_SEARCH, 2, 0), Way(cp_model.AUTOMATIC_SEARCH, 2, 1))
 """Those where threads are put on cores: of what fills them to the brim only the relaxation tells (record 29)."""
 
 Outcome: TypeAlias = tuple[Any, cp_model.CpSolver | None]
 """A status, and the solver that has values for it."""
 
 
-def ask(model: cp_model.CpModel, deadline: float | None, is_refuted: Callable[[float], bool] | None = None) -> Outcome:
+def ask(
+    model: cp_model.CpModel,
+    deadline: float | None,
+    is_refuted: Callable[[float], bool] | None = None,
+    ways: Ways = WAYS,
+) -> Outcome:
     """An answer of the solver; unknown at the deadline only.
 
     Before each attempt `is_refuted` is asked, with some times that attempt's limit, whether it can show that there
     is no solution.
     """
     for attempt in count():
-        limit = FIRST_LIMIT * 2 ** (attempt // len(WAYS))
+        limit = FIRST_LIMIT * 2 ** (attempt // len(ways))
         if is_refuted is not None and is_refuted(SHARE_OF_REFUTING * limit):
             return cp_model.INFEASIBLE, None
-        status, solver = attempted(model, deadline, limit, attempt)
+        status, solver = attempted(model, deadline, limit, attempt, ways)
         if status != cp_model.UNKNOWN or _is_over(deadline):
             return status, solver
     raise AssertionError("attempts have no end")
@@ -64,11 +85,14 @@ def attempted(
     """One attempt at a model, with settings and a seed of its own, for so much deterministic time; may be unknown."""
     if _is_over(deadline):
         return cp_model.UNKNOWN, None
-    branching, linearization, cuts = ways[attempt % len(ways)]
+    way = ways[attempt % len(ways)]
     solver = other_solver()
     parameters: Any = solver.parameters
-    parameters.search_branching = branching
-    parameters.linearization_level, parameters.cut_level = linearization, cuts
+    parameters.search_branching = way.branching
+    parameters.linearization_level, parameters.cut_level = way.linearization, way.cuts
+    if way.plain:
+        parameters.cp_model_probing_level = parameters.symmetry_level = 0
+        parameters.use_sat_inprocessing = False
     parameters.random_seed = SEED + attempt
     parameters.max_deterministic_time = limit
     seconds = 1.0 + SECONDS_A_UNIT * limit

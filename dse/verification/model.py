@@ -161,7 +161,7 @@ class SecondModel:
 
     def earlier_design(self, vector: Sequence[int], design: Design) -> Reply:
         """A design with these objectives that comes before `design` in the order of the file."""
-        return self._ask(partial(self._ask_earlier, vector, design), exactly=True)
+        return self._ask(partial(self._ask_earlier, vector, design), exactly=True, ways=calls.IN_ORDER)
 
     def _ask_earlier(self, vector: Sequence[int], design: Design, model: cp_model.CpModel) -> None:
         for axis, value in enumerate(vector):
@@ -180,6 +180,8 @@ class SecondModel:
             found.append(smaller)
             same = alike
         model.add_bool_or(found)
+        order = [self._in(model, self.option[index]) for index in range(len(design)) if index not in self.free_cores]
+        model.add_decision_strategy(order, cp_model.CHOOSE_FIRST, cp_model.SELECT_MIN_VALUE)
 
     def another_design(self, below: Sequence[int], known: Sequence[Design], among: Sequence[int]) -> Reply:
         """A design with objectives below `below` that differs from each known one in some of the decisions `among`."""
@@ -207,6 +209,7 @@ class SecondModel:
         is_refuted: Callable[[float], bool] | None = None,
         *,
         exactly: bool = False,
+        ways: calls.Ways = calls.WAYS,
     ) -> Reply:
         """Solve; a design that only the coarse bounds admit is left out and the question asked again.
 
@@ -226,7 +229,7 @@ class SecondModel:
             for values in left_out:
                 self._leave_out(model, values)
             self.calls += 1
-            status, solver = calls.ask(model, self.deadline, is_refuted)
+            status, solver = calls.ask(model, self.deadline, is_refuted, ways)
             if status == cp_model.INFEASIBLE:
                 return Reply("none")
             if solver is None:

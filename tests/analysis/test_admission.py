@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import random
+import re
 from fractions import Fraction
+from itertools import permutations
 
 import pytest
 from effort import cases
@@ -25,8 +27,10 @@ name: many
 deadlines: all
 processor_types: {cpu: {}}
 processors: {c: {type: cpu}}
+devices: {d: {period: 30 ms}}
 threads:
 %s
+connections: {%s}
 flows: {f: {path: [t0]}}
 objectives: [minimise latency of f]
 """
@@ -73,20 +77,29 @@ def test_small_systems_of_every_kind(kind: str, seed: int) -> None:
 
 @pytest.mark.parametrize("seed", cases(40))
 def test_many_threads_with_numbers_deadlines_and_periods(seed: int) -> None:
-    """Some with the same number, some with deadlines beyond their period, until the core is too full."""
+    """Some released by others, without work, with the same number, or with a deadline beyond their period."""
     rng = random.Random(seed)
-    lines = []
+    lines, wires = [], []
     for number in range(12):
         period = rng.choice(PERIODS_MS)
-        fields = [f"processor: c, period: {period} ms, compute_execution_time: {rng.randint(0, 1500)} us"]
+        fields = [f"processor: c, compute_execution_time: {max(0, rng.randint(-200, 1500))} us"]
+        if rng.random() < 0.3:
+            wires.append(
+                f"w{number}: {{from: {rng.choice(['d', *range(number)])}, to: t{number}, latency: 0 ms .. 2 ms}}"
+            )
+            fields.append("dispatch_protocol: aperiodic")
+        else:
+            fields.append(f"period: {period} ms")
         if rng.random() < 0.3:
             fields.append(f"priority: {rng.randint(1, 3)}")
         if rng.random() < 0.4:
             fields.append(f"deadline: {rng.randint(1, period + (8 if rng.random() < 0.2 else 0))} ms")
         lines.append(f"  t{number}: {{{', '.join(fields)}}}")
+    text = MANY % ("\n".join(lines), re.sub(r"from: (\d+)", r"from: t\1", ", ".join(wires)))
+    space = loads(text.replace("deadlines: all", f"deadlines: {rng.choice(['all', 'stated'])}")).space
     said = set()
     for _ in range(4):
-        said |= asked(loads(MANY % "\n".join(lines)).space, rng)
+        said |= asked(space, rng)
     assert True in said
 
 
@@ -94,8 +107,69 @@ def test_threads_that_timers_release_are_not_left_to_the_analysis(monkeypatch: p
     """Any two are in time; of all three the last one ends at 19 ms, two jobs of the first before it."""
     monkeypatch.setattr("dse.analysis.admission.subset_responses", None)
     line = "  t%d: {processor: c, period: %d ms, compute_execution_time: %d us}"
-    space = loads(MANY % "\n".join(line % row for row in [(0, 10, 5000), (1, 14, 4000), (2, 14, 5000)])).space
+    space = loads(MANY % ("\n".join(line % row for row in [(0, 10, 5000), (1, 14, 4000), (2, 14, 5000)]), "")).space
     view = View(())
     admits = Admission(space, view, limits_of(core_limits(space), view))
-    assert admits([0]) and admits([0, 1]) and admits([1, 0]) and admits([2, 1]) and admits([0, 2])
-    assert not admits([0, 1, 2])
+    first, second, third = members(space, 0, view)
+    assert admits([first]) and admits([first, second]) and admits([second, first])
+    assert admits([third, second]) and admits([first, third])
+    assert not admits([first, second, third])
+
+
+ZERO = """
+dse: 1
+name: no work
+deadlines: all
+processor_types: {cpu: {}}
+processors: {c: {type: cpu}}
+devices: {d: {period: 10 ms}}
+threads:
+  n: {processor: c, dispatch_protocol: aperiodic, compute_execution_time: 3 ms}
+  z: {processor: c, period: 50 ms, compute_execution_time: 0 ms, deadline: 2 ms}
+connections: {w: {from: d, to: n, latency: 0 ms .. 2 ms}}
+flows: {f: {path: [d, n]}}
+objectives: [minimise latency of f]
+"""
+LATER = """
+dse: 1
+name: jitter of a thread that nobody asked about
+deadlines: stated
+processor_types: {cpu: {}}
+processors: {c: {type: cpu}}
+threads:
+  h: {processor: c, period: 50 ms, compute_execution_time: 6 ms, priority: 5}
+  p: {processor: c, period: 10 ms, compute_execution_time: 1 ms}
+  n: {processor: c, dispatch_protocol: aperiodic, compute_execution_time: 2 ms}
+  l: {processor: c, period: 50 ms, compute_execution_time: 1 ms, deadline: 11 ms}
+connections: {w: {from: p, to: n}}
+flows: {f: {path: [p, n]}}
+objectives: [minimise latency of f]
+"""
+FRACTION = """
+dse: 1
+name: half a nanosecond
+processor_types: {cpu: {}}
+bus_types: {wire: {transmission_time: {fixed: 0 ns .. 2000000.5 ns}}}
+processors: {c: {type: cpu}}
+buses: {b: {type: wire}}
+devices: {d: {period: 3 ms}}
+threads:
+  n: {processor: c, dispatch_protocol: aperiodic, compute_execution_time: 2 ms}
+  z: {processor: c, period: 50 ms, compute_execution_time: 1 ms}
+connections: {w: {from: d, to: n, data_size: 1 B, bus: b}}
+flows: {f: {path: [d, n]}}
+requirements: ["response time of n < 3000001 ns"]
+objectives: [minimise latency of f]
+"""
+
+
+@pytest.mark.parametrize("text", [ZERO, LATER, FRACTION], ids=["no work", "later jitter", "half a nanosecond"])
+def test_in_every_order_the_answer_is_that_of_the_analysis(text: str) -> None:
+    space = loads(text).space
+    view = View(tuple(0 for _ in space.decisions))
+    latest = limits_of(core_limits(space), view)
+    for order in permutations(members(space, 0, view)):
+        admits = Admission(space, view, latest)
+        for count in range(1, len(order) + 1):
+            among = list(order[:count])
+            assert admits(among) == are_in_time(space, among, view, latest), among
