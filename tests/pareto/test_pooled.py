@@ -242,3 +242,24 @@ def test_what_presolve_loses_is_found_without(asked_at_once: list[Answer], monke
     monkeypatch.setattr(pooled, "_sketched", lambda *_: None)
     assert search_front(evaluator).points.keys() == expected
     assert asked_at_once
+
+
+def test_where_nothing_is_left_below_a_bound_pools_say_so(
+    asked_at_once: list[Answer], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """As where the time ends between a proof and the next question, which is then asked of pools first."""
+    said: list[bool] = []
+
+    def closed(solver: Solver, best: Found | None) -> Answer:
+        top, known = solver.most(best), solver.least
+        if top is not None and solver.encoded.contention is not None and solver.encoded.contention.without_rows:
+            solver.least = top + 1
+            answer = pooled.pooled(solver, best)
+            solver.least = known
+            said.append(answer is best or isinstance(answer, NoSuchDesign))
+        return pooled.pooled(solver, best)
+
+    monkeypatch.setattr(narrowing, "pooled", closed)
+    for seed in range(1, 4):
+        search_front(Evaluator(space_of(nearly_full(8, 2, 0.8, seed))))
+    assert said and all(said) and not asked_at_once
