@@ -98,6 +98,11 @@ class _Refining:
         """How it knows."""
         return self.prover.words
 
+    @property
+    def left_aside(self) -> str:
+        """See `Prover`."""
+        return self.prover.left_aside
+
     def in_region(
         self,
         below: Sequence[int | None],
@@ -211,7 +216,8 @@ def _check_first_designs(bench: Bench, prover: Prover) -> None:
         _holds(bench, f"front[{at}].decisions", reply, "is not the first design with these objectives; that is")
     if count := len(bench.vectors) - len(silent):
         shown = "shows the first of the designs with its" if count == 1 else "show the first of the designs with their"
-        bench.checked.append(f"{count_words(count, 'point')} {shown} objectives")
+        aside = f", {prover.left_aside} left aside" if prover.left_aside else ""
+        bench.checked.append(f"{count_words(count, 'point')} {shown} objectives{aside}")
     if silent:
         named = ", ".join(f"#{number}" for number in silent[:MOST_NAMED])
         more = f" and {len(silent) - MOST_NAMED} more" if len(silent) > MOST_NAMED else ""

@@ -96,6 +96,7 @@ class SecondModel:
         self.places = {number: self.lookups.variable(diagram) for number, diagram in tables.places.items()}
         moves = bool(tables.late) and tables.waits is None
         self.free_cores = {item.index for item in tables.space.open_cores} if moves else set[int]()
+        self.moves_threads = bool(self.free_cores)
         self.free_cores |= {item.index for item in tables.space.open_priorities}  # whichever will do
         problem = self.model.validate()
         assert not problem, problem

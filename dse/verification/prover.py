@@ -28,6 +28,11 @@ class Prover(Protocol):
         """How it knows."""
         ...
 
+    @property
+    def left_aside(self) -> str:
+        """What it does not look at where it tells which of several designs is the first; empty where all counts."""
+        ...
+
     def in_region(
         self,
         below: Sequence[int | None],
@@ -62,6 +67,11 @@ class AllDesigns:
         """How many designs there are."""
         feasible = len(self.found.vectors)
         return f"every design looked at: {self.found.looked_at} that are possible, {feasible} of them feasible"
+
+    @property
+    def left_aside(self) -> str:
+        """Nothing but which of several orders that will do is taken, which no result claims."""
+        return ""
 
     def in_region(
         self,
@@ -110,6 +120,11 @@ class AskedModel(SecondModel):
     def words(self) -> str:
         """How many times it was asked."""
         return f"a second model asked {self.calls} times, with other settings and another search"
+
+    @property
+    def left_aside(self) -> str:
+        """The cores of threads that can be moved, where there are such."""
+        return "the cores of threads" if self.moves_threads else ""
 
 
 def make_prover(evaluator: Evaluator, method: Method = "auto", deadline: float | None = None) -> tuple[Prover, Tables]:
