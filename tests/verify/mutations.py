@@ -6,6 +6,7 @@ import random
 from collections.abc import Iterator
 from typing import Any
 
+from effort import LONG
 from verify.shared import copied
 
 from dse.analysis.contention import ContentionReferee, cores_of, with_contention
@@ -22,6 +23,7 @@ from dse.verification.tables import build_tables
 
 Data = dict[str, Any]
 Mutation = tuple[str, Data]
+DRAWN = 50 if LONG else 8
 
 
 def mutations(data: Data, asked: Problem, seed: int, most: int = 4) -> Iterator[Mutation]:
@@ -32,6 +34,11 @@ def mutations(data: Data, asked: Problem, seed: int, most: int = 4) -> Iterator[
         for name, mutated in rng.sample(found, min(most, len(found))):
             assert mutated != data, name
             yield name, mutated
+
+
+def drawn(items: list[Data], rng: random.Random) -> list[tuple[int, Data]]:
+    """Some of the points or regions that are listed, with their numbers: of a long front only these are changed."""
+    return [(at, items[at]) for at in sorted(rng.sample(range(len(items)), min(DRAWN, len(items))))]
 
 
 def vectors(data: Data) -> list[tuple[int, ...]]:
@@ -55,7 +62,7 @@ def renumbered(data: Data, space: Space) -> Data:
 
 
 def points_removed(data: Data, space: Space, rng: random.Random) -> Iterator[Mutation]:
-    for at in range(len(data["front"])):
+    for at, _ in drawn(data["front"], rng):
         changed = copied(data)
         point = changed["front"].pop(at)
         if not changed["front"]:
@@ -64,14 +71,14 @@ def points_removed(data: Data, space: Space, rng: random.Random) -> Iterator[Mut
 
 
 def points_repeated(data: Data, space: Space, rng: random.Random) -> Iterator[Mutation]:
-    for at in range(len(data["front"])):
+    for at, _ in drawn(data["front"], rng):
         changed = copied(data)
         changed["front"].insert(at, copied(changed["front"][at]))
         yield f"point at {at} repeated", changed
 
 
 def numbers_changed(data: Data, space: Space, rng: random.Random) -> Iterator[Mutation]:
-    for at, point in enumerate(data["front"]):
+    for at, point in drawn(data["front"], rng):
         for block in ("objectives", "metrics"):
             for name in point[block]:
                 changed = copied(data)
@@ -87,7 +94,7 @@ def numbers_changed(data: Data, space: Space, rng: random.Random) -> Iterator[Mu
 
 
 def labels_changed(data: Data, space: Space, rng: random.Random) -> Iterator[Mutation]:
-    for at in range(len(data["front"])):
+    for at, _ in drawn(data["front"], rng):
         for key in ("id", "rank"):
             changed = copied(data)
             changed["front"][at][key] += 1
@@ -96,7 +103,7 @@ def labels_changed(data: Data, space: Space, rng: random.Random) -> Iterator[Mut
 
 def decisions_altered(data: Data, space: Space, rng: random.Random) -> Iterator[Mutation]:
     options = {item.name: item.options for item in space.decisions}
-    for at, point in enumerate(data["front"]):
+    for at, point in drawn(data["front"], rng):
         for name, chosen in point["decisions"].items():
             for option in options[name]:
                 if option != chosen:
@@ -149,7 +156,7 @@ def listed(evaluator: Evaluator, design: Design) -> Data:
 
 def contention_changed(data: Data, space: Space, rng: random.Random) -> Iterator[Mutation]:
     """Another core, and another word on what a design keeps when response times count."""
-    for at, point in enumerate(data["front"]):
+    for at, point in drawn(data["front"], rng):
         for thread, core in point.get("cores", {}).items():
             changed = copied(data)
             changed["front"][at]["cores"][thread] = core % 4 + 1
@@ -181,7 +188,7 @@ def regions_changed(data: Data, space: Space, rng: random.Random) -> Iterator[Mu
     outermost = {
         name: max((sign * region[name] for region in data["refuted"]), default=0) for name, sign in signs.items()
     }
-    for at, region in enumerate(data["refuted"]):
+    for at, region in drawn(data["refuted"], rng):
         changed = copied(data)
         del changed["refuted"][at]
         yield f"refuted[{at}] missing", changed
@@ -198,7 +205,7 @@ def regions_invented(data: Data, space: Space, rng: random.Random) -> Iterator[M
     """A refuted region that holds a point, instead of the point."""
     names = [item["name"] for item in data["objectives"]]
     signs = [1 if item["sense"] == "minimise" else -1 for item in data["objectives"]]
-    for at, point in enumerate(data["front"]):
+    for at, point in drawn(data["front"], rng):
         changed = copied(data)
         del changed["front"][at]
         beyond = {name: point["objectives"][name] + sign for name, sign in zip(names, signs, strict=True)}

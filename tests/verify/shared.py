@@ -4,14 +4,15 @@ from __future__ import annotations
 
 import json
 import pickle
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from functools import cache
 from typing import Any
 
 import pytest
 
 from dse.analysis.evaluate import Evaluator
-from dse.api import completeness
+from dse.api import belonging, completeness, contention, nearby, points
+from dse.api import verify as verifying
 from dse.api.problem import Problem
 from dse.space.types import Space
 from dse.study import verify
@@ -21,7 +22,11 @@ from dse.verification.tables import Tables
 
 
 def all_designs_once(monkeypatch: pytest.MonkeyPatch) -> None:
-    """All designs of a question are looked at when the first of its results is verified, not for each of them again."""
+    """All designs of a question are looked at when the first of its results is verified, not for each of them again.
+
+    Not for robust questions: what their evaluators hold against designs grows.
+    """
+    question_once(monkeypatch)
     known: list[tuple[Space, tuple[Prover, Tables]]] = []
 
     def prover(evaluator: Evaluator, method: Method = "auto", deadline: float | None = None) -> tuple[Prover, Tables]:
@@ -34,6 +39,40 @@ def all_designs_once(monkeypatch: pytest.MonkeyPatch) -> None:
         return made
 
     monkeypatch.setattr(completeness, "make_prover", prover)
+
+
+def question_once(monkeypatch: pytest.MonkeyPatch) -> None:
+    """What does not depend on what a result lists is found when the first result of a question is verified.
+
+    The problem that results carry is read once, and what the analysis knows of a design is remembered. A result that
+    states another question, or carries another problem, has everything of its own.
+    """
+    monkeypatch.setattr(belonging, "load_carried", once(belonging.load_carried))
+    monkeypatch.setattr(verifying, "restated", once(verifying.restated))
+    evaluator_of = once(Evaluator)
+    for module in (points, nearby, contention, completeness):
+        monkeypatch.setattr(module, "Evaluator", evaluator_of)
+    for name in ("with_contention", "ContentionReferee", "judge"):
+        monkeypatch.setattr(contention, name, once(getattr(contention, name)))
+
+
+MOST = 50
+"""So many answers of a function are remembered."""
+
+
+def once(function: Callable[..., Any]) -> Callable[..., Any]:
+    """A function that is asked once about the same: plain data with the same content, or the very same object."""
+    known: dict[Any, tuple[tuple[Any, ...], Any]] = {}
+
+    def remembering(*given: Any) -> Any:
+        key = tuple(json.dumps(part) if isinstance(part, str | tuple | dict) else id(part) for part in given)
+        if key not in known:
+            if len(known) >= MOST:
+                known.clear()
+            known[key] = (given, function(*given))  # which keeps what is known by its identity
+        return known[key][1]
+
+    return remembering
 
 
 def robustness_once(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -12,7 +12,7 @@ import pytest
 from effort import LONG, count
 from explain.test_random_conflicts import infeasible
 from support import ENUMERABLE
-from verify.shared import copied
+from verify.shared import copied, question_once
 
 import dse
 from dse.api.solve import Watcher, solve_asked
@@ -77,7 +77,8 @@ def wrong_give_up(data: dict[str, Any], rng: random.Random) -> Iterator[tuple[st
 
 
 @pytest.mark.parametrize("path", ENUMERABLE, ids=lambda path: path.stem)
-def test_conflicts_of_shipped_problems(path: Any) -> None:
+def test_conflicts_of_shipped_problems(path: Any, monkeypatch: pytest.MonkeyPatch) -> None:
+    question_once(monkeypatch)
     problem = dse.load(path)
     flow = problem.space.flows[0].name
     limits = [f"latency of {flow} <= 2 us", f"jitter of {flow} <= 1 us", "price >= 1 EUR"]
@@ -91,7 +92,8 @@ def test_conflicts_of_shipped_problems(path: Any) -> None:
 
 
 @pytest.mark.parametrize("part", range(6))
-def test_conflicts_of_random_problems(part: int) -> None:
+def test_conflicts_of_random_problems(part: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    question_once(monkeypatch)
     seen = 0
     for seed in range(part, 10**6, 6):
         drawn = infeasible(seed)
