@@ -24,7 +24,7 @@ import pytest
 import dse
 from dse.analysis.evaluate import Evaluator
 from dse.results.forms.registry import mistakes_in
-from tests.effort import FIRST, LONG
+from tests.effort import LONG
 from tests.oracle import evaluator as oracle
 from tests.properties.pair import PER_UNIT
 from tests.support import TOO_MANY
@@ -35,9 +35,6 @@ EXPECTED = HERE / "expected"
 STRICTER = {"inmark": {"max_jitter": "20 ms"}}
 """Problems that are solved with a further limit as well: the keyword arguments of `dse.solve`."""
 QUESTIONS: list[tuple[str, dict[str, Any]]] = [(path.stem, {}) for path in SHIPPED] + list(STRICTER.items())
-
-LOOKED_AT = {} if LONG else {"inmark": 4}
-"""Of this problem the oracle looks at the designs that are listed and at every fourth of the others."""
 
 Vector = tuple[Fraction, ...]
 
@@ -79,17 +76,6 @@ def expected_vectors(question: tuple[str, dict[str, str]]) -> set[Vector]:
     return vectors
 
 
-def designs_listed(name: str, decisions: set[str]) -> list[dict[str, str | None]]:
-    """The designs of the expected fronts of a problem, as the oracle has them."""
-    found = []
-    for question in QUESTIONS:
-        if question[0] == name:
-            with (EXPECTED / f"{question_name(question)}.csv").open(encoding="utf-8", newline="") as file:
-                rows = list(csv.DictReader(file))
-            found += [{key: value or None for key, value in row.items() if key in decisions} for row in rows]
-    return found
-
-
 def one_unit(text: str) -> Fraction:
     """What a number in a column counts, in the oracle's unit: ``1/3 ppm`` is a three-millionth of a core."""
     part, _, unit = text.rpartition(" ")
@@ -104,9 +90,8 @@ def brute_force(name: str) -> tuple[tuple[Vector, tuple[Fraction, ...]], ...]:
     found = set()
     if space.profile == "dse" and space.processing == "execution_time":
         problem = oracle.load_file(path)
-        listed = designs_listed(name, set(oracle.decisions(problem)))
-        for number, (design, figures) in enumerate(oracle.evaluated(problem), start=FIRST):
-            if (number % LOOKED_AT.get(name, 1) == 0 or design in listed) and not figures["violations"]:
+        for _, figures in oracle.evaluated(problem):
+            if not figures["violations"]:
                 jitters = tuple(Fraction(flow["jitter"]) for flow in figures["flows"].values())
                 found.add((figures["objectives"], jitters))
         return tuple(found)
