@@ -5,11 +5,11 @@ In the output of a command a line ``...`` stands for any lines, and ``...`` with
 
 from __future__ import annotations
 
+import io
 import re
 import shlex
-import subprocess
-import sys
 from collections.abc import Iterable
+from contextlib import redirect_stderr, redirect_stdout
 from doctest import ELLIPSIS
 from pathlib import Path
 
@@ -18,9 +18,9 @@ from sybil.evaluators.doctest import DocTestEvaluator
 from sybil.parsers.abstract.doctest import DocTestStringParser
 
 import dse
+from dse.cli.main import run as command
 
 ROOT = Path(__file__).parents[1]
-DSE = [sys.executable, "-c", "from dse.cli.main import main; main()"]
 FILE = re.compile(r"<!-- file: (?P<name>\S+) -->\n```yaml\n(?P<text>.*?)^```", re.M | re.S)
 SESSION = re.compile(r"^```console\n(?P<text>.*?)^```", re.M | re.S)
 FIGURES = re.compile(r"<!-- figures: (?P<name>\S+) -->\n(?P<table>(?:^\|.*\n)+)", re.M)
@@ -46,11 +46,13 @@ def run_session(example: Example) -> str | None:
     prompt, _, expected = example.parsed.partition("\n")
     words = shlex.split(prompt.removeprefix("$ "))
     assert words[0] == "dse"
-    done = subprocess.run([*DSE, *words[1:]], capture_output=True, text=True, check=False)
-    printed = "\n".join(line.rstrip() for line in done.stdout.splitlines()) + "\n"
-    if re.fullmatch(pattern(expected), printed) and not done.stderr:
+    out, error = io.StringIO(), io.StringIO()
+    with redirect_stdout(out), redirect_stderr(error):
+        command(words[1:])
+    printed = "\n".join(line.rstrip() for line in out.getvalue().splitlines()) + "\n"
+    if re.fullmatch(pattern(expected), printed) and not error.getvalue():
         return None
-    return f"{prompt}\nexpected:\n{expected}\nprinted:\n{printed}\n{done.stderr}"
+    return f"{prompt}\nexpected:\n{expected}\nprinted:\n{printed}\n{error.getvalue()}"
 
 
 def pattern(expected: str) -> str:
