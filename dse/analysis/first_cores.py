@@ -83,14 +83,14 @@ class _Asked:
     """The threads of a design that need a core, in the `order` of the file, and what is given.
 
     That is `where` threads run, by number, the `counts` of the processors' cores, and the threads that have a core
-    already. Interchangeable cores (`is_bare`: nothing tells them apart) are begun in their order.
+    already. The cores of a `bare` processor, which nothing tells apart, are begun in their order.
     """
 
     order: Sequence[OpenCore]
     where: Mapping[int, int]
     counts: Sequence[int]
     taken: Mapping[Place, Sequence[int]]
-    is_bare: bool
+    bare: frozenset[int]
 
     def on(self, processor: int) -> list[OpenCore]:
         """Those of one processor."""
@@ -120,9 +120,13 @@ def _asked_of(space: Space, view: View, open_: Sequence[OpenCore]) -> _Asked:
             taken.setdefault((processor, core), []).append(number)
     order = [item for item in open_ if item.component in where and _is_asked(item, view)]
     counts = [max(1, at(slot.cores, view)) for slot in space.processors]
-    whole = all(set(range(1, max(counts, default=1) + 1)) <= set(item.decision.values) for item in order)
-    is_bare = whole and not any(taken.values()) and sum(len(item.threads) for item in order) == len(where)
-    return _Asked(order, where, counts, taken, is_bare)
+    bare = []
+    for processor, count in enumerate(counts):
+        here = [item for item in order if where[item.component] == processor]
+        whole = all(set(range(1, count + 1)) <= set(item.decision.values) for item in here)
+        if whole and sum(len(item.threads) for item in here) == list(where.values()).count(processor):
+            bare.append(processor)
+    return _Asked(order, where, counts, taken, frozenset(bare))
 
 
 def _is_asked(item: OpenCore, view: View) -> bool:
@@ -209,7 +213,7 @@ class _Search:
             if core > count or (was_empty and not here) or self.left <= 0:
                 continue
             self.left -= 1
-            was_empty = was_empty or (not here and self.asked.is_bare)
+            was_empty = was_empty or (not here and processor in self.asked.bare)
             if not all(room.fits(core, item.threads) for room in rooms):
                 continue
             here += item.threads
