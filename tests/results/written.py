@@ -165,10 +165,10 @@ COMMANDS = (
         "sweep pump.yaml --vary 'price=50EUR,100EUR' --vary 'devices.sensor.period=20ms,30ms' --max-jitter 30ms "
         "--require 'price <= 900 EUR' --minimise price --minimise 'jitter of sensor_to_valve' "
         "--fix 'can0.type = can_250k' --profile osate-2.2 --worst-case deadline --processing response-time "
-        "--deadlines stated --overload allowed --no-store --json grid.json"
+        "--deadlines stated --overload allowed --workers 1 --no-store --json grid.json"
     ),
     "sweep pump.yaml --vary 'devices.sensor.period=20ms,30ms' --time-limit 0.000001s --no-store --json open.json",
-    "sweep pump.yaml --vary 'devices.sensor.period=20ms,0ms' --no-store --json wrong.json",
+    "sweep pump.yaml --vary 'devices.sensor.period=20ms,0ms' --workers 1 --no-store --json wrong.json",
     "sweep shared.yaml --vary 'price=5EUR,9EUR' --workers 1 --no-store --json kept.json",
     "sweep shared.yaml --vary 'latency of f=70ms..84ms' --no-store --json late.json",
     "sensitivity pump.yaml --json margins.json",

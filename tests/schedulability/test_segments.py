@@ -183,7 +183,8 @@ def test_what_knows_no_segments_says_so() -> None:
 
 def test_the_times_of_segments_have_margins() -> None:
     """Each is an input of its own: the GPU's 8 ms may grow by 33 - 23 ms, until the first thread's deadline."""
-    found = dse.sensitivity(loads(DOCUMENT.replace("SERVES", "fifo") + "deadlines: all\n"), front=False)
+    shorter = DOCUMENT.replace("SERVES", "fifo").replace(", {compute_execution_time: 3 ms}]", "]")
+    found = dse.sensitivity(loads(shorter + "deadlines: all\n"), front=False)
     above = {item.path.removeprefix("threads.one.segments"): item.above for item in found.margins}
     longer = {place: item.last for place, item in above.items() if place.startswith("[") and item is not None}
     assert {place[:3] for place in longer} == {"[0]", "[1]", "[2]"}
@@ -329,11 +330,8 @@ def robust_by_hand(seed: int) -> tuple[dse.Problem, list[tuple[int, int]]] | Non
     return loads(text), best_of({found for found, late in figures if late is not None and late[1] <= limit})
 
 
-@pytest.mark.parametrize("method", ["model", "exhaustion"])
 @pytest.mark.parametrize("seed", cases(4, 8000))
-def test_robust_fronts_of_pieces_are_proved_without_tables(
-    seed: int, method: Literal["model", "exhaustion"], monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_robust_fronts_of_pieces_are_proved_without_tables(seed: int, monkeypatch: pytest.MonkeyPatch) -> None:
     """Limits at other figures than the nominal ones are learnt, too; a front without its last point is refused."""
     monkeypatch.setattr(tables, "FEW_DECISIONS", -1)
     monkeypatch.setattr(tables, "FEW_CASES", 1)
@@ -341,11 +339,13 @@ def test_robust_fronts_of_pieces_are_proved_without_tables(
     result = dse.solve_robust(problem, workers=1)
     seen = [(item.objectives["price"] // 100, item.objectives["latency of f"] // MS) for item in result.robust.front]
     assert sorted(seen) == best
-    assert dse.verify(result, problem=problem, method=method).status == "verified"
     told = json.loads(result.to_json())
     last = told["front"].pop()
     told["refuted"].insert(0, {name: value + 1 for name, value in last["objectives"].items()})
-    assert dse.verify(told, problem=problem, method=method).status == "rejected"
+    methods: tuple[Literal["model", "exhaustion"], ...] = ("model", "exhaustion")
+    for method in methods:
+        assert dse.verify(result, problem=problem, method=method).status == "verified", method
+        assert dse.verify(told, problem=problem, method=method).status == "rejected", method
 
 
 LAST_ON_THE_ACCELERATOR = """
