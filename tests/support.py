@@ -6,6 +6,8 @@ from collections.abc import Sequence
 from itertools import product
 from pathlib import Path
 
+from effort import LONG
+
 from dse.analysis.evaluate import Evaluation, Evaluator
 from dse.analysis.validity import canonical
 from dse.examples import example_files
@@ -38,8 +40,14 @@ def raw_designs(space: Space) -> list[Design]:
 
 def evaluated(evaluator: Evaluator) -> dict[Design, Evaluation]:
     """Every canonical combination of options and what the analysis makes of it."""
-    space = evaluator.space
-    return {canonical(space, raw): evaluator.evaluate(raw) for raw in raw_designs(space)}
+    found: dict[Design, Evaluation] = {}
+    for raw in raw_designs(evaluator.space):
+        design = canonical(evaluator.space, raw)
+        if design not in found:
+            found[design] = evaluator.evaluate(raw)
+        elif LONG:  # whatever the decisions hold that it does not use
+            assert evaluator.evaluate(raw).objectives == found[design].objectives
+    return found
 
 
 def counted_down(space: Space, objectives: tuple[int, ...]) -> tuple[int, ...]:
