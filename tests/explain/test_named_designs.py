@@ -31,7 +31,7 @@ from dse.results.solve import decisions_of
 from dse.space.types import INACTIVE, Design
 from dse.timelimit import OutOfTime
 
-PROBLEMS = count(60)
+PROBLEMS = count(40)
 
 
 def examples(found: Explanation) -> Iterator[tuple[Example, frozenset[str] | None]]:
