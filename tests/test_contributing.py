@@ -7,6 +7,7 @@ import re
 import shutil
 import subprocess
 import sys
+from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import pytest
@@ -42,7 +43,7 @@ objectives: [minimise output age of f, minimise price, maximise min latency of f
 def changed(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A copy of the package with every step of the document, and a problem that uses them."""
     folder = tmp_path_factory.mktemp("changed")
-    shutil.copytree(ROOT / "dse", folder / "dse", ignore=shutil.ignore_patterns("__pycache__"))
+    shutil.copytree(ROOT / "dse", folder / "dse", ignore=shutil.ignore_patterns("*.pyc.*"))
     text = (ROOT / "CONTRIBUTING.md").read_text(encoding="utf-8")
     hunks = list(HUNK.finditer(text))
     assert len(hunks) == text.count("```diff")
@@ -59,17 +60,41 @@ def changed(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return folder
 
 
-def called(folder: Path, *arguments: str, code: int = 0) -> str:
-    """What a command of the copy prints."""
-    program = [sys.executable, "-c", "from dse.cli.main import main; main()", *arguments]
-    done = subprocess.run(program, cwd=folder, capture_output=True, text=True, check=False)
-    assert done.returncode == code, done.stdout + done.stderr
-    return done.stdout
+COMMANDS = """
+import contextlib, io, json, sys
+from dse.cli.main import run
+
+for line in sys.stdin:
+    out, error = (io.TextIOWrapper(io.BytesIO(), encoding="utf-8") for _ in range(2))
+    with contextlib.redirect_stdout(out), contextlib.redirect_stderr(error):
+        code = run(json.loads(line))
+        out.flush(), error.flush()
+    print(json.dumps([code, *(said.buffer.getvalue().decode() for said in (out, error))]), flush=True)
+"""
 
 
-def test_what_the_steps_add_is_searched_and_proved_again(changed: Path) -> None:
+@pytest.fixture(scope="module")
+def called(changed: Path) -> Iterator[Callable[..., str]]:
+    """What a command of the copy prints; one process runs them all."""
+    with subprocess.Popen(
+        [sys.executable, "-c", COMMANDS], cwd=changed, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True
+    ) as process:
+        assert process.stdin is not None and process.stdout is not None
+        to, of = process.stdin, process.stdout
+
+        def call(*arguments: str, code: int = 0) -> str:
+            print(json.dumps(arguments), file=to, flush=True)
+            exit_code, said, error = json.loads(of.readline())
+            assert exit_code == code, said + error
+            return str(said)
+
+        yield call
+        to.close()
+
+
+def test_what_the_steps_add_is_searched_and_proved_again(changed: Path, called: Callable[..., str]) -> None:
     """On cpu, period 20 ms, released 1 ms late: 4 + 20 + 4 + 1 ms, and 20 ms for the age; on fast 4 ms less."""
-    called(changed, "solve", "toy.yaml", "-q", "--json", "r.json")
+    called("solve", "toy.yaml", "-q", "--json", "r.json")
     data = json.loads((changed / "r.json").read_text(encoding="utf-8"))
     found = {
         point["decisions"]["p.type"]: (point["decisions"], point["objectives"]["output age of f"])
@@ -81,10 +106,10 @@ def test_what_the_steps_add_is_searched_and_proved_again(changed: Path) -> None:
         "fast": ({"p.type": "fast", **best}, 45_000_000),
     }
     for method in ("exhaustion", "model"):
-        assert "Verified" in called(changed, "verify", "r.json", "--method", method)
+        assert "Verified" in called("verify", "r.json", "--method", method)
 
 
-def test_timers_on_one_clock_know_what_the_steps_add(changed: Path) -> None:
+def test_timers_on_one_clock_know_what_the_steps_add(changed: Path, called: Callable[..., str]) -> None:
     """Data of a are there 4 + 2 ms after its release: b reads them then and ends 4 + 1 ms later, 11 ms in all."""
     text = """
 dse: 1
@@ -100,13 +125,13 @@ flows: {f: {path: [a, b]}}
 objectives: [minimise latency of f]
 """
     (changed / "clock.yaml").write_text(text, encoding="utf-8")
-    called(changed, "solve", "clock.yaml", "-q", "--json", "c.json")
+    called("solve", "clock.yaml", "-q", "--json", "c.json")
     (point,) = json.loads((changed / "c.json").read_text(encoding="utf-8"))["front"]
     assert (point["objectives"], point["decisions"]["b.offset"]) == ({"latency of f": 11_000_000}, "6 ms")
-    assert "Verified" in called(changed, "verify", "c.json", "--method", "model")
+    assert "Verified" in called("verify", "c.json", "--method", "model")
 
 
-def test_a_metric_of_its_own_and_another_arrival_work_everywhere(changed: Path) -> None:
+def test_a_metric_of_its_own_and_another_arrival_work_everywhere(changed: Path, called: Callable[..., str]) -> None:
     """Threads b and c share a core; c has 50 or 25 inputs a second, and 10 jobs of its timer where it is timed."""
     timed = "  c: {processor: p, dispatch_protocol: [timed, aperiodic], period: 100 ms, compute_execution_time: 1 ms}\n"
     text = PROBLEM.replace("connections: {ab:", f"{timed}connections: {{bc: {{from: b, to: c}}, ab:")
@@ -114,42 +139,42 @@ def test_a_metric_of_its_own_and_another_arrival_work_everywhere(changed: Path) 
         text[: text.index("requirements:")] + "requirements: [rate of c >= 30 Hz]\nobjectives: [minimise rate of c]\n"
     )
     (changed / "timed.yaml").write_text(text, encoding="utf-8")
-    called(changed, "solve", "timed.yaml", "-q", "--json", "t.json")
+    called("solve", "timed.yaml", "-q", "--json", "t.json")
     data = json.loads((changed / "t.json").read_text(encoding="utf-8"))
     assert [(point["objectives"], point["decisions"]["c.dispatch_protocol"]) for point in data["front"]] == [
         ({"rate of c": 35}, "timed")
     ]
     for method in ("exhaustion", "model"):
-        assert "Verified" in called(changed, "verify", "t.json", "--method", method)
-    said = called(changed, "sweep", "timed.yaml", "--vary", "rate of c=10Hz..60Hz", "--minimise", "price", "--no-store")
+        assert "Verified" in called("verify", "t.json", "--method", method)
+    said = called("sweep", "timed.yaml", "--vary", "rate of c=10Hz..60Hz", "--minimise", "price", "--no-store")
     assert "35 Hz" in said
     design = ["p.type=cpu", "b.period=40ms", "b.release_jitter=3ms", "c.dispatch_protocol=timed"]
     chosen = [part for text in design for part in ("--design", text)]
-    called(changed, "analyse", "timed.yaml", "--response-times", *chosen, "--json", "b.json")
+    called("analyse", "timed.yaml", "--response-times", *chosen, "--json", "b.json")
     data = json.loads((changed / "b.json").read_text(encoding="utf-8"))
     assert data["metrics"]["utilisation of p"]["value"] == 400_000 + 100_000 + 35_000
 
 
-def test_the_field_that_the_steps_add_is_written_and_in_the_schema(changed: Path) -> None:
-    called(changed, "solve", "toy.yaml", "-q", "--json", "s.json")
-    called(changed, "verify", "s.json", "--json", "v.json")
+def test_the_field_that_the_steps_add_is_written_and_in_the_schema(changed: Path, called: Callable[..., str]) -> None:
+    called("solve", "toy.yaml", "-q", "--json", "s.json")
+    called("verify", "s.json", "--json", "v.json")
     data = json.loads((changed / "v.json").read_text(encoding="utf-8"))
     assert data["is_plain"] is (data["remarks"] == [])
-    schema = json.loads(called(changed, "schema", "--of", "verification"))
+    schema = json.loads(called("schema", "--of", "verification"))
     assert "is_plain" in schema["properties"] and "is_plain" not in schema["required"]
 
 
-def test_what_the_steps_add_is_analysed_swept_and_in_the_schema(changed: Path) -> None:
+def test_what_the_steps_add_is_analysed_swept_and_in_the_schema(changed: Path, called: Callable[..., str]) -> None:
     design = [part for text in ("p.type=cpu", "b.period=40ms", "b.release_jitter=3ms") for part in ("--design", text)]
-    called(changed, "analyse", "toy.yaml", *design, "--json", "a.json", code=4)
+    called("analyse", "toy.yaml", *design, "--json", "a.json", code=4)
     data = json.loads((changed / "a.json").read_text(encoding="utf-8"))
     assert data["metrics"]["output age of f"] == {"value": 91_000_000, "unit": "ns"} and not data["feasible"]
     assert [row["max_ns"] for row in data["flows"]["f"]["rows"] if row["max_method"] == "released late"] == [3_000_000]
-    said = called(changed, "sweep", "toy.yaml", "--vary", "output age of f=40ms..60ms", "--no-store")
+    said = called("sweep", "toy.yaml", "--vary", "output age of f=40ms..60ms", "--no-store")
     assert "No design below 45 ms" in said
-    swept = called(changed, "sweep", "toy.yaml", "--vary", "threads.b.release_jitter[0]=1ms,2ms", "--no-store")
+    swept = called("sweep", "toy.yaml", "--vary", "threads.b.release_jitter[0]=1ms,2ms", "--no-store")
     assert "46 ms" in swept
-    fields = json.loads(called(changed, "schema"))["$defs"]["Thread"]["properties"]
+    fields = json.loads(called("schema"))["$defs"]["Thread"]["properties"]
     assert "release_jitter" in fields
 
 
@@ -164,13 +189,13 @@ def test_every_limited_metric_has_a_keyword() -> None:
         assert any(name in requirement.text for requirement in asked.space.requirements[3:])
 
 
-def test_the_importer_of_the_document_works(changed: Path) -> None:
+def test_the_importer_of_the_document_works(changed: Path, called: Callable[..., str]) -> None:
     (changed / "pumps.timers").write_text("one,10,2\ntwo,20,3\n", encoding="utf-8")
-    called(changed, "import", "pumps.timers", "--name", "Pumps", "-o", "pumps.yaml")
+    called("import", "pumps.timers", "--name", "Pumps", "-o", "pumps.yaml")
     assert "name: Pumps" in (changed / "pumps.yaml").read_text(encoding="utf-8")
-    assert "single design" in called(changed, "check", "pumps.timers")
+    assert "single design" in called("check", "pumps.timers")
     assert "two" in (changed / "pumps.yaml").read_text(encoding="utf-8")
     (changed / "bad.timers").write_text("one,10,2\ntwo\n", encoding="utf-8")
-    called(changed, "analyse", "bad.timers", code=3)
+    called("analyse", "bad.timers", code=3)
     (changed / "bad.timers").write_text("one,x,2\n", encoding="utf-8")
-    called(changed, "analyse", "bad.timers", code=3)
+    called("analyse", "bad.timers", code=3)
