@@ -10,6 +10,7 @@ import pytest
 from dse.analysis.evaluate import Evaluator
 from dse.analysis.views import View
 from dse.examples import example_files
+from tests.effort import count
 from tests.support import PROBLEMS, load_space
 
 
@@ -20,7 +21,7 @@ def test_the_figures_of_a_flow_at_once_are_the_sums_of_its_terms(path: Path) -> 
     evaluator = Evaluator(space)
     source = random.Random(path.stem)
     seen = 0
-    for _ in range(500):
+    for _ in range(count(1000)):
         design = tuple(source.randrange(len(decision.options)) for decision in space.decisions)
         if evaluator.evaluate(design).breaches:
             continue

@@ -57,7 +57,7 @@ MIDDLE = {
     "compare": ["r.json#1", "baseline"],
     "compare results": ["r.json", "r.json"],
     "explain": ["p.yaml", "--require", "price <= 10 EUR"],
-    "sensitivity": ["p.yaml", "--time-limit", "3"],
+    "sensitivity": ["p.yaml", "--time-limit", "1"],
     "simulate": ["p.yaml", "--runs", "1", "--duration", "1 s"],
     "sweep": ["p.yaml", "--no-store", "--workers", "1", "--vary", "jitter of flow_1=50ms..90ms"],
     "verify": ["r.json"],

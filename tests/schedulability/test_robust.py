@@ -16,6 +16,7 @@ from thread_systems import KINDS, draw, text_of
 
 import dse
 from dse.analysis.evaluate import Evaluator
+from dse.analysis.validity import canonical
 from dse.api.problem import load
 from dse.encode import scheduled
 from dse.pareto.front import search_front
@@ -52,7 +53,8 @@ def expected(problem: dse.Problem) -> set[tuple[int, ...]]:
     box = Box(read_uncertainties(problem, inputs))
     evaluators = [Evaluator(space) for space in (problem.space, *map(inputs.at, places(inputs, box)))]
     found = set()
-    for raw in product(*(range(len(item.options)) for item in problem.space.decisions)):
+    raws = product(*(range(len(item.options)) for item in problem.space.decisions))
+    for raw in {canonical(problem.space, raw): raw for raw in raws}.values():
         judged = [item.evaluate(raw) for item in evaluators]
         if all(item.is_feasible for item in judged):
             found.add(judged[0].objectives)

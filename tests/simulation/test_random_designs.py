@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import random
 from collections.abc import Iterator
+from functools import cache
 
 from effort import LONG
 from oracle import generator
@@ -18,9 +19,15 @@ SEEDS = range(24) if LONG else (0, 1, 2, 4, 5, 7, 8, 10, 12, 14, 17, 18)
 """To draw one takes a second: half of them, with all whose flows reach their bounds."""
 
 
+@cache
+def drawn(seed: int) -> dse.Problem:
+    """A random problem, for both witnesses."""
+    return dse.loads(generator.random_problem(seed))
+
+
 def random_simulation(seed: int, *, contention: bool) -> Simulation | None:
     """The simulation of a random design of a random problem; None when it has no flow or no design is found."""
-    problem = dse.loads(generator.random_problem(seed))
+    problem = drawn(seed)
     space, rng = problem.space, random.Random(seed)
     evaluator = Evaluator(space)
     for _ in range(100 if space.flows else 0):

@@ -11,7 +11,7 @@ import numpy
 import pytest
 from study.studies import ALL, LONG, example
 from study.test_breaks import expected
-from support import raw_designs
+from support import evaluated
 
 from dse.analysis.evaluate import Evaluator
 from dse.space.criteria import Objective
@@ -36,9 +36,8 @@ def every_vector(space: Space) -> set[Vector]:
     """The objectives of every feasible design, exactly."""
     evaluator = Evaluator(space)
     if space.processing != "execution_time":  # which arrays do not compute quicker
-        evaluations = map(evaluator.evaluate, raw_designs(space))
         scales = [measure.scale for measure in evaluator.objectives]
-        return {scaled(item.objectives, scales) for item in evaluations if item.is_feasible}
+        return {scaled(item.objectives, scales) for item in evaluated(evaluator).values() if item.is_feasible}
     vectorised = VectorisedEvaluator(evaluator)
     shape = [len(item.options) for item in space.decisions]
     found: set[tuple[int, ...]] = set()
