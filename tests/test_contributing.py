@@ -172,7 +172,7 @@ def test_what_the_steps_add_is_analysed_swept_and_in_the_schema(changed: Path, c
     assert [row["max_ns"] for row in data["flows"]["f"]["rows"] if row["max_method"] == "released late"] == [3_000_000]
     said = called("sweep", "toy.yaml", "--vary", "output age of f=40ms..60ms", "--no-store")
     assert "No design below 45 ms" in said
-    swept = called("sweep", "toy.yaml", "--vary", "threads.b.release_jitter[0]=1ms,2ms", "--no-store")
+    swept = called("sweep", "toy.yaml", "--vary", "threads.b.release_jitter[0]=1ms,2ms", "--no-store", "--workers", "1")
     assert "46 ms" in swept
     fields = json.loads(called("schema"))["$defs"]["Thread"]["properties"]
     assert "release_jitter" in fields

@@ -353,7 +353,8 @@ def test_fronts_of_sweeps_say_what_their_designs_keep(tmp_path: Path, monkeypatc
     Path("p.yaml").write_text(SHARED.lstrip(), encoding="utf-8")
     for vary in ("price=5EUR,9EUR", "latency of f=70ms..84ms"):
         out = CliRunner().invoke(
-            cli, ["sweep", "p.yaml", "--vary", vary, "--no-store", "--json", "s.json", "--csv", "s.csv"]
+            cli,
+            ["sweep", "p.yaml", "--vary", vary, "--no-store", "--workers", "1", "--json", "s.json", "--csv", "s.csv"],
         )
         assert out.exit_code == 0, out.output
         data = json.loads(Path("s.json").read_text(encoding="utf-8"))
