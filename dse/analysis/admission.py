@@ -226,9 +226,8 @@ def _response_ns(task: Task, together: Sequence[Task], begin_ns: Exact, latest: 
     """
     if not task.worst_ns:
         return 0 if latest is None or latest.allows(0) else None
-    stream = task.streams[0] if task.streams else None
-    is_timed = len(task.streams) == 1 and task.separation_ns is None and stream is not None and not stream.jitter_ns
-    if is_timed and latest is not None and stream is not None and latest.bound_ns <= stream.period_ns:
+    is_timed = len(task.streams) == 1 and task.separation_ns is None and not task.streams[0].jitter_ns
+    if is_timed and latest is not None and latest.bound_ns <= task.streams[0].period_ns:
         return _first_response_ns(max(begin_ns, task.worst_ns), together, latest)
     found = response_time_ns(task, [other for other in together if other is not task])
     if latest is not None:

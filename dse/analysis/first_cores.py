@@ -15,9 +15,9 @@ from math import ceil, floor, lcm
 from typing import TypeAlias
 
 from dse.analysis.admission import Admission
-from dse.analysis.audsley import limits_of, with_best_order
+from dse.analysis.audsley import limits_of
 from dse.analysis.limits import Limit, judge, on_processor, thread_values
-from dse.analysis.packing import by_unit
+from dse.analysis.packing import by_unit, ordered
 from dse.analysis.partition import Room
 from dse.analysis.tasks import members
 from dse.analysis.views import View
@@ -53,15 +53,16 @@ def first_placement(
 
     def ends(options: Options) -> Design | None:
         made = tuple(options.get(number, option) for number, option in enumerate(design))
-        for found in with_best_order(space, made, orders, limits) if orders else (made,):
+        for found in ordered(space, made, orders, limits):
             end = View(found)
             if all(judge(limit, end).holds for limit in (*limits, *beside)):
                 return found
         return None
 
     parts: Options = {}
+    rooms = asked.rooms(space, view, beside)  # of which each search fills those of its processor
     for processor in dict.fromkeys(asked.where[item.component] for item in asked.order):
-        search = _Search(asked, asked.on(processor), asked.rooms(space, view, beside), meets)
+        search = _Search(asked, asked.on(processor), rooms, meets)
         options = next(search.found(), None)
         if options is None:
             return None, search.left > 0

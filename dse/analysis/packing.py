@@ -49,7 +49,7 @@ def placed(space: Space, design: Design, waiting: Sequence[int]) -> Design:
     beside = [build_limit(space, item) for item in space.requirements if item.metric.kind == "core utilisation"]
     whole = first_fit(space, design, open_)
     first: Design | None = None
-    known = iter(()) if whole is None else _ordered(space, whole, orders, limits)
+    known = iter(()) if whole is None else ordered(space, whole, orders, limits)
     for found in chain(known, placements(space, design, open_, limits, orders)):
         first = first if first is not None else found
         view = View(found)
@@ -79,7 +79,7 @@ def first_fit(space: Space, design: Design, open_: Sequence[OpenCore]) -> Design
     return tuple(chosen)
 
 
-def _ordered(space: Space, design: Design, orders: Sequence[OpenPriority], limits: Sequence[Limit]) -> Iterator[Design]:
+def ordered(space: Space, design: Design, orders: Sequence[OpenPriority], limits: Sequence[Limit]) -> Iterator[Design]:
     """The design, with priorities for the threads that ask for the best order."""
     return with_best_order(space, design, orders, limits) if orders else iter((design,))
 
@@ -102,11 +102,11 @@ def placements(
     latest = limits_of(limits, view)
     seen = set()
     if orders:
-        yield from _ordered(space, design, orders, limits)
+        yield from ordered(space, design, orders, limits)
     for found in _elsewhere(space, view, open_, Admission(space, view, latest, orders), beside) if open_ else ():
         if found is not None and found not in seen:
             seen.add(found)
-            yield from _ordered(space, found, orders, limits)
+            yield from ordered(space, found, orders, limits)
 
 
 def _elsewhere(
