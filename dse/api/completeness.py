@@ -116,6 +116,10 @@ class _Refining:
         """See `Prover`."""
         return self._true(lambda: self.prover.earlier_design(vector, design))
 
+    def none_is_earlier(self, claims: Sequence[tuple[Sequence[int], Design]]) -> bool:
+        """See `Prover`."""
+        return self.prover.none_is_earlier(claims)
+
     def another_design(self, below: Sequence[int], known: Sequence[Design], among: Sequence[int]) -> Reply:
         """See `Prover`."""
         return self._true(lambda: self.prover.another_design(below, known, among))
@@ -206,14 +210,9 @@ def _check_unexplored(bench: Bench, prover: Prover, open_: Sequence[Bound]) -> N
 
 def _check_first_designs(bench: Bench, prover: Prover) -> None:
     """Of the designs with the same objectives a point shows the first, unless it says that it may not be."""
-    silent: list[int] = []
-    for at, (vector, design) in enumerate(zip(bench.vectors, bench.designs, strict=True)):
-        if bench.data["front"][at].get("is_first") is False:
-            silent.append(bench.data["front"][at]["id"])
-            continue
-        with bench.in_time(f"{at} of {len(bench.vectors)} points were proved again to have the first of their designs"):
-            reply = prover.earlier_design(vector, design)
-        _holds(bench, f"front[{at}].decisions", reply, "is not the first design with these objectives; that is")
+    front = bench.data["front"]
+    silent = [point["id"] for point in front if point.get("is_first") is False]
+    _prove_first(bench, prover, [at for at, point in enumerate(front) if point.get("is_first") is not False])
     if count := len(bench.vectors) - len(silent):
         shown = "shows the first of the designs with its" if count == 1 else "show the first of the designs with their"
         aside = f", {prover.left_aside} left aside" if prover.left_aside else ""
@@ -225,3 +224,20 @@ def _check_first_designs(bench: Bench, prover: Prover) -> None:
             f"not claimed (`is_first: false`), and not looked at: that the design shown is the first of those with the "
             f"objectives of {named}{more}"
         )
+
+
+def _prove_first(bench: Bench, prover: Prover, places: Sequence[int]) -> None:
+    """The points at these places show the first of their designs: asked at once, else in halves, in the end each."""
+    groups, done = [places] if places else [], 0
+    while groups:
+        group = groups.pop()
+        claims = [(bench.vectors[at], bench.designs[at]) for at in group]
+        with bench.in_time(f"{done} of {len(places)} points were proved again to have the first of their designs"):
+            if len(group) == 1:
+                place, reply = f"front[{group[0]}].decisions", prover.earlier_design(*claims[0])
+                _holds(bench, place, reply, "is not the first design with these objectives; that is")
+            elif not prover.none_is_earlier(claims):
+                middle = len(group) // 2
+                groups += [group[middle:], group[:middle]]
+                continue
+        done += len(group)

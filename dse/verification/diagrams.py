@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
 from fractions import Fraction
+from functools import cached_property
 from typing import Any, TypeAlias
 
 from dse.analysis.views import CyclicActivation, PartialView, Undecided, View
@@ -39,6 +40,16 @@ class Node:
 
     decision: int
     branches: tuple[Any, ...]
+
+    @cached_property
+    def looked_at(self) -> list[int]:
+        """The decisions that it looks at, in their order."""
+        return sorted(scope(self))
+
+    @cached_property
+    def remainders(self) -> dict[Any, Any]:
+        """What was found out about it for some of the options (`dse.verification.remainders`)."""
+        return {}
 
 
 Diagram: TypeAlias = Any  # a Node, or a leaf

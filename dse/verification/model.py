@@ -162,13 +162,43 @@ class SecondModel:
 
     def earlier_design(self, vector: Sequence[int], design: Design) -> Reply:
         """A design with these objectives that comes before `design` in the order of the file."""
-        return self._ask(partial(self._ask_earlier, vector, design), exactly=True, ways=calls.IN_ORDER)
+        return self._ask(partial(self._add_earlier, vector=vector, design=design), exactly=True, ways=calls.IN_ORDER)
 
-    def _ask_earlier(self, vector: Sequence[int], design: Design, model: cp_model.CpModel) -> None:
+    def none_is_earlier(self, claims: Sequence[tuple[Sequence[int], Design]]) -> bool:
+        """Whether one question proves that no design comes before any of `claims`: objectives, and a design with them.
+
+        Which claim a design would come before is a variable, the first that is branched on: each is refuted as it would
+        be by itself, while the model is read once. False where it takes long, or a solution has to be looked at.
+        """
+        model = self.model.clone()
+        which = model.new_int_var(0, len(claims) - 1, "")
+
+        def of_claim(values: Sequence[int]) -> Any:
+            if len(set(values)) == 1:
+                return values[0]
+            said = model.new_int_var(min(values), max(values), "")
+            model.add_element(which, list(values), said)
+            return said
+
+        vectors, designs = zip(*claims, strict=True)
+        self._add_earlier(
+            model,
+            [of_claim(values) for values in zip(*vectors, strict=True)],
+            [of_claim(options) for options in zip(*designs, strict=True)],
+            [which],
+        )
+        self.calls += 1
+        status, _ = calls.attempted(model, self.deadline, calls.FIRST_LIMIT * len(claims), ways=calls.IN_ORDER)
+        return bool(status == cp_model.INFEASIBLE)
+
+    def _add_earlier(
+        self, model: cp_model.CpModel, vector: Sequence[Any], design: Sequence[Any], first: Sequence[Any] = ()
+    ) -> None:
+        """The objectives are `vector`, and the design comes before `design`; branched on in the order of decisions."""
         for axis, value in enumerate(vector):
             model.add(self._in(model, self.objectives[axis]) == value)
         same: Any = model.new_constant(1)
-        found = []
+        found, order = [], list(first)
         for index, option in enumerate(design):
             if index in self.free_cores:  # of threads that can be moved: no part of the order
                 continue
@@ -179,9 +209,9 @@ class SecondModel:
             model.add_implication(smaller, same)
             model.add_implication(alike, same)
             found.append(smaller)
+            order.append(variable)
             same = alike
         model.add_bool_or(found)
-        order = [self._in(model, self.option[index]) for index in range(len(design)) if index not in self.free_cores]
         model.add_decision_strategy(order, cp_model.CHOOSE_FIRST, cp_model.SELECT_MIN_VALUE)
 
     def another_design(self, below: Sequence[int], known: Sequence[Design], among: Sequence[int]) -> Reply:

@@ -49,6 +49,10 @@ class Prover(Protocol):
         """A design with these objectives that comes before `design` in the order of the file."""
         ...
 
+    def none_is_earlier(self, claims: Sequence[tuple[Sequence[int], Design]]) -> bool:
+        """Whether it is easily proved of several at once that `earlier_design` finds none."""
+        ...
+
     def another_design(self, below: Sequence[int], known: Sequence[Design], among: Sequence[int]) -> Reply:
         """A design with objectives below `below` that differs from each known one in some of the decisions `among`."""
         ...
@@ -96,6 +100,10 @@ class AllDesigns:
         reply = self._first((self.found.vectors == np.array(vector, dtype=np.int64)).all(axis=1))
         end = self.compared
         return reply if reply.answer == "design" and reply.design[:end] < design[:end] else Reply("none")
+
+    def none_is_earlier(self, claims: Sequence[tuple[Sequence[int], Design]]) -> bool:
+        """See `Prover`."""
+        return all(self.earlier_design(vector, design).answer == "none" for vector, design in claims)
 
     def another_design(self, below: Sequence[int], known: Sequence[Design], among: Sequence[int]) -> Reply:
         """See `Prover`."""

@@ -11,6 +11,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from functools import cached_property
+from operator import add
 from typing import Any
 
 from ortools.sat.python import cp_model
@@ -18,9 +19,10 @@ from ortools.sat.python import cp_model
 from dse.records import dataclass
 from dse.timelimit import look_at_the_clock
 from dse.verification.calls import PACKING, WAYS, attempted
-from dse.verification.diagrams import Diagram, Node, changed, leaves, scope
+from dse.verification.diagrams import Diagram, Node, changed
 from dse.verification.levels import Levels, add_levels, add_pools
 from dse.verification.reduced_model import reduced_model
+from dse.verification.remainders import Remainder, is_deep, remainder
 from dse.verification.sums import Sum
 from dse.verification.tables import Tables
 
@@ -40,18 +42,34 @@ class Row:
     most: int
 
     @cached_property
-    def open(self) -> dict[int, list[int]]:
-        """For each decision that is looked at the positions of the parts that do."""
+    def constant(self) -> int:
+        """The sum of the parts that look at no decision."""
+        return sum(int(part) for part in self.parts if not isinstance(part, Node))
+
+    @cached_property
+    def alone(self) -> dict[int, list[int]]:
+        """What the options of a decision add in the parts that look at it alone."""
         found: dict[int, list[int]] = {}
-        for at, part in enumerate(self.parts):
-            for decision in scope(part):
-                found.setdefault(decision, []).append(at)
+        for part in self.parts:
+            if isinstance(part, Node) and not is_deep(part):
+                known = found.get(part.decision)
+                added = [int(value) for value in part.branches]
+                found[part.decision] = added if known is None else list(map(add, known, added))
         return found
 
     @cached_property
-    def highs(self) -> list[int]:
-        """The most that each part may be."""
-        return [max((int(leaf) for leaf in leaves(part)), default=0) for part in self.parts]
+    def deep(self) -> list[Node]:
+        """The parts that look at several decisions."""
+        return [part for part in self.parts if is_deep(part)]
+
+    @cached_property
+    def scope(self) -> dict[int, list[int]]:
+        """Every decision that is looked at, with the positions of the `deep` parts that do."""
+        found: dict[int, list[int]] = {decision: [] for decision in self.alone}
+        for at, part in enumerate(self.deep):
+            for decision in part.looked_at:
+                found.setdefault(decision, []).append(at)
+        return found
 
 
 class Reduction:
@@ -161,26 +179,20 @@ def rows_of(total: Sum, most: int) -> list[Row]:
 
 def narrow(rows: Sequence[Row], left: list[list[int]], fresh: Sequence[Row]) -> bool:
     """Leave out what breaks a row by itself, `fresh` ones first; whether each decision has an option left."""
-    using: dict[int, list[Row]] = {}
-    for row in rows:
-        for decision in row.open:
-            using.setdefault(decision, []).append(row)
+    using = _by_decision(rows)
     waiting = {id(row): row for row in fresh}
     while waiting:
         look_at_the_clock()
         row = waiting.pop(next(iter(waiting)))
-        lows = [least(part, left) for part in row.parts]
-        room = row.most - sum(lows)
+        lowest = {decision: min(values[option] for option in left[decision]) for decision, values in row.alone.items()}
+        deep = [remainder(part, left) for part in row.deep]
+        room = row.most - row.constant - sum(lowest.values()) - sum(item.least for item in deep)
         if room < 0:
             return False
-        for decision, parts in row.open.items():
-            if sum(row.highs[at] - lows[at] for at in parts) <= room:
-                continue  # nothing of it can break the row
-            kept = [
-                option
-                for option in left[decision]
-                if sum(least(row.parts[at], left, {decision: option}) - lows[at] for at in parts) <= room
-            ]
+        for decision, using_it in row.scope.items():
+            added = _added(row, [deep[at] for at in using_it], decision, left)
+            most = room + lowest.get(decision, 0)
+            kept = [option for option, value in zip(left[decision], added, strict=True) if value <= most]
             if len(kept) < len(left[decision]):
                 left[decision] = kept
                 if not kept:
@@ -189,30 +201,27 @@ def narrow(rows: Sequence[Row], left: list[list[int]], fresh: Sequence[Row]) -> 
     return True
 
 
-def least(diagram: Diagram, left: Sequence[Sequence[int]], given: dict[int, int] | None = None) -> int:
-    """The least leaf that the options that are left lead to, where some decisions are given."""
-    known: dict[int, int] = {}
+def _added(row: Row, deep: Sequence[Remainder], decision: int, left: Sequence[Sequence[int]]) -> list[int]:
+    """What each option that is left of a decision adds to a row at least, in their order."""
+    values = row.alone.get(decision)
+    added = [0 if values is None else values[option] for option in left[decision]]
+    for item in deep:
+        added = [value + least - item.least for value, least in zip(added, item.least_with(decision), strict=True)]
+    return added
 
-    def walk(item: Diagram) -> int:
-        if not isinstance(item, Node):
-            return int(item)
-        if id(item) not in known:
-            taken = left[item.decision]
-            if given and item.decision in given:
-                taken = [given[item.decision]]
-            known[id(item)] = min(walk(item.branches[option]) for option in taken)
-        return known[id(item)]
 
-    return walk(diagram)
+def _by_decision(rows: Sequence[Row]) -> dict[int, list[Row]]:
+    """The rows that look at each decision."""
+    using: dict[int, list[Row]] = {}
+    for row in rows:
+        for decision in row.scope:
+            using.setdefault(decision, []).append(row)
+    return using
 
 
 def leave_out_dominated(rows: Sequence[Row], left: list[list[int]]) -> None:
     """Leave out each option for which there is another that is nowhere larger."""
-    using: dict[int, list[Row]] = {}
-    for row in rows:
-        for decision in row.open:
-            using.setdefault(decision, []).append(row)
-    for decision, here in using.items():
+    for decision, here in _by_decision(rows).items():
         look_at_the_clock()
         for option in list(left[decision]):
             others = (other for other in left[decision] if other != option)
@@ -222,43 +231,10 @@ def leave_out_dominated(rows: Sequence[Row], left: list[list[int]]) -> None:
 
 def _is_no_larger(row: Row, decision: int, one: int, other: int, left: Sequence[Sequence[int]]) -> bool:
     """Whether a row's sum is no larger with `one` option of a decision than with another, whatever else is chosen."""
-    difference = 0
-    for at in row.open[decision]:
-        first, second = (_at(row.parts[at], decision, option) for option in (one, other))
-        if isinstance(first, Node) or isinstance(second, Node):
-            if not _is_below(first, second, decision, (one, other), left):
-                return False
-        else:
-            difference += int(first) - int(second)
-    return difference <= 0
-
-
-def _at(diagram: Diagram, decision: int, option: int) -> Diagram:
-    """What follows at the top of a diagram where a decision has an option."""
-    while isinstance(diagram, Node) and diagram.decision == decision:
-        diagram = diagram.branches[option]
-    return diagram
-
-
-def _is_below(
-    one: Diagram, other: Diagram, decision: int, options: tuple[int, int], left: Sequence[Sequence[int]]
-) -> bool:
-    """Whether a diagram with one option is nowhere above another with the other option."""
-    known: set[tuple[int, int]] = set()  # pairs of nodes that were found to be so
-
-    def walk(one: Diagram, other: Diagram) -> bool:
-        one, other = _at(one, decision, options[0]), _at(other, decision, options[1])
-        if not isinstance(one, Node) and not isinstance(other, Node):
-            return int(one) <= int(other)
-        pair = (id(one), id(other))
-        if pair not in known:
-            split = one.decision if isinstance(one, Node) else other.decision
-            if not all(walk(_at(one, split, option), _at(other, split, option)) for option in left[split]):
-                return False
-            known.add(pair)
-        return True
-
-    return walk(one, other)
+    values = row.alone.get(decision)
+    difference = 0 if values is None else values[one] - values[other]
+    deep = (row.deep[at] for at in row.scope[decision])
+    return difference + sum(remainder(part, left).difference(decision, one, other) for part in deep) <= 0
 
 
 def _negated(diagram: Diagram) -> Diagram:

@@ -12,6 +12,7 @@ from dse.timelimit import look_at_the_clock
 from dse.verification.diagrams import Diagram, Node, leaves
 from dse.verification.levels import Demand, Levels, add_levels
 from dse.verification.lookups import Lookups
+from dse.verification.remainders import is_deep
 
 if TYPE_CHECKING:
     from dse.verification.reduced import Row
@@ -30,11 +31,17 @@ def reduced_model(
     for row in rows:
         look_at_the_clock()
         alone: dict[int, list[int]] = {}
-        total: Any = 0
-        for part in (_restricted(item, left, small) for item in row.parts):
+        total: Any = row.constant
+        for decision, values in row.alone.items():
+            values = [values[option] for option in left[decision]]
+            if len(set(values)) == 1:
+                total += values[0]
+            else:
+                alone[decision] = values
+        for part in (_restricted(item, left, small) for item in row.deep):
             if not isinstance(part, Node):
                 total += int(part)
-            elif any(isinstance(branch, Node) for branch in part.branches):
+            elif is_deep(part):
                 total += options.lookups.value(part)
             else:
                 known = alone.get(part.decision, [0] * len(part.branches))
@@ -119,7 +126,7 @@ def _uses(
     uses: dict[Demand, Any] = {}
     if not isinstance(diagram, Node):
         pairs: Iterable[tuple[int, Any]] = [(int(diagram), 1)]
-    elif any(isinstance(branch, Node) for branch in diagram.branches):
+    elif is_deep(diagram):
         values = sorted({int(leaf) for leaf in leaves(diagram)})
         pairs = zip(values, options.equal(options.lookups.value(diagram), values), strict=True)
     else:
